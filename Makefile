@@ -1,0 +1,62 @@
+# Everything a person does with this repository. `make` alone lists it.
+
+PYTHON ?= python3
+UV ?= uv
+ARGS ?=
+
+BIN := .venv/bin
+
+# Stamps are named by content, not by date: the environment is rebuilt when the lock, this folder's
+# place or the interpreter changes; the package is re-installed when its own settings change.
+ENVIRONMENT := .venv/.environment-$(shell { pwd; $(PYTHON) -V; cat requirements.lock; } 2>&1 | cksum | cut -d' ' -f1)
+PACKAGE := .venv/.package-$(shell cksum < pyproject.toml | cut -d' ' -f1)
+
+.DEFAULT_GOAL := help
+.PHONY: help setup run test check bench soak lock clean
+
+help: ## list these targets
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-14s %s\n", $$1, $$2}'
+
+setup: $(PACKAGE) ## create .venv from requirements.lock and install the package
+
+run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--protocol paper"
+	@$(BIN)/opensuction cycle $(ARGS)
+
+test: $(PACKAGE) ## all tests but the long ones; choose some with ARGS="-k name"
+	@$(BIN)/python -m pytest -m "not soak" $(ARGS)
+
+check: $(PACKAGE) ## lint, format, types and the layers of the architecture
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-logo
+
+bench: $(PACKAGE) ## speed of the core
+	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)
+
+soak: $(PACKAGE) ## the long tests
+	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m soak $(ARGS)
+
+lock: ## pin every dependency anew; UPGRADE=1 takes newer versions
+	@command -v $(UV) > /dev/null || { echo "make lock needs uv: pip install uv, or give its path as UV=..." >&2; exit 1; }
+	@$(UV) pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
+		--no-emit-index-url --no-emit-find-links --no-annotate --custom-compile-command "make lock" \
+		$(if $(UPGRADE),--upgrade) --quiet --output-file requirements.lock
+
+clean: ## remove the environment and every cache
+	@rm -rf .venv build dist .benchmarks .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	@find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(ENVIRONMENT):
+	@command -v $(PYTHON) > /dev/null || { echo "Python 3.11 or later is needed, and '$(PYTHON)' was not found; try make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or later is needed, '$(PYTHON)' is $$($(PYTHON) -V); try make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2> /dev/null || { echo "Python's venv module is missing; install it, for example: apt-get install python3-venv" >&2; exit 1; }
+	@echo "Creating .venv and installing the pinned dependencies (once, one to three minutes) ..."
+	@$(PYTHON) -m venv --clear .venv
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-input --require-hashes -r requirements.lock
+	@touch $@
+
+$(PACKAGE): $(ENVIRONMENT)
+	@echo "Installing opensuction into .venv ..."
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-input --no-deps --no-build-isolation -e .
+	@touch $@
