@@ -1,0 +1,1 @@
+"""What every room shares: the compiled decorator, phases, readings, commands, rows, errors."""

@@ -1,0 +1,25 @@
+"""What the machine reports to the controller each tick."""
+
+from typing import NamedTuple
+
+
+class Readings(NamedTuple):
+    """Sensor values of one tick, each with a flag: an invalid value is data, never a guess.
+
+    There is no tip position here: the machine has no tip sensor.
+    """
+
+    head_mm: float
+    """Insertion axis encoder: position of the catheter head (x)."""
+    head_valid: bool
+    cam_rad: float
+    """Valve axis encoder: angle of the cam; 0 is closed."""
+    cam_valid: bool
+    line_vacuum_mmhg: float
+    """Vacuum in the canister, positive below atmosphere."""
+    vacuum_valid: bool
+    contact_closed: bool
+    """Contact switch at the tip."""
+    contact_valid: bool
+    insertion_current_a: float
+    """Current of the insertion motor."""

@@ -1,0 +1,195 @@
+"""A tiny core, edited between runs: every edit takes effect, and no edit compiles nothing."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from opensuction.kernel import compiled as module
+from opensuction.kernel.compiled import CACHE_FOLDER, PACKAGE, compiled, prune
+
+SOURCES = {
+    "safety/__init__.py": "",
+    "safety/record.py": """
+from typing import NamedTuple
+
+class Cap(NamedTuple):
+    depth_mm: float
+    speed_mm_per_s: float
+""",
+    "safety/table.py": "import numpy as np\nNEXT_PHASE = np.array([4, 5, 6])\n",
+    "safety/limit.py": """
+from opensuction.kernel.compiled import compiled
+
+MARGIN_MM = 5.0
+
+@compiled
+def limit_mm(depth_mm: float) -> float:
+    return depth_mm + MARGIN_MM
+""",
+    "controller/__init__.py": "",
+    "controller/cycle.py": """
+from opensuction.kernel.compiled import compiled
+from opensuction.safety.limit import limit_mm
+from opensuction.safety.record import Cap
+from opensuction.safety.table import NEXT_PHASE
+
+@compiled
+def cycle(cap: Cap, phase: int) -> tuple[float, int]:
+    return limit_mm(cap.depth_mm), NEXT_PHASE[phase]
+""",
+}
+"""Only ``cycle`` is called from outside: whatever else changes is for it a changed callee."""
+
+PROGRAM = """
+import json
+from opensuction.controller.cycle import Cap, cycle
+depth, phase = cycle(Cap(depth_mm=120.0, speed_mm_per_s=9.0), 1)
+print(json.dumps([depth, int(phase), sum(cycle.stats.cache_hits.values())]))
+"""
+
+
+class Answer(NamedTuple):
+    """What the tiny core answers, and whether it came from the cache."""
+
+    limit_mm: float
+    phase: int
+    from_cache: bool
+
+
+class TinyCore:
+    """A copy of the real kernel with the tiny rooms above it, and a cache of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.package = folder / "opensuction"
+        self.cache = folder / "cache"
+        kernel = self.package / "kernel"
+        kernel.mkdir(parents=True)
+        (self.package / "__init__.py").touch()
+        for name in ("__init__.py", "compiled.py"):
+            shutil.copy(PACKAGE / "kernel" / name, kernel / name)
+        for name, source in SOURCES.items():
+            path = self.package / name
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(source)
+
+    def edit(self, name: str, old: str, new: str) -> None:
+        """Change one file, with its time of change put back: only its content may count."""
+        path = self.package / name
+        times, text = path.stat(), path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new))
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+    def run(self) -> Answer:
+        """Run the program in a fresh process."""
+        environment = {
+            **os.environ,
+            "OPENSUCTION_CACHE_DIR": str(self.cache),
+            "NUMBA_DISABLE_JIT": "0",
+            "PYTHONPATH": str(self.package.parent),
+            "PYTHONDONTWRITEBYTECODE": "1",  # Python's own cache trusts times of change
+        }
+        finished = subprocess.run(
+            [sys.executable, "-c", PROGRAM],
+            env=environment,
+            cwd=self.package.parent,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert finished.returncode == 0, finished.stderr
+        limit_mm, phase, hits = json.loads(finished.stdout)
+        return Answer(limit_mm, phase, hits > 0)
+
+    def machine_code(self) -> dict[str, int]:
+        """Files of the cache and when each was written."""
+        return {str(path): path.stat().st_mtime_ns for path in self.cache.rglob("*.nb?")}
+
+
+@pytest.fixture
+def core(tmp_path: Path) -> TinyCore:
+    return TinyCore(tmp_path)
+
+
+def test_an_edit_anywhere_in_the_core_takes_effect(core: TinyCore) -> None:
+    assert core.run() == Answer(125.0, 5, from_cache=False)
+    core.edit("safety/limit.py", "MARGIN_MM = 5.0", "MARGIN_MM = 7.0")
+    assert core.run() == Answer(127.0, 5, from_cache=False)
+    core.edit("safety/table.py", "[4, 5, 6]", "[4, 9, 6]")
+    assert core.run() == Answer(127.0, 9, from_cache=False)
+    # The caller builds the record by keyword; stale machine code would return the speed, 9 + 7.
+    core.edit(
+        "safety/record.py",
+        "    depth_mm: float\n    speed_mm_per_s: float\n",
+        "    speed_mm_per_s: float\n    depth_mm: float\n",
+    )
+    assert core.run() == Answer(127.0, 9, from_cache=False)
+
+
+def test_an_unchanged_core_compiles_nothing(core: TinyCore) -> None:
+    first = core.run()
+    written = core.machine_code()
+    assert written
+    assert core.run() == first._replace(from_cache=True)
+    assert core.machine_code() == written
+
+
+def test_pruning_keeps_the_folder_in_use_and_the_most_recent(tmp_path: Path) -> None:
+    folders = [tmp_path / f"{number:016x}" for number in range(6)]
+    for age_s, folder in enumerate(folders):
+        folder.mkdir()
+        (folder / "code").touch()
+        os.utime(folder, (1e9 - age_s, 1e9 - age_s))
+    oldest = folders[-1]
+    prune(tmp_path, keep=oldest, kept=3)
+    assert sorted(tmp_path.iterdir()) == [folders[0], folders[1], oldest]
+
+
+def test_a_cache_that_cannot_be_written_falls_back_to_the_temporary_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A file in the way stops the superuser too, whom permissions would not.
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("OPENSUCTION_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    root = module.cache_root()
+    assert root.parent == tmp_path
+    assert root.stat().st_mode & 0o077 == 0
+
+
+def test_the_cache_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENSUCTION_CACHE_DIR", str(tmp_path / "here"))
+    assert module.cache_root() == tmp_path / "here"
+    assert module.prepare_cache().parent == tmp_path / "here"
+    assert module.prepare_cache().name == CACHE_FOLDER.name
+
+
+@compiled
+def pick(values: NDArray[np.float64], index: int) -> float:
+    picked: float = values[index]
+    return picked
+
+
+@compiled
+def divide(one: float, two: float) -> float:
+    return one / two
+
+
+def test_an_index_out_of_range_is_an_error_not_a_stray_number() -> None:
+    assert pick(np.array([1.0, 2.0]), 1) == 2.0
+    with pytest.raises(IndexError):
+        pick(np.array([1.0, 2.0]), 2)
+
+
+def test_a_division_by_zero_is_an_error_not_an_infinity() -> None:
+    with pytest.raises(ZeroDivisionError):
+        divide(1.0, 0.0)
