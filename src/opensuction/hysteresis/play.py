@@ -1,0 +1,84 @@
+"""Play (backlash) of one or many clearances between the catheter's head and its tip.
+
+A play element is a block in a slot of full width w: the head moves the slot, the slot's ends
+move the block. Many elements of different widths side by side round off the corners, as the
+clearance of a catheter that lies against its conduit in many places does.
+Source: paper.txt Fig. 5 (one element); Krasnosel'skii and Pokrovskii, Systems with Hysteresis
+(1989), for the play operator and its superposition.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.kernel.compiled import compiled
+
+
+@compiled
+def step(width_mm: float, position_mm: float, head_mm: float) -> float:
+    """Position of a play element once the head has moved monotonically to ``head_mm``; exact.
+
+    width_mm: full width of the slot, >= 0. position_mm: the element before the move.
+    """
+    half_mm = 0.5 * width_mm
+    return min(max(position_mm, head_mm - half_mm), head_mm + half_mm)
+
+
+@compiled
+def simulate(
+    width_mm: float, head_mm: NDArray[np.float64], position_mm: float
+) -> NDArray[np.float64]:
+    """Positions of one play element for a whole record of head positions.
+
+    head_mm: shape (n,). position_mm: the element before the first sample; it is brought within
+    its slot there. Returns mm, shape (n,).
+    """
+    positions_mm = np.empty(head_mm.size)
+    for k in range(head_mm.size):
+        position_mm = step(width_mm, position_mm, head_mm[k])
+        positions_mm[k] = position_mm
+    return positions_mm
+
+
+@compiled
+def distributed_step(
+    widths_mm: NDArray[np.float64], positions_mm: NDArray[np.float64], head_mm: float
+) -> float:
+    """Move every element to follow the head and return their mean position in mm.
+
+    widths_mm, positions_mm: shape (elements,), at least one. ``positions_mm`` is overwritten:
+    it is the state, so a pure caller copies it first.
+    """
+    total_mm = 0.0
+    for j in range(widths_mm.size):
+        positions_mm[j] = step(widths_mm[j], positions_mm[j], head_mm)
+        total_mm += positions_mm[j]
+    return total_mm / widths_mm.size
+
+
+@compiled
+def simulate_distributed(
+    widths_mm: NDArray[np.float64],
+    gain: float,
+    offset_mm: float,
+    head_mm: NDArray[np.float64],
+    positions_mm: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Tip positions, ``gain * mean(elements) + offset_mm``, for a record of head positions.
+
+    widths_mm, positions_mm: shape (elements,); the positions before the first sample are read,
+    not changed. head_mm: shape (n,). Returns mm, shape (n,).
+    """
+    state_mm = positions_mm.copy()
+    tip_mm = np.empty(head_mm.size)
+    for k in range(head_mm.size):
+        tip_mm[k] = gain * distributed_step(widths_mm, state_mm, head_mm[k]) + offset_mm
+    return tip_mm
+
+
+@compiled
+def retracted_positions_mm(widths_mm: NDArray[np.float64], head_mm: float) -> NDArray[np.float64]:
+    """Element positions after a long retract to ``head_mm``: each at the far end of its slot.
+
+    widths_mm: shape (elements,). Returns mm, shape (elements,).
+    """
+    return head_mm + 0.5 * widths_mm

@@ -1,0 +1,1 @@
+"""Estimators: model parameters from recordings."""
