@@ -1,0 +1,53 @@
+"""The unit that the suffix of a field's name carries: ``speed_mm_per_s`` is in mm/s."""
+
+import re
+from typing import Final
+
+SYMBOLS: Final = {
+    "a": "A",
+    "cm": "cm",
+    "cmh2o": "cmH2O",
+    "deg": "deg",
+    "h": "h",
+    "hz": "Hz",
+    "kg": "kg",
+    "kpa": "kPa",
+    "l": "L",
+    "m": "m",
+    "min": "min",
+    "ml": "mL",
+    "mm": "mm",
+    "mm2": "mm^2",
+    "mm3": "mm^3",
+    "mmhg": "mmHg",
+    "ms": "ms",
+    "n": "N",
+    "n_s": "N s",
+    "ohm": "ohm",
+    "pa": "Pa",
+    "percent": "%",
+    "rad": "rad",
+    "s": "s",
+    "s2": "s^2",
+    "us": "us",
+    "v": "V",
+    "v_s": "V s",
+    "w": "W",
+}
+"""Suffix to symbol; ``_per_`` joins them. ``_ratio`` and names without a suffix have no unit."""
+
+_ONE = "(?:" + "|".join(SYMBOLS) + ")"
+_SUFFIX = re.compile(rf"(?:^|_)((?:{_ONE}|per_{_ONE})(?:_per_{_ONE})*)$")
+
+
+def unit_of(name: str) -> str:
+    """Symbol of the unit in the last part of a field's name, or "" where there is none.
+
+    >>> [unit_of(name) for name in ("tip_mm", "decay_per_mm", "gain_v_s_per_mm", "open_ratio")]
+    ['mm', '1/mm', 'V s/mm', '']
+    """
+    match = _SUFFIX.search(name)
+    if match is None:
+        return ""
+    above, *below = re.split(r"_?per_", match[1])
+    return "/".join([SYMBOLS.get(above, "1"), *(SYMBOLS[part] for part in below)])

@@ -1,0 +1,205 @@
+"""From a mapping, as a file or a form gives it, to a settings record that can be trusted.
+
+A record type is a `NamedTuple` whose fields are numbers with a range, ``Annotated[float,
+Interval(ge=0, le=15)]``, other scalars, enumerations (written by the name of the member, in lower
+case with hyphens) or again such records (sections). Leaves are checked by pydantic; the walk
+through keys and sections is done here, because a settings file is by name, complete and never by
+position. There are no defaults: a missing key is an error, whatever the record type says.
+"""
+
+from collections.abc import Mapping
+from enum import Enum
+from functools import cache
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    NamedTuple,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from opensuction.kernel.errors import InputError
+from opensuction.settings.choice import choose
+from opensuction.settings.limit import Limit, in_words, limit_of, plain
+from opensuction.settings.unit import unit_of
+from opensuction.settings.wording import dotted, one_line, remedy, shown
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+INT64: Final = 2**63
+"""Integers of the compiled core are below this, and not below its negative."""
+
+KINDS: Final[dict[Any, str]] = {
+    bool: "true or false",
+    float: "a number",
+    int: "a whole number",
+    str: "a text in quotes",
+}
+"""What a message asks for, by the type of the field."""
+
+
+class _Field(NamedTuple):
+    """One field of a record type, with what is needed to check and to explain it."""
+
+    name: str
+    type: Any
+    """The bare type, without its annotations."""
+    adapter: TypeAdapter[Any] | None
+    """None for sections and enumerations."""
+    limit: Limit
+
+
+def validate(record_type: type[Record], mapping: object, where: object) -> Record:
+    """A record of ``record_type`` from the keys and sections of ``mapping``; nothing is guessed.
+
+    where: names the source in messages, usually the path of a file.
+    Whole numbers are taken for float fields and become floats; no other type is converted. A
+    section may also be given as a record of its type, as ``_asdict()`` leaves it.
+    Raises `InputError` of one line for the first problem, and counts the others: not a mapping,
+    an unknown or missing key, a wrong type, a number that is not finite or out of its range.
+    """
+    problems: list[str] = []
+    values = _section(record_type, mapping, "", problems)
+    if problems:
+        others = len(problems) - 1
+        more = f" (and {others} more problem{'s' if others > 1 else ''})" if others else ""
+        raise InputError(one_line(f"{where}: {problems[0]}{more}"))
+    return cast(Record, values)
+
+
+@cache
+def _fields(record_type: type[tuple[Any, ...]]) -> tuple[_Field, ...]:
+    """Fields of a record type in their order."""
+    hints = get_type_hints(record_type, include_extras=True)
+    return tuple(_field(name, hints[name]) for name in _names(record_type))
+
+
+def _names(record_type: Any) -> tuple[str, ...]:
+    names: tuple[str, ...] = record_type._fields
+    return names
+
+
+def _field(name: str, hint: Any) -> _Field:
+    bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    if _is_record(bare) or _is_enumeration(bare):
+        return _Field(name, bare, None, limit_of(hint))
+    adapter = TypeAdapter[Any](hint, config=ConfigDict(strict=True, allow_inf_nan=False))
+    return _Field(name, bare, adapter, limit_of(hint))
+
+
+def _is_record(candidate: Any) -> bool:
+    return (
+        isinstance(candidate, type)
+        and issubclass(candidate, tuple)
+        and hasattr(candidate, "_fields")
+    )
+
+
+def _is_enumeration(candidate: Any) -> bool:
+    return isinstance(candidate, type) and issubclass(candidate, Enum)
+
+
+def _section(
+    record_type: type[tuple[Any, ...]], given: object, section: str, problems: list[str]
+) -> tuple[Any, ...] | None:
+    """Record of one section, or None after adding what is wrong to ``problems``.
+
+    Unknown keys come first: a misspelt key is also a missing one, and its message is the better.
+    """
+    names = _names(record_type)
+    if isinstance(given, record_type):
+        given = dict(zip(names, given, strict=True))
+    if not isinstance(given, Mapping):
+        what = f"{section} is {shown(given)}" if section else f"found {shown(given)}"
+        problems.append(f"{what}, not a section; keys of the section: {', '.join(names)}")
+        return None
+    found_before = len(problems)
+    for key in given:
+        if key not in names:
+            problems.append(f"unknown key {dotted(section, key)}; {remedy(key, names)}")
+    values: dict[str, Any] = {}
+    for field in _fields(record_type):
+        key = dotted(section, field.name)
+        if field.name in given:
+            values[field.name] = _value(field, given[field.name], key, problems)
+        else:
+            problems.append(f"{key} is missing; {_wanted(field)}")
+    return record_type(**values) if len(problems) == found_before else None
+
+
+def _value(field: _Field, given: object, key: str, problems: list[str]) -> Any:
+    """Checked value of one field; anything after adding what is wrong to ``problems``."""
+    if _is_record(field.type):
+        return _section(field.type, given, key, problems)
+    if field.adapter is None:
+        return _member(field, given, key, problems)
+    try:
+        value = field.adapter.validate_python(given)
+    except ValidationError as error:
+        problems.append(f"{key} is {_complaint(field, given, error)}; {_wanted(field)}")
+        return None
+    if field.type is int and not -INT64 <= value < INT64:
+        problems.append(f"{key} is {shown(given)}, more than 64 bits hold; {_wanted(field)}")
+    return value
+
+
+def _member(field: _Field, given: object, key: str, problems: list[str]) -> Any:
+    """Member of an enumeration, given as itself or by its written name."""
+    if isinstance(given, field.type):
+        return given
+    try:
+        return choose(given, _members(field.type), key)
+    except InputError as error:
+        problems.append(str(error))
+        return None
+
+
+def _members(enumeration: type[Enum]) -> dict[str, Enum]:
+    """Members by the name a file gives them: ``EXACT_INVERSE`` is ``exact-inverse``."""
+    members = enumeration.__members__.items()
+    return {name.lower().replace("_", "-"): member for name, member in members}
+
+
+def _complaint(field: _Field, given: object, error: ValidationError) -> str:
+    """What is wrong with a value, with the limit it breaks."""
+    unit = unit_of(field.name)
+    details = error.errors(include_url=False, include_input=False)[0]
+    match details["type"]:
+        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+            bound = plain(next(iter(details["ctx"].values())))
+            relation = (
+                "below the limit" if details["type"].startswith("greater") else "above the limit"
+            )
+            relation = "exactly the limit" if given == bound else relation
+            number, limit = _with_unit(shown(given), unit), _with_unit(str(bound), unit)
+            return f"{number}, {relation} of {limit}"
+        case "finite_number":
+            return f"{shown(given)}, not a finite number"
+        case kind if kind.endswith("_type"):
+            return f"{shown(given)}, not {KINDS.get(field.type, 'what belongs there')}"
+        case _:
+            message = str(details["msg"])
+            return f"{shown(given)}: {message[:1].lower()}{message[1:]}"
+
+
+def _with_unit(number: str, unit: str) -> str:
+    return f"{number} {unit}" if unit else number
+
+
+def _wanted(field: _Field) -> str:
+    """The remedy: what the field takes, with its unit and range."""
+    if _is_record(field.type):
+        return f"give a section with the keys {', '.join(_names(field.type))}"
+    if _is_enumeration(field.type):
+        return f"give one of {', '.join(_members(field.type))}"
+    kind = KINDS.get(field.type, "a value")
+    unit = unit_of(field.name)
+    limits = in_words(field.limit)
+    amount = f"{kind} in {unit}" if unit and field.type in (int, float) else kind
+    return f"give {amount}, {limits}" if limits else f"give {amount}"

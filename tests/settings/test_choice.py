@@ -1,0 +1,45 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.errors import InputError
+from opensuction.settings.choice import choose
+
+KNOWN = {"none": 0, "direct-inverse": 1, "exact-inverse": 2}
+
+
+def test_a_known_name_gives_its_value() -> None:
+    assert choose("direct-inverse", KNOWN, "compensation") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        (
+            "Direct-Invers",
+            "unknown compensation 'Direct-Invers'; nearest: direct-inverse, exact-inverse; "
+            "known: none, direct-inverse, exact-inverse",
+        ),
+        ("pid", "unknown compensation 'pid'; known: none, direct-inverse, exact-inverse"),
+        (None, "unknown compensation None; known: none, direct-inverse, exact-inverse"),
+        (["none"], "unknown compensation a list; known: none, direct-inverse, exact-inverse"),
+    ],
+)
+def test_another_name_is_answered_with_the_nearest_and_all_known(
+    name: object, message: str
+) -> None:
+    with pytest.raises(InputError) as raised:
+        choose(name, KNOWN, "compensation")
+    assert str(raised.value) == message
+
+
+def test_a_choice_of_nothing_says_so() -> None:
+    with pytest.raises(InputError, match="there are none"):
+        choose("adult", {}, "patient")
+
+
+@given(st.text().filter(lambda name: name not in KNOWN))
+def test_any_other_text_gives_one_line(name: str) -> None:
+    with pytest.raises(InputError) as raised:
+        choose(name, KNOWN, "compensation")
+    assert len(str(raised.value).splitlines()) == 1
