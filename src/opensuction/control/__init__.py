@@ -1,0 +1,1 @@
+"""How the machine moves: servos, motion profiles, compensation of the transmission."""

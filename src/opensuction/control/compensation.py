@@ -1,0 +1,84 @@
+"""Compensation of the transmission by name: desired tip position in, head command out.
+
+One record carries them all, chosen by ``kind``: a type for each would compile everything above
+it once more.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from opensuction.control import direct_inverse, exact_inverse
+from opensuction.control.direct_inverse import EstimatedLag
+from opensuction.control.exact_inverse import HeadState
+from opensuction.control.head_path import HeadLimits
+from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.compiled import compiled
+
+
+class CompensationKind(IntEnum):
+    """Compensators; the numbers are stored in recordings: never renumber."""
+
+    NONE = 0
+    """The head follows the reference (paper Fig. 7(a))."""
+    DIRECT_INVERSE = 1
+    """The paper's scheme as printed (Fig. 7(b), eqs. (7) and (8))."""
+    EXACT_INVERSE = 2
+    """The same model solved exactly; the gap is crossed while the tip stands still."""
+
+
+KIND_OF_NAME = {
+    "none": CompensationKind.NONE,
+    "direct-inverse": CompensationKind.DIRECT_INVERSE,
+    "exact-inverse": CompensationKind.EXACT_INVERSE,
+}
+
+
+class Compensation(NamedTuple):
+    """Which compensator, on which model, within which limits."""
+
+    kind: int
+    model: ModifiedDahl
+    limits: HeadLimits
+
+
+def parked(compensation: Compensation, reference_mm: float) -> HeadState:
+    """State after a long retract that ended with the tip on ``reference_mm``."""
+    lag = float(modified_dahl.saturation_mm(compensation.model))
+    head = reference_mm
+    if compensation.kind != CompensationKind.NONE:
+        head = (reference_mm - lag - compensation.model.offset_mm) / compensation.model.slope
+    return HeadState(head_mm=head, head_mm_per_s=0.0, lag_mm=lag)
+
+
+@compiled
+def step(
+    compensation: Compensation,
+    state: HeadState,
+    reference_mm: float,
+    reference_mm_per_s: float,
+    direction: float,
+    dt_s: float,
+) -> HeadState:
+    """Head command of one tick.
+
+    reference_mm, reference_mm_per_s: desired tip motion (y_r). direction: +1.0 when the tip's
+    next motion is towards the carina, -1.0 when it is back.
+    """
+    if compensation.kind == CompensationKind.EXACT_INVERSE.value:
+        return exact_inverse.step(
+            compensation.model,
+            compensation.limits,
+            state,
+            reference_mm,
+            reference_mm_per_s,
+            direction,
+            dt_s,
+        )
+    if compensation.kind == CompensationKind.DIRECT_INVERSE.value:
+        printed = direct_inverse.step(
+            compensation.model, EstimatedLag(state.head_mm, state.lag_mm), reference_mm
+        )
+        velocity = (printed.head_mm - state.head_mm) / dt_s
+        return HeadState(printed.head_mm, velocity, printed.lag_mm)
+    return HeadState(reference_mm, reference_mm_per_s, state.lag_mm)

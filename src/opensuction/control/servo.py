@@ -1,0 +1,54 @@
+"""Proportional-derivative servo of an axis, with optional velocity and friction feedforward.
+
+Both motors of the paper run under PD control, P = 10, D = 10 (insertion) and P = 7, D = 7 (valve).
+The paper prints no units; here they are V/mm and mV s/mm for the insertion axis, V/deg and
+mV s/deg for the valve axis.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+
+
+class Servo(NamedTuple):
+    """Gains in volts for each unit of the axis (mm or rad)."""
+
+    proportional_v: float
+    """Volts for each unit of position error."""
+    derivative_v_s: float
+    """Volts for each unit/s of error change."""
+    velocity_v_s: float
+    """Feedforward: volts for each unit/s of commanded velocity; 0 in the paper's scheme."""
+    friction_v: float
+    """Feedforward: volts in the direction of commanded motion; 0 in the paper's scheme."""
+    time_constant_s: float
+    """Feedforward: lead on the commanded velocity that cancels the axis' own lag."""
+    voltage_limit_v: float
+
+
+class ServoState(NamedTuple):
+    """What a servo remembers from one tick to the next."""
+
+    error: float
+    velocity: float
+
+
+@compiled
+def step(
+    servo: Servo, state: ServoState, position: float, velocity: float, reading: float, dt_s: float
+) -> tuple[ServoState, float]:
+    """One tick of the servo.
+
+    position, velocity: commanded, in units of the axis and units/s. reading: encoder.
+    Returns the new state and the voltage, within the supply.
+    """
+    error = position - reading
+    volts = servo.proportional_v * error + servo.derivative_v_s * (error - state.error) / dt_s
+    lead = velocity + servo.time_constant_s * (velocity - state.velocity) / dt_s
+    volts += servo.velocity_v_s * lead
+    if velocity > 0.0:
+        volts += servo.friction_v
+    elif velocity < 0.0:
+        volts -= servo.friction_v
+    volts = min(max(volts, -servo.voltage_limit_v), servo.voltage_limit_v)
+    return ServoState(error=error, velocity=velocity), volts

@@ -1,0 +1,1 @@
+"""Composition of procedure, control and governor into one pure step."""

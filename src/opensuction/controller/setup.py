@@ -1,0 +1,182 @@
+"""Settings of the controller from what is known of the machine, the protocol and a calibration."""
+
+import math
+from typing import NamedTuple
+
+from opensuction.control import compensation
+from opensuction.control.compensation import Compensation, CompensationKind
+from opensuction.control.head_path import HeadLimits
+from opensuction.control.servo import Servo
+from opensuction.control.valve import ValveMotion
+from opensuction.controller.controller import Settings
+from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.procedure import planner
+from opensuction.procedure.plan import Excitation
+from opensuction.procedure.planner import Abilities
+from opensuction.procedure.protocol import Protocol
+from opensuction.safety import limits as bounds
+from opensuction.safety.limits import Limits
+
+OUTSIDE_MARGIN_MM = 1.0
+"""The parked interval plus this counts as outside on a machine that parks at the boundary."""
+VACUUM_MARGIN = 1.25
+"""Line vacuum over the set point that is a fault."""
+WITHDRAWAL_MARGIN_S = 3.0
+"""Time added to a withdrawal at full speed before it counts as failed."""
+
+
+class MachineProfile(NamedTuple):
+    """A machine as its controller knows it: nominal values, not the twin's truth."""
+
+    supply_v: float
+    head_limit_mm_per_s: float
+    """Head speed that the governor lets through."""
+    head_planned_mm_per_s: float
+    """Head speed that is planned with: friction takes a part of the no-load speed."""
+    acceleration_mm_per_s2: float
+    head_time_constant_s: float
+    settle_mm: float
+    following_mm: float
+    cam_open_rad: float
+    cam_rad_per_s: float
+    insertion_p_v_per_mm: float
+    insertion_d_v_s_per_mm: float
+    valve_p_v_per_rad: float
+    valve_d_v_s_per_rad: float
+    transmission: ModifiedDahl
+    """Nominal transmission: bounds the tip where nothing was identified."""
+
+
+BENCH = MachineProfile(
+    supply_v=24.0,
+    head_limit_mm_per_s=20.0,  # no-load speed of the fastest such machine
+    head_planned_mm_per_s=17.0,  # what the slowest still does against 1 V of friction
+    acceleration_mm_per_s2=200.0,  # 5 N less friction, on 16.4 kg referred mass: 260
+    head_time_constant_s=0.020,
+    settle_mm=0.25,  # 0.1 mm static error of P = 10 V/mm against 1 V of friction, and noise
+    following_mm=8.0,  # the paper's compensator jumps by 2.6 mm and its PD lags 2.4 mm at 18 mm/s
+    cam_open_rad=math.radians(30.0),  # paper, section IV-A
+    cam_rad_per_s=math.radians(15.0),  # paper, section IV-A
+    insertion_p_v_per_mm=10.0,  # paper: P = 10
+    insertion_d_v_s_per_mm=0.010,  # paper: D = 10
+    valve_p_v_per_rad=7.0 * 180.0 / math.pi,  # paper: P = 7, per degree
+    valve_d_v_s_per_rad=0.007 * 180.0 / math.pi,  # paper: D = 7, per degree
+    transmission=modified_dahl.PUBLISHED,
+)
+"""The paper's bench."""
+
+EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
+"""Identification: head 0 to 100 mm and back, twice."""
+
+
+class Feedforward(NamedTuple):
+    """Servo feedforward of the insertion axis, found by calibration; zeros for the paper's PD."""
+
+    velocity_v_s_per_mm: float
+    friction_v: float
+
+
+PLAIN_PD = Feedforward(velocity_v_s_per_mm=0.0, friction_v=0.0)
+
+
+class Calibration(NamedTuple):
+    """What an identification run found."""
+
+    model: ModifiedDahl
+    feedforward: Feedforward
+
+
+def _gaps_mm(kind: int, model: ModifiedDahl) -> tuple[float, float]:
+    """Head travel across the gap, inwards and outwards, that the compensator will ask for."""
+    if kind != CompensationKind.EXACT_INVERSE:
+        return 0.0, 0.0
+    full = float(modified_dahl.saturation_mm(model))
+    return abs(modified_dahl.gap_move(model, full, 1.0)), abs(
+        modified_dahl.gap_move(model, -full, -1.0)
+    )
+
+
+def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tuple[Servo, Servo]:
+    lead = profile.head_time_constant_s
+    if kind != CompensationKind.EXACT_INVERSE:
+        feedforward, lead = PLAIN_PD, 0.0
+    insertion = Servo(
+        proportional_v=profile.insertion_p_v_per_mm,
+        derivative_v_s=profile.insertion_d_v_s_per_mm,
+        velocity_v_s=feedforward.velocity_v_s_per_mm,
+        friction_v=feedforward.friction_v,
+        time_constant_s=lead,
+        voltage_limit_v=profile.supply_v,
+    )
+    valve = Servo(
+        proportional_v=profile.valve_p_v_per_rad,
+        derivative_v_s=profile.valve_d_v_s_per_rad,
+        velocity_v_s=0.0,
+        friction_v=0.0,
+        time_constant_s=0.0,
+        voltage_limit_v=profile.supply_v,
+    )
+    return insertion, valve
+
+
+def limits(
+    profile: MachineProfile, protocol: Protocol, model: ModifiedDahl, park_head_mm: float
+) -> Limits:
+    """Governor's limits for a protocol, on the transmission that was identified (or nominal)."""
+    tip = bounds.tip_bounds(
+        gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
+    )
+    parked = bounds.deepest_mm(tip, bounds.retracted(tip, park_head_mm))
+    deepest_travel = protocol.cap_mm + float(modified_dahl.gap_mm(model))
+    return Limits(
+        tip=tip,
+        cap_mm=protocol.cap_mm,
+        outside_mm=float(parked) + OUTSIDE_MARGIN_MM,
+        park_head_mm=park_head_mm,
+        head_speed_mm_per_s=profile.head_limit_mm_per_s,
+        following_mm=profile.following_mm,
+        vacuum_mmhg=VACUUM_MARGIN * protocol.vacuum_mmhg,
+        negative_pressure_s=protocol.negative_pressure_budget_s,
+        in_airway_s=protocol.in_airway_budget_s,
+        contact_s=2.0,
+        withdrawal_s=deepest_travel / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
+    )
+
+
+def settings(
+    profile: MachineProfile, protocol: Protocol, kind: CompensationKind, calibration: Calibration
+) -> Settings:
+    """Controller settings for one run. Raises InputError where the protocol cannot be done."""
+    chosen = Compensation(
+        kind=int(kind),
+        model=calibration.model,
+        limits=HeadLimits(
+            speed_mm_per_s=profile.head_planned_mm_per_s,
+            acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
+        ),
+    )
+    parked = compensation.parked(chosen, 0.0)
+    gap_in, gap_out = _gaps_mm(kind, calibration.model)
+    abilities = Abilities(
+        head_mm_per_s=profile.head_planned_mm_per_s,
+        acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
+        park_head_mm=parked.head_mm,
+        settle_mm=profile.settle_mm,
+        cam_open_rad=profile.cam_open_rad,
+        cam_rad_per_s=profile.cam_rad_per_s,
+        gap_in_mm=gap_in,
+        gap_out_mm=gap_out,
+    )
+    insertion, valve = _servos(profile, kind, calibration.feedforward)
+    return Settings(
+        plan=planner.plan(protocol, abilities, EXCITATION),
+        compensation=chosen,
+        parked=parked,
+        insertion_servo=insertion,
+        valve_servo=valve,
+        valve_motion=ValveMotion(
+            open_rad=profile.cam_open_rad, speed_rad_per_s=profile.cam_rad_per_s
+        ),
+        limits=limits(profile, protocol, calibration.model, parked.head_mm),
+    )

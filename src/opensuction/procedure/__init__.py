@@ -1,0 +1,1 @@
+"""What the machine does: phases, transitions, the cycle and its protocol."""

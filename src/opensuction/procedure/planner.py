@@ -1,0 +1,160 @@
+"""Fits a protocol to a machine, or refuses with the arithmetic in one line."""
+
+from typing import NamedTuple
+
+from opensuction.control import profile
+from opensuction.kernel.errors import InputError
+from opensuction.procedure import plan as plans
+from opensuction.procedure.plan import Excitation, Motion, PhaseLimits, Plan
+from opensuction.procedure.protocol import Protocol
+
+CAP_MARGIN_MM = 5.0
+"""Least distance from the stopping point to the cap (DESIGN: or the planner refuses)."""
+SETTLE_S = 1.0
+"""Time a servo may need to settle after a move, before the phase counts as overdue."""
+CHECK_LIMIT_S = 8.0
+"""Longest pre-use check: the pump fills an 0.8 L canister in about 2 s."""
+OVERDUE_SHARE = 1.5
+"""A phase may last this many times its planned duration (and `SETTLE_S`)."""
+
+
+class Abilities(NamedTuple):
+    """What the planner must know of the machine."""
+
+    head_mm_per_s: float
+    """Speed at which the head crosses a gap and withdraws on an abort."""
+    acceleration_mm_per_s2: float
+    park_head_mm: float
+    settle_mm: float
+    cam_open_rad: float
+    cam_rad_per_s: float
+    gap_in_mm: float
+    """Head travel that takes up the gap before insertion; 0 without compensation."""
+    gap_out_mm: float
+    """Head travel that takes it up before the way back."""
+
+
+class Timeline(NamedTuple):
+    """Planned durations, s."""
+
+    preload: float
+    insertion: float
+    stroke: float
+    dwell: float
+    withdrawal: float
+    negative_pressure: float
+    """Valve leaves its seat to valve closed."""
+    in_airway: float
+
+
+def crossing_s(abilities: Abilities, gap_mm: float) -> float:
+    """Time to cross a gap from rest to rest within the head's limits."""
+    return float(
+        profile.duration_s(
+            profile.Profile(0.0, gap_mm, abilities.head_mm_per_s, abilities.acceleration_mm_per_s2)
+        )
+    )
+
+
+def motion(protocol: Protocol, abilities: Abilities) -> Motion:
+    """Tip motion of a protocol on a machine."""
+    return Motion(
+        target_mm=protocol.travel_mm,
+        insertion_mm_per_s=protocol.insertion_mm_per_s,
+        withdrawal_mm_per_s=protocol.withdrawal_mm_per_s,
+        abort_mm_per_s=abilities.head_mm_per_s,
+        acceleration_mm_per_s2=abilities.acceleration_mm_per_s2,
+        park_head_mm=abilities.park_head_mm,
+        settle_mm=abilities.settle_mm,
+    )
+
+
+def timeline(protocol: Protocol, abilities: Abilities) -> Timeline:
+    """Planned durations of a cycle."""
+    moves = motion(protocol, abilities)
+    insertion = float(profile.duration_s(plans.way_in(moves, 0.0)))
+    withdrawal = float(
+        profile.duration_s(plans.way_out(moves, protocol.travel_mm, protocol.withdrawal_mm_per_s))
+    )
+    stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
+    return Timeline(
+        preload=crossing_s(abilities, abilities.gap_in_mm),
+        insertion=insertion,
+        stroke=stroke,
+        dwell=protocol.dwell_s,
+        withdrawal=withdrawal,
+        negative_pressure=protocol.dwell_s + withdrawal + stroke,
+        in_airway=insertion + protocol.dwell_s + withdrawal,
+    )
+
+
+def check(protocol: Protocol, abilities: Abilities) -> None:
+    """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
+    times = timeline(protocol, abilities)
+    least_cap = protocol.travel_mm + CAP_MARGIN_MM
+    if protocol.cap_mm < least_cap:
+        raise InputError(
+            f"cap_mm {protocol.cap_mm:g} mm is nearer than {CAP_MARGIN_MM:g} mm to travel_mm "
+            f"{protocol.travel_mm:g} mm: set cap_mm to {least_cap:g} mm or more"
+        )
+    if times.negative_pressure > protocol.negative_pressure_budget_s:
+        raise InputError(
+            f"negative pressure would last {times.negative_pressure:.1f} s = dwell "
+            f"{times.dwell:.1f} s + withdrawal {times.withdrawal:.1f} s + valve stroke "
+            f"{times.stroke:.1f} s; the budget is {protocol.negative_pressure_budget_s:g} s: "
+            "shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm"
+        )
+    if times.in_airway > protocol.in_airway_budget_s:
+        raise InputError(
+            f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
+            f"{times.insertion:.1f} s + dwell {times.dwell:.1f} s + withdrawal "
+            f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s"
+        )
+    needed = times.stroke + crossing_s(abilities, abilities.gap_out_mm)
+    if protocol.dwell_s < needed:
+        raise InputError(
+            f"dwell_s {protocol.dwell_s:g} s is too short: the valve stroke takes "
+            f"{times.stroke:.1f} s and the gap of the way back {needed - times.stroke:.1f} s"
+        )
+    fastest = max(protocol.insertion_mm_per_s, protocol.withdrawal_mm_per_s)
+    if fastest > abilities.head_mm_per_s:
+        raise InputError(
+            f"a speed of {fastest:g} mm/s is more than this machine's head can do "
+            f"({abilities.head_mm_per_s:g} mm/s)"
+        )
+
+
+def _overdue_s(planned_s: float) -> float:
+    return OVERDUE_SHARE * planned_s + SETTLE_S
+
+
+def phase_limits(times: Timeline, abilities: Abilities, excitation: Excitation) -> PhaseLimits:
+    """Longest duration of each phase: its plan, half of it again and time to settle."""
+    abort = times.withdrawal + crossing_s(abilities, abilities.gap_out_mm) + times.stroke
+    return PhaseLimits(
+        checking=CHECK_LIMIT_S,
+        preloading=_overdue_s(times.preload),
+        inserting=_overdue_s(times.insertion),
+        opening=_overdue_s(times.stroke),
+        suctioning=_overdue_s(times.dwell),
+        withdrawing=_overdue_s(times.withdrawal),
+        closing=_overdue_s(times.stroke),
+        aborting=_overdue_s(abort),
+        identifying=excitation.duration_s + SETTLE_S,
+    )
+
+
+def plan(protocol: Protocol, abilities: Abilities, excitation: Excitation) -> Plan:
+    """The plan of a protocol on a machine. Raises InputError where it cannot be done."""
+    check(protocol, abilities)
+    times = timeline(protocol, abilities)
+    return Plan(
+        motion=motion(protocol, abilities),
+        excitation=excitation,
+        preload_s=times.preload,
+        dwell_s=times.dwell,
+        gap_lead_s=crossing_s(abilities, abilities.gap_out_mm),
+        vacuum_mmhg=protocol.vacuum_mmhg,
+        cam_open_rad=abilities.cam_open_rad,
+        limits_s=phase_limits(times, abilities, excitation),
+    )

@@ -1,0 +1,112 @@
+"""Phases and transitions: one table, the only place that says what follows what.
+
+Events are ranked; of those that happened in a tick the first that the table knows for the
+current phase is taken, one transition a tick. The documentation draws its diagram from here.
+"""
+
+from enum import IntEnum
+
+import numpy as np
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
+
+
+class Event(IntEnum):
+    """What can happen, most urgent first."""
+
+    TRIPPED = 0
+    """The governor found a limit broken or a reading it cannot trust."""
+    ABORT_REQUESTED = 1
+    """A person wants it to stop."""
+    PHASE_OVERDUE = 2
+    """The phase lasted longer than the plan allows."""
+    CHECK_PASSED = 3
+    PRELOADED = 4
+    TARGET_REACHED = 5
+    VALVE_OPENED = 6
+    DWELL_ELAPSED = 7
+    WITHDRAWN = 8
+    VALVE_CLOSED = 9
+    CLEARED = 10
+    """Out of the airway with the valve closed, or nothing left that may move."""
+    EXCITATION_ENDED = 11
+    START_REQUESTED = 12
+    IDENTIFY_REQUESTED = 13
+    RESET_REQUESTED = 14
+    """A person acknowledges a halt with the head at its park position."""
+    RECOVERY_REQUESTED = 15
+    """The same with the head elsewhere: out first."""
+
+
+P = Phase
+E = Event
+
+NORMAL: dict[tuple[Phase, Event], Phase] = {
+    (P.PARKED, E.START_REQUESTED): P.CHECKING,
+    (P.CHECKING, E.CHECK_PASSED): P.PRELOADING,
+    (P.PRELOADING, E.PRELOADED): P.INSERTING,
+    (P.INSERTING, E.TARGET_REACHED): P.OPENING,
+    (P.OPENING, E.VALVE_OPENED): P.SUCTIONING,
+    (P.SUCTIONING, E.DWELL_ELAPSED): P.WITHDRAWING,
+    (P.WITHDRAWING, E.WITHDRAWN): P.CLOSING,
+    (P.CLOSING, E.VALVE_CLOSED): P.PARKED,
+    (P.PARKED, E.IDENTIFY_REQUESTED): P.IDENTIFYING,
+    (P.IDENTIFYING, E.EXCITATION_ENDED): P.PARKED,
+    (P.ABORTING, E.CLEARED): P.HALTED,
+    (P.HALTED, E.RESET_REQUESTED): P.PARKED,
+    (P.HALTED, E.RECOVERY_REQUESTED): P.ABORTING,
+}
+
+ACTIVE = (
+    P.CHECKING,
+    P.PRELOADING,
+    P.INSERTING,
+    P.OPENING,
+    P.SUCTIONING,
+    P.WITHDRAWING,
+    P.CLOSING,
+    P.IDENTIFYING,
+)
+"""Phases in which the machine does something that can be broken off."""
+
+BROKEN_OFF: dict[tuple[Phase, Event], Phase] = {
+    **{
+        (phase, event): P.ABORTING
+        for phase in ACTIVE
+        for event in (E.TRIPPED, E.ABORT_REQUESTED, E.PHASE_OVERDUE)
+    },
+    (P.PARKED, E.TRIPPED): P.HALTED,
+    (P.ABORTING, E.PHASE_OVERDUE): P.HALTED,
+}
+
+TRANSITIONS: dict[tuple[Phase, Event], Phase] = {**NORMAL, **BROKEN_OFF}
+"""Where each event leads from each phase; a pair that is not here changes nothing."""
+
+STAY = -1
+
+
+def _frozen() -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    table = np.full((len(Phase), len(Event)), STAY, dtype=np.int64)
+    for (phase, event), following in TRANSITIONS.items():
+        table[phase, event] = following
+    return table
+
+
+TABLE = _frozen()
+"""``TRANSITIONS`` as an array for the compiled step, shape (phases, events)."""
+
+
+@compiled
+def follow(phase: int, happened: int) -> int:
+    """Phase after one tick.
+
+    happened: bit mask, bit ``event`` set for each event of this tick. Returns the phase that the
+    highest-ranked event with an entry leads to, or the same phase.
+    """
+    if happened == 0:
+        return phase
+    for event in range(TABLE.shape[1]):
+        if happened >> event & 1 and TABLE[phase, event] != STAY:
+            return int(TABLE[phase, event])
+    return phase

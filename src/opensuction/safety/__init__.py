@@ -1,0 +1,1 @@
+"""What the machine may do: limits and the governor that holds them."""

@@ -1,0 +1,125 @@
+"""What makes the governor act: a code each, how it reacts, and the sentence a person reads."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.kernel.compiled import compiled
+
+
+class Reaction(IntEnum):
+    """What the governor does to a proposal, mildest first; a later one includes what it must."""
+
+    PASS = 0
+    CAP = 1
+    """A setpoint was clamped; the cycle goes on."""
+    HOLD = 2
+    """The head may not advance."""
+    WITHDRAW = 3
+    """Out of the airway, whatever was proposed."""
+    TORQUE_OFF = 4
+    """Moving would be worse than staying."""
+
+
+class Trip(IntEnum):
+    """Broken limits and untrusted readings; latched until a reset. Never renumber."""
+
+    PROPOSAL_INVALID = 0
+    HEAD_READING_INVALID = 1
+    HEAD_OVERSPEED = 2
+    HEAD_NOT_FOLLOWING = 3
+    CAM_READING_INVALID = 4
+    VACUUM_READING_INVALID = 5
+    VACUUM_EXCEEDED = 6
+    NEGATIVE_PRESSURE_TIME = 7
+    IN_AIRWAY_TIME = 8
+    CONTACT_TIME = 9
+    CONTACT_READING_INVALID = 10
+    LATE_TICKS = 11
+    WITHDRAWAL_TIME = 12
+
+
+class TripKind(NamedTuple):
+    """How a trip is answered and announced."""
+
+    reaction: Reaction
+    vacuum_cut: bool
+    """Valve closed and pump off, whatever was proposed."""
+    priority: str
+    """Alarm priority in the words of IEC 60601-1-8."""
+    sentence: str
+
+
+KINDS: dict[Trip, TripKind] = {
+    Trip.PROPOSAL_INVALID: TripKind(
+        Reaction.WITHDRAW, True, "high", "the controller proposed a setpoint that is not a number"
+    ),
+    Trip.HEAD_READING_INVALID: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "the head encoder gives no valid reading"
+    ),
+    Trip.HEAD_OVERSPEED: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "the catheter head moves faster than its limit"
+    ),
+    Trip.HEAD_NOT_FOLLOWING: TripKind(
+        Reaction.WITHDRAW, True, "high", "the catheter head does not follow its command"
+    ),
+    Trip.CAM_READING_INVALID: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the valve encoder gives no valid reading"
+    ),
+    Trip.VACUUM_READING_INVALID: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the vacuum sensor gives no valid reading"
+    ),
+    Trip.VACUUM_EXCEEDED: TripKind(
+        Reaction.WITHDRAW, True, "high", "the line vacuum is above its limit"
+    ),
+    Trip.NEGATIVE_PRESSURE_TIME: TripKind(
+        Reaction.WITHDRAW, True, "high", "suction has lasted longer than its limit"
+    ),
+    Trip.IN_AIRWAY_TIME: TripKind(
+        Reaction.WITHDRAW, True, "high", "the catheter has been in the airway longer than its limit"
+    ),
+    Trip.CONTACT_TIME: TripKind(
+        Reaction.WITHDRAW, True, "high", "the tip has pressed on tissue longer than its limit"
+    ),
+    Trip.CONTACT_READING_INVALID: TripKind(
+        Reaction.WITHDRAW, False, "medium", "the contact switch gives no valid reading"
+    ),
+    Trip.LATE_TICKS: TripKind(
+        Reaction.WITHDRAW, True, "high", "the controller misses its deadlines"
+    ),
+    Trip.WITHDRAWAL_TIME: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "the catheter could not be withdrawn in time"
+    ),
+}
+
+REACTIONS = np.array([KINDS[trip].reaction for trip in Trip], dtype=np.int64)
+CUTS = np.array([KINDS[trip].vacuum_cut for trip in Trip], dtype=np.bool_)
+
+
+def names(trips: int) -> list[Trip]:
+    """The trips in a bit mask, in order."""
+    return [trip for trip in Trip if trips >> trip & 1]
+
+
+@compiled
+def reaction(trips: int) -> int:
+    """Strongest reaction that a bit mask of trips asks for."""
+    strongest = 0
+    if trips == 0:
+        return strongest
+    for trip in range(REACTIONS.size):
+        if trips >> trip & 1:
+            strongest = max(strongest, REACTIONS[trip])
+    return strongest
+
+
+@compiled
+def cuts_vacuum(trips: int) -> bool:
+    """Whether any trip in a bit mask asks for the vacuum to be cut."""
+    if trips == 0:
+        return False
+    for trip in range(CUTS.size):
+        if trips >> trip & 1 and CUTS[trip]:
+            return True
+    return False
