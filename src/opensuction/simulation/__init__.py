@@ -1,0 +1,1 @@
+"""The compiled closed loop of controller and twin: one of the two drivers of the core."""

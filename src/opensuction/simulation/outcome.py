@@ -1,0 +1,114 @@
+"""What a recorded cycle came to: the figures that reports, tests and trials share."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel.phase import Phase
+from opensuction.safety import trip
+from opensuction.safety.trip import Trip
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.trace import Columns, phase_spans
+
+IN_AIRWAY_PHASES = (
+    Phase.INSERTING,
+    Phase.BACKING_OFF,
+    Phase.OPENING,
+    Phase.SUCTIONING,
+    Phase.WITHDRAWING,
+)
+
+
+class TripTime(NamedTuple):
+    """A trip and when it happened, s after the start of the run."""
+
+    trip: Trip
+    time_s: float
+
+
+class Outcome(NamedTuple):
+    """Figures of one cycle; nan where the cycle did not get that far."""
+
+    completed: bool
+    target_mm: float
+    reached_mm: float
+    """Tip when suction began, standing still; its deepest position if it never began."""
+    deepest_mm: float
+    rmse_mm: float
+    """Laser minus reference over the tracked span."""
+    peak_error_mm: float
+    cycle_s: float
+    in_airway_s: float
+    negative_pressure_s: float
+    """From the valve's leaving its seat to its return."""
+    peak_vacuum_mmhg: float
+    carina_force_peak_n: float
+    removed_ml: float
+    removed_percent: float
+    trips: tuple[TripTime, ...]
+
+
+def tracked(trace: Columns, span_s: float | None) -> npt.NDArray[np.bool_]:
+    """Ticks over which tracking is scored.
+
+    span_s: that long from the start of insertion (29 s for the paper's cycle); None is from the
+    start of insertion to the end of withdrawal.
+    """
+    inside = np.isin(trace["phase"], IN_AIRWAY_PHASES)
+    if span_s is None or not np.any(inside):
+        return inside
+    start = int(np.argmax(inside))
+    ticks = np.arange(inside.size)
+    return (ticks >= start) & (ticks < start + round(span_s / DT_S))
+
+
+def tracking_error_mm(trace: Columns) -> npt.NDArray[np.float64]:
+    """Laser minus reference, shape (ticks,)."""
+    return trace["truth.laser_mm"] - trace["demand.reference_mm"]
+
+
+def _trip_times(trace: Columns) -> tuple[TripTime, ...]:
+    masks = trace["verdict.trips"].astype(np.int64)
+    found = []
+    for code in trip.names(int(np.bitwise_or.reduce(masks))):
+        first = int(np.argmax(masks >> int(code) & 1))
+        found.append(TripTime(code, float(trace["time_s"][first])))
+    return tuple(sorted(found, key=lambda item: item.time_s))
+
+
+def _reached_mm(trace: Columns) -> float:
+    sucking = trace["phase"] == Phase.SUCTIONING
+    tip = trace["truth.tip_mm"]
+    return float(tip[np.argmax(sucking)] if np.any(sucking) else np.max(tip))
+
+
+def outcome(
+    trace: Columns, target_mm: float, secretion_ml: float, span_s: float | None = None
+) -> Outcome:
+    """Figures of a cycle.
+
+    trace: one run. target_mm: stopping point asked for. secretion_ml: secretions at the start.
+    span_s: see `tracked`.
+    """
+    scored = tracked(trace, span_s)
+    error = tracking_error_mm(trace)[scored]
+    spans = phase_spans(trace)
+    closed = any(span.phase == Phase.CLOSING for span in spans)
+    removed = float(trace["truth.secretion_removed_ml"][-1])
+    return Outcome(
+        completed=closed and spans[-1].phase == Phase.PARKED,
+        target_mm=target_mm,
+        reached_mm=_reached_mm(trace),
+        deepest_mm=float(np.max(trace["truth.tip_mm"])),
+        rmse_mm=float(np.sqrt(np.mean(np.square(error)))) if error.size else float("nan"),
+        peak_error_mm=float(np.max(np.abs(error))) if error.size else float("nan"),
+        cycle_s=float(trace["time_s"][-1] - trace["time_s"][0]) + DT_S,
+        in_airway_s=float(np.count_nonzero(np.isin(trace["phase"], IN_AIRWAY_PHASES)) * DT_S),
+        negative_pressure_s=float(np.count_nonzero(trace["truth.valve_open_ratio"] > 0.0) * DT_S),
+        peak_vacuum_mmhg=float(np.max(trace["readings.line_vacuum_mmhg"])),
+        carina_force_peak_n=float(np.max(trace["truth.contact_n"])),
+        removed_ml=removed,
+        removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
+        trips=_trip_times(trace),
+    )

@@ -1,0 +1,1 @@
+"""Digital twin of machine and patient: a different model from the controller's, on purpose."""

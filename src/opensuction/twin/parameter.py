@@ -1,0 +1,142 @@
+"""Every parameter of the twin: value, spread between machines, unit, meaning and source.
+
+This is the one documented place. ``spread`` is the standard deviation over machines; a seed draws
+one machine. Sources: [paper] the paper; [datasheet] Faulhaber 1524T024SR; [calibrated] chosen so
+that the bench reproduces the paper's identification and Table I; [computed] from the others;
+[assumed] no source found.
+"""
+
+import math
+from typing import NamedTuple
+
+from opensuction.kernel import random_stream
+
+MACHINE_PURPOSE = 1
+"""Stream of random numbers that draws machines."""
+SPREAD_LIMIT = 2.5
+"""Draws are cut off at this many standard deviations."""
+
+
+class Parameter(NamedTuple):
+    """One parameter of the twin."""
+
+    value: float
+    spread: float
+    unit: str
+    meaning: str
+    source: str
+
+
+def _p(value: float, unit: str, meaning: str, source: str, spread: float = 0.0) -> Parameter:
+    return Parameter(value=value, spread=spread, unit=unit, meaning=meaning, source=source)
+
+
+BENCH: dict[str, Parameter] = {
+    # Insertion axis
+    "supply_v": _p(24.0, "V", "supply of both motors", "[datasheet]"),
+    "no_load_mm_per_s": _p(
+        18.8, "mm/s", "head speed at full supply without friction", "[calibrated] Table I", 0.4
+    ),
+    "insertion_time_constant_s": _p(
+        0.020, "s", "mechanical time constant of the insertion axis", "[assumed]"
+    ),
+    "moving_mass_kg": _p(
+        16.4, "kg", "rotor inertia (0.56 g cm2) referred to the head", "[computed] [datasheet]"
+    ),
+    "insertion_friction_v": _p(
+        0.5,
+        "V",
+        "Coulomb friction of motor, gear and guide, as a voltage",
+        "[assumed] at most 1",
+        0.05,
+    ),
+    "drive_force_n": _p(5.0, "N", "drive current limit, as force at the head", "[assumed]"),
+    "drive_a_per_n": _p(
+        0.0037, "A/N", "motor current for each newton at the head", "[computed] [datasheet]"
+    ),
+    "head_encoder_mm": _p(0.005, "mm", "resolution of the head position", "[assumed]"),
+    "gear_backlash_mm": _p(0.10, "mm", "play of gearhead and rack", "[assumed] 0.05 to 0.2"),
+    # Catheter in its conduit
+    "bend_rad": _p(
+        9.6, "rad", "total bend of the conduit", "[calibrated] paper's loop width", 0.75
+    ),
+    "clearance_mm": _p(2.0, "mm", "conduit bore less catheter diameter", "[paper] 6.0 - 4.0"),
+    "width_spread_mm": _p(
+        2.5, "mm", "standard deviation of the clearances along the bends", "[calibrated]"
+    ),
+    "stretch_mm": _p(
+        0.2, "mm", "friction-limited elastic stretch, both ways", "[computed] 0.1 N / 1 N per mm"
+    ),
+    "gain": _p(0.947, "mm/mm", "tip travel for each mm of head travel", "[calibrated]", 0.003),
+    "gain_per_100mm": _p(0.01, "1", "change of that gain over 100 mm of depth", "[assumed]", 0.003),
+    "offset_mm": _p(-6.1, "mm", "tip position at head 0 without clearance", "[calibrated]", 0.3),
+    "creep_fast_mm": _p(0.15, "mm", "fast part of the polymer's creep", "[assumed] at most 0.3"),
+    "creep_fast_s": _p(0.5, "s", "its time constant", "[assumed] 0.3 to 10"),
+    "creep_slow_mm": _p(0.10, "mm", "slow part of the polymer's creep", "[assumed]"),
+    "creep_slow_s": _p(5.0, "s", "its time constant", "[assumed]"),
+    # Valve axis
+    "cam_no_load_rad_per_s": _p(
+        math.radians(90.0), "rad/s", "cam speed at full supply without friction", "[assumed]"
+    ),
+    "valve_time_constant_s": _p(0.020, "s", "mechanical time constant of the cam", "[assumed]"),
+    "valve_friction_v": _p(0.5, "V", "Coulomb friction of the cam's drive", "[assumed]"),
+    "valve_force_v": _p(16.0, "V", "current limit of the cam's drive, as a voltage", "[assumed]"),
+    "cam_encoder_rad": _p(math.radians(0.05), "rad", "resolution of the cam angle", "[assumed]"),
+    "cam_stroke_rad": _p(math.radians(30.0), "rad", "cam angle of the full stroke", "[paper]"),
+    "valve_slide_mm": _p(5.0, "mm", "travel of the suction valve (s)", "[paper]"),
+    "valve_seal_mm": _p(0.3, "mm", "travel before the seal opens", "[assumed]"),
+    "spring_preload_v": _p(0.7, "V", "return spring, closed, as a voltage", "[assumed]"),
+    "spring_v_per_rad": _p(1.5, "V/rad", "its rate", "[assumed]"),
+    # Suction line
+    "pump_free_l_per_min": _p(18.0, "L/min", "free-air flow of the pump", "[paper]"),
+    "pump_occluded_mmhg": _p(560.0, "mmHg", "occluded vacuum of the pump", "[paper]"),
+    "regulator_ml_per_s_per_mmhg": _p(
+        60.0, "mL/s/mmHg", "air let in by the regulator above its set point", "[assumed]"
+    ),
+    "relief_mmhg": _p(150.0, "mmHg", "mechanical relief valve", "[paper] use at most 150"),
+    "relief_ml_per_s_per_mmhg": _p(60.0, "mL/s/mmHg", "air it lets in above", "[assumed]"),
+    "canister_ml": _p(800.0, "mL", "canister and tubing", "[assumed]"),
+    "bore_l_per_min": _p(
+        17.7, "L/min", "free-air flow of 3.5 mm x 2 m at 100 mmHg", "[computed] Blasius"
+    ),
+    "leak_ml_per_s_per_mmhg": _p(0.02, "mL/s/mmHg", "leak of canister and valve", "[assumed]"),
+    # Airway of the bench: a rubber trachea with artificial secretions
+    "carina_mm": _p(100.0, "mm", "tube end to carina; the paper's travel is 90", "[assumed]"),
+    "carina_n_per_mm": _p(0.5, "N/mm", "stiffness of the rubber carina", "[assumed]"),
+    "catheter_n_per_mm": _p(
+        0.9, "N/mm", "axial stiffness of the 2 m catheter", "[computed] 0.59 to 1.18"
+    ),
+    "switch_n": _p(0.08017, "N", "force that closes the contact switch", "[paper]", 0.002),
+    "secretion_ml": _p(3.0, "mL", "secretions in the trachea", "[assumed] 0.5 to 5 a pass", 0.6),
+    "secretion_depth_mm": _p(70.0, "mm", "depth around which they lie", "[assumed]", 5.0),
+    "secretion_spread_mm": _p(25.0, "mm", "half of the length over which they lie", "[assumed]"),
+    "uptake_ml_per_s_per_mmhg": _p(
+        0.0085,
+        "mL/s/mmHg",
+        "uptake of a 5 cm plug of 1 Pa s (1.2 mL/s at 120 mmHg, with losses)",
+        "[computed]",
+        0.001,
+    ),
+    "reach_mm": _p(15.0, "mm", "distance from which mucus flows to the tip", "[assumed]"),
+    "mucus_share": _p(0.6, "1", "share of the tip that flowing mucus takes", "[assumed]"),
+    # Measurement
+    "laser_noise_mm": _p(0.08, "mm", "laser, target and set-up, RMS", "[assumed] at most 0.1"),
+}
+"""The paper's bench."""
+
+
+def nominal(table: dict[str, Parameter]) -> dict[str, float]:
+    """Every parameter at its value."""
+    return {name: parameter.value for name, parameter in table.items()}
+
+
+def drawn(table: dict[str, Parameter], seed: int) -> dict[str, float]:
+    """One machine: every parameter drawn from its spread. seed: any integer below 2**32."""
+    values: dict[str, float] = {}
+    source = random_stream.stream(seed, MACHINE_PURPOSE)
+    for name, parameter in table.items():
+        # One draw for every name, spread or not: adding a spread leaves other draws alone.
+        draw, _, source = random_stream.normal_pair(source)
+        cut = min(max(draw, -SPREAD_LIMIT), SPREAD_LIMIT)
+        values[name] = parameter.value + parameter.spread * cut
+    return values

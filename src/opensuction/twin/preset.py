@@ -1,0 +1,169 @@
+"""Machines by name: parameters turned into the records that the twin steps."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ndtri
+
+from opensuction.kernel import random_stream
+from opensuction.twin import parameter, transmission
+from opensuction.twin.airway import BIN_MM, Airway, AirwayState
+from opensuction.twin.dc_axis import AxisMotion, DcAxis
+from opensuction.twin.laser import Laser, LaserState
+from opensuction.twin.machine import Machine, MachineState
+from opensuction.twin.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
+from opensuction.twin.transmission import Transmission
+from opensuction.twin.valve_mechanism import ValveMechanism
+
+PLAYS = 12
+"""Plays side by side: enough that more change no figure of the bench by 1 %."""
+BINS = 12
+"""Bins of secretions along the airway."""
+NOISE_PURPOSE = 1000
+"""Streams from here on are the measurement noise of run 0, 1, 2, ..."""
+BORE_MMHG = 100.0
+"""Vacuum at which the flow of the bore is given."""
+ML_PER_S = 1000.0 / 60.0
+"""mL/s for each L/min."""
+
+Values = dict[str, float]
+
+
+def play_widths_mm(mean_mm: float, spread_mm: float, count: int) -> npt.NDArray[np.float64]:
+    """Widths at equal quantiles of a normal distribution, with exactly its mean and deviation."""
+    quantiles = ndtri((np.arange(count) + 0.5) / count)
+    return np.asarray(mean_mm + spread_mm * quantiles / np.std(quantiles), dtype=np.float64)
+
+
+def insertion_axis(values: Values) -> DcAxis:
+    """Insertion axis from its parameters."""
+    supply = values["supply_v"]
+    speed_per_v = values["no_load_mm_per_s"] / supply
+    return DcAxis(
+        speed_per_v=speed_per_v,
+        time_constant_s=values["insertion_time_constant_s"],
+        voltage_limit_v=supply,
+        friction_v=values["insertion_friction_v"],
+        force_v=values["drive_force_n"] * load_v_per_n(values),
+        encoder_step=values["head_encoder_mm"],
+    )
+
+
+def load_v_per_n(values: Values) -> float:
+    """Voltage that balances one newton at the head: F = m v / tau at the speed of one volt."""
+    speed_m_per_s_per_v = values["no_load_mm_per_s"] / values["supply_v"] / 1000.0
+    return values["insertion_time_constant_s"] / (values["moving_mass_kg"] * speed_m_per_s_per_v)
+
+
+def conduit(values: Values) -> Transmission:
+    """Transmission from its parameters: mean width is bend angle times diametral clearance."""
+    mean_width = values["bend_rad"] * values["clearance_mm"]
+    return Transmission(
+        widths_mm=play_widths_mm(mean_width, values["width_spread_mm"], PLAYS),
+        stretch_mm=values["stretch_mm"],
+        gain=values["gain"],
+        gain_per_mm=values["gain_per_100mm"] / 100.0,
+        middle_mm=50.0,
+        offset_mm=values["offset_mm"],
+        creep_fast_mm=values["creep_fast_mm"],
+        creep_fast_per_s=1.0 / values["creep_fast_s"],
+        creep_slow_mm=values["creep_slow_mm"],
+        creep_slow_per_s=1.0 / values["creep_slow_s"],
+    )
+
+
+def _valve_axis(values: Values) -> DcAxis:
+    return DcAxis(
+        speed_per_v=values["cam_no_load_rad_per_s"] / values["supply_v"],
+        time_constant_s=values["valve_time_constant_s"],
+        voltage_limit_v=values["supply_v"],
+        friction_v=values["valve_friction_v"],
+        force_v=values["valve_force_v"],
+        encoder_step=values["cam_encoder_rad"],
+    )
+
+
+def _line(values: Values) -> SuctionLine:
+    return SuctionLine(
+        pump_free_ml_per_s=values["pump_free_l_per_min"] * ML_PER_S,
+        pump_occluded_mmhg=values["pump_occluded_mmhg"],
+        regulator_ml_per_s_per_mmhg=values["regulator_ml_per_s_per_mmhg"],
+        relief_mmhg=values["relief_mmhg"],
+        relief_ml_per_s_per_mmhg=values["relief_ml_per_s_per_mmhg"],
+        mmhg_per_ml=ATMOSPHERE_MMHG / values["canister_ml"],
+        bore_ml_per_s_per_root_mmhg=values["bore_l_per_min"] * ML_PER_S / math.sqrt(BORE_MMHG),
+        leak_ml_per_s_per_mmhg=values["leak_ml_per_s_per_mmhg"],
+    )
+
+
+def machine(values: Values) -> Machine:
+    """A machine with its airway from a full set of parameters."""
+    return Machine(
+        insertion_axis=insertion_axis(values),
+        gear_backlash_mm=values["gear_backlash_mm"],
+        amperes_per_v=values["drive_a_per_n"] / load_v_per_n(values),
+        load_v_per_n=load_v_per_n(values),
+        transmission=conduit(values),
+        valve_axis=_valve_axis(values),
+        valve=ValveMechanism(
+            stroke_rad=values["cam_stroke_rad"],
+            slide_mm=values["valve_slide_mm"],
+            seal_mm=values["valve_seal_mm"],
+            spring_preload_v=values["spring_preload_v"],
+            spring_v_per_rad=values["spring_v_per_rad"],
+        ),
+        line=_line(values),
+        airway=Airway(
+            carina_mm=values["carina_mm"],
+            carina_n_per_mm=values["carina_n_per_mm"],
+            catheter_n_per_mm=values["catheter_n_per_mm"],
+            switch_n=values["switch_n"],
+            uptake_ml_per_s_per_mmhg=values["uptake_ml_per_s_per_mmhg"],
+            reach_mm=values["reach_mm"],
+            mucus_share=values["mucus_share"],
+        ),
+        laser=Laser(noise_mm=values["laser_noise_mm"]),
+    )
+
+
+def secretions_ml(values: Values) -> npt.NDArray[np.float64]:
+    """Secretions in each bin: a cosine bump around their depth, cut off at the carina."""
+    middles = (np.arange(BINS) + 0.5) * BIN_MM
+    from_centre = (middles - values["secretion_depth_mm"]) / values["secretion_spread_mm"]
+    shape = np.where(np.abs(from_centre) < 1.0, 1.0 + np.cos(np.pi * from_centre), 0.0)
+    shape[middles > values["carina_mm"]] = 0.0
+    return np.asarray(shape * values["secretion_ml"] / np.sum(shape), dtype=np.float64)
+
+
+def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> MachineState:
+    """State at rest after a retract that ended with the head at ``head_mm``; pump off.
+
+    seed, run: the measurement noise; the same machine gives other noise for another run.
+    """
+    behind_gear = head_mm - 0.5 * twin.gear_backlash_mm
+    moved = transmission.retracted(twin.transmission, head_mm)
+    return MachineState(
+        insertion=AxisMotion(position=behind_gear, velocity=0.0, drive_v=0.0),
+        head_mm=head_mm,
+        transmission=moved,
+        valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
+        line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),
+        airway=AirwayState(
+            secretion_ml=secretions_ml(values),
+            removed_ml=0.0,
+            tip_mm=moved.tip_mm,
+            contact_n=0.0,
+            free_share=1.0,
+        ),
+        laser=LaserState(
+            reading_mm=moved.tip_mm,
+            spare=0.0,
+            has_spare=False,
+            stream=random_stream.stream(seed, NOISE_PURPOSE + run),
+        ),
+    )
+
+
+TABLES = {"bench": parameter.BENCH}
+"""Machine presets by name."""

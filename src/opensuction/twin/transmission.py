@@ -1,0 +1,107 @@
+"""Catheter in its conduit: head travel in, free tip travel out.
+
+Clearance is distributed along the bends, so the tip answers as many plays of different width
+side by side; friction against elastic stretch is one more narrow play in series; the polymer
+creeps for seconds after a move; and the gain changes slightly with depth. Width is bend angle
+times diametral clearance: re-routing the conduit changes it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.hysteresis import play
+from opensuction.kernel.compiled import compiled
+
+CREEP_VELOCITY_MM_PER_S = 3.0
+"""Head speed at which half of the creep amplitude is drawn."""
+
+
+class Transmission(NamedTuple):
+    """Parameters of the catheter and its conduit."""
+
+    widths_mm: npt.NDArray[np.float64]
+    """Full widths of the plays, shape (n,)."""
+    stretch_mm: float
+    """Friction-limited elastic stretch: full width of the play in series."""
+    gain: float
+    """Tip travel for each mm of head travel, half-way down."""
+    gain_per_mm: float
+    """Change of that gain with depth."""
+    middle_mm: float
+    """Depth at which ``gain`` holds."""
+    offset_mm: float
+    creep_fast_mm: float
+    creep_fast_per_s: float
+    """Inverse of its time constant."""
+    creep_slow_mm: float
+    creep_slow_per_s: float
+
+
+class TransmissionState(NamedTuple):
+    """State of the catheter in its conduit."""
+
+    plays_mm: npt.NDArray[np.float64]
+    stretch_mm: float
+    """Position behind the elastic stretch."""
+    head_mm: float
+    creep_fast_mm: float
+    creep_slow_mm: float
+    tip_mm: float
+    """Where the tip would be, were nothing in its way."""
+
+
+def retracted(transmission: Transmission, head_mm: float) -> TransmissionState:
+    """State at rest after a long retract that ended with the head at ``head_mm``."""
+    plays = play.retracted_positions_mm(transmission.widths_mm, head_mm)
+    behind = float(np.mean(plays)) + 0.5 * transmission.stretch_mm
+    return TransmissionState(
+        plays_mm=plays,
+        stretch_mm=behind,
+        head_mm=head_mm,
+        creep_fast_mm=0.0,
+        creep_slow_mm=0.0,
+        tip_mm=float(depth_mm(transmission, behind)),
+    )
+
+
+@compiled
+def depth_mm(transmission: Transmission, behind_mm: float) -> float:
+    """Tip position for a catheter position behind all clearance, without creep."""
+    from_middle = behind_mm - transmission.middle_mm
+    return (
+        transmission.gain * (behind_mm + 0.5 * transmission.gain_per_mm * from_middle * from_middle)
+        + transmission.offset_mm
+    )
+
+
+@compiled
+def step(
+    transmission: Transmission, state: TransmissionState, head_mm: float, dt_s: float
+) -> TransmissionState:
+    """Advance by one tick in which the head went to ``head_mm``."""
+    plays = state.plays_mm
+    behind = state.stretch_mm
+    drawn = 0.0
+    if head_mm != state.head_mm:
+        plays = plays.copy()
+        mean = play.distributed_step(transmission.widths_mm, plays, head_mm)
+        behind = play.step(transmission.stretch_mm, behind, mean)
+        speed = (head_mm - state.head_mm) / dt_s
+        drawn = speed / (abs(speed) + CREEP_VELOCITY_MM_PER_S)
+    # Each mode relaxes towards what the motion draws; a tick is a hundredth of any time constant.
+    fast = state.creep_fast_mm + transmission.creep_fast_per_s * dt_s * (
+        transmission.creep_fast_mm * drawn - state.creep_fast_mm
+    )
+    slow = state.creep_slow_mm + transmission.creep_slow_per_s * dt_s * (
+        transmission.creep_slow_mm * drawn - state.creep_slow_mm
+    )
+    return TransmissionState(
+        plays_mm=plays,
+        stretch_mm=behind,
+        head_mm=head_mm,
+        creep_fast_mm=fast,
+        creep_slow_mm=slow,
+        tip_mm=depth_mm(transmission, behind) - fast - slow,
+    )
