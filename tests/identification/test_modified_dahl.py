@@ -58,8 +58,8 @@ def test_exact_recordings_give_the_exact_parameters(
 
 
 def test_the_papers_plant_is_close_to_a_play() -> None:
-    # DESIGN of the twin's transmission: 40 widths at the quantiles of N(20, 3) mm, gain 0.95,
-    # 1 kHz for 40 s. The paper found .9677, .854, .077, -7.151 and an RMSE of .8301 mm.
+    # The distributed play nearest to the paper's plant: 40 widths at the quantiles of N(20, 3) mm,
+    # gain 0.95, 1 kHz for 40 s. The paper found .9677, .854, .077, -7.151, RMSE .8301 mm.
     widths_mm = 20.0 + 3.0 * norm.ppf((np.arange(40) + 0.5) / 40.0)
     head_mm = cosine(40_000)
     tip_mm = play.simulate_distributed(widths_mm, 0.95, -6.2, head_mm, np.zeros(40))

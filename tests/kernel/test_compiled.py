@@ -193,3 +193,13 @@ def test_an_index_out_of_range_is_an_error_not_a_stray_number() -> None:
 def test_a_division_by_zero_is_an_error_not_an_infinity() -> None:
     with pytest.raises(ZeroDivisionError):
         divide(1.0, 0.0)
+
+
+def test_pruning_leaves_folders_that_are_not_caches(tmp_path: Path) -> None:
+    keep = tmp_path / ("f" * 16)
+    for name in ("Documents", "0123456789abcdeg", *(f"{i:016x}" for i in range(8)), keep.name):
+        (tmp_path / name).mkdir()
+    prune(tmp_path, keep)
+    left = {entry.name for entry in tmp_path.iterdir()}
+    assert {"Documents", "0123456789abcdeg", keep.name} <= left
+    assert len(left) == 2 + module.KEPT_CACHES

@@ -11,7 +11,9 @@ With ``NUMBA_DISABLE_JIT=1`` every function stays plain Python: debugger, covera
 import hashlib
 import os
 import platform
+import re
 import shutil
+import stat
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -43,6 +45,9 @@ CACHE_SETTING = "CACHE_DIR"
 KEPT_CACHES = 4
 """How many cache folders survive pruning: one for each of a few checkouts or versions in use."""
 
+FOLDER_NAME = re.compile("[0-9a-f]{16}")
+"""What `sources_hash` returns."""
+
 Function = TypeVar("Function", bound=Callable[..., object])
 
 
@@ -73,16 +78,35 @@ def cache_root() -> Path:
         with tempfile.TemporaryFile(dir=root):
             return root
     except OSError:
-        # A folder of this user alone: machine code is loaded from it.
-        owner = os.getuid() if hasattr(os, "getuid") else os.getpid()
-        root = Path(tempfile.gettempdir()) / f"opensuction-compiled-{owner}"
+        return _private_root()
+
+
+def _private_root() -> Path:
+    """Temporary folder of this user alone: machine code is loaded from it.
+
+    A folder of that name which belongs to somebody else, or which others may write, could hold
+    their code: then a fresh folder of this process serves.
+    """
+    if hasattr(os, "getuid"):
+        root = Path(tempfile.gettempdir()) / f"opensuction-compiled-{os.getuid()}"
         root.mkdir(mode=0o700, exist_ok=True)
-        return root
+        status = root.lstat()
+        private = stat.S_ISDIR(status.st_mode) and status.st_mode & 0o077 == 0
+        if private and status.st_uid == os.getuid():
+            return root
+    return Path(tempfile.mkdtemp(prefix="opensuction-compiled-"))
 
 
 def prune(root: Path, keep: Path, kept: int = KEPT_CACHES) -> None:
-    """Remove all but the most recently used cache folders in ``root``; never ``keep``."""
-    folders = [entry for entry in root.iterdir() if entry.is_dir() and entry != keep]
+    """Remove all but the most recently used cache folders in ``root``; never ``keep``.
+
+    Only folders named like a hash of sources are touched: ``root`` may be anybody's folder.
+    """
+    folders = [
+        entry
+        for entry in root.iterdir()
+        if entry.is_dir() and entry != keep and FOLDER_NAME.fullmatch(entry.name)
+    ]
     folders.sort(key=lambda entry: entry.stat().st_mtime, reverse=True)
     for folder in folders[kept - 1 :]:
         shutil.rmtree(folder, ignore_errors=True)
