@@ -1,0 +1,1 @@
+"""The command line: options in, pictures and plain data out."""

@@ -1,0 +1,149 @@
+"""The ``cycle`` command: one automated cycle, shown while it runs, summarised and written down."""
+
+import json
+import math
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+from rich.console import Console
+
+from opensuction.cli import output_folder
+from opensuction.kernel.errors import InputError
+
+TERMINAL_PACE = 10.0
+"""Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
+POLL_S = 0.1
+"""How often a wait looks for Ctrl-C."""
+
+Result = TypeVar("Result")
+
+
+class Options(NamedTuple):
+    """Options of the command as a person gave them."""
+
+    machine: str
+    protocol: str
+    approach: str
+    compensation: str
+    seed: int
+    pace: float | None
+    out: Path | None
+    force: bool
+    as_json: bool
+
+
+def interruptible(work: Callable[[], Result]) -> Result:
+    """Run slow work in the background so that Ctrl-C is heard at once; raises what it raised."""
+    results: list[Result] = []
+    failures: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(work())
+        except BaseException as failure:
+            failures.append(failure)
+
+    worker = threading.Thread(target=run, daemon=True)
+    worker.start()
+    while worker.is_alive():
+        worker.join(POLL_S)
+    if failures:
+        raise failures[0]
+    return results[0]
+
+
+def pace_of(options: Options, console: Console) -> float:
+    """Simulated seconds a second; 0 is unpaced. Raises InputError for an impossible pace."""
+    if options.pace is None:
+        return TERMINAL_PACE if console.is_terminal and not options.as_json else 0.0
+    if not math.isfinite(options.pace) or options.pace < 0.0:
+        raise InputError(f"--pace {options.pace}: should be 0 (as fast as it goes) or more")
+    return options.pace
+
+
+class Pacer:
+    """Sleeps so that simulated time runs at a given pace."""
+
+    def __init__(self, pace: float) -> None:
+        self._pace = pace
+        self._start_s = time.monotonic()
+
+    def wait_until(self, simulated_s: float) -> None:
+        """Sleep until this much simulated time may have passed."""
+        if self._pace > 0.0:
+            ahead = simulated_s / self._pace - (time.monotonic() - self._start_s)
+            if ahead > 0.0:
+                time.sleep(ahead)
+
+
+def run(options: Options) -> int:
+    """Carry the command out; returns the exit status. Raises InputError for bad input."""
+    began_s = time.monotonic()
+    console = Console(stderr=options.as_json, highlight=False)
+    pace = pace_of(options, console)
+    folder = output_folder.chosen(options.out, options.seed)
+    with output_folder.whole(folder, options.force) as staging:
+        console.print(
+            f"One suction cycle on the digital twin: machine {options.machine}, protocol "
+            f"{options.protocol}, compensation {options.compensation}, seed {options.seed}",
+            soft_wrap=True,
+        )
+        data = _run_and_write(options, console, pace, staging, began_s)
+    if options.as_json:
+        print(json.dumps(data))  # noqa: T201 - the one object of --json
+    else:
+        _summarise(console, data, folder)
+    return 0 if data["outcome"] == "completed" else 1
+
+
+def _run_and_write(
+    options: Options, console: Console, pace: float, staging: Path, began_s: float
+) -> dict[str, object]:
+    # Heavy imports, after the first line is out.
+    from opensuction.evidence import cycle_run, cycle_summary
+    from opensuction.kernel import compiled
+    from opensuction.kernel.phase import Phase
+    from opensuction.report import page, terminal
+
+    choice = cycle_run.Choice(
+        machine=options.machine,
+        protocol=options.protocol,
+        approach=options.approach,
+        compensation=options.compensation,
+        seed=options.seed,
+    )
+    cycle_run.check(choice)
+    if compiled.is_cold():
+        console.print("Compiling the control core: once for this version, about 30 s")
+    prepared = interruptible(lambda: cycle_run.prepare(choice, console.print))
+    interruptible(lambda: cycle_run.warm_up(prepared))
+    pacer = Pacer(pace)
+    with terminal.LiveCycle(console, prepared.protocol.travel_mm, prepared.protocol.cap_mm) as live:
+
+        def watch(progress: cycle_run.Progress) -> None:
+            live.update(
+                Phase(progress.phase).name.lower(),
+                progress.time_s,
+                progress.tip_mm,
+                progress.valve_open_ratio,
+                progress.vacuum_mmhg,
+            )
+            pacer.wait_until(progress.time_s)
+
+        columns = cycle_run.play(prepared, watch)
+    factor = cycle_run.realtime_factor(prepared)
+    data = cycle_summary.summary(prepared, columns, time.monotonic() - began_s, factor)
+    html = page.render(data, columns, cycle_summary.sections(prepared))
+    (staging / "report.html").write_text(html, encoding="utf-8")
+    data["wall_s"] = time.monotonic() - began_s
+    (staging / "cycle.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    return data
+
+
+def _summarise(console: Console, data: dict[str, object], folder: Path) -> None:
+    from opensuction.report import terminal
+
+    terminal.print_summary(console, data, (folder / "report.html", folder / "cycle.json"))

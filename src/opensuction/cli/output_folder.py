@@ -1,0 +1,80 @@
+"""The folder of one run: written aside and renamed into place when whole."""
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+from opensuction.kernel.errors import InputError
+
+RUNS = Path("runs")
+"""Where runs go when no folder is named."""
+
+
+def chosen(out: Path | None, seed: int) -> Path:
+    """The named folder, or ``runs/<time>-<seed>`` in UTC."""
+    if out is not None:
+        return out
+    base = RUNS / f"{datetime.now(tz=UTC):%Y%m%dT%H%M%SZ}-{seed}"
+    folder, number = base, 2
+    while folder.exists():
+        folder, number = base.with_name(f"{base.name}-{number}"), number + 1
+    return folder
+
+
+def check(folder: Path, force: bool) -> None:
+    """Refuse a folder that cannot be written or that holds something; raises InputError."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out {folder}: this is a file; name a folder")
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise InputError(
+            f"--out {folder}: the folder is not empty; name another one or add --force"
+        )
+
+
+def _staging(folder: Path) -> Path:
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        if folder.is_dir():
+            # Renaming into it needs more than a writable parent.
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        return Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    except OSError as error:
+        raise InputError(
+            f"--out {folder}: cannot be written ({(error.strerror or str(error)).lower()}); "
+            "name a folder you may write to"
+        ) from None
+
+
+def _put_in_place(staging: Path, folder: Path) -> None:
+    staging.chmod(0o755)
+    if not folder.exists() or not any(folder.iterdir()):
+        staging.replace(folder)
+        return
+    for file in staging.iterdir():
+        file.replace(folder / file.name)
+    staging.rmdir()
+
+
+@contextmanager
+def whole(folder: Path, force: bool) -> Iterator[Path]:
+    """A folder to write into; it becomes ``folder`` at the end, or vanishes on any exception.
+
+    With ``force`` the files of a folder that is not empty are replaced one by one; others in it
+    stay. Raises InputError where the folder cannot be written, before anything is computed.
+    """
+    check(folder, force)
+    parents = [parent for parent in folder.parents if not parent.exists()]
+    staging = _staging(folder)
+    try:
+        yield staging
+        _put_in_place(staging, folder)
+    except BaseException:
+        shutil.rmtree(staging, ignore_errors=True)
+        for parent in parents:
+            if parent.is_dir() and not any(parent.iterdir()):
+                parent.rmdir()
+        raise

@@ -1,0 +1,182 @@
+"""The JSON object of the ``cycle`` command: what a cycle came to, in plain data.
+
+Keys and units are a contract (DESIGN section 8); ``null`` is what this twin does not simulate.
+"""
+
+import math
+from typing import Any
+
+from opensuction import __version__
+from opensuction.control.compensation import CompensationKind
+from opensuction.evidence import cycle_run
+from opensuction.evidence.cycle_run import Prepared
+from opensuction.hysteresis import modified_dahl
+from opensuction.procedure.protocol import GUIDELINE_NEGATIVE_PRESSURE_S
+from opensuction.safety.trip import KINDS
+from opensuction.simulation import trace
+from opensuction.simulation.bench import Identification
+from opensuction.simulation.outcome import Outcome
+from opensuction.simulation.trace import Columns
+
+Json = dict[str, Any]
+BUDGET_MARGIN_S = 0.05
+"""Timing that exceeds the guideline by less is rounding of a tick or two."""
+
+
+def without_nan(value: Any) -> Any:
+    """The same data with every number that is not finite as None: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: without_nan(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _tip(result: Outcome) -> Json:
+    return {
+        "target_mm": result.target_mm,
+        "reached_mm": result.reached_mm,
+        "stop_error_mm": result.reached_mm - result.target_mm,
+        "rmse_mm": result.rmse_mm,
+        "peak_error_mm": result.peak_error_mm,
+        "deepest_mm": result.deepest_mm,
+    }
+
+
+def _timing(prepared: Prepared, result: Outcome) -> Json:
+    return {
+        "cycle_s": result.cycle_s,
+        "in_airway_s": result.in_airway_s,
+        "in_airway_budget_s": prepared.protocol.in_airway_budget_s,
+        "negative_pressure_s": result.negative_pressure_s,
+        "negative_pressure_budget_s": prepared.protocol.negative_pressure_budget_s,
+        "guideline_s": GUIDELINE_NEGATIVE_PRESSURE_S,
+    }
+
+
+def _trips(result: Outcome) -> tuple[list[Json], list[Json]]:
+    trips, alarms = [], []
+    for code, time_s in result.trips:
+        kind = KINDS[code]
+        name = code.name.lower().replace("_", "-")
+        trips.append({"name": name, "sentence": kind.sentence, "time_s": time_s})
+        alarms.append(
+            {"name": name, "priority": kind.priority, "sentence": kind.sentence, "time_s": time_s}
+        )
+    if not result.completed:
+        sentence = "automated suctioning has stopped"
+        stopped = {"name": "automation-stopped", "priority": "high", "sentence": sentence}
+        alarms.append({**stopped, "time_s": result.cycle_s})
+    return trips, alarms
+
+
+def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
+    found = []
+    if result.negative_pressure_s > GUIDELINE_NEGATIVE_PRESSURE_S + BUDGET_MARGIN_S:
+        found.append(
+            f"Suction lasted {result.negative_pressure_s:.1f} s: guidelines allow "
+            f"{GUIDELINE_NEGATIVE_PRESSURE_S:g} s. This protocol is for the bench only."
+        )
+    identified = prepared.identification
+    if identified is None or identified.fit.well_posed:
+        return found
+    slope, gain = identified.fit.model.slope, identified.fit.model.velocity_gain
+    sentence = (
+        f"The identified model is not monotone (c = {slope:.3f} is not above 2 beta = "
+        f"{2 * gain:.3f}): at a reversal it has no continuous inverse"
+    )
+    if prepared.kind == CompensationKind.DIRECT_INVERSE:
+        found.append(f"{sentence}, and the printed compensator jumps there.")
+    else:
+        found.append(f"{sentence}; the reversal is crossed as a gap.")
+    return found
+
+
+def _identification(found: Identification | None) -> Json | None:
+    if found is None:
+        return None
+    model, feedforward = found.fit.model, found.calibration.feedforward
+    return {
+        "model": "modified-dahl",
+        "slope": model.slope,
+        "velocity_gain": model.velocity_gain,
+        "decay_per_mm": model.decay_per_mm,
+        "offset_mm": model.offset_mm,
+        "gap_mm": float(modified_dahl.gap_mm(model)),
+        "rmse_mm": found.fit.rmse_mm,
+        "well_posed": found.fit.well_posed,
+        "samples": found.fit.samples,
+        "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
+        "friction_v": feedforward.friction_v,
+    }
+
+
+def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor: float) -> Json:
+    """Everything about one cycle as plain data.
+
+    wall_s: time the whole command took so far. realtime_factor: simulated time over the time that
+    the compiled simulation alone took, trace included.
+    """
+    result = cycle_run.figures(prepared, columns)
+    trips, alarms = _trips(result)
+    choice = prepared.choice
+    data: Json = {
+        "outcome": "completed" if result.completed else "aborted",
+        "version": __version__,
+        "in_silico": True,
+        "machine": choice.machine,
+        "protocol": choice.protocol,
+        "approach": choice.approach,
+        "compensation": choice.compensation,
+        "patient": None,
+        "seed": choice.seed,
+        "phases": [
+            {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
+            for span in trace.phase_spans(columns)
+        ],
+        "tip": _tip(result),
+        "timing": _timing(prepared, result),
+        "vacuum": {
+            "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
+            "peak_mmhg": result.peak_vacuum_mmhg,
+        },
+        "carina_force_peak_n": result.carina_force_peak_n,
+        "secretion": {
+            "removed_ml": result.removed_ml,
+            "removed_percent": result.removed_percent,
+        },
+        "spo2_nadir_percent": None,
+        "lung_volume_loss_ml": None,
+        "trips": trips,
+        "alarms": alarms,
+        "warnings": _warnings(prepared, result),
+        "anatomy": {
+            "tube_end_mm": 0.0,
+            "carina_mm": prepared.rig.values["carina_mm"],
+            "cap_mm": prepared.protocol.cap_mm,
+        },
+        "identification": _identification(prepared.identification),
+        "wall_s": wall_s,
+        "realtime_factor": realtime_factor,
+    }
+    plain: Json = without_nan(data)
+    return plain
+
+
+def sections(prepared: Prepared) -> dict[str, Json]:
+    """Settings of the run for the last part of the report: title to names and values."""
+    settings = prepared.loop.controller
+    return {
+        "Protocol": prepared.protocol._asdict(),
+        "Plan": {
+            "preload_s": settings.plan.preload_s,
+            "dwell_s": settings.plan.dwell_s,
+            "gap_lead_s": settings.plan.gap_lead_s,
+            **settings.plan.motion._asdict(),
+        },
+        "Governor limits": settings.limits._asdict() | {"tip": settings.limits.tip._asdict()},
+        "Insertion servo": settings.insertion_servo._asdict(),
+        "Twin (drawn by the seed)": dict(prepared.rig.values),
+    }

@@ -1,0 +1,247 @@
+"""The ``cycle`` command as its users meet it."""
+
+import json
+import signal
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from opensuction.procedure.protocol import PAPER
+from tests.cli.command import opensuction
+
+KEYS = {
+    "outcome",
+    "protocol",
+    "approach",
+    "seed",
+    "phases",
+    "tip",
+    "timing",
+    "vacuum",
+    "carina_force_peak_n",
+    "secretion",
+    "spo2_nadir_percent",
+    "lung_volume_loss_ml",
+    "trips",
+    "alarms",
+    "wall_s",
+    "realtime_factor",
+}
+"""DESIGN section 8."""
+
+
+def protocol_file(folder: Path, **changes: object) -> Path:
+    values = {**PAPER._asdict(), **changes}
+    lines = [
+        f"{key} = {json.dumps(value) if not isinstance(value, str) else value}"
+        for key, value in values.items()
+        if value is not None
+    ]
+    file = folder / "protocol.toml"
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path, str]:
+    folder = tmp_path_factory.mktemp("cycle")
+    ran = opensuction("cycle", "--json", "--out", "run", "--seed", "3", cwd=folder)
+    assert ran.returncode == 0, ran.stderr
+    return json.loads(ran.stdout), folder / "run", ran.stderr
+
+
+def test_json_is_one_object_with_the_promised_keys(
+    finished: tuple[dict[str, Any], Path, str],
+) -> None:
+    data, _, progress = finished
+    assert data.keys() >= KEYS
+    assert data["tip"].keys() >= {
+        "target_mm",
+        "reached_mm",
+        "stop_error_mm",
+        "rmse_mm",
+        "peak_error_mm",
+    }
+    assert data["outcome"] == "completed"
+    assert data["seed"] == 3
+    assert "Identifying" in progress  # progress belongs on stderr
+
+
+def test_files_hold_the_same_figures_as_stdout(
+    finished: tuple[dict[str, Any], Path, str],
+) -> None:
+    data, folder, _ = finished
+    assert sorted(file.name for file in folder.iterdir()) == ["cycle.json", "report.html"]
+    assert json.loads((folder / "cycle.json").read_text()) == data
+
+
+def test_phases_follow_one_another_without_a_gap(
+    finished: tuple[dict[str, Any], Path, str],
+) -> None:
+    phases = finished[0]["phases"]
+    assert [phase["name"] for phase in phases] == [
+        "checking",
+        "preloading",
+        "inserting",
+        "opening",
+        "suctioning",
+        "withdrawing",
+        "closing",
+        "parked",
+    ]
+    for earlier, later in pairwise(phases):
+        assert earlier["end_s"] == later["start_s"]
+
+
+def test_summary_says_in_silico_and_where_the_files_are(tmp_path: Path) -> None:
+    ran = opensuction("cycle", "--compensation", "none", "--out", "here", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    words = " ".join(ran.stdout.split())
+    for expected in ("Completed", "digital twin", "not a medical device", "here/report.html"):
+        assert expected in words
+    assert ran.stderr == ""
+
+
+def test_default_folder_is_under_runs_and_named_by_the_seed(tmp_path: Path) -> None:
+    ran = opensuction("cycle", "--compensation", "none", "--seed", "12", "--json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    (run,) = (tmp_path / "runs").iterdir()
+    assert run.name.endswith("Z-12")
+    assert (run / "report.html").is_file()
+
+
+BAD = [
+    (("cycle", "--machine", "bensh"), "bench"),
+    (("cycle", "--protocol", "papper"), "paper"),
+    (("cycle", "--approach", "magic"), "travel"),
+    (("cycle", "--compensation", "exact"), "exact-inverse"),
+    (("cycle", "--seed", "-1"), "--seed"),
+    (("cycle", "--seed", "1.5"), "--seed"),
+    (("cycle", "--pace", "-2"), "--pace"),
+    (("cycle", "--pace", "nan"), "--pace"),
+    (("cycle", "--nonsense"), "--nonsense"),
+    (("cylce",), "cycle"),
+    (("cycle", "--protocol", "missing.toml"), "missing.toml"),
+    (("cycle", "surplus"), "surplus"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "named"), BAD, ids=[" ".join(a) for a, _ in BAD])
+def test_bad_option_is_one_plain_line(
+    arguments: tuple[str, ...], named: str, tmp_path: Path
+) -> None:
+    ran = opensuction(*arguments, "--json", cwd=tmp_path)
+    assert_refused(ran, named, tmp_path)
+
+
+def assert_refused(
+    ran: subprocess.CompletedProcess[str], named: str, folder: Path, left: int = 0
+) -> None:
+    assert ran.returncode == 2
+    assert ran.stdout == ""
+    lines = ran.stderr.strip().splitlines()
+    assert lines[-1].startswith("opensuction: ")
+    assert named in lines[-1]
+    assert "Traceback" not in ran.stderr
+    assert len(list(folder.iterdir())) == left
+
+
+BAD_PROTOCOLS: list[tuple[dict[str, object], str]] = [
+    ({"travel_mm": None}, "travel_mm"),
+    ({"traval_mm": 3.0}, "travel_mm"),
+    ({"dwell_s": "nan"}, "dwell_s"),
+    ({"dwell_s": "inf"}, "dwell_s"),
+    ({"dwell_s": "'nine'"}, "dwell_s"),
+    ({"dwell_s": -1.0}, "dwell_s"),
+    ({"vacuum_mmhg": 200.0}, "150"),
+    ({"bench_only": 1.0}, "bench_only"),
+    ({"travel_mm": True}, "travel_mm"),
+    ({"cap_mm": 91.0}, "95"),
+    ({"dwell_s": 20.0}, "budget"),
+    ({"insertion_mm_per_s": 25.0}, "17 mm/s"),
+    ({"dwell_s": 2.5}, "stroke"),
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"), BAD_PROTOCOLS, ids=[str(changes) for changes, _ in BAD_PROTOCOLS]
+)
+def test_bad_protocol_file_is_one_plain_line(
+    changes: dict[str, object], named: str, tmp_path: Path
+) -> None:
+    protocol_file(tmp_path, **changes)
+    ran = opensuction("cycle", "--protocol", "protocol.toml", "--json", cwd=tmp_path)
+    assert_refused(ran, named, tmp_path, left=1)
+
+
+def test_malformed_toml_names_file_and_line(tmp_path: Path) -> None:
+    (tmp_path / "broken.toml").write_text("travel_mm = 90.0\ncap_mm = = 3\n")
+    ran = opensuction("cycle", "--protocol", "broken.toml", "--json", cwd=tmp_path)
+    assert_refused(ran, "broken.toml", tmp_path, left=1)
+    assert "line 2" in ran.stderr
+
+
+def test_protocol_file_with_whole_numbers_runs(tmp_path: Path) -> None:
+    protocol_file(tmp_path, travel_mm=80, cap_mm=90)
+    ran = opensuction(
+        "cycle", "--protocol", "protocol.toml", "--json", "--compensation", "none", cwd=tmp_path
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert json.loads(ran.stdout)["tip"]["target_mm"] == 80.0
+
+
+def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "kept" / "notes.txt").write_text("mine")
+    arguments = ("cycle", "--compensation", "none", "--json", "--out", "kept")
+    ran = opensuction(*arguments, cwd=tmp_path)
+    assert_refused(ran, "--force", tmp_path, left=1)
+    forced = opensuction(*arguments, "--force", cwd=tmp_path)
+    assert forced.returncode == 0, forced.stderr
+    assert (tmp_path / "kept" / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "kept" / "report.html").is_file()
+
+
+def test_out_that_is_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine")
+    ran = opensuction("cycle", "--json", "--out", "taken", cwd=tmp_path)
+    assert_refused(ran, "taken", tmp_path, left=1)
+
+
+def test_out_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    # A file in the way stops every user, root too, unlike missing permission.
+    (tmp_path / "file").write_text("")
+    ran = opensuction("cycle", "--json", "--out", "file/below", cwd=tmp_path)
+    assert_refused(ran, "file/below", tmp_path, left=1)
+
+
+def test_interruption_exits_130_at_once_and_leaves_nothing(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "opensuction.cli.app", "cycle", "--pace", "1"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "Checking" in line:  # the cycle is under way
+            break
+    process.send_signal(signal.SIGINT)
+    _, words = process.communicate(timeout=20)  # unpaced it would take 30 s more
+    assert process.returncode == 130
+    assert words.strip() == "opensuction: interrupted; nothing was written"
+    assert list(tmp_path.rglob("*.html")) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_teaches_with_examples(tmp_path: Path) -> None:
+    ran = opensuction("cycle", "--help", cwd=tmp_path)
+    assert ran.returncode == 0
+    assert "Examples:" in ran.stdout
+    assert "exact-inverse" in ran.stdout
+    assert opensuction(cwd=tmp_path).returncode == 0
