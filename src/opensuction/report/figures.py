@@ -1,0 +1,162 @@
+"""Key figures of a cycle, each beside its limit and with a verdict in words."""
+
+from enum import Enum
+from typing import NamedTuple
+
+from opensuction.report.summary import Summary, number
+from opensuction.report.wording import quantity
+
+
+class Verdict(Enum):
+    """How a figure stands against its limit."""
+
+    GOOD = "good"
+    NOTICE = "notice"
+    """Outside a recommendation, inside the limit that was set."""
+    BAD = "bad"
+    NEUTRAL = "neutral"
+    """There is no limit to hold it against."""
+    ABSENT = "absent"
+
+
+ATTENTION = (Verdict.NOTICE, Verdict.BAD)
+"""Verdicts that a person should look at."""
+
+
+class Figure(NamedTuple):
+    """One key figure."""
+
+    name: str
+    value: str
+    limit: str
+    """What it is held against, or what else there is to say; may be empty."""
+    verdict: Verdict
+    remark: str
+    """The verdict in words; may be empty."""
+
+
+def _against(value: float | None, limit: float | None, words: str) -> tuple[Verdict, str]:
+    """Verdict on a value that shall not exceed a limit; ``words`` names the limit."""
+    if value is None:
+        return Verdict.ABSENT, ""
+    if limit is None:
+        return Verdict.NEUTRAL, ""
+    if value > limit:
+        return Verdict.BAD, f"over the {words}"
+    return Verdict.GOOD, f"within the {words}"
+
+
+def deepest_tip(summary: Summary) -> Figure:
+    """Deepest position of the tip against its cap."""
+    deepest, cap = number(summary, "tip", "deepest_mm"), number(summary, "anatomy", "cap_mm")
+    verdict, remark = _against(deepest, cap, "cap")
+    limit = "" if cap is None else f"cap {quantity(cap, 'mm')} below the tube's end"
+    return Figure("Deepest tip position", quantity(deepest, "mm"), limit, verdict, remark)
+
+
+def stop_error(summary: Summary) -> Figure:
+    """Where the tip stopped against the target; tolerance is the margin from target to cap."""
+    error = number(summary, "tip", "stop_error_mm")
+    target, cap = number(summary, "tip", "target_mm"), number(summary, "anatomy", "cap_mm")
+    name, shown = "Stopping error", quantity(error, "mm", signed=True)
+    limit = "" if target is None else f"target {quantity(target, 'mm')}"
+    if error is None:
+        return Figure(name, shown, limit, Verdict.ABSENT, "")
+    if target is None or cap is None:
+        return Figure(name, shown, limit, Verdict.NEUTRAL, "")
+    tolerance = cap - target
+    limit += f", margin to the cap {quantity(tolerance, 'mm')}"
+    if error < -tolerance:
+        return Figure(name, shown, limit, Verdict.NOTICE, "short of the target")
+    if error > tolerance:
+        return Figure(name, shown, limit, Verdict.BAD, "beyond the target")
+    return Figure(name, shown, limit, Verdict.GOOD, "at the target")
+
+
+def negative_pressure(summary: Summary) -> Figure:
+    """How long suction lasted against the protocol's budget and the guideline's limit."""
+    lasted = number(summary, "timing", "negative_pressure_s")
+    budget = number(summary, "timing", "negative_pressure_budget_s")
+    guideline = number(summary, "timing", "guideline_s")
+    verdict, remark = _against(lasted, budget, "protocol's limit")
+    beyond = lasted is not None and guideline is not None and lasted > guideline
+    if beyond and verdict is not Verdict.BAD:
+        verdict, remark = Verdict.NOTICE, "over the guideline"
+    limits = [] if budget is None else [f"limit {quantity(budget, 's')}"]
+    limits += [] if guideline is None else [f"guideline {quantity(guideline, 's')}"]
+    return Figure(
+        "Time under negative pressure", quantity(lasted, "s"), ", ".join(limits), verdict, remark
+    )
+
+
+def in_airway(summary: Summary) -> Figure:
+    """How long the catheter was in the airway."""
+    lasted = number(summary, "timing", "in_airway_s")
+    budget = number(summary, "timing", "in_airway_budget_s")
+    verdict, remark = _against(lasted, budget, "limit")
+    limit = "" if budget is None else f"limit {quantity(budget, 's')}"
+    return Figure("Time in the airway", quantity(lasted, "s"), limit, verdict, remark)
+
+
+def peak_vacuum(summary: Summary) -> Figure:
+    """Highest vacuum in the line against its set point and limit."""
+    peak = number(summary, "vacuum", "peak_mmhg")
+    setpoint, bound = (number(summary, "vacuum", key) for key in ("setpoint_mmhg", "limit_mmhg"))
+    verdict, remark = _against(peak, bound, "limit")
+    limits = [] if setpoint is None else [f"set to {quantity(setpoint, 'mmHg', 0)}"]
+    limits += [] if bound is None else [f"limit {quantity(bound, 'mmHg', 0)}"]
+    return Figure("Highest vacuum", quantity(peak, "mmHg", 0), ", ".join(limits), verdict, remark)
+
+
+def secretion(summary: Summary) -> Figure:
+    """Secretions taken out."""
+    removed = number(summary, "secretion", "removed_ml")
+    percent = number(summary, "secretion", "removed_percent")
+    limit = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
+    verdict = Verdict.ABSENT if removed is None else Verdict.NEUTRAL
+    return Figure("Secretions removed", quantity(removed, "mL"), limit, verdict, "")
+
+
+def carina_force(summary: Summary) -> Figure:
+    """Highest force on the carina."""
+    force = number(summary, "carina_force_peak_n")
+    name, shown = "Force on the carina", quantity(force, "N", 2)
+    if force is None:
+        return Figure(name, shown, "", Verdict.ABSENT, "")
+    bound = number(summary, "carina_force_limit_n")
+    limit = "" if bound is None else f"limit {quantity(bound, 'N', 2)}"
+    if force == 0.0:
+        return Figure(name, shown, limit, Verdict.GOOD, "no contact")
+    verdict, remark = _against(force, bound, "limit")
+    return Figure(name, shown, limit, verdict, remark or "contact")
+
+
+def tracking(summary: Summary) -> Figure:
+    """How closely the tip followed the desired position."""
+    rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
+    limit = "" if peak is None else f"largest {quantity(peak, 'mm', 2)}"
+    verdict = Verdict.ABSENT if rmse is None else Verdict.NEUTRAL
+    return Figure("Tracking error (RMS)", quantity(rmse, "mm", 2), limit, verdict, "")
+
+
+def _unlimited(summary: Summary, name: str, unit: str, *path: str) -> Figure:
+    value = number(summary, *path)
+    verdict = Verdict.ABSENT if value is None else Verdict.NEUTRAL
+    return Figure(name, quantity(value, unit, 1 if unit == "s" else 0), "", verdict, "")
+
+
+def figures(summary: Summary) -> list[Figure]:
+    """Key figures, what matters most to the patient first."""
+    return [
+        deepest_tip(summary),
+        negative_pressure(summary),
+        in_airway(summary),
+        peak_vacuum(summary),
+        secretion(summary),
+        carina_force(summary),
+        stop_error(summary),
+        tracking(summary),
+        _unlimited(summary, "Whole cycle", "s", "timing", "cycle_s"),
+        _unlimited(summary, "Lowest oxygen saturation", "%", "spo2_nadir_percent"),
+        _unlimited(summary, "Lung volume lost", "mL", "lung_volume_loss_ml"),
+    ]

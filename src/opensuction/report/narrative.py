@@ -1,0 +1,145 @@
+"""What happened in a cycle, in a few plain sentences for a person at the bedside."""
+
+from opensuction.report import figures
+from opensuction.report.figures import Verdict
+from opensuction.report.summary import Summary, completed, number, rows, text
+from opensuction.report.wording import quantity
+
+ON_REQUEST = "a person asked for it, no safety limit tripped"
+
+
+def _with_stop(sentence: str) -> str:
+    """A sentence as it was written elsewhere, made to end with exactly one full stop."""
+    return sentence.rstrip(". ") + "."
+
+
+def event(entry: Summary) -> str:
+    """A trip or an alarm in one line: when, what, how urgent."""
+    time_s = number(entry, "time_s")
+    said = text(entry, "sentence") or text(entry, "name") or "?"
+    priority = text(entry, "priority")
+    when = "" if time_s is None else f"{quantity(time_s, 's')}: "
+    return f"{when}{said}{'' if priority is None else f' ({priority} priority)'}"
+
+
+def aborted_at_s(summary: Summary) -> float | None:
+    """When the abort began, or None where the cycle did not abort or does not say."""
+    for phase in rows(summary, "phases"):
+        if phase.get("name") == "aborting":
+            return number(phase, "start_s")
+    return None
+
+
+def outcome(summary: Summary) -> str:
+    """Outcome in a word or two: ``Completed``, ``Aborted at 17.0 s``."""
+    if completed(summary):
+        return "Completed"
+    name = (text(summary, "outcome") or "unknown outcome").capitalize()
+    start = aborted_at_s(summary)
+    return name if start is None else f"{name} at {quantity(start, 's')}"
+
+
+def lead(summary: Summary) -> str:
+    """The one line under the outcome: why it ended early, or which figures need a look."""
+    names = [f.name.lower() for f in figures.figures(summary) if f.verdict in figures.ATTENTION]
+    look = f"Look at: {', '.join(names)}." if names else ""
+    if completed(summary):
+        return look or "Every figure that has a limit is within it."
+    reason = _reason(summary)
+    return f"{_with_stop(reason[0].upper() + reason[1:])} {look}".strip()
+
+
+def _reason(summary: Summary) -> str:
+    """Why the cycle ended before its time: the first trip; without one, a person asked for it."""
+    for entry in rows(summary, "trips"):
+        return text(entry, "sentence") or text(entry, "name") or ON_REQUEST
+    return ON_REQUEST
+
+
+def _ending(summary: Summary) -> str:
+    """Why and when the cycle ended before its time; empty where it was completed."""
+    if completed(summary):
+        return ""
+    start = aborted_at_s(summary)
+    when = "" if start is None else f" after {quantity(start, 's')}"
+    return _with_stop(f"The cycle was aborted{when}: {_reason(summary)}")
+
+
+def _depth(summary: Summary) -> str:
+    deepest = number(summary, "tip", "deepest_mm")
+    if deepest is None:
+        return ""
+    if deepest <= 0.0:
+        return "The catheter tip did not leave the tube."
+    said = f"The catheter tip went {quantity(deepest, 'mm')} below the end of the tube"
+    cap = number(summary, "anatomy", "cap_mm")
+    if cap is not None:
+        gap = quantity(abs(cap - deepest), "mm")
+        side = "short of" if deepest <= cap else "past"
+        said += f", {gap} {side} the cap of {quantity(cap, 'mm')} that it must never pass"
+    return f"{said}."
+
+
+def _stop(summary: Summary) -> str:
+    error, target = number(summary, "tip", "stop_error_mm"), number(summary, "tip", "target_mm")
+    if error is None or target is None:
+        return ""
+    if figures.stop_error(summary).verdict is Verdict.GOOD:
+        return f"It stopped within {quantity(abs(error), 'mm')} of its target ({target:.1f} mm)."
+    side = "short of" if error < 0 else "beyond"
+    return f"It stopped {quantity(abs(error), 'mm')} {side} its target ({target:.1f} mm)."
+
+
+def _suction(summary: Summary) -> str:
+    lasted = number(summary, "timing", "negative_pressure_s")
+    if lasted is None:
+        return ""
+    if lasted == 0.0:
+        return "There was no suction."
+    held = []
+    for key, whose in (
+        ("guideline_s", "guideline's limit"),
+        ("negative_pressure_budget_s", "protocol's limit"),
+    ):
+        bound = number(summary, "timing", key)
+        if bound is not None:
+            side = "within" if lasted <= bound else "over"
+            held.append(f"{side} the {whose} of {bound:g} s")
+    return f"Suction lasted {quantity(lasted, 's')}{': ' if held else ''}{', '.join(held)}."
+
+
+def _secretion(summary: Summary) -> str:
+    removed = number(summary, "secretion", "removed_ml")
+    if removed is None:
+        return ""
+    percent = number(summary, "secretion", "removed_percent")
+    share = "" if percent is None else f", {quantity(percent, '%', 0)} of what was there"
+    return f"It removed {quantity(removed, 'mL')} of secretions{share}."
+
+
+def _contact(summary: Summary) -> str:
+    force = number(summary, "carina_force_peak_n")
+    if force is None:
+        return ""
+    if force == 0.0:
+        return "The tip did not touch the carina."
+    return f"The tip pressed on the carina with up to {quantity(force, 'N', 2)}."
+
+
+def _faults(summary: Summary) -> str:
+    """What tripped and alarmed beyond the reason that the ending already gave."""
+    trips, alarms = rows(summary, "trips"), rows(summary, "alarms")
+    if not trips and not alarms:
+        return "No safety limit tripped and no alarm was raised."
+    others = trips if completed(summary) else trips[1:]
+    said = [f"Safety limit: {text(trip, 'sentence') or text(trip, 'name')}" for trip in others]
+    if alarms:
+        told = [text(alarm, "sentence") or text(alarm, "name") or "?" for alarm in alarms]
+        said.append(f"{'Alarm' if len(told) == 1 else 'Alarms'}: {'; '.join(told)}")
+    return _with_stop(". ".join(said)) if said else ""
+
+
+def sentences(summary: Summary) -> list[str]:
+    """What happened, most important first; what is not known is left out."""
+    told = (_ending, _depth, _stop, _suction, _secretion, _contact, _faults)
+    return [sentence for tell in told if (sentence := tell(summary))]

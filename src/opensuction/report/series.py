@@ -1,0 +1,128 @@
+"""Time series of a trace, thinned for a page: every extreme and every change of phase is kept."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.report.summary import Summary, number, rows
+
+Trace = Mapping[str, npt.NDArray[Any]]
+"""Column name to values, one for each tick, all of one length; times rise."""
+
+BUCKETS = 250
+"""Stretches of time of which each keeps its extremes: fewer than pixels, more than the eye asks."""
+
+REVERSAL_MM = 0.2
+"""Head travel against its direction that counts as a reversal; encoder and servo jitter less."""
+
+
+class Column(NamedTuple):
+    """A series of the page: its short name and the trace's column, with its decimals."""
+
+    name: str
+    column: str
+    decimals: int
+
+
+COLUMNS = (
+    Column("tip", "truth.tip_mm", 2),
+    Column("head", "readings.head_mm", 2),
+    Column("reference", "demand.reference_mm", 2),
+    Column("deepest", "verdict.deepest_mm", 2),
+    Column("valve", "truth.valve_open_ratio", 3),
+    Column("line_vacuum", "readings.line_vacuum_mmhg", 1),
+    Column("tip_vacuum", "truth.tip_vacuum_mmhg", 1),
+    Column("removed", "truth.secretion_removed_ml", 3),
+    Column("contact", "truth.contact_n", 3),
+)
+"""Series that are drawn; a column that a trace lacks is left out."""
+
+MEASURED = ("truth.laser_mm", "truth.tip_mm")
+"""Tip position that the tracking error is taken from: the first of these that the trace has."""
+
+
+def extracted(trace: Trace) -> dict[str, npt.NDArray[np.float64]]:
+    """Series by short name, full length, and the tracking error as measured."""
+    series = {
+        entry.name: np.asarray(trace[entry.column], dtype=np.float64)
+        for entry in COLUMNS
+        if entry.column in trace
+    }
+    measured = next((name for name in MEASURED if name in trace), None)
+    if measured is not None and "reference" in series:
+        series["error"] = np.asarray(trace[measured], dtype=np.float64) - series["reference"]
+    return series
+
+
+def kept_rows(
+    series: Sequence[npt.NDArray[np.float64]], edges: Sequence[int], buckets: int = BUCKETS
+) -> npt.NDArray[np.int64]:
+    """Rows to keep: of each bucket its first row and the extremes of every series.
+
+    series: arrays of one length. edges: rows that are kept whatever they hold.
+    Returns row numbers in rising order, each once; the first and the last row are among them.
+    """
+    length = series[0].size
+    starts = np.unique(np.linspace(0, length, min(buckets, length), endpoint=False, dtype=np.int64))
+    size = int(np.max(np.diff(np.append(starts, length))))
+    # Rows of each bucket, the last one repeated where a bucket is shorter than the longest.
+    table = np.minimum(
+        starts[:, None] + np.arange(size), np.append(starts[1:], length)[:, None] - 1
+    )
+    kept = [starts, np.asarray([length - 1, *edges], dtype=np.int64)]
+    for values in series:
+        within = np.where(np.isfinite(values), values, 0.0)[table]
+        kept.append(starts + np.argmin(within, axis=1))
+        kept.append(starts + np.argmax(within, axis=1))
+    rows_kept = np.unique(np.concatenate(kept))
+    return rows_kept[(rows_kept >= 0) & (rows_kept < length)].astype(np.int64)
+
+
+def directions(head_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Whether the head moves inwards (True) or outwards at each row; jitter does not count."""
+    inwards = np.zeros(head_mm.size, dtype=np.bool_)
+    turning, inward = float(head_mm[0]), True
+    for i, head in enumerate(head_mm.tolist()):
+        if inward == (head >= turning):
+            turning = head
+        elif abs(head - turning) > REVERSAL_MM:
+            turning, inward = head, not inward
+        inwards[i] = inward
+    return inwards
+
+
+def _edges(summary: Summary, time_s: npt.NDArray[np.float64]) -> list[int]:
+    """Rows at which a phase begins."""
+    starts = [number(phase, "start_s") for phase in rows(summary, "phases")]
+    known = np.asarray([start for start in starts if start is not None], dtype=np.float64)
+    return [int(row) for row in np.searchsorted(time_s, known)]
+
+
+def _listed(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]:
+    """Values rounded for JSON; what is not finite becomes null."""
+    rounded = np.round(values, decimals) + 0.0  # adding zero turns -0.0 into 0.0
+    if np.all(np.isfinite(rounded)):
+        return rounded.tolist()  # type: ignore[no-any-return]
+    return [value if np.isfinite(value) else None for value in rounded.tolist()]
+
+
+def payload(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+    """Series for the page's plots, by short name, all of one length, ready for JSON.
+
+    Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. Empty where
+    the trace has no rows.
+    """
+    time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
+    series = extracted(trace)
+    if time_s.size == 0 or not series:
+        return {}
+    kept = kept_rows(list(series.values()), _edges(summary, time_s))
+    decimals = {entry.name: entry.decimals for entry in COLUMNS}
+    listed: dict[str, list[Any]] = {"time": _listed(time_s[kept], 3)}
+    for name, values in series.items():
+        listed[name] = _listed(values[kept], decimals.get(name, 3))
+    if "head" in series:
+        listed["inward"] = directions(series["head"][kept]).astype(int).tolist()
+    return listed

@@ -1,0 +1,79 @@
+"""Reading the summary of a cycle: the JSON object of the ``cycle`` command, with gaps.
+
+A value that was not simulated or not measured is ``null``; a reader may also meet a summary of
+another version that lacks a key. Both read as None here.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Summary = Mapping[str, Any]
+"""Keys: see ``cycle`` in the command reference."""
+
+
+def value(summary: Summary, *path: str) -> Any:
+    """What lies at a path of keys, or None where a part of it is missing.
+
+    >>> value({"tip": {"target_mm": 90.0}}, "tip", "target_mm")
+    90.0
+    >>> value({"tip": None}, "tip", "target_mm") is None
+    True
+    """
+    found: Any = summary
+    for key in path:
+        if not isinstance(found, Mapping):
+            return None
+        found = found.get(key)
+    return found
+
+
+def number(summary: Summary, *path: str) -> float | None:
+    """Finite number at a path of keys, or None."""
+    found = value(summary, *path)
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        return None
+    return float(found) if math.isfinite(found) else None
+
+
+def text(summary: Summary, *path: str) -> str | None:
+    """Text at a path of keys, or None where there is none."""
+    found = value(summary, *path)
+    return None if found is None else str(found)
+
+
+def rows(summary: Summary, key: str) -> list[Mapping[str, Any]]:
+    """List of objects at a key (phases, trips, alarms); empty where it is missing."""
+    found = value(summary, key)
+    if isinstance(found, str) or not isinstance(found, Sequence):
+        return []
+    return [entry for entry in found if isinstance(entry, Mapping)]
+
+
+def warnings(summary: Summary) -> list[str]:
+    """Sentences of warning; empty where there are none."""
+    found = value(summary, "warnings")
+    if isinstance(found, str) or not isinstance(found, Sequence):
+        return []
+    return [str(entry) for entry in found]
+
+
+def completed(summary: Summary) -> bool:
+    """Whether the cycle ran to its planned end."""
+    return text(summary, "outcome") == "completed"
+
+
+def flattened(entries: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Leaves of nested mappings as (dotted name, value), in order.
+
+    >>> flattened({"model": {"slope": 0.97}, "rmse_mm": 0.84})
+    [('model.slope', 0.97), ('rmse_mm', 0.84)]
+    """
+    leaves: list[tuple[str, Any]] = []
+    for key, entry in entries.items():
+        name = f"{prefix}{key}"
+        if isinstance(entry, Mapping):
+            leaves.extend(flattened(entry, f"{name}."))
+        else:
+            leaves.append((name, entry))
+    return leaves

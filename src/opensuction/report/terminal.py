@@ -1,0 +1,219 @@
+"""A cycle in the terminal: live while it runs, and its summary afterwards."""
+
+from collections.abc import Iterable, Sequence
+from types import TracebackType
+from typing import Final, NamedTuple, Self
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from opensuction.report import figures, narrative
+from opensuction.report.depth_bar import depth_bar, glyphs
+from opensuction.report.figures import Verdict
+from opensuction.report.summary import Summary, completed, text, warnings
+from opensuction.report.wording import DISCLAIMER, phase_words, quantity
+
+PLANNED: Final = (
+    "checking",
+    "preloading",
+    "inserting",
+    "opening",
+    "suctioning",
+    "withdrawing",
+    "closing",
+)
+"""Phases of a cycle that stops by travel, in order."""
+
+REST: Final = ("parked", "halted")
+"""Phases in which nothing is going on: the display ends with them."""
+
+REFRESH_PER_S: Final = 10
+"""Redraws of the live display, however often it is told something."""
+
+INDENT: Final = (0, 0, 0, 2)
+"""Padding of sentences: two columns at the left, also where they wrap."""
+
+VERDICT_STYLES: Final = {
+    Verdict.GOOD: "green",
+    Verdict.NOTICE: "yellow",
+    Verdict.BAD: "bold red",
+}
+"""Colour besides the remark in words; the others have none."""
+
+
+class Moment(NamedTuple):
+    """What the live display shows of one instant."""
+
+    phase: str
+    """Name as in summaries: lower case, ``backing_off``."""
+    time_s: float
+    tip_mm: float
+    valve_open_ratio: float
+    line_vacuum_mmhg: float
+
+
+class LiveCycle:
+    """Live display of one cycle; a context manager.
+
+    On a terminal: the phases ticked off one by one, the tip's depth against target and cap, valve
+    and vacuum, redrawn in place. Elsewhere (a file, a pipe): one line for each phase that ended.
+    Call ``update`` as often as is handy, up to every tick of a paced run.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        target_mm: float | None,
+        cap_mm: float,
+        phases: Sequence[str] = PLANNED,
+    ) -> None:
+        """Display on a console. target_mm: None where the cycle stops by contact."""
+        self._console = console
+        self._target_mm = target_mm
+        self._cap_mm = cap_mm
+        self._planned = tuple(phases)
+        self._marks = glyphs(console)
+        self._seen: list[tuple[str, float]] = []
+        self._moment: Moment | None = None
+        self._over = False
+        self._in_place = console.is_terminal and not console.is_dumb_terminal
+        self._live = Live(
+            get_renderable=self._rendered, console=console, refresh_per_second=REFRESH_PER_S
+        )
+
+    def __enter__(self) -> Self:
+        if self._in_place:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._over = error is None
+        if self._in_place:
+            self._live.stop()
+        elif self._moment is not None:
+            self._print_ended(self._moment)
+
+    def update(
+        self,
+        phase: str,
+        time_s: float,
+        tip_mm: float,
+        valve_open_ratio: float,
+        line_vacuum_mmhg: float,
+    ) -> None:
+        """Show a new instant. phase: name as in summaries. Cheap: it draws nothing by itself."""
+        moment = Moment(phase, time_s, tip_mm, valve_open_ratio, line_vacuum_mmhg)
+        if not self._seen or self._seen[-1][0] != phase:
+            if self._seen and not self._in_place:
+                self._print_ended(moment)
+            self._seen.append((phase, time_s))
+        self._moment = moment
+
+    def _print_ended(self, moment: Moment) -> None:
+        """One line on the phase that has just ended, for a console that is no terminal."""
+        name, start_s = self._seen[-1]
+        if name in REST:
+            return
+        self._console.print(
+            f"{start_s:6.1f} to {moment.time_s:5.1f} s  {phase_words(name).label:<16}"
+            f" tip {moment.tip_mm:6.1f} mm, vacuum {moment.line_vacuum_mmhg:4.0f} mmHg",
+            highlight=False,
+            soft_wrap=True,
+        )
+
+    def _phase_lines(self) -> Iterable[Text]:
+        """Phases that were, the one that is, and those that are planned to come."""
+        now_s = self._moment.time_s if self._moment else 0.0
+        ends_s = [start_s for _, start_s in self._seen[1:]] + [now_s]
+        for i, ((name, start_s), end_s) in enumerate(
+            zip(self._seen, ends_s, strict=False), start=1
+        ):
+            running = i == len(self._seen) and not self._over
+            words = phase_words(name)
+            if name in REST:
+                continue
+            if words.kind == "fault":
+                mark, style = self._marks.failed, "bold red"
+            elif running:
+                mark, style = self._marks.now, "bold"
+            else:
+                mark, style = self._marks.done, "green"
+            lasted = quantity(end_s - start_s, "s")
+            yield Text(f" {mark} {words.label:<16} {lasted:>7}", style=style)
+        names = [name for name, _ in self._seen]
+        if any(phase_words(name).kind == "fault" for name in names):
+            return
+        for name in self._planned:
+            if name not in names:
+                yield Text(f" {self._marks.later} {phase_words(name).label}", style="dim")
+
+    def _rendered(self) -> RenderableType:
+        lines: list[RenderableType] = list(self._phase_lines())
+        moment = self._moment
+        if moment is None:
+            return Group(*lines)
+        bar = depth_bar(moment.tip_mm, self._target_mm, self._cap_mm, self._marks)
+        target = "" if self._target_mm is None else f"T target {self._target_mm:.1f} mm, "
+        lines += [
+            Text(f" tip    {bar} {moment.tip_mm:6.1f} mm"),
+            Text(f"        {target}C cap {self._cap_mm:.1f} mm", style="dim"),
+            Text(
+                f" valve  {100.0 * moment.valve_open_ratio:3.0f} % open"
+                f"   vacuum {moment.line_vacuum_mmhg:3.0f} mmHg   time {moment.time_s:5.1f} s"
+            ),
+        ]
+        return Group(*lines)
+
+
+def _figure_table(summary: Summary) -> Table:
+    """Key figures with their limits; those that are missing are named below, not here."""
+    table = Table(box=None, padding=(0, 2, 0, 0), show_header=False, pad_edge=False)
+    table.add_column(no_wrap=True)
+    table.add_column(justify="right", no_wrap=True)
+    table.add_column()
+    for figure in figures.figures(summary):
+        if figure.verdict is Verdict.ABSENT:
+            continue
+        held = "; ".join(part for part in (figure.remark, figure.limit) if part)
+        table.add_row(
+            Text(figure.name),
+            Text(figure.value),
+            Text(held, style=VERDICT_STYLES.get(figure.verdict, "")),
+        )
+    return table
+
+
+def print_summary(console: Console, summary: Summary, files: Iterable[object] = ()) -> None:
+    """Print what happened: outcome, sentences, figures with limits, files that were written."""
+    good = completed(summary)
+    marks = glyphs(console)
+    outcome = f"{marks.done if good else marks.failed} {narrative.outcome(summary)}"
+    ran = [text(summary, key) for key in ("machine", "protocol", "approach", "compensation")]
+    what = ", ".join(name for name in ran if name)
+    seed = text(summary, "seed")
+    console.print()
+    console.print(
+        Text(outcome, style="bold green" if good else "bold red"),
+        Text(f"({what}{'' if seed is None else f', seed {seed}'})", style="dim"),
+    )
+    for sentence in narrative.sentences(summary):
+        console.print(Padding(Text(sentence), INDENT))
+    for warning in warnings(summary):
+        console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
+    console.print()
+    console.print(_figure_table(summary))
+    absent = [f.name.lower() for f in figures.figures(summary) if f.verdict is Verdict.ABSENT]
+    if absent:
+        console.print(Text(f"No value in this run: {', '.join(absent)}", style="dim"))
+    console.print()
+    for file in files:
+        console.print(Text(f"Written: {file}"), soft_wrap=True)
+    console.print(Text(DISCLAIMER, style="dim"))

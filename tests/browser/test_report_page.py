@@ -1,0 +1,121 @@
+"""The report in a real browser: it draws, it is silent, it fits."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+
+from opensuction.report import page
+from tests.report import example
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+pytestmark = pytest.mark.browser
+
+PLOTS = ("depth", "error", "suction", "secretion", "loop")
+
+INKED = """id => {
+    const canvas = document.querySelector(`#${id} canvas`);
+    const box = canvas.getBoundingClientRect();
+    const pixels = new Uint32Array(
+        canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+    return [box.width, box.height, new Set(pixels).size];
+}"""
+"""Size of a plot on the page and the number of different colours in it."""
+
+
+class Opened(NamedTuple):
+    page: "Page"
+    complaints: list[str]
+    requests: list[str]
+
+
+def _open(browser: "Browser", folder: Path, summary: dict[str, Any], **context: Any) -> Opened:
+    file = folder / "report.html"
+    file.write_text(page.render(summary, example.trace()), encoding="utf-8")
+    tab = browser.new_context(**context).new_page()
+    opened = Opened(tab, [], [])
+    tab.on("console", lambda message: opened.complaints.append(message.text))
+    tab.on("pageerror", lambda error: opened.complaints.append(str(error)))
+    tab.on("request", lambda request: opened.requests.append(request.url))
+    tab.goto(file.as_uri())
+    tab.wait_for_selector("#loop canvas")
+    return opened
+
+
+@pytest.fixture
+def opened(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
+    report = _open(chromium, tmp_path, example.summary(), viewport={"width": 1400, "height": 900})
+    yield report
+    report.page.context.close()
+
+
+def test_page_opens_from_disk_without_network_or_complaints(opened: Opened) -> None:
+    assert opened.complaints == []
+    elsewhere = [url for url in opened.requests if not url.startswith(("file:", "data:"))]
+    assert elsewhere == []
+
+
+@pytest.mark.parametrize("plot", PLOTS)
+def test_every_plot_is_drawn(opened: Opened, plot: str) -> None:
+    width, height, colours = opened.page.evaluate(INKED, plot)
+    assert width > 300
+    assert height > 150
+    assert colours > 5  # blank is 1; lines, grid, text and their soft edges are many
+
+
+def test_outcome_and_depth_can_be_read(opened: Opened) -> None:
+    assert "Completed" in opened.page.inner_text("#outcome")
+    assert "90.7 mm" in opened.page.inner_text("main")
+    assert "not a medical device" in opened.page.inner_text(".disclaimer")
+
+
+def test_cursor_reads_all_time_plots_and_rings_the_loop(opened: Opened) -> None:
+    depth = opened.page.locator("#depth .u-over")
+    depth.scroll_into_view_if_needed()
+    depth.hover()
+    opened.page.wait_for_function(
+        "document.querySelector('#suction .u-legend').innerText.includes('mmHg')"
+    )
+    assert "mm" in opened.page.inner_text("#depth .u-legend")
+    assert opened.page.locator("#loop .ring-mark").is_visible()
+
+
+def test_plots_follow_the_window(opened: Opened) -> None:
+    opened.page.set_viewport_size({"width": 800, "height": 900})
+    opened.page.wait_for_function(
+        "document.querySelector('#depth canvas').getBoundingClientRect().width < 800"
+    )
+    assert opened.complaints == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_phone_shows_everything_without_sideways_scrolling(
+    chromium: "Browser", tmp_path: Path, scheme: str
+) -> None:
+    opened = _open(
+        chromium,
+        tmp_path,
+        example.aborted(),
+        viewport={"width": 390, "height": 844},
+        color_scheme=scheme,
+    )
+    width = opened.page.evaluate("document.documentElement.scrollWidth")
+    assert width <= 390
+    assert "Aborted at 17.0 s" in opened.page.inner_text("#outcome")
+    assert opened.complaints == []
+    opened.page.context.close()
+
+
+def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
+    opened = _open(chromium, tmp_path, example.summary(), color_scheme="dark")
+    paper = "getComputedStyle(document.body).backgroundColor"
+    assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
+    opened.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert opened.page.evaluate(paper) == "rgb(255, 255, 255)"
+    opened.page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
+    assert opened.complaints == []
+    opened.page.context.close()

@@ -1,0 +1,99 @@
+"""A made-up cycle for the tests of the report: plausible numbers, no simulation."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Trace = dict[str, npt.NDArray[np.float64]]
+
+TRIP = {
+    "name": "vacuum_exceeded",
+    "sentence": "the line vacuum is above its limit",
+    "time_s": 16.9,
+}
+
+
+def summary(**changes: Any) -> dict[str, Any]:
+    """Summary of a completed cycle of the paper's protocol, with top-level keys replaced."""
+    complete: dict[str, Any] = {
+        "outcome": "completed",
+        "machine": "bench",
+        "protocol": "paper",
+        "approach": "travel",
+        "compensation": "exact-inverse",
+        "patient": None,
+        "seed": 1,
+        "version": "0.1.0",
+        "phases": [
+            {"name": "checking", "start_s": 0.0, "end_s": 0.5},
+            {"name": "preloading", "start_s": 0.5, "end_s": 0.501},
+            {"name": "inserting", "start_s": 0.501, "end_s": 10.5},
+            {"name": "opening", "start_s": 10.5, "end_s": 12.5},
+            {"name": "suctioning", "start_s": 12.5, "end_s": 19.5},
+            {"name": "withdrawing", "start_s": 19.5, "end_s": 29.5},
+            {"name": "closing", "start_s": 29.5, "end_s": 31.5},
+        ],
+        "tip": {
+            "target_mm": 90.0,
+            "reached_mm": 90.5,
+            "stop_error_mm": 0.5,
+            "rmse_mm": 0.76,
+            "peak_error_mm": 2.0,
+            "deepest_mm": 90.7,
+        },
+        "timing": {
+            "cycle_s": 31.5,
+            "in_airway_s": 29.0,
+            "negative_pressure_s": 20.4,
+            "negative_pressure_budget_s": 24.0,
+            "guideline_s": 15.0,
+        },
+        "vacuum": {"setpoint_mmhg": 120.0, "peak_mmhg": 124.0},
+        "carina_force_peak_n": 0.0,
+        "secretion": {"removed_ml": 2.53, "removed_percent": 84.3},
+        "spo2_nadir_percent": None,
+        "lung_volume_loss_ml": None,
+        "trips": [],
+        "alarms": [],
+        "warnings": ["negative pressure lasts 21 s: over the guideline's 15 s; bench only"],
+        "anatomy": {"carina_mm": 100.0, "cap_mm": 95.0, "tube_end_mm": 0.0},
+        "identification": {"model": "modified-dahl", "parameters": {"slope": 0.9677}},
+        "wall_s": 0.2,
+        "realtime_factor": 600.0,
+    }
+    return complete | changes
+
+
+def aborted() -> dict[str, Any]:
+    """Summary of a cycle that a safety limit ended at 17 s."""
+    phases = [
+        {"name": "inserting", "start_s": 0.5, "end_s": 10.5},
+        {"name": "suctioning", "start_s": 10.5, "end_s": 17.0},
+        {"name": "aborting", "start_s": 17.0, "end_s": 24.0},
+    ]
+    return summary(
+        outcome="aborted", phases=phases, trips=[TRIP], alarms=[TRIP | {"priority": "high"}]
+    )
+
+
+def trace(rows: int = 31_501) -> Trace:
+    """Trace of such a cycle at 1 kHz: a trapezoid, with the head ahead of the tip by the slack."""
+    time_s = np.arange(rows) * 1e-3
+    reference = np.interp(time_s, [0.5, 10.5, 19.5, 29.5], [0.0, 90.0, 90.0, 0.0])
+    inward = time_s < 15.0
+    tip = reference + 0.5 * np.sin(time_s)
+    valve = np.interp(time_s, [10.5, 12.5, 29.5, 31.5], [0.0, 1.0, 1.0, 0.0])
+    return {
+        "time_s": time_s,
+        "readings.head_mm": reference + np.where(inward, 20.0, 0.0) * (reference > 0.0),
+        "demand.reference_mm": reference,
+        "verdict.deepest_mm": reference + 3.0,
+        "truth.tip_mm": tip,
+        "truth.laser_mm": tip + 0.1 * np.sin(137.0 * time_s),
+        "truth.valve_open_ratio": valve,
+        "readings.line_vacuum_mmhg": np.full(rows, 120.0),
+        "truth.tip_vacuum_mmhg": 100.0 * valve,
+        "truth.secretion_removed_ml": np.interp(time_s, [12.5, 20.0], [0.0, 2.53]),
+        "truth.contact_n": np.zeros(rows),
+    }

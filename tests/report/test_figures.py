@@ -1,0 +1,48 @@
+from typing import Any
+
+import pytest
+
+from opensuction.report.figures import Figure, Verdict, figures
+from tests.report import example
+
+
+def _figure(summary: dict[str, Any], name: str) -> Figure:
+    return next(figure for figure in figures(summary) if figure.name == name)
+
+
+@pytest.mark.parametrize(
+    ("lasted_s", "verdict"),
+    [(12.0, Verdict.GOOD), (15.0, Verdict.GOOD), (20.4, Verdict.NOTICE), (24.1, Verdict.BAD)],
+)
+def test_suction_time_is_held_against_guideline_and_protocol(
+    lasted_s: float, verdict: Verdict
+) -> None:
+    timing = example.summary()["timing"] | {"negative_pressure_s": lasted_s}
+    figure = _figure(example.summary(timing=timing), "Time under negative pressure")
+    assert figure.verdict is verdict
+    assert figure.limit == "limit 24.0 s, guideline 15.0 s"
+
+
+@pytest.mark.parametrize(
+    ("deepest_mm", "verdict"), [(95.0, Verdict.GOOD), (95.01, Verdict.BAD), (None, Verdict.ABSENT)]
+)
+def test_deepest_tip_is_held_against_the_cap(deepest_mm: float | None, verdict: Verdict) -> None:
+    tip = example.summary()["tip"] | {"deepest_mm": deepest_mm}
+    assert _figure(example.summary(tip=tip), "Deepest tip position").verdict is verdict
+
+
+def test_a_verdict_that_needs_a_look_is_also_in_words() -> None:
+    tip = example.summary()["tip"] | {"stop_error_mm": -20.0, "deepest_mm": 99.0}
+    for figure in figures(example.summary(tip=tip)):
+        if figure.verdict in (Verdict.GOOD, Verdict.NOTICE, Verdict.BAD):
+            assert figure.remark
+
+
+def test_what_was_not_simulated_is_no_number() -> None:
+    figure = _figure(example.summary(), "Lowest oxygen saturation")
+    assert figure.value == "not simulated"
+    assert figure.verdict is Verdict.ABSENT
+
+
+def test_summary_without_anything_has_only_absent_figures() -> None:
+    assert {figure.verdict for figure in figures({})} == {Verdict.ABSENT}

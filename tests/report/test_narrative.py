@@ -1,0 +1,72 @@
+import math
+
+import pytest
+
+from opensuction.report import narrative
+from tests.report import example
+
+
+def test_completed_cycle_is_told_with_its_limits() -> None:
+    told = " ".join(narrative.sentences(example.summary()))
+    assert "90.7 mm below the end of the tube, 4.3 mm short of the cap of 95.0 mm" in told
+    assert "within 0.5 mm of its target (90.0 mm)" in told
+    assert "20.4 s: over the guideline's limit of 15 s, within the protocol's limit of 24 s" in told
+    assert "2.5 mL of secretions, 84 % of what was there" in told
+    assert "did not touch the carina" in told
+    assert "No safety limit tripped and no alarm was raised." in told
+
+
+def test_aborted_cycle_begins_with_when_and_why() -> None:
+    summary = example.aborted()
+    first = narrative.sentences(summary)[0]
+    assert first == "The cycle was aborted after 17.0 s: the line vacuum is above its limit."
+    assert narrative.outcome(summary) == "Aborted at 17.0 s"
+    assert narrative.lead(summary).startswith("The line vacuum is above its limit.")
+
+
+def test_abort_without_a_trip_was_a_person() -> None:
+    summary = example.aborted() | {"trips": [], "alarms": []}
+    assert "a person asked for it" in narrative.sentences(summary)[0]
+
+
+def test_trip_of_a_completed_cycle_is_not_hidden() -> None:
+    told = " ".join(narrative.sentences(example.summary(trips=[example.TRIP])))
+    assert "the line vacuum is above its limit" in told
+    assert "No safety limit" not in told
+
+
+@pytest.mark.parametrize(
+    ("error_mm", "said"),
+    [(-20.3, "20.3 mm short of its target"), (6.0, "6.0 mm beyond its target")],
+)
+def test_missed_target_is_said(error_mm: float, said: str) -> None:
+    tip = example.summary()["tip"] | {"stop_error_mm": error_mm}
+    summary = example.summary(tip=tip)
+    assert said in " ".join(narrative.sentences(summary))
+    assert "stopping error" in narrative.lead(summary)
+
+
+def test_tip_past_its_cap_is_said() -> None:
+    tip = example.summary()["tip"] | {"deepest_mm": 95.4}
+    told = " ".join(narrative.sentences(example.summary(tip=tip)))
+    assert "0.4 mm past the cap of 95.0 mm" in told
+
+
+def test_pressing_on_the_carina_is_said_with_its_force() -> None:
+    told = " ".join(narrative.sentences(example.summary(carina_force_peak_n=0.214)))
+    assert "pressed on the carina with up to 0.21 N" in told
+
+
+@pytest.mark.parametrize(
+    "key", ["tip", "timing", "secretion", "anatomy", "carina_force_peak_n", "phases", "trips"]
+)
+def test_nothing_is_invented_where_a_value_is_missing(key: str) -> None:
+    for summary in (example.summary(**{key: None}), example.aborted() | {key: None}):
+        told = " ".join(narrative.sentences(summary))
+        assert "None" not in told
+        assert "nan" not in told
+
+
+def test_value_that_is_not_a_number_is_not_told() -> None:
+    summary = example.summary(carina_force_peak_n=math.nan)
+    assert "carina" not in " ".join(narrative.sentences(summary))

@@ -1,0 +1,83 @@
+import json
+import re
+from typing import Any
+
+import pytest
+
+from opensuction.report import page
+from tests.report import example
+
+
+def _payload(html: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.S)
+    assert found is not None
+    payload: dict[str, Any] = json.loads(found[1])
+    return payload
+
+
+def test_page_needs_nothing_from_elsewhere() -> None:
+    html = page.render(example.summary(), example.trace())
+    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#)""", html)
+    styles = "".join(re.findall(r"<style>(.*?)</style>", html, re.S))
+    assert not re.search(r"@import|url\(", styles)
+
+
+def test_page_is_small() -> None:
+    assert len(page.render(example.summary(), example.trace()).encode()) < 1_000_000
+
+
+def test_page_says_what_it_is_and_what_happened() -> None:
+    html = page.render(example.summary(), example.trace())
+    assert "not a medical device" in html
+    assert "Completed" in html
+    assert "90.7 mm" in html
+    assert "negative pressure lasts 21 s" in html
+
+
+def test_aborted_cycle_shows_trip_and_alarm() -> None:
+    html = page.render(example.aborted(), example.trace())
+    assert "Aborted at 17.0 s" in html
+    assert "16.9 s: the line vacuum is above its limit (high priority)" in html
+
+
+def test_text_from_a_summary_is_never_markup() -> None:
+    attack = "</script><script>alert(1)</script>"
+    summary = example.summary(protocol=attack, warnings=[attack], seed=attack)
+    html = page.render(summary, example.trace(), {attack: {attack: attack}})
+    assert attack not in html
+
+
+def test_equal_inputs_give_equal_pages() -> None:
+    first, second = (page.render(example.summary(), example.trace()) for _ in range(2))
+    assert first == second
+
+
+@pytest.mark.parametrize("key", sorted(example.summary()))
+def test_any_key_may_be_null_or_missing(key: str) -> None:
+    trace = example.trace(rows=2000)
+    without = {name: entry for name, entry in example.summary().items() if name != key}
+    for summary in (example.summary(**{key: None}), without):
+        assert "None" not in page.render(summary, trace).split("<script")[0]
+
+
+def test_trace_without_rows_gives_a_page_without_plots() -> None:
+    html = page.render(example.summary(), {})
+    assert "Over time" not in html
+    assert _payload(html)["series"] == {}
+
+
+def test_phase_of_one_tick_is_not_a_step() -> None:
+    assert [band.label for band in page.bands(example.summary())] == [
+        "Checking",
+        "Inserting",
+        "Opening valve",
+        "Suctioning",
+        "Withdrawing",
+        "Closing valve",
+    ]
+
+
+def test_sections_become_tables() -> None:
+    sections = {"Protocol settings": {"travel_mm": 90.0, "bench_only": True}}
+    html = page.render(example.summary(), {}, sections)
+    assert re.search(r"Protocol settings.*travel_mm.*90.*bench_only.*yes", html, re.S)
