@@ -10,6 +10,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.simulation import closed_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.twin import machine as twin
 from opensuction.twin.machine import MachineState
 
 Columns = dict[str, npt.NDArray[np.float64]]
@@ -25,8 +26,8 @@ class PhaseSpan(NamedTuple):
 
 
 def power_up(loop: Loop, machine: MachineState) -> LoopState:
-    """Closed loop at its first tick, the machine as given."""
-    head_mm = machine.head_mm
+    """Closed loop at its first tick, the machine as given, its head read by the encoder."""
+    head_mm = twin.read(loop.machine, machine).head_mm
     return LoopState(tick=0, controller=controller.start(loop.controller, head_mm), machine=machine)
 
 

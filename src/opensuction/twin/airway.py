@@ -1,8 +1,8 @@
 """The airway below the tube: carina, and secretions that lie along it and must come out.
 
 Secretions lie in bins along the trachea; the catheter takes up what lies within reach of its
-tip, at the rate at which a mucus plug moves through the bore. What is in the bore reaches the
-canister as long as gas flows behind it.
+tip, at the rate at which a mucus plug moves through the bore. What has been taken up counts as
+removed; its way through the bore is not followed.
 """
 
 from typing import NamedTuple
@@ -39,8 +39,9 @@ class AirwayState(NamedTuple):
     """State of the airway."""
 
     secretion_ml: npt.NDArray[np.float64]
-    """Secretions in each bin, shape (bins,)."""
+    """Secretions in each bin, shape (bins,); never written, only replaced."""
     removed_ml: float
+    """Total taken up."""
     tip_mm: float
     contact_n: float
     free_share: float
@@ -78,10 +79,10 @@ def step(
     tip, force = touch(airway, free_tip_mm)
     secretion = state.secretion_ml
     taken = 0.0
-    if tip > -airway.reach_mm and tip_vacuum_mmhg > 0.0:
+    wanted = airway.uptake_ml_per_s_per_mmhg * tip_vacuum_mmhg * dt_s
+    if tip > -airway.reach_mm and wanted > 0.0:
         first = _bin_at(state, tip)
         last = _bin_at(state, tip + airway.reach_mm)
-        wanted = airway.uptake_ml_per_s_per_mmhg * tip_vacuum_mmhg * dt_s
         for i in range(first, last + 1):
             if taken < wanted and state.secretion_ml[i] > 0.0:
                 if taken == 0.0:

@@ -84,7 +84,9 @@ def step(
     moved = _free_run(axis, motion, drive_v, limited, load_v + direction * axis.friction_v, dt_s)
     if moved.velocity * direction <= 0.0:
         # Friction can stop an axis but never turn it round: it rests until the next tick decides.
-        rest = motion.position + 0.5 * motion.velocity * dt_s
+        # Within the tick it brakes evenly, so it stops after this share of it.
+        share = motion.velocity / (motion.velocity - moved.velocity)
+        rest = motion.position + 0.5 * motion.velocity * share * dt_s
         return AxisMotion(position=rest, velocity=0.0, drive_v=drive_v)
     return moved
 

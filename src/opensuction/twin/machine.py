@@ -22,7 +22,7 @@ class Machine(NamedTuple):
     gear_backlash_mm: float
     """Play between motor encoder and catheter head."""
     amperes_per_v: float
-    """Insertion motor's current for each volt of drive."""
+    """Insertion motor's current for each volt that drives current."""
     load_v_per_n: float
     """Voltage that balances a force on the catheter head."""
     transmission: Transmission
@@ -109,7 +109,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     )
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
-    valve = dc_axis.step(
+    turned = dc_axis.step(
         machine.valve_axis,
         state.valve,
         commands.valve_v,
@@ -117,6 +117,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         valve_mechanism.load_v(machine.valve, state.valve.position),
         dt_s,
     )
+    valve = valve_mechanism.stopped(machine.valve, turned)
     opened = valve_mechanism.open_ratio(machine.valve, valve.position)
     line = suction_line.step(
         machine.line,

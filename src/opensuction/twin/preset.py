@@ -112,6 +112,7 @@ def machine(values: Values) -> Machine:
             seal_mm=values["valve_seal_mm"],
             spring_preload_v=values["spring_preload_v"],
             spring_v_per_rad=values["spring_v_per_rad"],
+            stop_rad=values["cam_stop_rad"],
         ),
         line=_line(values),
         airway=Airway(
@@ -137,15 +138,15 @@ def secretions_ml(values: Values) -> npt.NDArray[np.float64]:
 
 
 def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> MachineState:
-    """State at rest after a retract that ended with the head at ``head_mm``; pump off.
+    """State at rest after a retract that ended with the encoder at ``head_mm``; pump off.
 
     seed, run: the measurement noise; the same machine gives other noise for another run.
     """
-    behind_gear = head_mm - 0.5 * twin.gear_backlash_mm
-    moved = transmission.retracted(twin.transmission, head_mm)
+    behind_gear = head_mm + 0.5 * twin.gear_backlash_mm
+    moved = transmission.retracted(twin.transmission, behind_gear)
     return MachineState(
-        insertion=AxisMotion(position=behind_gear, velocity=0.0, drive_v=0.0),
-        head_mm=head_mm,
+        insertion=AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0),
+        head_mm=behind_gear,
         transmission=moved,
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),

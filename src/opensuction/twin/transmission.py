@@ -2,8 +2,8 @@
 
 Clearance is distributed along the bends, so the tip answers as many plays of different width
 side by side; friction against elastic stretch is one more narrow play in series; the polymer
-creeps for seconds after a move; and the gain changes slightly with depth. Width is bend angle
-times diametral clearance: re-routing the conduit changes it.
+creeps for seconds after the catheter has moved; and the gain changes slightly with depth. Width
+is bend angle times diametral clearance: re-routing the conduit changes it.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from opensuction.hysteresis import play
 from opensuction.kernel.compiled import compiled
 
 CREEP_VELOCITY_MM_PER_S = 3.0
-"""Head speed at which half of the creep amplitude is drawn."""
+"""Speed of the catheter at which half of the creep amplitude is drawn; assumed."""
 
 
 class Transmission(NamedTuple):
@@ -28,10 +28,11 @@ class Transmission(NamedTuple):
     gain: float
     """Tip travel for each mm of head travel, half-way down."""
     gain_per_mm: float
-    """Change of that gain with depth."""
+    """Change of that gain with depth, as a share of it."""
     middle_mm: float
     """Depth at which ``gain`` holds."""
     offset_mm: float
+    """Tip position at depth 0."""
     creep_fast_mm: float
     creep_fast_per_s: float
     """Inverse of its time constant."""
@@ -68,12 +69,12 @@ def retracted(transmission: Transmission, head_mm: float) -> TransmissionState:
 
 @compiled
 def depth_mm(transmission: Transmission, behind_mm: float) -> float:
-    """Tip position for a catheter position behind all clearance, without creep."""
-    from_middle = behind_mm - transmission.middle_mm
-    return (
-        transmission.gain * (behind_mm + 0.5 * transmission.gain_per_mm * from_middle * from_middle)
-        + transmission.offset_mm
-    )
+    """Tip position for a catheter position behind all clearance, without creep.
+
+    The integral of ``gain * (1 + gain_per_mm * (depth - middle_mm))`` from depth 0.
+    """
+    change = transmission.gain_per_mm * (0.5 * behind_mm - transmission.middle_mm)
+    return transmission.gain * behind_mm * (1.0 + change) + transmission.offset_mm
 
 
 @compiled
@@ -88,9 +89,10 @@ def step(
         plays = plays.copy()
         mean = play.distributed_step(transmission.widths_mm, plays, head_mm)
         behind = play.step(transmission.stretch_mm, behind, mean)
-        speed = (head_mm - state.head_mm) / dt_s
+        # Crossing the clearance strains nothing: only the catheter's own motion counts.
+        speed = (behind - state.stretch_mm) / dt_s
         drawn = speed / (abs(speed) + CREEP_VELOCITY_MM_PER_S)
-    # Each mode relaxes towards what the motion draws; a tick is a hundredth of any time constant.
+    # Each mode relaxes towards what the motion draws; a tick is a 300th of any time constant.
     fast = state.creep_fast_mm + transmission.creep_fast_per_s * dt_s * (
         transmission.creep_fast_mm * drawn - state.creep_fast_mm
     )

@@ -1,9 +1,13 @@
-"""Cam, follower and return spring of the suction valve."""
+"""Cam, follower and return spring of the suction valve.
 
-import math
+The cam lifts in proportion to its angle, so the spring's torque, force times lift per radian,
+grows with the angle and nowhere vanishes: without motor torque the valve closes from any opening.
+"""
+
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.twin.dc_axis import AxisMotion
 
 
 class ValveMechanism(NamedTuple):
@@ -18,13 +22,14 @@ class ValveMechanism(NamedTuple):
     spring_preload_v: float
     """Load of the closed spring on the valve axis, as the voltage that balances it."""
     spring_v_per_rad: float
+    stop_rad: float
+    """End stop, this far behind the closed position."""
 
 
 @compiled
 def slide_mm(valve: ValveMechanism, cam_rad: float) -> float:
-    """Valve travel for a cam angle: harmonic cam, dwelling at both ends."""
-    share = min(max(cam_rad / valve.stroke_rad, 0.0), 1.0)
-    return valve.slide_mm * 0.5 * (1.0 - math.cos(math.pi * share))
+    """Valve travel for a cam angle, in proportion between closed and full stroke."""
+    return valve.slide_mm * min(max(cam_rad / valve.stroke_rad, 0.0), 1.0)
 
 
 @compiled
@@ -40,3 +45,11 @@ def load_v(valve: ValveMechanism, cam_rad: float) -> float:
     if cam_rad <= 0.0:
         return 0.0
     return valve.spring_preload_v + valve.spring_v_per_rad * cam_rad
+
+
+@compiled
+def stopped(valve: ValveMechanism, motion: AxisMotion) -> AxisMotion:
+    """Motion of the valve axis after its end stop, which it hits without a bounce."""
+    if motion.position >= -valve.stop_rad:
+        return motion
+    return AxisMotion(position=-valve.stop_rad, velocity=0.0, drive_v=motion.drive_v)

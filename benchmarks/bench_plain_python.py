@@ -1,0 +1,46 @@
+"""What compiling is worth: the same source, compiled and as plain Python."""
+
+import time
+
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from benchmarks.conftest import Tell
+from benchmarks.timing import best_s
+from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.requests import START
+from opensuction.procedure.protocol import PAPER
+from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation.closed_loop import DT_S
+from tests.conformance.plain import run_plain
+
+SEGMENT_S = 2.0
+"""Check of the pump and the first second of insertion."""
+
+
+def segment_s() -> float:
+    """Shortest time of three for a segment of a cycle, s."""
+    rig = bench.rig("bench", seed=1)
+    kind = CompensationKind.EXACT_INVERSE
+    loop, start = bench.assemble(rig, PAPER, kind, bench.uncalibrated(rig.profile), run=2)
+    table = trace.rows(SEGMENT_S)
+    closed_loop.run(loop, start, START, table[:10])
+    times = []
+    for _ in range(3):
+        begin = time.perf_counter()
+        closed_loop.run(loop, start, START, table)
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def test_compiled_over_plain_python(benchmark: BenchmarkFixture, tell: Tell) -> None:
+    compiled: list[float] = []
+    best_s(benchmark, lambda: compiled.append(segment_s()), rounds=3)
+    compiled_s = min(compiled)
+    plain_s = run_plain("benchmarks.bench_plain_python", "segment_s")
+    assert isinstance(plain_s, float)
+    benchmark.extra_info["compiled_over_plain"] = plain_s / compiled_s
+    per_tick_us = plain_s / SEGMENT_S * DT_S * 1e6
+    tell(
+        f"compiled over plain Python: {plain_s / compiled_s:,.0f} times "
+        f"(plain: {per_tick_us:.0f} us a tick)"
+    )

@@ -1,0 +1,27 @@
+"""What the benchmarks share: a line for each ratio at the end of the run.
+
+Absolute times depend on the computer and on who else uses it; what is compared here is compared
+within one run. Nothing is asserted about time.
+"""
+
+from collections.abc import Callable
+
+import pytest
+
+Tell = Callable[[str], None]
+
+_LINES = pytest.StashKey[list[str]]()
+
+
+@pytest.fixture
+def tell(request: pytest.FixtureRequest) -> Tell:
+    """Add a line to the summary of the run."""
+    return request.config.stash.setdefault(_LINES, []).append
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    lines = terminalreporter.config.stash.get(_LINES, [])
+    if lines:
+        terminalreporter.section("ratios of this run")
+        for line in lines:
+            terminalreporter.write_line(line)

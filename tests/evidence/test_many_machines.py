@@ -1,0 +1,55 @@
+"""Long campaign: many drawn machines under every compensation, none past a limit."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from opensuction.control.compensation import KIND_OF_NAME
+from opensuction.evidence import cycle_run
+from opensuction.evidence.cycle_run import Choice
+from opensuction.kernel.phase import Phase
+from opensuction.simulation.trace import Columns
+
+MACHINES = 300
+FIRST_SEED = 10_000
+"""Away from the seeds that were looked at while the twin was calibrated."""
+
+
+def inward_with_vacuum_mm(columns: Columns) -> float:
+    """Largest net advance of the tip since the valve left its seat, while it is off it."""
+    opened = columns["truth.valve_open_ratio"] > 0.0
+    if not np.any(opened):
+        return 0.0
+    tip = columns["truth.tip_mm"][opened]
+    return float(np.max(tip - np.minimum.accumulate(tip)))
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("compensation", KIND_OF_NAME)
+def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
+    rmse, deepest, advance = [], [], []
+    for seed in range(FIRST_SEED, FIRST_SEED + MACHINES):
+        choice = Choice("bench", "paper", "travel", compensation, seed)
+        prepared = cycle_run.prepare(choice)
+        columns = cycle_run.play(prepared, lambda _: None)
+        figures = cycle_run.figures(prepared, columns)
+        assert figures.completed, seed
+        assert figures.trips == (), seed
+        assert figures.deepest_mm <= prepared.protocol.cap_mm, seed
+        assert Phase.ABORTING not in columns["phase"], seed
+        rmse.append(figures.rmse_mm)
+        deepest.append(figures.deepest_mm)
+        advance.append(inward_with_vacuum_mm(columns))
+    assert max(advance) <= 0.5
+    result = {
+        "compensation": compensation,
+        "machines": MACHINES,
+        "rmse_mm": {"mean": np.mean(rmse), "sd": np.std(rmse, ddof=1), "max": max(rmse)},
+        "deepest_mm": {"mean": np.mean(deepest), "max": max(deepest)},
+        "advance_with_vacuum_mm": {"max": max(advance)},
+    }
+    folder = Path("runs") / "soak"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"bench-{compensation}.json").write_text(json.dumps(result, indent=2) + "\n")

@@ -1,0 +1,160 @@
+import numpy as np
+import pytest
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import ABORT, NO_REQUESTS, START
+from opensuction.procedure.protocol import PAPER
+from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.trace import Columns
+
+GOLDEN_COLUMNS = [
+    "time_s",
+    "phase",
+    "readings.head_mm",
+    "readings.head_valid",
+    "readings.cam_rad",
+    "readings.cam_valid",
+    "readings.line_vacuum_mmhg",
+    "readings.vacuum_valid",
+    "readings.contact_closed",
+    "readings.contact_valid",
+    "readings.insertion_current_a",
+    "demand.reference_mm",
+    "demand.reference_mm_per_s",
+    "demand.direction",
+    "demand.homing",
+    "demand.valve_open",
+    "demand.pump_on",
+    "demand.vacuum_mmhg",
+    "verdict.reaction",
+    "verdict.trips",
+    "verdict.deepest_mm",
+    "verdict.insertion_on",
+    "verdict.valve_on",
+    "commands.head_mm",
+    "commands.insertion_v",
+    "commands.insertion_on",
+    "commands.cam_rad",
+    "commands.valve_v",
+    "commands.valve_on",
+    "commands.pump_on",
+    "commands.vacuum_mmhg",
+    "truth.head_mm",
+    "truth.tip_mm",
+    "truth.laser_mm",
+    "truth.contact_n",
+    "truth.valve_open_ratio",
+    "truth.tip_vacuum_mmhg",
+    "truth.gas_ml_per_s",
+    "truth.secretion_removed_ml",
+]
+"""Names that recordings, reports and plots rely on: a change here breaks what people stored."""
+
+
+def ready(seed: int = 1, run: int = 2) -> tuple[Loop, LoopState]:
+    rig = bench.rig("bench", seed)
+    calibration = bench.uncalibrated(rig.profile)
+    return bench.assemble(rig, PAPER, CompensationKind.EXACT_INVERSE, calibration, run)
+
+
+def cycle(seed: int = 1, run: int = 2) -> tuple[LoopState, Columns]:
+    loop, start = ready(seed, run)
+    return trace.record(loop, start, START, 60.0)
+
+
+def same(one: Columns, other: Columns) -> bool:
+    return all(np.array_equal(one[name], other[name]) for name in COLUMNS)
+
+
+def test_column_names_are_stable() -> None:
+    assert list(COLUMNS) == GOLDEN_COLUMNS
+
+
+def test_same_seed_same_trace() -> None:
+    assert same(cycle()[1], cycle()[1])
+
+
+def test_another_run_has_other_noise_on_the_same_machine() -> None:
+    one, other = cycle(run=2)[1], cycle(run=3)[1]
+    assert not np.array_equal(one["truth.laser_mm"], other["truth.laser_mm"])
+    # The controller never reads the laser, so nothing else differs.
+    for name in COLUMNS:
+        if name != "truth.laser_mm":
+            assert np.array_equal(one[name], other[name]), name
+
+
+def test_another_seed_is_another_machine() -> None:
+    one, other = cycle(seed=1)[1], cycle(seed=2)[1]
+    least = min(one["time_s"].size, other["time_s"].size)
+    assert not np.array_equal(one["truth.tip_mm"][:least], other["truth.tip_mm"][:least])
+
+
+@pytest.mark.parametrize("piece", [1, 7, 1000])
+def test_run_in_pieces_equals_run_at_once(piece: int) -> None:
+    loop, state = ready()
+    ticks = 12_000
+    at_once = trace.rows(ticks * DT_S)
+    ended, done = closed_loop.run(loop, state, START, at_once)
+    assert done == ticks
+    in_pieces = trace.rows(ticks * DT_S)
+    requests = START
+    for begin in range(0, ticks, piece):
+        state, _ = closed_loop.run(loop, state, requests, in_pieces[begin : begin + piece])
+        requests = NO_REQUESTS
+    assert np.array_equal(at_once, in_pieces)
+    assert state.tick == ended.tick
+    assert str(state) == str(ended)
+
+
+def test_it_stops_when_the_machine_rests_again() -> None:
+    loop, start = ready()
+    table = trace.rows(60.0)
+    state, ticks = closed_loop.run(loop, start, START, table)
+    assert ticks < len(table)
+    assert table[ticks - 1, COLUMNS.index("phase")] == Phase.PARKED
+    assert table[ticks - 2, COLUMNS.index("phase")] == Phase.CLOSING
+    assert np.all(table[ticks:] == 0.0)
+    assert state.tick == ticks
+
+
+def test_it_stops_when_the_trace_is_full() -> None:
+    loop, start = ready()
+    table = trace.rows(0.5)
+    state, ticks = closed_loop.run(loop, start, START, table)
+    assert ticks == len(table) == 500
+    assert state.tick == 500
+    assert table[-1, 0] == pytest.approx(0.499)
+
+
+def test_a_machine_at_rest_runs_on_until_the_trace_is_full() -> None:
+    loop, start = ready()
+    state, columns = trace.record(loop, start, NO_REQUESTS, 2.0)
+    assert state.tick == 2000
+    assert np.all(columns["phase"] == Phase.PARKED)
+    assert np.ptp(columns["truth.tip_mm"]) == 0.0
+
+
+def test_an_abort_ends_halted_with_the_tip_out() -> None:
+    loop, start = ready()
+    state, _ = trace.record(loop, start, START, 12.0)
+    ended, columns = trace.record(loop, state, ABORT, 60.0)
+    assert ended.tick < 72_000
+    assert columns["phase"][0] == Phase.ABORTING
+    assert columns["phase"][-1] == Phase.HALTED
+    assert columns["truth.tip_mm"][-1] < 1.0
+
+
+def test_a_trace_with_too_few_columns_is_refused() -> None:
+    loop, start = ready()
+    with pytest.raises(IndexError, match="columns"):
+        closed_loop.run(loop, start, START, np.zeros((10, len(COLUMNS) - 1)))
+
+
+def test_a_row_holds_what_was_read_before_the_machine_moved() -> None:
+    _, columns = cycle()
+    # The encoder's reading is that of the same row's true motor; the head lags by the gear's play.
+    apart = columns["truth.head_mm"] - columns["readings.head_mm"]
+    assert np.max(np.abs(apart)) <= 0.5 * 0.10 + 0.005
+    assert np.all(np.diff(columns["time_s"]) > 0.0)

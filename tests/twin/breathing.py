@@ -1,0 +1,63 @@
+"""Patients breathe while something is sucked out: a row of observations for each step."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.kernel.compiled import compiled
+from opensuction.twin import patient as model
+from opensuction.twin import patient_preset
+from opensuction.twin.patient import Patient, PatientObservation, PatientState
+
+Array = NDArray[np.float64]
+DT_S = patient_preset.DT_S
+COLUMNS = len(PatientObservation._fields)
+
+
+@compiled
+def _record(
+    patient: Patient, state: PatientState, suction: Array, ratio: Array, rows: Array
+) -> PatientState:
+    for i in range(suction.size):
+        state = model.step(patient, state, suction[i], ratio[i], DT_S)
+        seen = model.observe(patient, state)
+        rows[i, 0] = seen.airway_pressure_cmh2o
+        rows[i, 1] = seen.ventilator_pressure_cmh2o
+        rows[i, 2] = seen.lung_volume_ml
+        rows[i, 3] = seen.lung_volume_loss_ml
+        rows[i, 4] = seen.spo2_percent
+        rows[i, 5] = seen.sao2_percent
+        rows[i, 6] = seen.alveolar_o2_mmhg
+        rows[i, 7] = seen.ventilator_flow_l_per_min
+        rows[i, 8] = seen.tidal_volume_ml
+    return state
+
+
+def record(
+    patient: Patient, state: PatientState, suction_ml_per_s: Array, ratio: Array
+) -> tuple[dict[str, Array], PatientState]:
+    """Columns of a run by name, and the state after it. Arrays of shape (steps,)."""
+    rows = np.empty((suction_ml_per_s.size, COLUMNS))
+    after = _record(patient, state, suction_ml_per_s, ratio, rows)
+    return dict(zip(PatientObservation._fields, rows.T, strict=True)), after
+
+
+def closed_suction(
+    patient: Patient, l_per_min: float, duration_s: float, catheter_mm: float, total_s: float
+) -> tuple[dict[str, Array], PatientState]:
+    """A patient at rest; from 10 s on the catheter lies in the tube and takes gas.
+
+    It lies there for 3 s more than it sucks.
+    """
+    time_s = np.arange(round(total_s / DT_S)) * DT_S
+    sucking = (time_s >= START_S) & (time_s < START_S + duration_s)
+    inside = (time_s >= START_S) & (time_s < START_S + duration_s + 3.0)
+    return record(
+        patient,
+        patient_preset.at_rest(patient),
+        np.where(sucking, l_per_min * 1000.0 / 60.0, 0.0),
+        np.where(inside, catheter_mm / patient.tube_id_mm, 0.0),
+    )
+
+
+START_S = 10.0
+"""When `closed_suction` begins."""

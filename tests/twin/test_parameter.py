@@ -1,0 +1,75 @@
+import re
+
+import pytest
+
+from opensuction.twin import parameter, preset
+from opensuction.twin.parameter import BENCH, Parameter
+
+TAGS = ("[paper]", "[datasheet]", "[calibrated]", "[computed]", "[assumed]")
+Values = dict[str, float]
+
+
+def outcome(values: Values) -> str:
+    """Everything that a set of parameters decides, as text."""
+    twin = preset.machine(values)
+    state = preset.parked(twin, values, 0.0, seed=1, run=2)
+    arrays = (twin.transmission.widths_mm.tolist(), state.airway.secretion_ml.tolist())
+    return f"{arrays} {twin} {state}"
+
+
+@pytest.mark.parametrize("name", BENCH)
+def test_every_entry_has_unit_meaning_and_source(name: str) -> None:
+    entry = BENCH[name]
+    assert re.fullmatch(r"[A-Za-z0-9%/]+", entry.unit)
+    assert len(entry.meaning) > 5
+    assert entry.source.startswith(TAGS)
+    assert entry.spread >= 0.0
+    if entry.spread:  # no draw may change what a parameter means by changing its sign
+        assert parameter.SPREAD_LIMIT * entry.spread < abs(entry.value)
+
+
+@pytest.mark.parametrize("name", BENCH)
+def test_every_entry_changes_the_machine(name: str) -> None:
+    values = parameter.nominal(BENCH)
+    changed = {**values, name: 1.01 * values[name]}
+    assert outcome(changed) != outcome(values)
+
+
+def test_no_value_is_asked_for_that_the_table_lacks() -> None:
+    assert outcome(parameter.nominal(BENCH))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2**32 - 1])
+def test_a_draw_is_repeatable_and_bounded(seed: int) -> None:
+    values = parameter.drawn(BENCH, seed)
+    assert values == parameter.drawn(BENCH, seed)
+    for name, entry in BENCH.items():
+        assert abs(values[name] - entry.value) <= parameter.SPREAD_LIMIT * entry.spread + 1e-15
+
+
+def test_seeds_differ() -> None:
+    assert len({tuple(parameter.drawn(BENCH, seed).values()) for seed in range(50)}) == 50
+
+
+def test_draws_have_their_spread() -> None:
+    entry = BENCH["bend_rad"]
+    draws = [parameter.drawn({"bend_rad": entry}, seed)["bend_rad"] for seed in range(2000)]
+    mean = sum(draws) / len(draws)
+    deviation = (sum((draw - mean) ** 2 for draw in draws) / len(draws)) ** 0.5
+    # Four standard errors; the cut at 2.5 deviations takes 2 % off the deviation.
+    assert mean == pytest.approx(entry.value, abs=4.0 * entry.spread / len(draws) ** 0.5)
+    assert deviation == pytest.approx(0.98 * entry.spread, rel=4.0 / (2.0 * len(draws)) ** 0.5)
+
+
+def test_neither_a_new_parameter_nor_a_new_spread_changes_other_draws() -> None:
+    before = parameter.drawn(BENCH, 7)
+    grown: dict[str, Parameter] = {
+        "new_mm": Parameter(1.0, 0.1, "mm", "a new one", "[assumed]"),
+        **BENCH,
+        "supply_v": BENCH["supply_v"]._replace(spread=0.5),
+    }
+    after = parameter.drawn(grown, 7)
+    for name in BENCH:
+        if name != "supply_v":
+            assert after[name] == before[name]
+    assert after["supply_v"] != before["supply_v"]

@@ -1,0 +1,28 @@
+from pathlib import Path
+
+import pytest
+
+from opensuction.kernel.errors import InputError
+from opensuction.twin import patient_table
+from opensuction.twin.patient_parameter import PRESETS, ROWS
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "patient.md"
+
+
+def test_the_documentation_holds_the_parameters_as_they_are() -> None:
+    """If this fails: python docs/generate.py."""
+    text = DOCUMENT.read_text(encoding="utf-8")
+    assert patient_table.spliced(text) == text
+
+
+def test_every_parameter_has_its_line() -> None:
+    lines = patient_table.markdown().splitlines()[2:]
+    assert len(lines) == len(ROWS)
+    for line, name in zip(lines, ROWS, strict=True):
+        assert line.startswith(f"| `{name}` | ")
+        assert line.count("|") == len(PRESETS) + 5  # a bar inside a text would break the table
+
+
+def test_a_document_without_marks_is_refused() -> None:
+    with pytest.raises(InputError, match="lacks the line"):
+        patient_table.spliced("# The patient\n")
