@@ -7,7 +7,7 @@ it once more.
 from enum import IntEnum
 from typing import NamedTuple
 
-from opensuction.control import direct_inverse, exact_inverse
+from opensuction.control import direct_inverse, exact_inverse, head_path
 from opensuction.control.direct_inverse import EstimatedLag
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
@@ -82,3 +82,22 @@ def step(
         velocity = (printed.head_mm - state.head_mm) / dt_s
         return HeadState(printed.head_mm, velocity, printed.lag_mm)
     return HeadState(reference_mm, reference_mm_per_s, state.lag_mm)
+
+
+@compiled
+def home(
+    compensation: Compensation, state: HeadState, park_head_mm: float, dt_s: float
+) -> HeadState:
+    """Head command of one tick on the way to its park position, whatever the tip does.
+
+    A head that was on its way elsewhere stops at once.
+    """
+    distance = park_head_mm - state.head_mm
+    velocity = state.head_mm_per_s if state.head_mm_per_s * distance > 0.0 else 0.0
+    velocity = head_path.step(compensation.limits, distance, 0.0, velocity, dt_s)
+    move = velocity * dt_s
+    return HeadState(
+        head_mm=state.head_mm + move,
+        head_mm_per_s=velocity,
+        lag_mm=modified_dahl.step(compensation.model, state.lag_mm, move),
+    )

@@ -39,7 +39,8 @@ def step(
 ) -> HeadState:
     """Head command for a desired tip position approached in one direction.
 
-    direction: +1.0 when the tip's next motion is towards the carina, -1.0 when it is back.
+    direction: +1.0 when the tip's next motion is towards the carina, -1.0 when it is back. The
+    head never moves against it: where it turns while the head is moving, the head stops at once.
     """
     distance = modified_dahl.move_to(model, state.head_mm, state.lag_mm, reference_mm, direction)
     goal_lag = modified_dahl.step(model, state.lag_mm, distance)

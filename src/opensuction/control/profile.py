@@ -32,9 +32,9 @@ def _ramp_s(profile: Profile) -> float:
 def duration_s(profile: Profile) -> float:
     """Time from rest to rest."""
     distance = abs(profile.end_mm - profile.start_mm)
-    if distance == 0.0:
-        return 0.0
     ramp = _ramp_s(profile)
+    if ramp == 0.0:
+        return 0.0  # no way to go, or less than a root can tell from none
     return ramp + distance / (ramp * profile.acceleration_mm_per_s2)
 
 

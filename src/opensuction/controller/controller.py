@@ -4,7 +4,6 @@ procedure (what) -> control (how) -> governor (may it?) -> servos -> commands. T
 last because the governor's own reactions, hold and withdraw, need them too.
 """
 
-import math
 from typing import NamedTuple
 
 from opensuction.control import compensation, servo, valve
@@ -17,13 +16,15 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure import cycle
-from opensuction.procedure.cycle import Demand, ProcedureState, Surroundings
+from opensuction.procedure import cycle, progress
+from opensuction.procedure.cycle import Demand
 from opensuction.procedure.plan import Plan
+from opensuction.procedure.progress import ProcedureState, Surroundings
 from opensuction.safety import governor
 from opensuction.safety.governor import GovernorState, Verdict
 from opensuction.safety.limits import Limits
 from opensuction.safety.trip import Reaction
+from opensuction.safety.watch import Watch
 
 
 class Settings(NamedTuple):
@@ -32,7 +33,7 @@ class Settings(NamedTuple):
     plan: Plan
     compensation: Compensation
     parked: HeadState
-    """Compensator with the head at its park position; a reset goes back to it."""
+    """Compensator with the head at its park position."""
     insertion_servo: Servo
     valve_servo: Servo
     valve_motion: ValveMotion
@@ -74,47 +75,48 @@ class Outputs(NamedTuple):
 def start(settings: Settings, head_mm: float) -> State:
     """State at power-up with the head read at ``head_mm``.
 
-    With the head away from its park position the machine halts: a reset then withdraws it first.
+    With the head away from its park position, or not known (nan), the machine halts: a reset then
+    withdraws it first.
     """
-    away = abs(head_mm - settings.plan.motion.park_head_mm) > settings.plan.motion.settle_mm + 0.5
+    motion = settings.plan.motion
+    parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
     procedure = cycle.parked()
-    if away:
+    led = settings.parked
+    watch = governor.start(settings.limits, head_mm)
+    if not parked:
         procedure = procedure._replace(phase=int(Phase.HALTED))
+        led = led._replace(head_mm=watch.head_mm)
     return State(
         procedure=procedure,
-        compensation=settings.parked,
+        compensation=led,
         insertion_servo=ServoState(error=0.0, velocity=0.0),
         valve_servo=ServoState(error=0.0, velocity=0.0),
         cam_rad=0.0,
-        governor=governor.start(settings.limits, head_mm),
+        governor=watch,
         tripped=False,
         powerless=False,
     )
 
 
 @compiled
-def _propose(
-    settings: Settings, state: State, demand: Demand, held: bool, dt_s: float
-) -> tuple[HeadState, Setpoints]:
-    """Head command by the chosen compensation; a halted machine keeps its head where it is."""
-    led = state.compensation
-    if not held:
-        led = compensation.step(
-            settings.compensation,
-            state.compensation,
-            demand.reference_mm,
-            demand.reference_mm_per_s,
-            demand.direction,
-            dt_s,
-        )
-    proposal = Setpoints(
-        head_mm=state.governor.head_mm if held else led.head_mm,
-        head_mm_per_s=0.0 if held else led.head_mm_per_s,
-        valve_open=demand.valve_open,
-        pump_on=demand.pump_on,
-        vacuum_mmhg=demand.vacuum_mmhg,
+def _lead(settings: Settings, state: State, demand: Demand, phase: int, dt_s: float) -> HeadState:
+    """Head as the cycle wants it: home, kept where it is, or led by the chosen compensation."""
+    if phase == Phase.HALTED.value:
+        return HeadState(state.governor.head_mm, 0.0, state.compensation.lag_mm)
+    if demand.homing:
+        # From what was let through: the compensation may be far ahead of what the head can do.
+        led = state.compensation
+        let_through = HeadState(state.governor.head_mm, led.head_mm_per_s, led.lag_mm)
+        park_head_mm = settings.plan.motion.park_head_mm
+        return compensation.home(settings.compensation, let_through, park_head_mm, dt_s)
+    return compensation.step(
+        settings.compensation,
+        state.compensation,
+        demand.reference_mm,
+        demand.reference_mm_per_s,
+        demand.direction,
+        dt_s,
     )
-    return led, proposal
 
 
 @compiled
@@ -123,23 +125,21 @@ def _actuate(
     state: State,
     allowed: Setpoints,
     verdict: Verdict,
-    inputs: Inputs,
-    reading_mm: float,
+    seen: Watch,
+    dt_s: float,
 ) -> tuple[ServoState, ServoState, Commands]:
     """Servos of both axes on the setpoints that were let through."""
-    dt_s = inputs.dt_s
     cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
         settings.insertion_servo,
         state.insertion_servo,
         allowed.head_mm,
         allowed.head_mm_per_s,
-        reading_mm,
+        seen.head_mm,
         dt_s,
     )
-    cam_reading = inputs.readings.cam_rad if math.isfinite(inputs.readings.cam_rad) else cam
     valve_state, valve_v = servo.step(
-        settings.valve_servo, state.valve_servo, cam, cam_speed, cam_reading, dt_s
+        settings.valve_servo, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
     )
     commands = Commands(
         head_mm=allowed.head_mm,
@@ -155,41 +155,49 @@ def _actuate(
 
 
 @compiled
-def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
-    """One tick of the controller; no clock, no I/O, nothing hidden."""
-    dt_s = inputs.dt_s
-    around = Surroundings(
-        head_command_mm=state.governor.head_mm, tripped=state.tripped, powerless=state.powerless
-    )
-    halted = state.procedure.phase == Phase.HALTED.value
-    watch = state.governor
-    led = state.compensation
-    if halted and inputs.requests.reset:
-        watch = governor.reset(watch)
-        led = settings.parked
-        around = Surroundings(
-            head_command_mm=state.governor.head_mm, tripped=False, powerless=False
-        )
-    procedure, demand = cycle.step(
-        settings.plan, state.procedure, inputs.readings, inputs.requests, around, dt_s
-    )
-    current = State(
-        procedure=procedure,
-        compensation=led,
+def _acknowledged(settings: Settings, state: State) -> State:
+    """A person has dealt with what halted the machine: the head begins again from where it is."""
+    watch = governor.reset(settings.limits, state.governor)
+    return State(
+        procedure=state.procedure,
+        compensation=HeadState(watch.head_mm, 0.0, settings.parked.lag_mm),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
         cam_rad=state.cam_rad,
         governor=watch,
+        tripped=False,
+        powerless=False,
+    )
+
+
+@compiled
+def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
+    """One tick of the controller; no clock, no I/O, nothing hidden."""
+    dt_s = inputs.dt_s
+    requests = inputs.requests
+    if state.procedure.phase == Phase.HALTED.value and requests.reset and not requests.abort:
+        state = _acknowledged(settings, state)
+    around = Surroundings(
+        head_wanted_mm=state.compensation.head_mm,
         tripped=state.tripped,
         powerless=state.powerless,
     )
-    held = procedure.phase == Phase.HALTED.value
-    led, proposal = _propose(settings, current, demand, held, dt_s)
+    procedure, demand = cycle.step(
+        settings.plan, state.procedure, inputs.readings, requests, around, dt_s
+    )
+    led = _lead(settings, state, demand, procedure.phase, dt_s)
+    proposal = Setpoints(
+        head_mm=led.head_mm,
+        head_mm_per_s=led.head_mm_per_s,
+        valve_open=demand.valve_open,
+        pump_on=demand.pump_on,
+        vacuum_mmhg=demand.vacuum_mmhg,
+    )
     watch, allowed, verdict = governor.step(
-        settings.limits, watch, proposal, inputs.readings, inputs.host.overrun, dt_s
+        settings.limits, state.governor, proposal, inputs.readings, inputs.host.overrun, dt_s
     )
     insertion, valve_state, commands = _actuate(
-        settings, current, allowed, verdict, inputs, watch.reading_mm
+        settings, state, allowed, verdict, watch.watch, dt_s
     )
     following = State(
         procedure=procedure,

@@ -11,6 +11,7 @@ from opensuction.control.valve import ValveMotion
 from opensuction.controller.controller import Settings
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.errors import InputError
 from opensuction.procedure import planner
 from opensuction.procedure.plan import Excitation
 from opensuction.procedure.planner import Abilities
@@ -38,6 +39,8 @@ class MachineProfile(NamedTuple):
     head_time_constant_s: float
     settle_mm: float
     following_mm: float
+    stalled_mm: float
+    """Distance from its command at which the servo overcomes any friction of the head."""
     cam_open_rad: float
     cam_rad_per_s: float
     insertion_p_v_per_mm: float
@@ -56,6 +59,7 @@ BENCH = MachineProfile(
     head_time_constant_s=0.020,
     settle_mm=0.25,  # 0.1 mm static error of P = 10 V/mm against 1 V of friction, and noise
     following_mm=8.0,  # the paper's compensator jumps by 2.6 mm and its PD lags 2.4 mm at 18 mm/s
+    stalled_mm=0.11,  # 1 V of friction against 10 V/mm, and two steps of the encoder
     cam_open_rad=math.radians(30.0),  # paper, section IV-A
     cam_rad_per_s=math.radians(15.0),  # paper, section IV-A
     insertion_p_v_per_mm=10.0,  # paper: P = 10
@@ -127,7 +131,7 @@ def limits(
     tip = bounds.tip_bounds(
         gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
     )
-    parked = bounds.deepest_mm(tip, bounds.retracted(tip, park_head_mm))
+    parked = bounds.deepest_mm(tip, bounds.anywhere(tip, park_head_mm))
     deepest_travel = protocol.cap_mm + float(modified_dahl.gap_mm(model))
     return Limits(
         tip=tip,
@@ -136,12 +140,29 @@ def limits(
         park_head_mm=park_head_mm,
         head_speed_mm_per_s=profile.head_limit_mm_per_s,
         following_mm=profile.following_mm,
+        stalled_mm=profile.stalled_mm,
         vacuum_mmhg=VACUUM_MARGIN * protocol.vacuum_mmhg,
         negative_pressure_s=protocol.negative_pressure_budget_s,
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=2.0,
         withdrawal_s=deepest_travel / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
     )
+
+
+def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> None:
+    """Refuse a cap that would stop the head short of the target."""
+    model, needed_mm = chosen.model, protocol.travel_mm
+    if chosen.kind != CompensationKind.NONE:
+        lag_mm = float(modified_dahl.saturation_mm(model))
+        needed_mm = (protocol.travel_mm + lag_mm - model.offset_mm) / model.slope
+    if needed_mm > highest_mm:
+        least_mm = protocol.cap_mm + model.slope * (needed_mm - highest_mm)
+        raise InputError(
+            f"cap_mm {protocol.cap_mm:g} mm allows the head {highest_mm:.1f} mm in case the gap of "
+            f"{modified_dahl.gap_mm(model):.1f} mm has shrunk, and travel_mm "
+            f"{protocol.travel_mm:g} mm needs {needed_mm:.1f} mm: "
+            f"set cap_mm to {least_mm:.1f} mm or more"
+        )
 
 
 def settings(
@@ -169,8 +190,11 @@ def settings(
         gap_out_mm=gap_out,
     )
     insertion, valve = _servos(profile, kind, calibration.feedforward)
+    held = limits(profile, protocol, calibration.model, parked.head_mm)
+    plan = planner.plan(protocol, abilities, EXCITATION)
+    _check_cap(chosen, protocol, float(bounds.head_cap_mm(held.tip, held.cap_mm)))
     return Settings(
-        plan=planner.plan(protocol, abilities, EXCITATION),
+        plan=plan,
         compensation=chosen,
         parked=parked,
         insertion_servo=insertion,
@@ -178,5 +202,5 @@ def settings(
         valve_motion=ValveMotion(
             open_rad=profile.cam_open_rad, speed_rad_per_s=profile.cam_rad_per_s
         ),
-        limits=limits(profile, protocol, calibration.model, parked.head_mm),
+        limits=held,
     )

@@ -13,42 +13,12 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
 from opensuction.procedure import plan as plans
-from opensuction.procedure import transition
+from opensuction.procedure import progress, transition
 from opensuction.procedure.plan import Excitation, Plan
-from opensuction.procedure.transition import Event
+from opensuction.procedure.progress import ProcedureState, Surroundings
 
-OPEN_SHARE = 0.95
-"""Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
-CLOSED_SHARE = 0.03
-"""Share of the cam's stroke below which the valve counts as closed."""
-VACUUM_READY_SHARE = 0.9
-"""Share of the set point that the line must hold before a cycle begins."""
 INWARDS = 1.0
 OUTWARDS = -1.0
-
-
-class ProcedureState(NamedTuple):
-    """Where the cycle stands."""
-
-    phase: int
-    phase_ticks: int
-    start_mm: float
-    """Reference at the start of the phase."""
-    reference_mm: float
-    reference_mm_per_s: float
-    arrived_ticks: int
-    """Ticks since the reference reached the target."""
-    valve_open: bool
-
-
-class Surroundings(NamedTuple):
-    """What the procedure learns from the rest of the controller."""
-
-    head_command_mm: float
-    """Last head command that was let through."""
-    tripped: bool
-    powerless: bool
-    """The insertion drive's torque is off."""
 
 
 class Demand(NamedTuple):
@@ -59,6 +29,8 @@ class Demand(NamedTuple):
     reference_mm_per_s: float
     direction: float
     """Of the tip's next motion: +1 towards the carina, -1 back."""
+    homing: bool
+    """The head goes to its park position, whatever the model makes of the reference."""
     valve_open: bool
     pump_on: bool
     vacuum_mmhg: float
@@ -109,82 +81,10 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
 
 
 @compiled
-def _bit(happened: bool, event: int) -> int:
-    return 1 << event if happened else 0
-
-
-@compiled
-def _progress(
-    plan: Plan, state: ProcedureState, readings: Readings, around: Surroundings, dt_s: float
-) -> int:
-    """Bit mask of what the cycle was waiting for and has happened."""
-    time_s = state.phase_ticks * dt_s
-    phase = state.phase
-    distance = abs(around.head_command_mm - readings.head_mm)
-    settled = distance <= plan.motion.settle_mm
-    still = state.reference_mm_per_s == 0.0
-    closed = abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
-    home = abs(readings.head_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm + 0.5
-    if phase == Phase.CHECKING.value:
-        sound = (
-            readings.head_valid
-            and readings.cam_valid
-            and readings.vacuum_valid
-            and readings.contact_valid
-            and not readings.contact_closed
-        )
-        ready = readings.line_vacuum_mmhg >= VACUUM_READY_SHARE * plan.vacuum_mmhg
-        return _bit(sound and settled and home and closed and ready, Event.CHECK_PASSED.value)
-    if phase == Phase.PRELOADING.value:
-        return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED.value)
-    if phase == Phase.INSERTING.value:
-        arrived = still and state.reference_mm == plan.motion.target_mm
-        return _bit(arrived and settled, Event.TARGET_REACHED.value)
-    if phase == Phase.OPENING.value:
-        return _bit(readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad, Event.VALVE_OPENED.value)
-    if phase == Phase.SUCTIONING.value:
-        elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        return _bit(elapsed, Event.DWELL_ELAPSED.value)
-    if phase == Phase.WITHDRAWING.value:
-        return _bit(still and state.reference_mm == 0.0 and settled, Event.WITHDRAWN.value)
-    if phase == Phase.CLOSING.value:
-        return _bit(closed, Event.VALVE_CLOSED.value)
-    if phase == Phase.ABORTING.value:
-        return _bit((home and closed) or around.powerless, Event.CLEARED.value)
-    if phase == Phase.IDENTIFYING.value:
-        return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED.value)
-    return 0
-
-
-@compiled
-def happened(
-    plan: Plan,
-    state: ProcedureState,
-    readings: Readings,
-    requests: Requests,
-    around: Surroundings,
-    dt_s: float,
-) -> int:
-    """Bit mask of all events of this tick."""
-    overdue = state.phase_ticks * dt_s > plans.phase_limit_s(plan.limits_s, state.phase)
-    home = abs(readings.head_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm + 0.5
-    return (
-        _progress(plan, state, readings, around, dt_s)
-        | _bit(around.tripped, Event.TRIPPED.value)
-        | _bit(requests.abort, Event.ABORT_REQUESTED.value)
-        | _bit(overdue, Event.PHASE_OVERDUE.value)
-        | _bit(requests.start, Event.START_REQUESTED.value)
-        | _bit(requests.identify, Event.IDENTIFY_REQUESTED.value)
-        | _bit(requests.reset and home, Event.RESET_REQUESTED.value)
-        | _bit(requests.reset and not home, Event.RECOVERY_REQUESTED.value)
-    )
-
-
-@compiled
-def _valve_wanted(phase: int, was_open: bool, still_inside: bool) -> bool:
+def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
     """The valve rule: open from A to C; an abort keeps it open on the way out if it was open."""
     if phase == Phase.ABORTING.value:
-        return was_open and still_inside
+        return was_open and not home
     return (
         phase == Phase.OPENING.value
         or phase == Phase.SUCTIONING.value
@@ -203,6 +103,27 @@ def _direction(plan: Plan, phase: int, arrived_s: float) -> float:
 
 
 @compiled
+def _is_homing(phase: int) -> bool:
+    return (
+        phase == Phase.PARKED.value
+        or phase == Phase.CHECKING.value
+        or phase == Phase.ABORTING.value
+    )
+
+
+@compiled
+def _is_pumping(phase: int, valve_open: bool) -> bool:
+    """Pump on: not while parked or halted, where the line vents, so that each check tests it."""
+    if phase == Phase.ABORTING.value:
+        return valve_open
+    return (
+        phase != Phase.PARKED.value
+        and phase != Phase.HALTED.value
+        and phase != Phase.IDENTIFYING.value
+    )
+
+
+@compiled
 def step(
     plan: Plan,
     state: ProcedureState,
@@ -212,15 +133,13 @@ def step(
     dt_s: float,
 ) -> tuple[ProcedureState, Demand]:
     """Advance the cycle by one tick; returns the new state and what it asks for."""
-    events = happened(plan, state, readings, requests, around, dt_s)
+    events = progress.happened(plan, state, readings, requests, around, dt_s)
     phase = transition.follow(state.phase, events)
+    arrived_ticks = state.arrived_ticks
     if phase != state.phase:
-        arrived_ticks = state.arrived_ticks
-        state = _enter(phase, state.reference_mm, state.valve_open)
-        if phase == Phase.HALTED.value or phase == Phase.PARKED.value:
-            state = _enter(phase, 0.0, False)
-    else:
-        arrived_ticks = state.arrived_ticks
+        resting = phase == Phase.HALTED.value or phase == Phase.PARKED.value
+        reference_mm = 0.0 if resting else state.reference_mm
+        state = _enter(phase, reference_mm, state.valve_open and not resting)
     reference, velocity = _reference(plan, state, state.phase_ticks * dt_s)
     dwelling = (
         phase == Phase.INSERTING.value
@@ -229,15 +148,16 @@ def step(
     )
     arrived = dwelling and reference == plan.motion.target_mm
     arrived_ticks = arrived_ticks + 1 if arrived else 0
+    valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
+    pumping = _is_pumping(phase, valve_open)
     demand = Demand(
         reference_mm=reference,
         reference_mm_per_s=velocity,
         direction=_direction(plan, phase, arrived_ticks * dt_s),
-        valve_open=_valve_wanted(phase, state.valve_open, reference > 0.0),
-        pump_on=phase != Phase.PARKED.value
-        and phase != Phase.HALTED.value
-        and phase != Phase.IDENTIFYING.value,
-        vacuum_mmhg=plan.vacuum_mmhg,
+        homing=_is_homing(phase),
+        valve_open=valve_open,
+        pump_on=pumping,
+        vacuum_mmhg=plan.vacuum_mmhg if pumping else 0.0,
     )
     return (
         ProcedureState(
@@ -247,7 +167,7 @@ def step(
             reference_mm=reference,
             reference_mm_per_s=velocity,
             arrived_ticks=arrived_ticks,
-            valve_open=demand.valve_open,
+            valve_open=valve_open,
         ),
         demand,
     )

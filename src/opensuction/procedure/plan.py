@@ -57,6 +57,8 @@ class Plan(NamedTuple):
     """Last part of the dwell, in which the gap of the way back is crossed."""
     vacuum_mmhg: float
     cam_open_rad: float
+    bench_only: bool
+    """Nobody is on the machine: it may be identified."""
     limits_s: PhaseLimits
 
 

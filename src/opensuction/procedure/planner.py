@@ -156,5 +156,6 @@ def plan(protocol: Protocol, abilities: Abilities, excitation: Excitation) -> Pl
         gap_lead_s=crossing_s(abilities, abilities.gap_out_mm),
         vacuum_mmhg=protocol.vacuum_mmhg,
         cam_open_rad=abilities.cam_open_rad,
+        bench_only=protocol.bench_only,
         limits_s=phase_limits(times, abilities, excitation),
     )

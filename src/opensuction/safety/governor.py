@@ -12,26 +12,29 @@ from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
 from opensuction.safety import limits as bounds
-from opensuction.safety import trip
-from opensuction.safety.limits import Limits, TipInterval
+from opensuction.safety import trip, watch
+from opensuction.safety.limits import Limits
 from opensuction.safety.trip import Reaction, Trip
+from opensuction.safety.watch import INVALID_TICKS, Watch
 
-INVALID_TICKS = 5
-"""Consecutive ticks without a valid reading that are a fault; fewer are ridden out."""
 LATE_TICKS = 5
 """Consecutive late ticks of the host that are a fault."""
 OVERSPEED_RATIO = 1.5
 """Measured head speed over its limit that is a runaway, not a transient of the servo."""
-SPEED_WINDOW_S = 0.01
-"""Time constant over which the measured head speed is averaged."""
 PERSISTENCE_S = 0.2
 """How long head or vacuum may be beyond a limit before it is a trip (a step response settles)."""
+STALL_S = 0.1
+"""How long the head reading may stand still while the servo must be moving it."""
+RUNAWAY_MM = 1.0
+"""Advance of the head against its command; a stop from full speed overshoots by up to 0.7 mm."""
+OVERSHOOT_MM = 1.0
+"""How far beyond its cap a servo may carry the head before it is a trip."""
+LEAD_SHARE = 0.5
+"""Share of the following limit by which a withdrawal may lead the head."""
 ADVANCE_MM = 0.5
 """Net advance of the head that is allowed while the valve is not closed."""
 ADVANCING_MM_PER_S = 3.0
-"""Measured speed inwards above which the valve is kept from opening."""
-CAM_CLOSED_RAD = 0.02
-"""Cam angle (1.1 degrees) below which the valve's seal holds."""
+"""Measured speed inwards above which the head is advancing: the valve is kept from opening."""
 
 
 class GovernorState(NamedTuple):
@@ -39,24 +42,11 @@ class GovernorState(NamedTuple):
 
     head_mm: float
     """Last head command that it let through."""
-    reading_mm: float
-    """Last valid head reading."""
-    speed_mm_per_s: float
-    """Measured head speed, averaged."""
-    interval: TipInterval
-    anchor_mm: float
-    """Least head reading since the valve left its seat."""
     valve_open: bool
     """Last valve command that it let through."""
-    invalid_ticks: int
-    late_ticks: int
-    negative_pressure_s: float
-    in_airway_s: float
-    contact_s: float
-    beyond_s: float
-    """How long the head has been off its command."""
-    overpressure_s: float
+    watch: Watch
     withdrawal_s: float
+    """How long it has been forcing the head out."""
     trips: int
 
 
@@ -72,69 +62,15 @@ class Verdict(NamedTuple):
 
 
 def start(limits: Limits, head_mm: float) -> GovernorState:
-    """State at power-up with the head read at ``head_mm``."""
+    """State at power-up with the head read at ``head_mm``; not a number: as deep as can be."""
+    if not math.isfinite(head_mm):
+        head_mm = float(bounds.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
         head_mm=head_mm,
-        reading_mm=head_mm,
-        speed_mm_per_s=0.0,
-        interval=bounds.anywhere(limits.tip, head_mm),
-        anchor_mm=head_mm,
         valve_open=False,
-        invalid_ticks=0,
-        late_ticks=0,
-        negative_pressure_s=0.0,
-        in_airway_s=0.0,
-        contact_s=0.0,
-        beyond_s=0.0,
-        overpressure_s=0.0,
+        watch=watch.start(limits, head_mm),
         withdrawal_s=0.0,
         trips=0,
-    )
-
-
-@compiled
-def _held(seconds: float, holds: bool, dt_s: float) -> float:
-    """Time for which a condition has held without a break."""
-    return seconds + dt_s if holds else 0.0
-
-
-@compiled
-def _valid(readings: Readings) -> bool:
-    return readings.head_valid and math.isfinite(readings.head_mm)
-
-
-@compiled
-def observe(
-    limits: Limits, state: GovernorState, readings: Readings, overrun: bool, dt_s: float
-) -> GovernorState:
-    """Bring everything that is measured up to this tick."""
-    reading = readings.head_mm if _valid(readings) else state.reading_mm
-    interval = bounds.follow(limits.tip, state.interval, reading)
-    share = dt_s / (SPEED_WINDOW_S + dt_s)
-    speed = state.speed_mm_per_s + share * (
-        (reading - state.reading_mm) / dt_s - state.speed_mm_per_s
-    )
-    cam_off_seat = not (abs(readings.cam_rad) <= CAM_CLOSED_RAD)
-    sucking = state.valve_open or cam_off_seat
-    inside = bounds.deepest_mm(limits.tip, interval) > limits.outside_mm
-    beyond = abs(state.head_mm - reading) > limits.following_mm
-    over = readings.line_vacuum_mmhg > limits.vacuum_mmhg
-    return GovernorState(
-        head_mm=state.head_mm,
-        reading_mm=reading,
-        speed_mm_per_s=speed,
-        interval=interval,
-        anchor_mm=min(state.anchor_mm, reading) if sucking else reading,
-        valve_open=state.valve_open,
-        invalid_ticks=0 if _valid(readings) else state.invalid_ticks + 1,
-        late_ticks=state.late_ticks + 1 if overrun else 0,
-        negative_pressure_s=_held(state.negative_pressure_s, sucking, dt_s),
-        in_airway_s=_held(state.in_airway_s, inside, dt_s),
-        contact_s=_held(state.contact_s, readings.contact_closed, dt_s),
-        beyond_s=_held(state.beyond_s, beyond, dt_s),
-        overpressure_s=_held(state.overpressure_s, over, dt_s),
-        withdrawal_s=state.withdrawal_s,
-        trips=state.trips,
     )
 
 
@@ -144,53 +80,118 @@ def _bit(happened: bool, code: int) -> int:
 
 
 @compiled
-def judge(limits: Limits, state: GovernorState, proposal: Setpoints, readings: Readings) -> int:
-    """Bit mask of all trips, old and new."""
-    proposal_valid = (
+def _possible(proposal: Setpoints) -> bool:
+    return (
         math.isfinite(proposal.head_mm)
         and math.isfinite(proposal.head_mm_per_s)
         and math.isfinite(proposal.vacuum_mmhg)
+        and proposal.vacuum_mmhg >= 0.0
     )
-    vacuum_valid = readings.vacuum_valid and math.isfinite(readings.line_vacuum_mmhg)
-    cam_valid = readings.cam_valid and math.isfinite(readings.cam_rad)
-    overspeed = abs(state.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
+
+
+@compiled
+def _head_trips(limits: Limits, seen: Watch) -> int:
+    """Bit mask of what is wrong with the insertion axis."""
+    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
+    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
+    return (
+        _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
+        | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
+        | _bit(seen.lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
+        | _bit(seen.lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
+        | _bit(seen.head_mm - seen.turn_mm > RUNAWAY_MM, Trip.HEAD_RUNAWAY.value)
+        | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP.value)
+    )
+
+
+@compiled
+def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints) -> int:
+    """Bit mask of all trips, old and new."""
+    lasting = seen.lasting
     return (
         state.trips
-        | _bit(not proposal_valid, Trip.PROPOSAL_INVALID.value)
-        | _bit(state.invalid_ticks >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
-        | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
-        | _bit(state.beyond_s > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
-        | _bit(not cam_valid, Trip.CAM_READING_INVALID.value)
-        | _bit(not vacuum_valid, Trip.VACUUM_READING_INVALID.value)
-        | _bit(state.overpressure_s > PERSISTENCE_S, Trip.VACUUM_EXCEEDED.value)
-        | _bit(
-            state.negative_pressure_s > limits.negative_pressure_s,
-            Trip.NEGATIVE_PRESSURE_TIME.value,
-        )
-        | _bit(state.in_airway_s > limits.in_airway_s, Trip.IN_AIRWAY_TIME.value)
-        | _bit(state.contact_s > limits.contact_s, Trip.CONTACT_TIME.value)
-        | _bit(not readings.contact_valid, Trip.CONTACT_READING_INVALID.value)
-        | _bit(state.late_ticks >= LATE_TICKS, Trip.LATE_TICKS.value)
+        | _head_trips(limits, seen)
+        | _bit(not _possible(proposal), Trip.PROPOSAL_INVALID.value)
+        | _bit(seen.invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID.value)
+        | _bit(seen.invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID.value)
+        | _bit(seen.invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID.value)
+        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED.value)
+        | _bit(lasting.sucking > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME.value)
+        | _bit(lasting.inside > limits.in_airway_s, Trip.IN_AIRWAY_TIME.value)
+        | _bit(lasting.contact > limits.contact_s, Trip.CONTACT_TIME.value)
+        | _bit(seen.late_ticks >= LATE_TICKS, Trip.LATE_TICKS.value)
         | _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME.value)
     )
 
 
 @compiled
 def _narrow_head(
-    limits: Limits, state: GovernorState, wanted_mm: float, reaction: int, held: bool, dt_s: float
-) -> float:
-    """Head command that may be let through."""
-    if reaction == Reaction.TORQUE_OFF.value:
-        return state.reading_mm  # nothing is driven; a later start begins from where the head is
-    if reaction == Reaction.WITHDRAW.value:
-        wanted_mm = min(limits.park_head_mm, state.head_mm)
+    limits: Limits, command_mm: float, seen: Watch, wanted_mm: float, held: bool, dt_s: float
+) -> tuple[float, float]:
+    """Head command that may be let through (mm), and the velocity that belongs to it (mm/s).
+
+    command_mm: the last one. held: the valve is not closed. A stop takes effect at once: the
+    command drops to where the head is, however far it was ahead. Motion is bounded in speed.
+    """
+    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
     if held:
-        wanted_mm = min(wanted_mm, max(state.anchor_mm + ADVANCE_MM, limits.park_head_mm))
-    if state.contact_s > 0.0:
-        wanted_mm = min(wanted_mm, state.reading_mm)
-    wanted_mm = min(wanted_mm, bounds.head_cap_mm(limits.tip, limits.cap_mm))
+        highest = min(highest, seen.anchor_mm + ADVANCE_MM)
+    if seen.lasting.contact > 0.0:
+        highest = min(highest, seen.head_mm, command_mm)
+    origin = command_mm
+    if wanted_mm > highest:
+        origin = min(command_mm, max(seen.head_mm, highest))
+        wanted_mm = highest
     reach = limits.head_speed_mm_per_s * dt_s
-    return min(max(wanted_mm, state.head_mm - reach), state.head_mm + reach)
+    head = min(max(wanted_mm, origin - reach), origin + reach)
+    return head, (head - origin) / dt_s
+
+
+@compiled
+def _withdrawn(limits: Limits, command_mm: float, seen: Watch, dt_s: float) -> tuple[float, float]:
+    """Head command and velocity on the way out, from where the head is or was told to be."""
+    origin = min(command_mm, seen.head_mm)
+    reach = limits.head_speed_mm_per_s * dt_s
+    # Never further ahead than the servo needs: a head slower than its limit still follows.
+    lowest = max(origin - reach, seen.head_mm - LEAD_SHARE * limits.following_mm)
+    head = min(max(limits.park_head_mm, lowest), origin)
+    return head, (head - origin) / dt_s
+
+
+@compiled
+def _narrow(
+    limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints, trips: int, dt_s: float
+) -> tuple[Setpoints, int]:
+    """Setpoints that may be let through, and the reaction that this is."""
+    reaction = trip.reaction(trips)
+    cut = trip.cuts_vacuum(trips)
+    advancing = seen.speed_mm_per_s > ADVANCING_MM_PER_S
+    valve_open = proposal.valve_open and not cut and (state.valve_open or not advancing)
+    held = valve_open or seen.lasting.sucking > 0.0
+    vacuum = 0.0 if cut else min(proposal.vacuum_mmhg, limits.vacuum_mmhg)
+    if reaction == Reaction.TORQUE_OFF.value:
+        head, velocity = seen.head_mm, 0.0  # nothing is driven; a start begins from where it is
+    elif reaction == Reaction.WITHDRAW.value:
+        head, velocity = _withdrawn(limits, state.head_mm, seen, dt_s)
+    else:
+        head, velocity = _narrow_head(limits, state.head_mm, seen, proposal.head_mm, held, dt_s)
+        stopped = held or seen.lasting.contact > 0.0
+        if stopped and head < proposal.head_mm:
+            reaction = Reaction.HOLD.value
+        elif (
+            head != proposal.head_mm
+            or valve_open != proposal.valve_open
+            or vacuum != proposal.vacuum_mmhg
+        ):
+            reaction = Reaction.CAP.value
+    allowed = Setpoints(
+        head_mm=head,
+        head_mm_per_s=velocity,
+        valve_open=valve_open,
+        pump_on=proposal.pump_on and not cut,
+        vacuum_mmhg=vacuum,
+    )
+    return allowed, reaction
 
 
 @compiled
@@ -206,81 +207,41 @@ def step(
 
     Returns the new state, the setpoints for the servos and what was done about them.
     """
-    seen = observe(limits, state, readings, overrun, dt_s)
-    trips = judge(limits, seen, proposal, readings)
-    reaction = trip.reaction(trips)
-    cut = trip.cuts_vacuum(trips)
-    advancing = seen.speed_mm_per_s > ADVANCING_MM_PER_S
-    valve_open = proposal.valve_open and not cut and (state.valve_open or not advancing)
-    held = valve_open or seen.negative_pressure_s > 0.0
-    wanted = proposal.head_mm if math.isfinite(proposal.head_mm) else seen.reading_mm
-    head = _narrow_head(limits, seen, wanted, reaction, held, dt_s)
-    capped = head != wanted or valve_open != proposal.valve_open
-    if reaction == Reaction.PASS.value and capped:
-        stopped = seen.contact_s > 0.0 or (held and head < wanted)
-        reaction = Reaction.HOLD.value if stopped else Reaction.CAP.value
-    velocity = proposal.head_mm_per_s if head == wanted else (head - seen.head_mm) / dt_s
-    vacuum = proposal.vacuum_mmhg if math.isfinite(proposal.vacuum_mmhg) else 0.0
-    allowed = Setpoints(
-        head_mm=head,
-        head_mm_per_s=velocity,
-        valve_open=valve_open,
-        pump_on=proposal.pump_on and not cut,
-        vacuum_mmhg=min(vacuum, limits.vacuum_mmhg),
+    seen = watch.observe(
+        limits, state.watch, state.head_mm, state.valve_open, readings, overrun, dt_s
     )
+    trips = judge(limits, state, seen, proposal)
+    allowed, reaction = _narrow(limits, state, seen, proposal, trips, dt_s)
     verdict = Verdict(
         reaction=reaction,
         trips=trips,
-        deepest_mm=bounds.deepest_mm(limits.tip, seen.interval),
+        deepest_mm=bounds.deepest_mm(limits.tip, seen.foremost_mm),
         insertion_on=reaction != Reaction.TORQUE_OFF.value,
         valve_on=not trips >> Trip.CAM_READING_INVALID.value & 1,
     )
-    return _remember(limits, seen, allowed, reaction, trips, dt_s), allowed, verdict
-
-
-@compiled
-def _remember(
-    limits: Limits, seen: GovernorState, allowed: Setpoints, reaction: int, trips: int, dt_s: float
-) -> GovernorState:
     forced = reaction == Reaction.WITHDRAW.value and (
-        seen.reading_mm > limits.park_head_mm + ADVANCE_MM
+        seen.head_mm > limits.park_head_mm + ADVANCE_MM
     )
-    return GovernorState(
+    following = GovernorState(
         head_mm=allowed.head_mm,
-        reading_mm=seen.reading_mm,
-        speed_mm_per_s=seen.speed_mm_per_s,
-        interval=seen.interval,
-        anchor_mm=seen.anchor_mm,
         valve_open=allowed.valve_open,
-        invalid_ticks=seen.invalid_ticks,
-        late_ticks=seen.late_ticks,
-        negative_pressure_s=seen.negative_pressure_s,
-        in_airway_s=seen.in_airway_s,
-        contact_s=seen.contact_s,
-        beyond_s=seen.beyond_s,
-        overpressure_s=seen.overpressure_s,
-        withdrawal_s=_held(seen.withdrawal_s, forced, dt_s),
+        watch=seen,
+        withdrawal_s=state.withdrawal_s + dt_s if forced else 0.0,
         trips=trips,
     )
+    return following, allowed, verdict
 
 
 @compiled
-def reset(state: GovernorState) -> GovernorState:
-    """Clear what is latched; a cause that is still there trips again in the next tick."""
+def reset(limits: Limits, state: GovernorState) -> GovernorState:
+    """Clear what is latched; a cause that is still there trips again at once.
+
+    A command that was ahead of the head begins again from where the head is.
+    """
     return GovernorState(
-        head_mm=state.head_mm,
-        reading_mm=state.reading_mm,
-        speed_mm_per_s=state.speed_mm_per_s,
-        interval=state.interval,
-        anchor_mm=state.anchor_mm,
+        head_mm=min(state.head_mm, state.watch.head_mm),
         valve_open=state.valve_open,
-        invalid_ticks=0,
-        late_ticks=0,
-        negative_pressure_s=state.negative_pressure_s,
-        in_airway_s=0.0,
-        contact_s=state.contact_s,
-        beyond_s=0.0,
-        overpressure_s=0.0,
+        watch=watch.acknowledged(limits, state.watch),
         withdrawal_s=0.0,
         trips=0,
     )

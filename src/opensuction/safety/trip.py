@@ -38,6 +38,9 @@ class Trip(IntEnum):
     CONTACT_READING_INVALID = 10
     LATE_TICKS = 11
     WITHDRAWAL_TIME = 12
+    HEAD_STALLED = 13
+    HEAD_RUNAWAY = 14
+    TIP_BEYOND_CAP = 15
 
 
 class TripKind(NamedTuple):
@@ -53,7 +56,7 @@ class TripKind(NamedTuple):
 
 KINDS: dict[Trip, TripKind] = {
     Trip.PROPOSAL_INVALID: TripKind(
-        Reaction.WITHDRAW, True, "high", "the controller proposed a setpoint that is not a number"
+        Reaction.WITHDRAW, True, "high", "the controller proposed an impossible setpoint"
     ),
     Trip.HEAD_READING_INVALID: TripKind(
         Reaction.TORQUE_OFF, True, "high", "the head encoder gives no valid reading"
@@ -90,6 +93,15 @@ KINDS: dict[Trip, TripKind] = {
     ),
     Trip.WITHDRAWAL_TIME: TripKind(
         Reaction.TORQUE_OFF, True, "high", "the catheter could not be withdrawn in time"
+    ),
+    Trip.HEAD_STALLED: TripKind(
+        Reaction.WITHDRAW, True, "high", "the head is driven but its reading does not change"
+    ),
+    Trip.HEAD_RUNAWAY: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "the catheter head advances against its command"
+    ),
+    Trip.TIP_BEYOND_CAP: TripKind(
+        Reaction.WITHDRAW, True, "high", "the tip may be deeper than its cap"
     ),
 }
 

@@ -1,0 +1,122 @@
+"""What has happened in a cycle: readings and requests turned into the events of a tick."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.requests import Requests
+from opensuction.procedure import plan as plans
+from opensuction.procedure.plan import Motion, Plan
+from opensuction.procedure.transition import Event
+
+OPEN_SHARE = 0.95
+"""Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
+CLOSED_SHARE = 0.03
+"""Share of the cam's stroke below which the valve counts as closed."""
+HOME_MM = 0.5
+"""Distance from the park position, beyond settling, at which the head still counts as parked."""
+VACUUM_READY_SHARE = 0.9
+"""Share of the set point that the line must hold before a cycle begins."""
+
+
+class ProcedureState(NamedTuple):
+    """Where the cycle stands."""
+
+    phase: int
+    phase_ticks: int
+    start_mm: float
+    """Reference at the start of the phase."""
+    reference_mm: float
+    reference_mm_per_s: float
+    arrived_ticks: int
+    """Ticks since the reference reached the target."""
+    valve_open: bool
+
+
+class Surroundings(NamedTuple):
+    """What the procedure learns from the rest of the controller."""
+
+    head_wanted_mm: float
+    """Last head command of the compensation, before the governor."""
+    tripped: bool
+    powerless: bool
+    """The insertion drive's torque is off."""
+
+
+@compiled
+def is_home(motion: Motion, readings: Readings) -> bool:
+    """Whether the head is known to be at its park position."""
+    distance = abs(readings.head_mm - motion.park_head_mm)
+    return readings.head_valid and distance <= motion.settle_mm + HOME_MM
+
+
+@compiled
+def _bit(happened: bool, event: int) -> int:
+    return 1 << event if happened else 0
+
+
+@compiled
+def _progress(
+    plan: Plan, state: ProcedureState, readings: Readings, around: Surroundings, dt_s: float
+) -> int:
+    """Bit mask of what the cycle was waiting for and has happened."""
+    time_s = state.phase_ticks * dt_s
+    phase = state.phase
+    distance = abs(around.head_wanted_mm - readings.head_mm)
+    settled = readings.head_valid and distance <= plan.motion.settle_mm
+    still = state.reference_mm_per_s == 0.0
+    closed = readings.cam_valid and abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
+    home = is_home(plan.motion, readings)
+    if phase == Phase.CHECKING.value:
+        sound = readings.vacuum_valid and readings.contact_valid and not readings.contact_closed
+        ready = readings.line_vacuum_mmhg >= VACUUM_READY_SHARE * plan.vacuum_mmhg
+        return _bit(sound and settled and home and closed and ready, Event.CHECK_PASSED.value)
+    if phase == Phase.PRELOADING.value:
+        return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED.value)
+    if phase == Phase.INSERTING.value:
+        arrived = still and state.reference_mm == plan.motion.target_mm
+        return _bit(arrived and settled, Event.TARGET_REACHED.value)
+    if phase == Phase.OPENING.value:
+        opened = readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
+        return _bit(opened, Event.VALVE_OPENED.value)
+    if phase == Phase.SUCTIONING.value:
+        elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
+        return _bit(elapsed, Event.DWELL_ELAPSED.value)
+    if phase == Phase.WITHDRAWING.value:
+        return _bit(still and state.reference_mm == 0.0 and settled, Event.WITHDRAWN.value)
+    if phase == Phase.CLOSING.value:
+        return _bit(closed, Event.VALVE_CLOSED.value)
+    if phase == Phase.ABORTING.value:
+        resting = abs(around.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
+        return _bit((home and resting and closed) or around.powerless, Event.CLEARED.value)
+    if phase == Phase.IDENTIFYING.value:
+        return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED.value)
+    return 0
+
+
+@compiled
+def happened(
+    plan: Plan,
+    state: ProcedureState,
+    readings: Readings,
+    requests: Requests,
+    around: Surroundings,
+    dt_s: float,
+) -> int:
+    """Bit mask of all events of this tick; whoever aborts means nothing else with it."""
+    overdue = state.phase_ticks * dt_s > plans.phase_limit_s(plan.limits_s, state.phase)
+    home = is_home(plan.motion, readings)
+    start = requests.start and not requests.abort
+    identify = requests.identify and not requests.abort and plan.bench_only
+    reset = requests.reset and not requests.abort
+    return (
+        _progress(plan, state, readings, around, dt_s)
+        | _bit(around.tripped, Event.TRIPPED.value)
+        | _bit(requests.abort, Event.ABORT_REQUESTED.value)
+        | _bit(overdue, Event.PHASE_OVERDUE.value)
+        | _bit(start, Event.START_REQUESTED.value)
+        | _bit(identify, Event.IDENTIFY_REQUESTED.value)
+        | _bit(reset and home, Event.RESET_REQUESTED.value)
+        | _bit(reset and not home, Event.RECOVERY_REQUESTED.value)
+    )

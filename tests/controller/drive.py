@@ -1,0 +1,243 @@
+"""The closed loop with a fault in its sensors, drives or host, and people at its buttons.
+
+The same two halves as `opensuction.simulation.closed_loop`, with a place in between where what is
+read and what is driven can be falsified.
+"""
+
+from enum import IntEnum
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller import controller
+from opensuction.controller.controller import Inputs
+from opensuction.kernel import row
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.requests import Host, Requests
+from opensuction.procedure.protocol import PAPER
+from opensuction.simulation import bench, trace
+from opensuction.simulation.bench import Identification, Rig
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, TraceRow
+from opensuction.simulation.trace import Columns
+from opensuction.twin import machine
+from opensuction.twin.machine import MachineState
+
+START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
+"""Buttons, as bits."""
+
+NAN = float("nan")
+
+
+class Fault(IntEnum):
+    """What goes wrong."""
+
+    NONE = 0
+    HEAD_FLAGGED = 1
+    """Marked invalid, and a number that looks like the park position."""
+    HEAD_NAN = 2
+    HEAD_FROZEN = 3
+    CAM_FLAGGED = 4
+    CAM_NAN = 5
+    VACUUM_FLAGGED = 6
+    VACUUM_HIGH = 7
+    CONTACT_CLOSED = 8
+    CONTACT_BOUNCING = 9
+    """Closed two ticks in three."""
+    CONTACT_FLAGGED = 10
+    OVERRUN = 11
+    HEAD_JAMMED = 12
+    DRIVE_INWARDS = 13
+    """The amplifier gives full voltage inwards whenever its torque is on."""
+    VALVE_OPEN = 14
+    """The valve's mechanism is stuck open."""
+    CAM_FROZEN = 15
+    PUMP_DEAD = 16
+
+
+class When(NamedTuple):
+    """Which fault, from which tick to before which."""
+
+    fault: int
+    start: int
+    end: int
+
+
+NEVER = When(fault=0, start=0, end=0)
+
+
+@compiled
+def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
+    """What the sensors report under a fault; ``before`` is what they reported last."""
+    head, cam = true.head_mm, true.cam_rad
+    vacuum, contact = true.line_vacuum_mmhg, true.contact_closed
+    if fault == Fault.HEAD_FLAGGED.value:
+        head = 0.0
+    if fault == Fault.HEAD_NAN.value:
+        head = NAN
+    if fault == Fault.HEAD_FROZEN.value:
+        head = before.head_mm
+    if fault == Fault.CAM_FLAGGED.value:
+        cam = -1.0e3
+    if fault == Fault.CAM_NAN.value:
+        cam = NAN
+    if fault == Fault.CAM_FROZEN.value:
+        cam = before.cam_rad
+    if fault == Fault.VACUUM_HIGH.value:
+        vacuum = 400.0
+    if fault == Fault.CONTACT_CLOSED.value:
+        contact = True
+    if fault == Fault.CONTACT_BOUNCING.value:
+        contact = tick % 3 > 0
+    return Readings(
+        head_mm=head,
+        head_valid=fault != Fault.HEAD_FLAGGED.value,
+        cam_rad=cam,
+        cam_valid=fault != Fault.CAM_FLAGGED.value,
+        line_vacuum_mmhg=vacuum,
+        vacuum_valid=fault != Fault.VACUUM_FLAGGED.value,
+        contact_closed=contact,
+        contact_valid=fault != Fault.CONTACT_FLAGGED.value,
+        insertion_current_a=true.insertion_current_a,
+    )
+
+
+@compiled
+def _drive(fault: int, wanted: Commands) -> Commands:
+    """What reaches the actuators under a fault."""
+    volts = wanted.insertion_v
+    if fault == Fault.DRIVE_INWARDS.value and wanted.insertion_on:
+        volts = 24.0
+    return Commands(
+        head_mm=wanted.head_mm,
+        insertion_v=volts,
+        insertion_on=wanted.insertion_on,
+        cam_rad=wanted.cam_rad,
+        valve_v=wanted.valve_v,
+        valve_on=wanted.valve_on,
+        pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD.value,
+        vacuum_mmhg=wanted.vacuum_mmhg,
+    )
+
+
+@compiled
+def _break(fault: int, before: MachineState, after: MachineState) -> MachineState:
+    """Mechanics under a fault."""
+    insertion, head = after.insertion, after.head_mm
+    transmission, valve = after.transmission, after.valve
+    airway = after.airway
+    if fault == Fault.HEAD_JAMMED.value:
+        insertion, head = before.insertion, before.head_mm
+        transmission, airway = before.transmission, before.airway
+    if fault == Fault.VALVE_OPEN.value:
+        valve = before.valve
+    return MachineState(
+        insertion=insertion,
+        head_mm=head,
+        transmission=transmission,
+        valve=valve,
+        line=after.line,
+        airway=airway,
+        laser=after.laser,
+    )
+
+
+write = row.writer(TraceRow)
+
+
+@compiled
+def run(
+    loop: Loop,
+    state: LoopState,
+    buttons: NDArray[np.int64],
+    when: When,
+    table: NDArray[np.float64],
+) -> LoopState:
+    """As many ticks as ``buttons`` has entries; rows hold what was read, fault included."""
+    before = machine.read(loop.machine, state.machine)
+    for i in range(buttons.size):
+        fault = when.fault if when.start <= i < when.end else 0
+        readings = _read(fault, i, before, machine.read(loop.machine, state.machine))
+        before = readings
+        pressed = buttons[i]
+        requests = Requests(
+            start=pressed & 1 != 0,
+            identify=pressed & 2 != 0,
+            abort=pressed & 4 != 0,
+            reset=pressed & 8 != 0,
+        )
+        host = Host(overrun=fault == Fault.OVERRUN.value)
+        truth = machine.observe(loop.machine, state.machine)
+        decided, outputs = controller.step(
+            loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)
+        )
+        commands = _drive(fault, outputs.commands)
+        moved = machine.step(loop.machine, state.machine, commands, DT_S)
+        record = TraceRow(
+            time_s=i * DT_S,
+            phase=outputs.phase,
+            readings=readings,
+            demand=outputs.demand,
+            verdict=outputs.verdict,
+            commands=outputs.commands,
+            truth=truth,
+        )
+        write(table[i], record)
+        state = LoopState(
+            tick=state.tick + 1,
+            controller=decided,
+            machine=_break(fault, state.machine, moved),
+        )
+    return state
+
+
+@cache
+def rig() -> Rig:
+    """The nominal bench."""
+    return bench.rig("bench", 1, nominal=True)
+
+
+@cache
+def identification() -> Identification:
+    """The nominal bench, identified."""
+    return bench.identify(rig())
+
+
+@cache
+def at_rest(kind: CompensationKind) -> tuple[Loop, LoopState]:
+    """The bench with a calibrated controller, parked."""
+    return bench.assemble(rig(), PAPER, kind, identification().calibration, run=2)
+
+
+def simulate(
+    kind: CompensationKind,
+    seconds: float,
+    pressed: dict[float, int],
+    when: When = NEVER,
+    start: LoopState | None = None,
+    loop: Loop | None = None,
+) -> tuple[LoopState, Columns]:
+    """Run for a time with buttons pressed at some instants (s); returns state and trace."""
+    nominal, parked = at_rest(kind)
+    loop = nominal if loop is None else loop
+    buttons = np.zeros(round(seconds / DT_S), dtype=np.int64)
+    for time_s, bits in pressed.items():
+        buttons[round(time_s / DT_S)] |= bits
+    table = np.zeros((buttons.size, len(COLUMNS)))
+    state = run(loop, parked if start is None else start, buttons, when, table)
+    return state, trace.by_name(table)
+
+
+def during(fault: Fault, start_s: float, end_s: float = 1e6) -> When:
+    """A fault from one instant to before another."""
+    return When(int(fault), round(start_s / DT_S), round(end_s / DT_S))
+
+
+def phases(columns: Columns) -> list[Phase]:
+    """Phases of a run in order."""
+    return [span.phase for span in trace.phase_spans(columns)]

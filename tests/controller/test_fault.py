@@ -1,0 +1,246 @@
+"""One thing breaks in a running cycle: what notices, how soon, and where it ends.
+
+Faults begin at several instants of the cycle (1.0 preload, 1.5 to 11 insertion, 12 valve opening,
+15 to 19 suction, 20 gap of the way back, 21 to 30 withdrawal) and last until 60 s; then people
+reset twice and start again.
+"""
+
+import numpy as np
+import pytest
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.phase import Phase
+from opensuction.safety.trip import Trip
+from opensuction.simulation.trace import Columns
+from tests.controller.drive import (
+    RESET,
+    START,
+    Fault,
+    at_rest,
+    during,
+    phases,
+    simulate,
+)
+from tests.controller.invariant import assert_held, trip_s, trips
+
+EXACT = CompensationKind.EXACT_INVERSE
+INSTANTS = (1.0, 1.15, 1.5, 3.0, 7.0, 11.0, 12.0, 15.0, 19.3, 20.0, 21.0, 25.0, 30.0)
+ENDED_S = 60.0
+
+at_any_time = pytest.mark.parametrize("start_s", INSTANTS)
+every_kind = pytest.mark.parametrize("kind", CompensationKind)
+
+
+def cycle(fault: Fault, start_s: float, kind: CompensationKind = EXACT) -> Columns:
+    """A cycle with a fault, resets at 70 and 90 s, and a start at 95 s."""
+    buttons = {0.0: START, 70.0: RESET, 90.0: RESET, 95.0: START}
+    return simulate(kind, 130.0, buttons, during(fault, start_s, ENDED_S))[1]
+
+
+def at(columns: Columns, time_s: float, name: str) -> float:
+    """A column at an instant."""
+    return float(columns[name][round(time_s * 1000.0)])
+
+
+def is_out(columns: Columns, time_s: float) -> bool:
+    """Whether the tip is where it was before the cycle, but for creep and settling."""
+    return at(columns, time_s, "truth.tip_mm") < columns["truth.tip_mm"][0] + 0.6
+
+
+def assert_recovers(columns: Columns) -> None:
+    """With the cause gone, resets park it and another cycle completes."""
+    end = phases(columns)[-8:]
+    assert end[0] == Phase.CHECKING
+    assert end[-2:] == [Phase.CLOSING, Phase.PARKED]
+
+
+def assert_withdrawn(columns: Columns, trip_at_s: float) -> None:
+    """From the trip on the tip only comes out, and is out in time, with the valve closed."""
+    # 90 mm and the gap at 17 mm/s.
+    assert is_out(columns, trip_at_s + 8.0)
+    # Where suction may go on until then the valve closes afterwards.
+    suction = Trip.CONTACT_READING_INVALID in trips(columns)
+    assert at(columns, trip_at_s + (10.0 if suction else 2.5), "truth.valve_open_ratio") == 0.0
+    after = (columns["time_s"] > trip_at_s + 0.1) & (columns["time_s"] < ENDED_S)
+    assert np.diff(columns["truth.tip_mm"][after]).max() < 1e-3  # creep
+    assert suction or not columns["commands.pump_on"][after].any()
+
+
+SEEN_AT_ONCE = {
+    Fault.CAM_FLAGGED: (Trip.CAM_READING_INVALID, 0.004),
+    Fault.CAM_NAN: (Trip.CAM_READING_INVALID, 0.004),
+    Fault.VACUUM_FLAGGED: (Trip.VACUUM_READING_INVALID, 0.004),
+    Fault.VACUUM_HIGH: (Trip.VACUUM_EXCEEDED, 0.2),
+    Fault.CONTACT_FLAGGED: (Trip.CONTACT_READING_INVALID, 0.004),
+    Fault.CONTACT_CLOSED: (Trip.CONTACT_TIME, 2.0),
+    Fault.CONTACT_BOUNCING: (Trip.CONTACT_TIME, 2.0),
+    Fault.OVERRUN: (Trip.LATE_TICKS, 0.004),
+}
+"""Faults that are answered by a withdrawal, the trip and how long it takes (s)."""
+
+
+@pytest.mark.parametrize("fault", SEEN_AT_ONCE, ids=lambda fault: fault.name)
+@every_kind
+@at_any_time
+def test_what_is_seen_is_withdrawn_from(
+    fault: Fault, kind: CompensationKind, start_s: float
+) -> None:
+    code, detection_s = SEEN_AT_ONCE[fault]
+    columns = cycle(fault, start_s, kind)
+    assert trip_s(columns, code) == pytest.approx(start_s + detection_s, abs=0.0035)
+    late = {Trip.NEGATIVE_PRESSURE_TIME}  # an unreadable valve counts as open
+    assert trips(columns) - late == {code}
+    assert_held(columns, at_rest(kind)[0], fault)
+    assert_withdrawn(columns, start_s + detection_s)
+    assert_recovers(columns)
+
+
+@pytest.mark.parametrize(
+    "fault", [Fault.HEAD_FLAGGED, Fault.HEAD_NAN], ids=lambda fault: fault.name
+)
+@at_any_time
+def test_a_head_that_cannot_be_seen_is_let_go_with_the_valve_closed(
+    fault: Fault, start_s: float
+) -> None:
+    columns = cycle(fault, start_s)
+    assert trip_s(columns, Trip.HEAD_READING_INVALID) == pytest.approx(start_s + 0.004, abs=1e-6)
+    assert_held(columns, at_rest(EXACT)[0], fault)
+    # Friction alone stops it: 17 mm/s on 0.5 V of friction is 8 mm.
+    coasting = at(columns, start_s + 2.0, "truth.head_mm") - at(columns, start_s, "truth.head_mm")
+    assert abs(coasting) < 8.0
+    still = (columns["time_s"] > start_s + 3.0) & (columns["time_s"] < ENDED_S)
+    assert np.ptp(columns["truth.head_mm"][still]) == 0.0
+    assert not columns["commands.insertion_on"][still].any()
+    assert columns["truth.valve_open_ratio"][still].max() == 0.0
+    assert columns["truth.tip_vacuum_mmhg"][still].max() == 0.0
+    assert_recovers(columns)
+
+
+@every_kind
+@at_any_time
+def test_a_frozen_encoder_never_takes_the_tip_past_its_cap(
+    kind: CompensationKind, start_s: float
+) -> None:
+    columns = cycle(Fault.HEAD_FROZEN, start_s, kind)
+    assert_held(columns, at_rest(kind)[0], Fault.HEAD_FROZEN)
+    assert Trip.HEAD_STALLED in trips(columns)
+    noticed_s = trip_s(columns, Trip.HEAD_STALLED)
+    moving = at(columns, start_s - 0.01, "commands.head_mm") != at(
+        columns, start_s, "commands.head_mm"
+    )
+    if moving:
+        # At 9 mm/s 0.11 mm of distance, the settling of a slow profile, and 0.1 s.
+        assert noticed_s - start_s < 0.25
+    # Unseen the head has gone on: by half a millimetre, or what the servo's last error drives.
+    assert is_out(columns, noticed_s + 8.0)
+    assert at(columns, noticed_s + 8.0, "truth.valve_open_ratio") == 0.0
+
+
+@at_any_time
+def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_s: float) -> None:
+    columns = cycle(Fault.HEAD_JAMMED, start_s)
+    assert_held(columns, at_rest(EXACT)[0], Fault.HEAD_JAMMED)
+    noticed_s = trip_s(columns, Trip.HEAD_STALLED)
+    gap_s = 19.6  # in the dwell nothing moves until the gap of the way back is crossed
+    assert noticed_s < (gap_s if 11.3 < start_s < 19.4 else start_s) + 0.25
+    assert at(columns, noticed_s + 3.0, "truth.valve_open_ratio") == 0.0
+    if at(columns, start_s, "readings.head_mm") > 0.0:
+        limit_s = at_rest(EXACT)[0].controller.limits.withdrawal_s
+        let_go_s = trip_s(columns, Trip.WITHDRAWAL_TIME)
+        assert let_go_s == pytest.approx(noticed_s + limit_s, abs=0.1)
+    assert_recovers(columns)
+
+
+@at_any_time
+def test_a_drive_that_runs_inwards_loses_its_torque_within_a_few_millimetres(
+    start_s: float,
+) -> None:
+    columns = cycle(Fault.DRIVE_INWARDS, start_s)
+    assert_held(columns, at_rest(EXACT)[0], Fault.DRIVE_INWARDS)
+    let_go_s = trip_s(columns, Trip.HEAD_RUNAWAY)
+    from_s = start_s
+    after = columns["time_s"] >= from_s
+    head = columns["truth.head_mm"]
+    commanded = columns["commands.head_mm"]
+    told = commanded[after & (columns["time_s"] <= let_go_s)].max()
+    let_go = at(columns, let_go_s, "truth.head_mm")
+    stopped = at(columns, let_go_s + 2.0, "truth.head_mm")
+    assert let_go - max(told, at(columns, start_s, "truth.head_mm")) < 1.3
+    # Nothing but friction brakes a drive without torque: the governor cannot hold this.
+    assert stopped - let_go < 9.0
+    assert head[after & (columns["time_s"] < ENDED_S)].max() < max(told, head[0]) + 10.5
+    assert_recovers(columns)
+
+
+@pytest.mark.parametrize("start_s", [12.0, 13.5, 15.0, 21.0, 30.0])
+def test_a_valve_stuck_open_ends_outside_without_vacuum(start_s: float) -> None:
+    columns = cycle(Fault.VALVE_OPEN, start_s)
+    assert_held(columns, at_rest(EXACT)[0], Fault.VALVE_OPEN)
+    assert at(columns, 50.0, "truth.valve_open_ratio") > 0.0
+    assert at(columns, 50.0, "truth.tip_mm") < 1.0
+    assert at(columns, 50.0, "truth.tip_vacuum_mmhg") < 1.0
+    inside = (columns["truth.tip_mm"] > 1.0) & (columns["truth.tip_vacuum_mmhg"] > 1.0)
+    budget_s = at_rest(EXACT)[0].controller.limits.negative_pressure_s
+    assert np.count_nonzero(inside & (columns["time_s"] < ENDED_S)) / 1000.0 < budget_s
+    assert_recovers(columns)
+
+
+@pytest.mark.parametrize("start_s", [1.0, 5.0, 11.0])
+def test_a_valve_stuck_closed_breaks_the_cycle_off(start_s: float) -> None:
+    columns = cycle(Fault.VALVE_OPEN, start_s)
+    assert phases(columns)[:6] == [
+        Phase.CHECKING,
+        Phase.PRELOADING,
+        Phase.INSERTING,
+        Phase.OPENING,
+        Phase.ABORTING,
+        Phase.HALTED,
+    ]
+    assert_held(columns, at_rest(EXACT)[0], Fault.VALVE_OPEN)
+    assert_recovers(columns)
+
+
+@pytest.mark.parametrize("start_s", [0.2, 5.0, 12.0, 15.0, 25.0])
+def test_a_frozen_cam_ends_outside_without_vacuum(start_s: float) -> None:
+    columns = cycle(Fault.CAM_FROZEN, start_s)
+    assert_held(columns, at_rest(EXACT)[0], Fault.CAM_FROZEN)
+    assert at(columns, 50.0, "truth.tip_mm") < 1.0
+    assert at(columns, 50.0, "truth.tip_vacuum_mmhg") < 1.0
+    assert phases(columns)[-1] == Phase.PARKED
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        Fault.HEAD_FLAGGED,
+        Fault.CAM_FLAGGED,
+        Fault.VACUUM_FLAGGED,
+        Fault.CONTACT_FLAGGED,
+        Fault.CONTACT_CLOSED,
+        Fault.PUMP_DEAD,
+        Fault.OVERRUN,
+    ],
+    ids=lambda fault: fault.name,
+)
+def test_nothing_is_inserted_with_a_fault_from_before(fault: Fault) -> None:
+    columns = simulate(EXACT, 40.0, {1.0: START, 20.0: START}, during(fault, 0.0))[1]
+    assert not set(phases(columns)) & {Phase.PRELOADING, Phase.INSERTING}
+    assert phases(columns)[-1] == Phase.HALTED
+    assert np.ptp(columns["truth.head_mm"]) < 0.2
+    assert columns["truth.valve_open_ratio"].max() == 0.0
+
+
+def test_each_check_tests_the_pump_anew() -> None:
+    # The line of a completed cycle is vented, so that what is left in it does not pass the check.
+    buttons = {0.0: START, 36.0: START}
+    columns = simulate(EXACT, 60.0, buttons, during(Fault.PUMP_DEAD, 34.0))[1]
+    assert at(columns, 35.9, "readings.line_vacuum_mmhg") < 1.0
+    assert phases(columns)[-3:] == [Phase.CHECKING, Phase.ABORTING, Phase.HALTED]
+
+
+def test_a_person_resetting_into_a_fault_gets_another_halt() -> None:
+    always = dict.fromkeys(np.round(np.arange(10.0, 50.0, 0.5), 1), RESET | START)
+    for fault in (Fault.HEAD_NAN, Fault.CAM_NAN, Fault.CONTACT_CLOSED, Fault.HEAD_FROZEN):
+        _, columns = simulate(EXACT, 50.0, {0.0: START} | always, during(fault, 5.0))
+        assert phases(columns).count(Phase.INSERTING) == 1
+        assert_held(columns, at_rest(EXACT)[0], fault)

@@ -1,0 +1,114 @@
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from opensuction.kernel import row
+from tests.conformance.plain import run_plain
+
+
+class Inner(NamedTuple):
+    depth_mm: float
+    closed: bool
+
+
+class Outer(NamedTuple):
+    tick: int
+    inner: Inner
+    samples: NDArray[np.float64]
+    again: Inner
+    speed_mm_per_s: float
+
+
+NAMES = (
+    "tick",
+    "inner.depth_mm",
+    "inner.closed",
+    "again.depth_mm",
+    "again.closed",
+    "speed_mm_per_s",
+)
+
+write_outer = row.writer(Outer)
+
+
+def outer(tick: int, first: float, second: float, closed: bool, speed: float) -> Outer:
+    return Outer(tick, Inner(first, closed), np.ones(3), Inner(second, not closed), speed)
+
+
+def test_columns_are_dotted_paths_in_order_without_arrays() -> None:
+    assert row.columns(Outer) == NAMES
+    assert row.columns(Inner) == ("depth_mm", "closed")
+
+
+@given(
+    tick=st.integers(-(2**53), 2**53),
+    floats=st.tuples(*[st.floats(width=64)] * 3),
+    closed=st.booleans(),
+)
+def test_a_row_holds_each_scalar_in_its_column(
+    tick: int, floats: tuple[float, float, float], closed: bool
+) -> None:
+    first, second, speed = floats
+    values = np.full(len(NAMES), -1.0)
+    write_outer(values, outer(tick, first, second, closed, speed))
+    expected = [tick, first, closed, second, not closed, speed]
+    np.testing.assert_array_equal(values, np.array(expected, dtype=np.float64))
+
+
+def test_what_lies_beyond_the_columns_is_left_alone() -> None:
+    values = np.full(len(NAMES) + 2, 7.0)
+    write_outer(values, outer(1, 2.0, 3.0, True, 4.0))
+    assert values.tolist() == [1.0, 2.0, 1.0, 3.0, 0.0, 4.0, 7.0, 7.0]
+
+
+def test_a_row_too_short_is_refused_and_not_touched() -> None:
+    values = np.full(len(NAMES) - 1, 7.0)
+    with pytest.raises(IndexError, match="a row of Outer has 6 columns"):
+        write_outer(values, outer(1, 2.0, 3.0, True, 4.0))
+    assert values.tolist() == [7.0] * 5
+
+
+class Text(NamedTuple):
+    name: str
+
+
+class Maybe(NamedTuple):
+    depth_mm: float | None
+
+
+class Nested(NamedTuple):
+    text: Text
+
+
+@pytest.mark.parametrize(
+    ("record", "where"), [(Text, "Text.name"), (Maybe, "Maybe.depth_mm"), (Nested, "Text.name")]
+)
+def test_a_field_that_is_no_number_is_refused_by_name(record: type, where: str) -> None:
+    with pytest.raises(TypeError, match=where):
+        row.columns(record)
+    with pytest.raises(TypeError, match=where):
+        row.writer(record)
+
+
+def rows() -> list[list[float]]:
+    values = np.zeros((3, len(NAMES)))
+    for i, record in enumerate(
+        [outer(3, 0.1, -2.5, True, 1e300), outer(0, 5e-324, 0.0, False, -0.0)]
+    ):
+        write_outer(values[i], record)
+    return [[float(value) for value in line] for line in values]
+
+
+def test_compiled_equals_plain_python() -> None:
+    assert run_plain("tests.kernel.test_row", "rows") == rows()
+
+
+def test_the_trace_has_no_two_columns_of_one_name() -> None:
+    from opensuction.simulation.closed_loop import COLUMNS
+
+    assert len(set(COLUMNS)) == len(COLUMNS)
+    assert {"time_s", "phase", "verdict.trips", "commands.insertion_v"} <= set(COLUMNS)

@@ -1,0 +1,137 @@
+from typing import Any
+
+import pytest
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.procedure import plan as plans
+from opensuction.procedure import planner
+from opensuction.procedure.plan import Excitation
+from opensuction.procedure.planner import Abilities
+from opensuction.procedure.protocol import PAPER, PROTOCOLS, Protocol
+
+EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
+
+BENCH = Abilities(
+    head_mm_per_s=17.0,
+    acceleration_mm_per_s2=200.0,
+    park_head_mm=0.0,
+    settle_mm=0.25,
+    cam_open_rad=0.5236,
+    cam_rad_per_s=0.2618,
+    gap_in_mm=0.0,
+    gap_out_mm=0.0,
+)
+WITH_GAP = BENCH._replace(gap_in_mm=16.5, gap_out_mm=16.5)
+
+
+def refusal(protocol: Protocol, abilities: Abilities = BENCH) -> str:
+    with pytest.raises(InputError) as caught:
+        planner.plan(protocol, abilities, EXCITATION)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def test_the_papers_timeline() -> None:
+    times = planner.timeline(PAPER, BENCH)
+    # 90 mm at 9 mm/s; accelerating at 200 mm/s2 adds 9/200 s.
+    assert times.insertion == pytest.approx(10.0 + 0.045)
+    assert times.withdrawal == pytest.approx(10.0 + 0.045)
+    assert times.dwell == 9.0
+    assert times.stroke == pytest.approx(2.0)
+    assert times.preload == 0.0
+    assert times.negative_pressure == pytest.approx(9.0 + 10.045 + 2.0)
+    assert times.in_airway == pytest.approx(10.045 + 9.0 + 10.045)
+
+
+def test_a_gap_is_crossed_before_insertion_and_in_the_last_part_of_the_dwell() -> None:
+    plan = planner.plan(PAPER, WITH_GAP, EXCITATION)
+    # 16.5 mm at 17 mm/s from rest to rest: 16.5/17 + 17/200.
+    assert plan.preload_s == pytest.approx(16.5 / 17.0 + 0.085)
+    assert plan.gap_lead_s == plan.preload_s
+    assert planner.plan(PAPER, BENCH, EXCITATION).gap_lead_s == 0.0
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+@pytest.mark.parametrize("abilities", [BENCH, WITH_GAP], ids=["plain", "gap"])
+def test_every_preset_fits_the_bench(name: str, abilities: Abilities) -> None:
+    planner.plan(PROTOCOLS[name], abilities, EXCITATION)
+
+
+def test_the_papers_suction_does_not_fit_into_fifteen_seconds() -> None:
+    message = refusal(PAPER._replace(negative_pressure_budget_s=15.0))
+    assert message == (
+        "negative pressure would last 21.0 s = dwell 9.0 s + withdrawal 10.0 s + valve stroke "
+        "2.0 s; the budget is 15 s: shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm"
+    )
+
+
+def test_a_budget_is_met_exactly_or_not_at_all() -> None:
+    needed = planner.timeline(PAPER, BENCH).negative_pressure
+    planner.plan(PAPER._replace(negative_pressure_budget_s=needed), BENCH, EXCITATION)
+    refusal(PAPER._replace(negative_pressure_budget_s=needed - 1e-6))
+
+
+def test_time_in_the_airway_is_refused_with_its_sum() -> None:
+    message = refusal(PAPER._replace(in_airway_budget_s=20.0))
+    assert message == (
+        "the catheter would be in the airway for 29.1 s = insertion 10.0 s + dwell 9.0 s + "
+        "withdrawal 10.0 s; the budget is 20 s"
+    )
+
+
+@pytest.mark.parametrize(("cap_mm", "fits"), [(95.0, True), (94.99, False)])
+def test_the_cap_is_five_millimetres_beyond_the_target(cap_mm: float, fits: bool) -> None:
+    protocol = PAPER._replace(cap_mm=cap_mm)
+    if fits:
+        planner.plan(protocol, BENCH, EXCITATION)
+    else:
+        assert refusal(protocol) == (
+            "cap_mm 94.99 mm is nearer than 5 mm to travel_mm 90 mm: set cap_mm to 95 mm or more"
+        )
+
+
+def test_a_dwell_shorter_than_valve_and_gap_is_refused() -> None:
+    message = refusal(PAPER._replace(dwell_s=2.5), WITH_GAP)
+    assert message == (
+        "dwell_s 2.5 s is too short: the valve stroke takes 2.0 s and the gap of the way back 1.1 s"
+    )
+    planner.plan(PAPER._replace(dwell_s=2.5), BENCH, EXCITATION)
+
+
+@pytest.mark.parametrize("name", ["insertion_mm_per_s", "withdrawal_mm_per_s"])
+def test_a_speed_the_head_cannot_do_is_refused(name: str) -> None:
+    faster: dict[str, Any] = {name: 20.0}
+    message = refusal(PAPER._replace(**faster))
+    assert message == "a speed of 20 mm/s is more than this machine's head can do (17 mm/s)"
+
+
+def test_every_working_phase_has_a_limit_above_its_plan() -> None:
+    plan = planner.plan(PAPER, WITH_GAP, EXCITATION)
+    times = planner.timeline(PAPER, WITH_GAP)
+    planned = {
+        Phase.CHECKING: 2.0,  # the pump fills the canister
+        Phase.PRELOADING: times.preload,
+        Phase.INSERTING: times.insertion,
+        Phase.OPENING: times.stroke,
+        Phase.SUCTIONING: times.dwell,
+        Phase.WITHDRAWING: times.withdrawal,
+        Phase.CLOSING: times.stroke,
+        # At the head's speed from the deepest point, then the valve closes.
+        Phase.ABORTING: (PAPER.travel_mm + 2 * 16.5) / BENCH.head_mm_per_s + times.stroke,
+        Phase.IDENTIFYING: EXCITATION.duration_s,
+    }
+    for phase, seconds in planned.items():
+        assert seconds + 1.0 <= plans.phase_limit_s(plan.limits_s, phase) < 60.0, phase
+
+
+@pytest.mark.parametrize("phase", [Phase.PARKED, Phase.HALTED])
+def test_waiting_for_a_person_has_no_limit(phase: Phase) -> None:
+    plan = planner.plan(PAPER, BENCH, EXCITATION)
+    assert plans.phase_limit_s(plan.limits_s, phase) == float("inf")
+
+
+def test_only_a_bench_protocol_may_identify() -> None:
+    assert planner.plan(PAPER, BENCH, EXCITATION).bench_only
+    assert not planner.plan(PAPER._replace(bench_only=False), BENCH, EXCITATION).bench_only

@@ -1,0 +1,165 @@
+from typing import Any
+
+import pytest
+
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.procedure import cycle, planner, progress
+from opensuction.procedure.plan import Plan
+from opensuction.procedure.progress import ProcedureState, Surroundings
+from opensuction.procedure.protocol import PAPER
+from opensuction.procedure.transition import Event
+from tests.procedure.test_planner import BENCH, EXCITATION
+
+PLAN = planner.plan(PAPER, BENCH, EXCITATION)
+DT_S = 0.001
+NAN = float("nan")
+
+AT_HOME = Readings(
+    head_mm=0.0,
+    head_valid=True,
+    cam_rad=0.0,
+    cam_valid=True,
+    line_vacuum_mmhg=120.0,
+    vacuum_valid=True,
+    contact_closed=False,
+    contact_valid=True,
+    insertion_current_a=0.0,
+)
+QUIET = Surroundings(head_wanted_mm=0.0, tripped=False, powerless=False)
+
+
+def events(
+    phase: Phase,
+    readings: Readings = AT_HOME,
+    requests: Requests = NO_REQUESTS,
+    around: Surroundings = QUIET,
+    plan: Plan = PLAN,
+    **state: Any,
+) -> set[Event]:
+    before: ProcedureState = cycle.parked()._replace(phase=int(phase), phase_ticks=1)
+    before = before._replace(**state)
+    mask = progress.happened(plan, before, readings, requests, around, DT_S)
+    return {event for event in Event if mask >> event & 1}
+
+
+def test_a_sound_machine_passes_its_check() -> None:
+    assert events(Phase.CHECKING) == {Event.CHECK_PASSED}
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"head_valid": False},
+        {"head_mm": NAN},
+        {"head_mm": 0.8},
+        {"cam_valid": False},
+        {"cam_rad": NAN},
+        {"cam_rad": 0.1},
+        {"vacuum_valid": False},
+        {"line_vacuum_mmhg": NAN},
+        {"line_vacuum_mmhg": 107.0},
+        {"contact_valid": False},
+        {"contact_closed": True},
+    ],
+    ids=str,
+)
+def test_nothing_begins_with_a_sensor_missing_the_head_away_or_the_line_unready(
+    wrong: dict[str, Any],
+) -> None:
+    assert events(Phase.CHECKING, AT_HOME._replace(**wrong)) == set()
+
+
+def test_whoever_aborts_starts_and_resets_nothing() -> None:
+    everything = Requests(start=True, identify=True, abort=True, reset=True)
+    for phase in Phase:
+        asked = events(phase, requests=everything)
+        assert Event.ABORT_REQUESTED in asked
+        assert not asked & {
+            Event.START_REQUESTED,
+            Event.IDENTIFY_REQUESTED,
+            Event.RESET_REQUESTED,
+            Event.RECOVERY_REQUESTED,
+        }
+
+
+def test_identification_is_for_the_bench_only() -> None:
+    asked = NO_REQUESTS._replace(identify=True)
+    assert events(Phase.PARKED, requests=asked) == {Event.IDENTIFY_REQUESTED}
+    clinical = planner.plan(PAPER._replace(bench_only=False), BENCH, EXCITATION)
+    assert events(Phase.PARKED, requests=asked, plan=clinical) == set()
+
+
+@pytest.mark.parametrize(
+    ("readings", "event"),
+    [
+        (AT_HOME, Event.RESET_REQUESTED),
+        (AT_HOME._replace(head_mm=0.7), Event.RESET_REQUESTED),
+        (AT_HOME._replace(head_mm=0.8), Event.RECOVERY_REQUESTED),
+        (AT_HOME._replace(head_mm=-40.0), Event.RECOVERY_REQUESTED),
+        # What a dead encoder reports is no proof that the catheter is out.
+        (AT_HOME._replace(head_valid=False), Event.RECOVERY_REQUESTED),
+        (AT_HOME._replace(head_mm=NAN), Event.RECOVERY_REQUESTED),
+    ],
+)
+def test_a_reset_parks_only_with_the_head_known_to_be_home(
+    readings: Readings, event: Event
+) -> None:
+    assert events(Phase.HALTED, readings, NO_REQUESTS._replace(reset=True)) == {event}
+
+
+def test_the_target_is_reached_when_the_head_is_where_the_cycle_wants_it() -> None:
+    target = PLAN.motion.target_mm
+    there = QUIET._replace(head_wanted_mm=target)
+    at_target = AT_HOME._replace(head_mm=target - 0.2)
+    assert events(Phase.INSERTING, at_target, around=there, reference_mm=target) == {
+        Event.TARGET_REACHED
+    }
+    # Held back by the governor: command and head agree with each other, but not with the cycle.
+    held = AT_HOME._replace(head_mm=target - 20.0)
+    assert events(Phase.INSERTING, held, around=there, reference_mm=target) == set()
+    # The reference passes the target at speed only if something is wrong.
+    assert (
+        events(
+            Phase.INSERTING,
+            at_target,
+            around=there,
+            reference_mm=target,
+            reference_mm_per_s=9.0,
+        )
+        == set()
+    )
+
+
+def test_an_abort_is_over_when_the_head_rests_at_home_and_the_valve_is_closed() -> None:
+    assert events(Phase.ABORTING) == {Event.CLEARED}
+    assert events(Phase.ABORTING, AT_HOME._replace(cam_rad=0.1)) == set()
+    assert events(Phase.ABORTING, AT_HOME._replace(head_mm=5.0)) == set()
+    # Passing through home on the way in, still moving.
+    assert events(Phase.ABORTING, around=QUIET._replace(head_wanted_mm=1.2)) == set()
+    assert events(
+        Phase.ABORTING, AT_HOME._replace(head_mm=50.0), around=QUIET._replace(powerless=True)
+    ) == {Event.CLEARED}
+
+
+def test_every_phase_with_a_limit_becomes_overdue() -> None:
+    late = round(100.0 / DT_S)
+    overdue = {phase for phase in Phase if Event.PHASE_OVERDUE in events(phase, phase_ticks=late)}
+    assert overdue == {
+        Phase.CHECKING,
+        Phase.PRELOADING,
+        Phase.INSERTING,
+        Phase.OPENING,
+        Phase.SUCTIONING,
+        Phase.WITHDRAWING,
+        Phase.CLOSING,
+        Phase.ABORTING,
+        Phase.IDENTIFYING,
+    }
+
+
+def test_a_trip_is_seen_in_every_phase() -> None:
+    assert all(
+        Event.TRIPPED in events(phase, around=QUIET._replace(tripped=True)) for phase in Phase
+    )

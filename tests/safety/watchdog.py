@@ -1,0 +1,116 @@
+"""A governor on its own: limits, sound readings, and a head that does what it is told."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.readings import Readings
+from opensuction.safety import governor
+from opensuction.safety import limits as bounds
+from opensuction.safety.governor import GovernorState, Verdict
+from opensuction.safety.limits import Limits, tip_bounds
+from opensuction.safety.trip import Trip, names
+
+DT_S = 0.001
+NAN = float("nan")
+INF = float("inf")
+
+PARK_MM = -3.4
+TIP = tip_bounds(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
+
+LIMITS = Limits(
+    tip=TIP,
+    cap_mm=95.0,
+    outside_mm=float(bounds.deepest_mm(TIP, bounds.anywhere(TIP, PARK_MM))) + 1.0,
+    park_head_mm=PARK_MM,
+    head_speed_mm_per_s=20.0,
+    following_mm=8.0,
+    stalled_mm=0.11,
+    vacuum_mmhg=150.0,
+    negative_pressure_s=0.5,
+    in_airway_s=0.8,
+    contact_s=0.3,
+    withdrawal_s=0.4,
+)
+"""As on the bench, with times short enough to wait for."""
+
+HEAD_CAP_MM = float(bounds.head_cap_mm(TIP, LIMITS.cap_mm))
+
+
+def sound(head_mm: float) -> Readings:
+    """Readings with nothing wrong, valve closed."""
+    return Readings(
+        head_mm=head_mm,
+        head_valid=True,
+        cam_rad=0.0,
+        cam_valid=True,
+        line_vacuum_mmhg=120.0,
+        vacuum_valid=True,
+        contact_closed=False,
+        contact_valid=True,
+        insertion_current_a=0.0,
+    )
+
+
+def staying(head_mm: float) -> Setpoints:
+    """A proposal to stay there with the valve closed."""
+    return Setpoints(
+        head_mm=head_mm, head_mm_per_s=0.0, valve_open=False, pump_on=True, vacuum_mmhg=120.0
+    )
+
+
+class Tick(NamedTuple):
+    """What went in and came out."""
+
+    time_s: float
+    readings: Readings
+    allowed: Setpoints
+    verdict: Verdict
+    state: GovernorState
+
+
+Propose = Callable[[float], Setpoints]
+"""Proposal for a time in s."""
+Report = Callable[[float, float], Readings]
+"""Readings for a time in s and the head command of the last tick, which the head has reached."""
+
+
+def follows(_time_s: float, head_mm: float) -> Readings:
+    """A sound machine."""
+    return sound(head_mm)
+
+
+def run(
+    seconds: float,
+    propose: Propose,
+    report: Report = follows,
+    state: GovernorState | None = None,
+    overrun: Callable[[float], bool] = lambda _: False,
+    limits: Limits = LIMITS,
+) -> list[Tick]:
+    """Run a governor; begins parked unless a state is given."""
+    state = governor.start(limits, PARK_MM) if state is None else state
+    ticks = []
+    for i in range(round(seconds / DT_S)):
+        time_s = i * DT_S
+        readings = report(time_s, state.head_mm)
+        state, allowed, verdict = governor.step(
+            limits, state, propose(time_s), readings, overrun(time_s), DT_S
+        )
+        ticks.append(Tick(time_s, readings, allowed, verdict, state))
+    return ticks
+
+
+def at(head_mm: float) -> GovernorState:
+    """A governor that has seen the head drawn back to this position, at rest there."""
+    return governor.start(LIMITS, head_mm)
+
+
+def first(ticks: list[Tick], code: Trip) -> Tick:
+    """The tick in which a trip appeared."""
+    return next(tick for tick in ticks if code in names(tick.verdict.trips))
+
+
+def tripped(ticks: list[Tick]) -> set[Trip]:
+    """All trips of a run."""
+    return set(names(ticks[-1].verdict.trips))
