@@ -118,8 +118,9 @@ def _run_and_write(
     cycle_run.check(choice)
     if compiled.is_cold():
         console.print("Compiling the control core: once for this version, about 30 s")
-    prepared = interruptible(lambda: cycle_run.prepare(choice, console.print))
-    interruptible(lambda: cycle_run.warm_up(prepared))
+    with console.status("Preparing"):  # turns on a terminal, silent elsewhere
+        prepared = interruptible(lambda: cycle_run.prepare(choice, console.print))
+        interruptible(lambda: cycle_run.warm_up(prepared))
     pacer = Pacer(pace)
     with terminal.LiveCycle(console, prepared.protocol.travel_mm, prepared.protocol.cap_mm) as live:
 
