@@ -1,0 +1,104 @@
+"""Ventilator in pressure control: what it offers to the airway at each moment.
+
+It wants a pressure: PEEP, and above it the driving pressure during inspiration, approached
+smoothly. It reaches what it wants only as far as gas allows. Against a leak such as suction it adds
+flow in proportion to the missing pressure, up to a limit; beyond the limit nothing holds the
+pressure, and the airway falls below PEEP and may fall below the atmosphere. The expiratory valve
+can let gas out but never in. The patient makes no effort and triggers nothing.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+
+
+class Ventilator(NamedTuple):
+    """Settings and mechanics of the ventilator."""
+
+    peep_cmh2o: float
+    driving_cmh2o: float
+    """Inspiratory pressure above PEEP."""
+    period_s: float
+    """Duration of a breath."""
+    inspiration_s: float
+    """Duration of its inspiration."""
+    rise_s: float
+    """Time constant of the pressure at the start of an inspiration."""
+    fall_s: float
+    """Time constant of the expiratory valve's opening."""
+    source_cmh2o_s_per_ml: float
+    """Pressure missing for each mL/s delivered during inspiration."""
+    peak_ml_per_s: float
+    """Most gas delivered during inspiration."""
+    droop_cmh2o_s_per_ml: float
+    """Pressure missing for each mL/s of flow compensation during expiration."""
+    compensation_ml_per_s: float
+    """Most gas delivered during expiration."""
+    valve_cmh2o_s_per_ml: float
+    """Resistance of the expiratory limb."""
+    oxygen_ratio: float
+    """Inspired oxygen (FiO2)."""
+
+
+class VentilatorState(NamedTuple):
+    """State of the ventilator."""
+
+    breath_s: float
+    """Time since the start of the breath."""
+    target_cmh2o: float
+    """Pressure it wants at the connector."""
+
+
+class Supply(NamedTuple):
+    """What the ventilator offers during one step."""
+
+    target_cmh2o: float
+    source_cmh2o_s_per_ml: float
+    limit_ml_per_s: float
+    valve_cmh2o_s_per_ml: float
+
+
+def at_rest(ventilator: Ventilator) -> VentilatorState:
+    """State at the start of a breath."""
+    return VentilatorState(breath_s=0.0, target_cmh2o=ventilator.peep_cmh2o)
+
+
+@compiled
+def inspiring(ventilator: Ventilator, state: VentilatorState) -> bool:
+    """Whether the ventilator is in its inspiration."""
+    return state.breath_s < ventilator.inspiration_s
+
+
+@compiled
+def step(ventilator: Ventilator, state: VentilatorState, dt_s: float) -> VentilatorState:
+    """Advance the ventilator's clock and the pressure it wants (a first-order approach)."""
+    breath_s = state.breath_s + dt_s
+    # Half a step of tolerance: rounding must not lengthen a breath by a step now and then.
+    if breath_s > ventilator.period_s - 0.5 * dt_s:
+        breath_s = max(breath_s - ventilator.period_s, 0.0)
+    wanted = ventilator.peep_cmh2o
+    approach_s = ventilator.fall_s
+    if breath_s < ventilator.inspiration_s:
+        wanted += ventilator.driving_cmh2o
+        approach_s = ventilator.rise_s
+    share = dt_s / (approach_s + dt_s)
+    return VentilatorState(
+        breath_s=breath_s,
+        target_cmh2o=state.target_cmh2o + share * (wanted - state.target_cmh2o),
+    )
+
+
+@compiled
+def supply(ventilator: Ventilator, state: VentilatorState) -> Supply:
+    """What the ventilator offers now."""
+    source = ventilator.droop_cmh2o_s_per_ml
+    limit = ventilator.compensation_ml_per_s
+    if inspiring(ventilator, state):
+        source = ventilator.source_cmh2o_s_per_ml
+        limit = ventilator.peak_ml_per_s
+    return Supply(
+        target_cmh2o=state.target_cmh2o,
+        source_cmh2o_s_per_ml=source,
+        limit_ml_per_s=limit,
+        valve_cmh2o_s_per_ml=ventilator.valve_cmh2o_s_per_ml,
+    )
