@@ -181,6 +181,7 @@ def run(
         record = TraceRow(
             time_s=i * DT_S,
             phase=outputs.phase,
+            cause=outputs.cause,
             readings=readings,
             demand=outputs.demand,
             verdict=outputs.verdict,

@@ -1,8 +1,8 @@
 """One thing breaks in a running cycle: what notices, how soon, and where it ends.
 
 Faults begin at several instants of the cycle (1.0 preload, 1.5 to 11 insertion, 12 valve opening,
-15 to 19 suction, 20 gap of the way back, 21 to 30 withdrawal) and last until 60 s; then people
-reset twice and start again.
+15 suction, 20 gap of the way back, 21 to 30 withdrawal) and last until 45 s; then people reset
+twice and start again.
 """
 
 import numpy as np
@@ -24,17 +24,22 @@ from tests.controller.drive import (
 from tests.controller.invariant import assert_held, trip_s, trips
 
 EXACT = CompensationKind.EXACT_INVERSE
-INSTANTS = (1.0, 1.15, 1.5, 3.0, 7.0, 11.0, 12.0, 15.0, 19.3, 20.0, 21.0, 25.0, 30.0)
-ENDED_S = 60.0
+INSTANTS = (1.0, 1.15, 3.0, 11.0, 12.0, 15.0, 20.0, 21.0, 30.0)
+ENDED_S = 45.0
 
 at_any_time = pytest.mark.parametrize("start_s", INSTANTS)
-every_kind = pytest.mark.parametrize("kind", CompensationKind)
+every_way = pytest.mark.parametrize(
+    ("kind", "start_s"),
+    [(EXACT, start_s) for start_s in INSTANTS]
+    + [(CompensationKind.NONE, 5.0), (CompensationKind.NONE, 25.0)]
+    + [(CompensationKind.DIRECT_INVERSE, 5.0), (CompensationKind.DIRECT_INVERSE, 19.2)],
+)
 
 
 def cycle(fault: Fault, start_s: float, kind: CompensationKind = EXACT) -> Columns:
-    """A cycle with a fault, resets at 70 and 90 s, and a start at 95 s."""
-    buttons = {0.0: START, 70.0: RESET, 90.0: RESET, 95.0: START}
-    return simulate(kind, 130.0, buttons, during(fault, start_s, ENDED_S))[1]
+    """A cycle with a fault, resets at 46 and 62 s, and a start at 63 s."""
+    buttons = {0.0: START, 46.0: RESET, 62.0: RESET, 63.0: START}
+    return simulate(kind, 97.0, buttons, during(fault, start_s, ENDED_S))[1]
 
 
 def at(columns: Columns, time_s: float, name: str) -> float:
@@ -44,7 +49,7 @@ def at(columns: Columns, time_s: float, name: str) -> float:
 
 def is_out(columns: Columns, time_s: float) -> bool:
     """Whether the tip is where it was before the cycle, but for creep and settling."""
-    return at(columns, time_s, "truth.tip_mm") < columns["truth.tip_mm"][0] + 0.6
+    return at(columns, time_s, "truth.tip_mm") < float(columns["truth.tip_mm"][0]) + 0.6
 
 
 def assert_recovers(columns: Columns) -> None:
@@ -80,8 +85,7 @@ SEEN_AT_ONCE = {
 
 
 @pytest.mark.parametrize("fault", SEEN_AT_ONCE, ids=lambda fault: fault.name)
-@every_kind
-@at_any_time
+@every_way
 def test_what_is_seen_is_withdrawn_from(
     fault: Fault, kind: CompensationKind, start_s: float
 ) -> None:
@@ -116,8 +120,7 @@ def test_a_head_that_cannot_be_seen_is_let_go_with_the_valve_closed(
     assert_recovers(columns)
 
 
-@every_kind
-@at_any_time
+@every_way
 def test_a_frozen_encoder_never_takes_the_tip_past_its_cap(
     kind: CompensationKind, start_s: float
 ) -> None:
@@ -142,7 +145,7 @@ def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_
     assert_held(columns, at_rest(EXACT)[0], Fault.HEAD_JAMMED)
     noticed_s = trip_s(columns, Trip.HEAD_STALLED)
     gap_s = 19.6  # in the dwell nothing moves until the gap of the way back is crossed
-    assert noticed_s < (gap_s if 11.3 < start_s < 19.4 else start_s) + 0.25
+    assert noticed_s < (gap_s if 11.3 < start_s < gap_s else start_s) + 0.25
     assert at(columns, noticed_s + 3.0, "truth.valve_open_ratio") == 0.0
     if at(columns, start_s, "readings.head_mm") > 0.0:
         limit_s = at_rest(EXACT)[0].controller.limits.withdrawal_s
@@ -176,9 +179,9 @@ def test_a_drive_that_runs_inwards_loses_its_torque_within_a_few_millimetres(
 def test_a_valve_stuck_open_ends_outside_without_vacuum(start_s: float) -> None:
     columns = cycle(Fault.VALVE_OPEN, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.VALVE_OPEN)
-    assert at(columns, 50.0, "truth.valve_open_ratio") > 0.0
-    assert at(columns, 50.0, "truth.tip_mm") < 1.0
-    assert at(columns, 50.0, "truth.tip_vacuum_mmhg") < 1.0
+    assert at(columns, 44.0, "truth.valve_open_ratio") > 0.0
+    assert at(columns, 44.0, "truth.tip_mm") < 1.0
+    assert at(columns, 44.0, "truth.tip_vacuum_mmhg") < 1.0
     inside = (columns["truth.tip_mm"] > 1.0) & (columns["truth.tip_vacuum_mmhg"] > 1.0)
     budget_s = at_rest(EXACT)[0].controller.limits.negative_pressure_s
     assert np.count_nonzero(inside & (columns["time_s"] < ENDED_S)) / 1000.0 < budget_s
@@ -204,8 +207,8 @@ def test_a_valve_stuck_closed_breaks_the_cycle_off(start_s: float) -> None:
 def test_a_frozen_cam_ends_outside_without_vacuum(start_s: float) -> None:
     columns = cycle(Fault.CAM_FROZEN, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.CAM_FROZEN)
-    assert at(columns, 50.0, "truth.tip_mm") < 1.0
-    assert at(columns, 50.0, "truth.tip_vacuum_mmhg") < 1.0
+    assert at(columns, 44.0, "truth.tip_mm") < 1.0
+    assert at(columns, 44.0, "truth.tip_vacuum_mmhg") < 1.0
     assert phases(columns)[-1] == Phase.PARKED
 
 

@@ -12,6 +12,7 @@ from opensuction.simulation.trace import Columns
 GOLDEN_COLUMNS = [
     "time_s",
     "phase",
+    "cause",
     "readings.head_mm",
     "readings.head_valid",
     "readings.cam_rad",

@@ -70,6 +70,8 @@ class Outputs(NamedTuple):
     demand: Demand
     verdict: Verdict
     phase: int
+    cause: int
+    """Event that led into the phase."""
 
 
 def start(settings: Settings, head_mm: float) -> State:
@@ -210,5 +212,9 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
     )
     return following, Outputs(
-        commands=commands, demand=demand, verdict=verdict, phase=procedure.phase
+        commands=commands,
+        demand=demand,
+        verdict=verdict,
+        phase=procedure.phase,
+        cause=procedure.cause,
     )

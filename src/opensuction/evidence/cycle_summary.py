@@ -12,6 +12,7 @@ from opensuction.evidence import cycle_run
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.hysteresis import modified_dahl
 from opensuction.procedure.protocol import GUIDELINE_NEGATIVE_PRESSURE_S
+from opensuction.procedure.transition import Event
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
 from opensuction.simulation.bench import Identification
@@ -70,6 +71,25 @@ def _trips(result: Outcome) -> tuple[list[Json], list[Json]]:
         stopped = {"name": "automation-stopped", "priority": "high", "sentence": sentence}
         alarms.append({**stopped, "time_s": result.cycle_s})
     return trips, alarms
+
+
+def _abort(result: Outcome) -> Json | None:
+    """Why a cycle was broken off; the trips say more where there are any."""
+    if result.abort is None:
+        return None
+    event, phase, time_s = result.abort
+    sentences = {
+        Event.ABORT_REQUESTED: "a person asked for it",
+        Event.PHASE_OVERDUE: f"the phase '{phase.name.lower()}' took longer than planned",
+        Event.TRIPPED: "a safety limit tripped",
+    }
+    name = event.name.lower().replace("_", "-")
+    return {
+        "event": name,
+        "phase": phase.name.lower(),
+        "sentence": sentences[event],
+        "time_s": time_s,
+    }
 
 
 def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
@@ -149,6 +169,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         },
         "spo2_nadir_percent": None,
         "lung_volume_loss_ml": None,
+        "abort": _abort(result),
         "trips": trips,
         "alarms": alarms,
         "warnings": _warnings(prepared, result),

@@ -38,13 +38,14 @@ class Demand(NamedTuple):
 
 def parked() -> ProcedureState:
     """Ready for a cycle, tip at the reference 0."""
-    return _enter(Phase.PARKED.value, 0.0, False)
+    return _enter(Phase.PARKED.value, transition.STAY, 0.0, False)
 
 
 @compiled
-def _enter(phase: int, reference_mm: float, valve_open: bool) -> ProcedureState:
+def _enter(phase: int, cause: int, reference_mm: float, valve_open: bool) -> ProcedureState:
     return ProcedureState(
         phase=phase,
+        cause=cause,
         phase_ticks=0,
         start_mm=reference_mm,
         reference_mm=reference_mm,
@@ -139,7 +140,8 @@ def step(
     if phase != state.phase:
         resting = phase == Phase.HALTED.value or phase == Phase.PARKED.value
         reference_mm = 0.0 if resting else state.reference_mm
-        state = _enter(phase, reference_mm, state.valve_open and not resting)
+        cause = transition.taken(state.phase, events)
+        state = _enter(phase, cause, reference_mm, state.valve_open and not resting)
     reference, velocity = _reference(plan, state, state.phase_ticks * dt_s)
     dwelling = (
         phase == Phase.INSERTING.value
@@ -162,6 +164,7 @@ def step(
     return (
         ProcedureState(
             phase=phase,
+            cause=state.cause,
             phase_ticks=state.phase_ticks + 1,
             start_mm=state.start_mm,
             reference_mm=reference,

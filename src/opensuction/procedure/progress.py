@@ -24,6 +24,8 @@ class ProcedureState(NamedTuple):
     """Where the cycle stands."""
 
     phase: int
+    cause: int
+    """Event that led into the phase; `transition.STAY` at power-up."""
     phase_ticks: int
     start_mm: float
     """Reference at the start of the phase."""

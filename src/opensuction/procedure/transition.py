@@ -98,15 +98,21 @@ TABLE = _frozen()
 
 
 @compiled
-def follow(phase: int, happened: int) -> int:
-    """Phase after one tick.
+def taken(phase: int, happened: int) -> int:
+    """The highest-ranked event of a tick that the table knows for a phase; `STAY` for none.
 
-    happened: bit mask, bit ``event`` set for each event of this tick. Returns the phase that the
-    highest-ranked event with an entry leads to, or the same phase.
+    happened: bit mask, bit ``event`` set for each event of this tick.
     """
     if happened == 0:
-        return phase
+        return STAY
     for event in range(TABLE.shape[1]):
         if happened >> event & 1 and TABLE[phase, event] != STAY:
-            return int(TABLE[phase, event])
-    return phase
+            return event
+    return STAY
+
+
+@compiled
+def follow(phase: int, happened: int) -> int:
+    """Phase after one tick: where the event that is `taken` leads, or the same phase."""
+    event = taken(phase, happened)
+    return phase if event == STAY else int(TABLE[phase, event])

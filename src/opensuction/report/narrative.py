@@ -50,10 +50,10 @@ def lead(summary: Summary) -> str:
 
 
 def _reason(summary: Summary) -> str:
-    """Why the cycle ended before its time: the first trip; without one, a person asked for it."""
+    """Why the cycle ended before its time: the first trip, or what else broke it off."""
     for entry in rows(summary, "trips"):
         return text(entry, "sentence") or text(entry, "name") or ON_REQUEST
-    return ON_REQUEST
+    return text(summary, "abort", "sentence") or ON_REQUEST
 
 
 def _ending(summary: Summary) -> str:

@@ -42,6 +42,8 @@ class TraceRow(NamedTuple):
 
     time_s: float
     phase: int
+    cause: int
+    """Event that led into the phase."""
     readings: Readings
     demand: Demand
     verdict: Verdict
@@ -71,6 +73,7 @@ def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, T
     record = TraceRow(
         time_s=state.tick * DT_S,
         phase=outputs.phase,
+        cause=outputs.cause,
         readings=readings,
         demand=outputs.demand,
         verdict=outputs.verdict,

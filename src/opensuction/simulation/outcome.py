@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
+from opensuction.procedure.transition import Event
 from opensuction.safety import trip
 from opensuction.safety.trip import Trip
 from opensuction.simulation.closed_loop import DT_S
@@ -24,6 +25,14 @@ class TripTime(NamedTuple):
     """A trip and when it happened, s after the start of the run."""
 
     trip: Trip
+    time_s: float
+
+
+class Abort(NamedTuple):
+    """What broke a cycle off, in which phase, and when."""
+
+    event: Event
+    phase: Phase
     time_s: float
 
 
@@ -47,20 +56,21 @@ class Outcome(NamedTuple):
     removed_ml: float
     removed_percent: float
     trips: tuple[TripTime, ...]
+    abort: Abort | None
 
 
 def tracked(trace: Columns, span_s: float | None) -> npt.NDArray[np.bool_]:
     """Ticks over which tracking is scored.
 
-    span_s: that long from the start of insertion (29 s for the paper's cycle); None is from the
-    start of insertion to the end of withdrawal.
+    span_s: that long from the start of insertion (29 s for the paper's cycle), an abort ends it;
+    None is from the start of insertion to the end of withdrawal.
     """
     inside = np.isin(trace["phase"], IN_AIRWAY_PHASES)
     if span_s is None or not np.any(inside):
         return inside
     start = int(np.argmax(inside))
     ticks = np.arange(inside.size)
-    return (ticks >= start) & (ticks < start + round(span_s / DT_S))
+    return inside & (ticks < start + round(span_s / DT_S))
 
 
 def tracking_error_mm(trace: Columns) -> npt.NDArray[np.float64]:
@@ -75,6 +85,18 @@ def _trip_times(trace: Columns) -> tuple[TripTime, ...]:
         first = int(np.argmax(masks >> int(code) & 1))
         found.append(TripTime(code, float(trace["time_s"][first])))
     return tuple(sorted(found, key=lambda item: item.time_s))
+
+
+def _abort(trace: Columns) -> Abort | None:
+    broken = np.isin(trace["phase"], (Phase.ABORTING, Phase.HALTED))
+    first = int(np.argmax(broken))
+    if not broken[first] or first == 0:
+        return None
+    return Abort(
+        event=Event(int(trace["cause"][first])),
+        phase=Phase(int(trace["phase"][first - 1])),
+        time_s=float(trace["time_s"][first]),
+    )
 
 
 def _reached_mm(trace: Columns) -> float:
@@ -111,4 +133,5 @@ def outcome(
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
         trips=_trip_times(trace),
+        abort=_abort(trace),
     )
