@@ -12,7 +12,7 @@ ENVIRONMENT := .venv/.environment-$(shell { pwd; $(PYTHON) -V; cat requirements.
 PACKAGE := .venv/.package-$(shell cksum < pyproject.toml | cut -d' ' -f1)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test check bench soak lock clean
+.PHONY: help setup run test check bench soak docs lock clean
 
 help: ## list these targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-14s %s\n", $$1, $$2}'
@@ -30,6 +30,9 @@ check: $(PACKAGE) ## lint, format, types and the layers of the architecture
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-logo
+
+docs: $(PACKAGE) ## write anew what the documentation takes from the code
+	@$(BIN)/python docs/generate.py
 
 bench: $(PACKAGE) ## speed of the core
 	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)

@@ -2,11 +2,18 @@
 
 from pathlib import Path
 
-from opensuction.twin import parameter_table
+from opensuction.procedure import diagram
+from opensuction.twin import parameter_table, patient_table
 from opensuction.twin.parameter import BENCH
 
 DOCS = Path(__file__).resolve().parent
+TABLES = {
+    "twin.md": parameter_table.markdown(BENCH),
+    "patient.md": patient_table.markdown(),
+}
 
-twin = DOCS / "twin.md"
-table = parameter_table.markdown(BENCH)
-twin.write_text(parameter_table.spliced(twin.read_text(encoding="utf-8"), table), encoding="utf-8")
+for name, table in TABLES.items():
+    page = DOCS / name
+    text = parameter_table.spliced(page.read_text(encoding="utf-8"), table)
+    page.write_text(text, encoding="utf-8")
+(DOCS / "phases.md").write_text(diagram.page(), encoding="utf-8")

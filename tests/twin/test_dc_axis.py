@@ -15,6 +15,7 @@ FREE = DcAxis(
     friction_v=0.0,
     force_v=1e9,
     encoder_step=0.005,
+    brakes_when_off=False,
 )
 """No friction, no current limit: linear."""
 REAL = FREE._replace(friction_v=0.5, force_v=8.0)
@@ -98,12 +99,13 @@ def test_the_current_limit_bounds_acceleration() -> None:
 
 
 def test_without_torque_an_axis_coasts_to_the_energy_it_has() -> None:
-    start = AxisMotion(position=0.0, velocity=9.0, drive_v=0.0)
+    # Stops within a tick, not at the end of one.
+    start = AxisMotion(position=0.0, velocity=9.01, drive_v=0.0)
     braking = 0.75 * 0.5 / 0.02
     # The friction does the work: v^2 / 2a, to the rounding of 480 ticks.
     coasted = run(REAL, start, 24.0, 1.0, on=False)
     assert coasted.velocity == 0.0
-    assert coasted.position == pytest.approx(81.0 / (2.0 * braking), rel=1e-9)
+    assert coasted.position == pytest.approx(9.01 * 9.01 / (2.0 * braking), rel=1e-9)
 
 
 def test_a_load_above_friction_moves_an_axis_without_torque() -> None:
@@ -116,3 +118,13 @@ def test_the_encoder_rounds_to_its_step(position: float) -> None:
     reading = dc_axis.encoder(REAL, AxisMotion(position=position, velocity=0.0, drive_v=0.0))
     assert abs(reading - position) <= 0.0025 + 1e-9
     assert reading / 0.005 == pytest.approx(round(reading / 0.005), abs=1e-6)
+
+
+def test_shorted_windings_stop_an_axis_within_its_time_constant() -> None:
+    braking = REAL._replace(brakes_when_off=True)
+    start = AxisMotion(position=0.0, velocity=18.0, drive_v=0.0)
+    open_mm = run(REAL, start, 24.0, 1.0, on=False).position
+    shorted_mm = run(braking, start, 24.0, 1.0, on=False).position
+    # Back-EMF alone gives v * tau = 0.36 mm; the current limit lets it grow a little, friction not.
+    assert shorted_mm < 0.75
+    assert open_mm > 5.0

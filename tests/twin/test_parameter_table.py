@@ -10,7 +10,7 @@ DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "twin.md"
 
 
 def test_the_documentation_holds_the_parameters_as_they_are() -> None:
-    """If this fails: python docs/generate.py."""
+    """If this fails: make docs."""
     text = DOCUMENT.read_text(encoding="utf-8")
     assert parameter_table.spliced(text, parameter_table.markdown(BENCH)) == text
 

@@ -3,16 +3,16 @@ from pathlib import Path
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.twin import patient_table
+from opensuction.twin import parameter_table, patient_table
 from opensuction.twin.patient_parameter import PRESETS, ROWS
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "patient.md"
 
 
 def test_the_documentation_holds_the_parameters_as_they_are() -> None:
-    """If this fails: python docs/generate.py."""
+    """If this fails: make docs."""
     text = DOCUMENT.read_text(encoding="utf-8")
-    assert patient_table.spliced(text) == text
+    assert parameter_table.spliced(text, patient_table.markdown()) == text
 
 
 def test_every_parameter_has_its_line() -> None:
@@ -25,4 +25,4 @@ def test_every_parameter_has_its_line() -> None:
 
 def test_a_document_without_marks_is_refused() -> None:
     with pytest.raises(InputError, match="lacks the line"):
-        patient_table.spliced("# The patient\n")
+        parameter_table.spliced("# The patient\n", "")

@@ -27,6 +27,8 @@ class DcAxis(NamedTuple):
     """Current limit as the voltage that drives that current at standstill."""
     encoder_step: float
     """Resolution of the encoder."""
+    brakes_when_off: bool
+    """Whether the drive shorts the motor's windings when its torque is off; else it is open."""
 
 
 class AxisMotion(NamedTuple):
@@ -63,14 +65,15 @@ def step(
 ) -> AxisMotion:
     """Advance an axis by one tick.
 
-    volts: amplifier command, clamped to the supply. on: torque enabled; off, no current flows.
+    volts: amplifier command, clamped to the supply. on: torque enabled; off, the windings are open or,
+    where the drive ``brakes_when_off``, shorted: the motor brakes itself.
     load_v: force of the load against positive motion, as the voltage that would balance it.
     Returns the motion after ``dt_s`` seconds.
     """
     drive_v = 0.0
     limited = True
-    if on:
-        supply_v = min(max(volts, -axis.voltage_limit_v), axis.voltage_limit_v)
+    if on or axis.brakes_when_off:
+        supply_v = min(max(volts, -axis.voltage_limit_v), axis.voltage_limit_v) if on else 0.0
         wanted_v = supply_v - motion.velocity / axis.speed_per_v
         drive_v = min(max(wanted_v, -axis.force_v), axis.force_v)
         limited = drive_v != wanted_v

@@ -1,8 +1,6 @@
 """The parameters of the patients as a table for the documentation: `docs/patient.md` holds it."""
 
-from opensuction.kernel.errors import InputError
 from opensuction.twin.parameter import Parameter
-from opensuction.twin.parameter_table import BEGIN, END
 from opensuction.twin.patient_parameter import PRESETS, ROWS
 
 
@@ -21,16 +19,3 @@ def markdown() -> str:
         cells = " | ".join(_cell(parameter) for parameter in row)
         lines.append(f"| `{name}` | {cells} | {row[0].unit} | {row[0].meaning} | {row[0].source} |")
     return "\n".join(lines) + "\n"
-
-
-def spliced(document: str) -> str:
-    """The same document with the text between its two marks made anew.
-
-    Raises InputError where a mark is missing.
-    """
-    for mark in (BEGIN, END):
-        if mark not in document:
-            raise InputError(f"the document lacks the line '{mark.strip()}'")
-    before, rest = document.split(BEGIN, 1)
-    _, after = rest.split(END, 1)
-    return before + BEGIN + markdown() + END + after

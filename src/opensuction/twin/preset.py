@@ -47,6 +47,7 @@ def insertion_axis(values: Values) -> DcAxis:
         friction_v=values["insertion_friction_v"],
         force_v=values["drive_force_n"] * load_v_per_n(values),
         encoder_step=values["head_encoder_mm"],
+        brakes_when_off=True,
     )
 
 
@@ -81,6 +82,7 @@ def _valve_axis(values: Values) -> DcAxis:
         friction_v=values["valve_friction_v"],
         force_v=values["valve_force_v"],
         encoder_step=values["cam_encoder_rad"],
+        brakes_when_off=False,  # the spring must close the valve
     )
 
 
