@@ -109,7 +109,7 @@ def test_a_head_that_cannot_be_seen_is_let_go_with_the_valve_closed(
     columns = cycle(fault, start_s)
     assert trip_s(columns, Trip.HEAD_READING_INVALID) == pytest.approx(start_s + 0.004, abs=1e-6)
     assert_held(columns, at_rest(EXACT)[0], fault)
-    # The drive shorts the motor's windings: 17 mm/s times 20 ms is 0.34 mm, and the limited current.
+    # The drive shorts the motor's windings: 17 mm/s times 20 ms is 0.34 mm, and limited current.
     coasting = at(columns, start_s + 2.0, "truth.head_mm") - at(columns, start_s, "truth.head_mm")
     assert abs(coasting) < 1.0
     still = (columns["time_s"] > start_s + 3.0) & (columns["time_s"] < ENDED_S)

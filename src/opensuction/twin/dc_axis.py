@@ -65,8 +65,8 @@ def step(
 ) -> AxisMotion:
     """Advance an axis by one tick.
 
-    volts: amplifier command, clamped to the supply. on: torque enabled; off, the windings are open or,
-    where the drive ``brakes_when_off``, shorted: the motor brakes itself.
+    volts: amplifier command, clamped to the supply. on: torque enabled; off, the windings are
+    open or, where the drive ``brakes_when_off``, shorted: the motor brakes itself.
     load_v: force of the load against positive motion, as the voltage that would balance it.
     Returns the motion after ``dt_s`` seconds.
     """
