@@ -75,23 +75,10 @@ def test_the_state_given_is_not_changed() -> None:
     assert FULL.secretion_ml.tolist() == [0.25] * 12
 
 
-@given(overlap=st.floats(0.0, 30.0))
-def test_the_carina_pushes_back_as_two_springs_in_series(overlap: float) -> None:
-    tip, force = airway.touch(AIRWAY, AIRWAY.carina_mm + overlap)
-    series = 1.0 / (1.0 / AIRWAY.carina_n_per_mm + 1.0 / AIRWAY.catheter_n_per_mm)
-    assert force == pytest.approx(series * overlap, abs=1e-12)
-    # Both springs carry the same force; together they take up the overlap.
-    pressed = tip - AIRWAY.carina_mm
-    assert force == pytest.approx(AIRWAY.carina_n_per_mm * pressed, abs=1e-12)
-    assert force == pytest.approx(AIRWAY.catheter_n_per_mm * (overlap - pressed), abs=1e-9)
-
-
-@given(depth=st.floats(-50.0, 100.0))
-def test_short_of_the_carina_nothing_pushes_back(depth: float) -> None:
-    assert airway.touch(AIRWAY, depth) == (depth, 0.0)
-
-
-def test_the_switch_closes_a_quarter_of_a_millimetre_in() -> None:
-    overlap = VALUES["switch_n"] / (0.5 * 0.9 / 1.4)
-    assert overlap == pytest.approx(0.25, abs=0.005)
-    assert airway.touch(AIRWAY, AIRWAY.carina_mm + overlap)[1] == pytest.approx(0.08017)
+def test_the_carina_stops_the_tip() -> None:
+    pressed = airway.step(AIRWAY, FULL, AIRWAY.carina_mm + 0.25, 0.0, DT_S)
+    # 0.25 mm against 0.5 and 0.9 N/mm in series closes the switch.
+    assert pressed.contact_n == pytest.approx(VALUES["switch_n"], abs=0.001)
+    assert pressed.tip_mm == pytest.approx(AIRWAY.carina_mm + pressed.contact_n / 0.5)
+    free = airway.step(AIRWAY, pressed, AIRWAY.carina_mm - 0.1, 0.0, DT_S)
+    assert (free.tip_mm, free.contact_n) == (AIRWAY.carina_mm - 0.1, 0.0)

@@ -57,13 +57,13 @@ def test_what_the_tip_presses_on_slows_the_head() -> None:
     for _ in range(5600):  # 4.5 s of them inside the gap
         pressed = machine.step(BENCH, pressed, push, DT_S)
         unhindered = machine.step(free, unhindered, push, DT_S)
-    assert pressed.airway.contact_n > 0.5
+    assert pressed.airway.contact_n > 0.2
     assert unhindered.airway.contact_n == 0.0
     # At steady speed each newton takes its voltage: v = k (V - friction - load).
     axis = BENCH.insertion_axis
     load_v = BENCH.load_v_per_n * pressed.airway.contact_n
     expected = axis.speed_per_v * (6.0 - axis.friction_v - load_v)
-    # The force still grows by a newton in 0.8 s; the axis lags it by 20 ms.
+    # The buckled tip presses harder by only 0.07 N a second; the axis lags it by 20 ms.
     assert pressed.insertion.velocity == pytest.approx(expected, abs=0.1)
     assert unhindered.insertion.velocity == pytest.approx(0.783 * 5.5, rel=1e-3)
 
@@ -71,12 +71,12 @@ def test_what_the_tip_presses_on_slows_the_head() -> None:
 def test_contact_outlasts_the_reversal_until_the_gap_is_crossed() -> None:
     """What lets the gap be measured without a tip sensor: the head turns, the tip stays."""
     state = parked(100.0)
-    while state.airway.contact_n < 0.3:
+    while state.airway.contact_n < 0.15:  # short of buckling
         state = machine.step(BENCH, state, IDLE._replace(insertion_v=12.0), DT_S)
     state = run(state, IDLE, 5.0)  # creep and drive come to rest
     turned_at, force = state.head_mm, state.airway.contact_n
     backed = 0.0
-    while state.airway.contact_n >= BENCH.airway.switch_n:
+    while state.airway.contact_n >= BENCH.switch.open_n:
         if state.airway.contact_n > 0.99 * force:
             backed = turned_at - state.head_mm
         state = machine.step(BENCH, state, IDLE._replace(insertion_v=-12.0), DT_S)
@@ -86,12 +86,12 @@ def test_contact_outlasts_the_reversal_until_the_gap_is_crossed() -> None:
     assert turned_at - state.head_mm < widths.max()
 
 
-def test_the_switch_reads_closed_from_its_force_on() -> None:
-    threshold = BENCH.airway.switch_n
-    for force, closed in ((0.0, False), (0.999 * threshold, False), (1.001 * threshold, True)):
-        state = parked()
-        pressed = state._replace(airway=state.airway._replace(contact_n=force))
-        assert machine.read(BENCH, pressed).contact_closed is closed
+def test_the_switch_reports_what_presses_on_the_tip() -> None:
+    state = parked(130.0)  # the tip is beyond the carina, but for the gap
+    state = run(state, IDLE._replace(insertion_v=6.0), 3.0)
+    assert state.airway.contact_n > BENCH.switch.close_n
+    assert machine.read(BENCH, state).contact_closed
+    assert not machine.read(BENCH, run(parked(), IDLE, 0.1)).contact_closed
 
 
 def test_every_reading_of_a_sound_machine_is_valid() -> None:

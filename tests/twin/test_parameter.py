@@ -3,7 +3,7 @@ import re
 import pytest
 
 from opensuction.twin import parameter, preset
-from opensuction.twin.parameter import BENCH, Parameter
+from opensuction.twin.parameter import BENCH, CLINICAL, Parameter
 
 TAGS = ("[paper]", "[datasheet]", "[calibrated]", "[computed]", "[assumed]")
 Values = dict[str, float]
@@ -17,9 +17,10 @@ def outcome(values: Values) -> str:
     return f"{arrays} {twin} {state}"
 
 
+@pytest.mark.parametrize("table", [BENCH, CLINICAL])
 @pytest.mark.parametrize("name", BENCH)
-def test_every_entry_has_unit_meaning_and_source(name: str) -> None:
-    entry = BENCH[name]
+def test_every_entry_has_unit_meaning_and_source(table: dict[str, Parameter], name: str) -> None:
+    entry = table[name]
     assert re.fullmatch(r"[A-Za-z0-9%/]+", entry.unit)
     assert len(entry.meaning) > 5
     assert entry.source.startswith(TAGS)
@@ -33,6 +34,12 @@ def test_every_entry_changes_the_machine(name: str) -> None:
     values = parameter.nominal(BENCH)
     changed = {**values, name: 1.01 * values[name]}
     assert outcome(changed) != outcome(values)
+
+
+def test_the_bedside_machine_has_the_bench_s_parameters_in_their_order() -> None:
+    assert list(CLINICAL) == list(BENCH)
+    for name in BENCH:
+        assert CLINICAL[name].unit == BENCH[name].unit
 
 
 def test_no_value_is_asked_for_that_the_table_lacks() -> None:

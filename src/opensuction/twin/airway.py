@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.compiled import compiled
+from opensuction.twin import tip as tips
+from opensuction.twin.tip import Tip
 
 BIN_MM = 10.0
 """Length of one bin of secretions."""
@@ -21,12 +23,8 @@ class Airway(NamedTuple):
 
     carina_mm: float
     """Distance from the tube's lower end to the carina."""
-    carina_n_per_mm: float
-    """Stiffness of what the tip presses on."""
-    catheter_n_per_mm: float
-    """Series compliance of the catheter."""
-    switch_n: float
-    """Force that closes the contact switch."""
+    tip: Tip
+    """Mechanics of the tip against it."""
     uptake_ml_per_s_per_mmhg: float
     """Mucus taken up for each mmHg at the tip; falls with viscosity."""
     reach_mm: float
@@ -49,21 +47,6 @@ class AirwayState(NamedTuple):
 
 
 @compiled
-def touch(airway: Airway, free_tip_mm: float) -> tuple[float, float]:
-    """Tip position and force once the carina is in its way.
-
-    free_tip_mm: where the tip would be unhindered. Returns (tip_mm, force in N): two springs in
-    series share the overlap.
-    """
-    overlap = free_tip_mm - airway.carina_mm
-    if overlap <= 0.0:
-        return free_tip_mm, 0.0
-    stiff = airway.catheter_n_per_mm / (airway.catheter_n_per_mm + airway.carina_n_per_mm)
-    pressed = overlap * stiff
-    return airway.carina_mm + pressed, pressed * airway.carina_n_per_mm
-
-
-@compiled
 def _bin_at(state: AirwayState, depth_mm: float) -> int:
     return min(max(int(depth_mm / BIN_MM), 0), state.secretion_ml.size - 1)
 
@@ -76,7 +59,8 @@ def step(
 
     free_tip_mm: unhindered tip position. tip_vacuum_mmhg: vacuum that reaches the tip.
     """
-    tip, force = touch(airway, free_tip_mm)
+    touched = tips.touch(airway.tip, airway.carina_mm, free_tip_mm)
+    tip = touched.tip_mm
     secretion = state.secretion_ml
     taken = 0.0
     wanted = airway.uptake_ml_per_s_per_mmhg * tip_vacuum_mmhg * dt_s
@@ -95,13 +79,13 @@ def step(
             secretion_ml=secretion,
             removed_ml=state.removed_ml + taken,
             tip_mm=tip,
-            contact_n=force,
+            contact_n=touched.force_n,
             free_share=1.0 - airway.mucus_share * full,
         )
     return AirwayState(
         secretion_ml=secretion,
         removed_ml=state.removed_ml,
         tip_mm=tip,
-        contact_n=force,
+        contact_n=touched.force_n,
         free_share=1.0,
     )

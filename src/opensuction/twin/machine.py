@@ -1,4 +1,4 @@
-"""The twin: machine, line and airway put together, one pure step a tick."""
+"""The twin: machine, line, airway and patient put together, one pure step a tick."""
 
 from typing import NamedTuple
 
@@ -6,17 +6,30 @@ from opensuction.hysteresis import play
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
-from opensuction.twin import airway, dc_axis, laser, suction_line, transmission, valve_mechanism
+from opensuction.twin import (
+    airway,
+    bedside,
+    contact_switch,
+    dc_axis,
+    laser,
+    patient,
+    suction_line,
+    transmission,
+    valve_mechanism,
+)
 from opensuction.twin.airway import Airway, AirwayState
+from opensuction.twin.bedside import SeamState
+from opensuction.twin.contact_switch import ContactSwitch, SwitchState
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
+from opensuction.twin.patient import Patient, PatientState
 from opensuction.twin.suction_line import SuctionLine, SuctionState
 from opensuction.twin.transmission import Transmission, TransmissionState
 from opensuction.twin.valve_mechanism import ValveMechanism
 
 
 class Machine(NamedTuple):
-    """Parameters of one machine with one airway."""
+    """Parameters of one machine with one airway, a patient's or the bench's."""
 
     insertion_axis: DcAxis
     gear_backlash_mm: float
@@ -30,7 +43,13 @@ class Machine(NamedTuple):
     valve: ValveMechanism
     line: SuctionLine
     airway: Airway
+    switch: ContactSwitch
     laser: Laser
+    patient: Patient
+    has_patient: bool
+    """Whether anybody is there: the bench has only a rubber trachea."""
+    catheter_mm: float
+    """Outer diameter of the catheter."""
 
 
 class MachineState(NamedTuple):
@@ -43,7 +62,10 @@ class MachineState(NamedTuple):
     valve: AxisMotion
     line: SuctionState
     airway: AirwayState
+    switch: SwitchState
     laser: LaserState
+    patient: PatientState
+    seam: SeamState
 
 
 class Observation(NamedTuple):
@@ -57,6 +79,11 @@ class Observation(NamedTuple):
     tip_vacuum_mmhg: float
     gas_ml_per_s: float
     secretion_removed_ml: float
+    airway_pressure_cmh2o: float
+    """In the trachea; this and what follows are 0 where there is no patient."""
+    lung_volume_ml: float
+    lung_volume_loss_ml: float
+    spo2_percent: float
 
 
 @compiled
@@ -69,7 +96,7 @@ def read(machine: Machine, state: MachineState) -> Readings:
         cam_valid=True,
         line_vacuum_mmhg=state.line.vacuum_mmhg,
         vacuum_valid=True,
-        contact_closed=state.airway.contact_n >= machine.airway.switch_n,
+        contact_closed=state.switch.reading,
         contact_valid=True,
         insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
     )
@@ -84,6 +111,13 @@ def tip_vacuum_mmhg(machine: Machine, state: MachineState) -> float:
 @compiled
 def observe(machine: Machine, state: MachineState) -> Observation:
     """What really is."""
+    pressure = volume = loss = saturation = 0.0
+    if machine.has_patient:
+        seen = patient.observe(machine.patient, state.patient)
+        pressure = seen.airway_pressure_cmh2o
+        volume = seen.lung_volume_ml
+        loss = seen.lung_volume_loss_ml
+        saturation = seen.spo2_percent
     return Observation(
         head_mm=state.head_mm,
         tip_mm=state.airway.tip_mm,
@@ -93,6 +127,10 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         tip_vacuum_mmhg=tip_vacuum_mmhg(machine, state),
         gas_ml_per_s=state.line.gas_ml_per_s,
         secretion_removed_ml=state.airway.removed_ml,
+        airway_pressure_cmh2o=pressure,
+        lung_volume_ml=volume,
+        lung_volume_loss_ml=loss,
+        spo2_percent=saturation,
     )
 
 
@@ -127,15 +165,29 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         opened * state.airway.free_share,
         dt_s,
     )
-    patient = airway.step(
+    touched = airway.step(
         machine.airway, state.airway, moved.tip_mm, line.vacuum_mmhg * opened, dt_s
     )
+    breathing, seam = state.patient, state.seam
+    if machine.has_patient:
+        breathing, seam = bedside.step(
+            machine.patient,
+            state.patient,
+            state.seam,
+            touched.tip_mm,
+            line.gas_ml_per_s * dt_s,
+            machine.catheter_mm,
+            dt_s,
+        )
     return MachineState(
         insertion=insertion,
         head_mm=head,
         transmission=moved,
         valve=valve,
         line=line,
-        airway=patient,
-        laser=laser.step(machine.laser, state.laser, patient.tip_mm),
+        airway=touched,
+        switch=contact_switch.step(machine.switch, state.switch, touched.contact_n, dt_s),
+        laser=laser.step(machine.laser, state.laser, touched.tip_mm),
+        patient=breathing,
+        seam=seam,
     )

@@ -1,9 +1,10 @@
 """Every parameter of the twin: value, spread between machines, unit, meaning and source.
 
-This is the one documented place. ``spread`` is the standard deviation over machines; a seed draws
-one machine. Sources: [paper] the paper; [datasheet] Faulhaber 1524T024SR; [calibrated] chosen so
-that the bench reproduces the paper's identification and Table I; [computed] from the others;
-[assumed] no source found.
+`BENCH` is the paper's bench, `CLINICAL` what differs at the bedside; catheters and patients change
+both. This is the one documented place. ``spread`` is the standard deviation over machines; a seed
+draws one machine. Sources: [paper] the paper; [datasheet] Faulhaber 1524T024SR; [calibrated]
+chosen so that the bench reproduces the paper's identification and Table I; [computed] from the
+others; [assumed] no source found.
 """
 
 import math
@@ -109,9 +110,19 @@ BENCH: dict[str, Parameter] = {
     "catheter_n_per_mm": _p(
         0.9, "N/mm", "axial stiffness of the 2 m catheter", "[computed] 0.59 to 1.18"
     ),
-    "switch_n": _p(0.08017, "N", "force that closes the contact switch", "[paper]", 0.002),
+    "buckling_n": _p(
+        0.20, "N", "load at which the free tip buckles", "[computed] PVC 0.13 to 0.26", 0.03
+    ),
+    "post_buckling_ratio": _p(0.05, "1", "stiffness left after buckling", "[assumed]"),
+    "switch_n": _p(0.08017, "N", "force that closes the contact switch", "[paper]", 0.001),
+    "switch_open_ratio": _p(0.85, "1", "share of that force at which it opens", "[assumed]"),
+    "switch_bounce_s": _p(0.003, "s", "chatter after closing", "[assumed] 1 to 10 ms"),
+    "switch_bounce_open_ratio": _p(0.3, "1", "share of the chatter that is open", "[assumed]"),
+    "switch_latency_s": _p(0.004, "s", "delay of the switch's line", "[assumed]"),
     "secretion_ml": _p(3.0, "mL", "secretions in the trachea", "[assumed] 0.5 to 5 a pass", 0.6),
-    "secretion_depth_mm": _p(70.0, "mm", "depth around which they lie", "[assumed]", 5.0),
+    "secretion_above_carina_mm": _p(
+        30.0, "mm", "distance from the carina around which they lie", "[assumed]", 5.0
+    ),
     "secretion_spread_mm": _p(25.0, "mm", "half of the length over which they lie", "[assumed]"),
     "uptake_ml_per_s_per_mmhg": _p(
         0.0085,
@@ -126,6 +137,51 @@ BENCH: dict[str, Parameter] = {
     "laser_noise_mm": _p(0.08, "mm", "laser, target and set-up, RMS", "[assumed] at most 0.1"),
 }
 """The paper's bench."""
+
+CLINICAL: dict[str, Parameter] = {
+    **BENCH,
+    # Insertion axis: a 1524T024SR, geared to 60 mm/s at its 9800 rpm, gear efficiency 0.65
+    "no_load_mm_per_s": _p(
+        60.0, "mm/s", "head speed at full supply without friction", "[assumed] gearing", 0.8
+    ),
+    "insertion_time_constant_s": _p(
+        0.0128,
+        "s",
+        "mechanical time constant of the insertion axis",
+        "[computed] motor's 8.3 ms / 0.65",
+    ),
+    "moving_mass_kg": _p(
+        16.4,
+        "kg",
+        "inertia of the drive, referred to the head",
+        "[computed] rotor's 0.56 g cm2 at 0.058 mm/rad",
+    ),
+    "insertion_friction_v": _p(
+        0.4,
+        "V",
+        "Coulomb friction of motor, gear and guide, as a voltage",
+        "[computed] 0.32 V for the motor's 4 mA; guide [assumed]",
+        0.05,
+    ),
+    "drive_a_per_n": _p(
+        0.00385,
+        "A/N",
+        "motor current for each newton at the head",
+        "[computed] 60 mm/s / 24 V / 0.65 gear efficiency",
+    ),
+    # Valve axis: half the bench's gear ratio, so the same spring takes twice the voltage
+    "cam_no_load_rad_per_s": _p(
+        math.radians(180.0),
+        "rad/s",
+        "cam speed at full supply without friction",
+        "[assumed] for 60 deg/s against the spring",
+    ),
+    "spring_preload_v": _p(
+        1.4, "V", "return spring, closed, as a voltage", "[computed] bench's at twice the speed"
+    ),
+    "spring_v_per_rad": _p(3.0, "V/rad", "its rate", "[computed] bench's at twice the speed"),
+}
+"""The bedside machine: the bench with faster gears."""
 
 
 def nominal(table: dict[str, Parameter]) -> dict[str, float]:

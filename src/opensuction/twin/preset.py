@@ -7,12 +7,24 @@ import numpy.typing as npt
 from scipy.special import ndtri
 
 from opensuction.kernel import random_stream
-from opensuction.twin import parameter, transmission
+from opensuction.twin import (
+    bedside,
+    contact_switch,
+    parameter,
+    patient_airway,
+    patient_preset,
+    transmission,
+)
+from opensuction.twin import catheter as catheters
 from opensuction.twin.airway import BIN_MM, Airway, AirwayState
+from opensuction.twin.catheter import BORE_MMHG, Catheter
+from opensuction.twin.contact_switch import ContactSwitch
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
 from opensuction.twin.machine import Machine, MachineState
+from opensuction.twin.patient import Patient
 from opensuction.twin.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
+from opensuction.twin.tip import Tip
 from opensuction.twin.transmission import Transmission
 from opensuction.twin.valve_mechanism import ValveMechanism
 
@@ -22,10 +34,12 @@ BINS = 12
 """Bins of secretions along the airway."""
 NOISE_PURPOSE = 1000
 """Streams from here on are the measurement noise of run 0, 1, 2, ..."""
-BORE_MMHG = 100.0
-"""Vacuum at which the flow of the bore is given."""
+SWITCH_PURPOSE = 1_000_000
+"""Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
 ML_PER_S = 1000.0 / 60.0
 """mL/s for each L/min."""
+NOBODY = patient_preset.patient("adult-icu", 0, nominal=True)
+"""Fills the patient's place in a machine that has none; it is never stepped."""
 
 Values = dict[str, float]
 
@@ -99,53 +113,101 @@ def _line(values: Values) -> SuctionLine:
     )
 
 
-def machine(values: Values) -> Machine:
-    """A machine with its airway from a full set of parameters."""
-    return Machine(
-        insertion_axis=insertion_axis(values),
-        gear_backlash_mm=values["gear_backlash_mm"],
-        amperes_per_v=values["drive_a_per_n"] / load_v_per_n(values),
-        load_v_per_n=load_v_per_n(values),
-        transmission=conduit(values),
-        valve_axis=_valve_axis(values),
-        valve=ValveMechanism(
-            stroke_rad=values["cam_stroke_rad"],
-            slide_mm=values["valve_slide_mm"],
-            seal_mm=values["valve_seal_mm"],
-            spring_preload_v=values["spring_preload_v"],
-            spring_v_per_rad=values["spring_v_per_rad"],
-            stop_rad=values["cam_stop_rad"],
-        ),
-        line=_line(values),
-        airway=Airway(
-            carina_mm=values["carina_mm"],
+def _valve(values: Values) -> ValveMechanism:
+    return ValveMechanism(
+        stroke_rad=values["cam_stroke_rad"],
+        slide_mm=values["valve_slide_mm"],
+        seal_mm=values["valve_seal_mm"],
+        spring_preload_v=values["spring_preload_v"],
+        spring_v_per_rad=values["spring_v_per_rad"],
+        stop_rad=values["cam_stop_rad"],
+    )
+
+
+def _airway(values: Values) -> Airway:
+    return Airway(
+        carina_mm=values["carina_mm"],
+        tip=Tip(
             carina_n_per_mm=values["carina_n_per_mm"],
             catheter_n_per_mm=values["catheter_n_per_mm"],
-            switch_n=values["switch_n"],
-            uptake_ml_per_s_per_mmhg=values["uptake_ml_per_s_per_mmhg"],
-            reach_mm=values["reach_mm"],
-            mucus_share=values["mucus_share"],
+            buckling_n=values["buckling_n"],
+            post_buckling_ratio=values["post_buckling_ratio"],
         ),
-        laser=Laser(noise_mm=values["laser_noise_mm"]),
+        uptake_ml_per_s_per_mmhg=values["uptake_ml_per_s_per_mmhg"],
+        reach_mm=values["reach_mm"],
+        mucus_share=values["mucus_share"],
+    )
+
+
+def _switch(values: Values) -> ContactSwitch:
+    return ContactSwitch(
+        close_n=values["switch_n"],
+        open_n=values["switch_open_ratio"] * values["switch_n"],
+        bounce_s=values["switch_bounce_s"],
+        bounce_open_ratio=values["switch_bounce_open_ratio"],
+        latency_s=values["switch_latency_s"],
+    )
+
+
+def machine(
+    values: Values, patient: Patient | None = None, catheter: Catheter | None = None
+) -> Machine:
+    """A machine with its airway from a full set of parameters.
+
+    patient: whose airway it is; without one it is the bench's rubber trachea. catheter: with its
+    conduit; the one for the patient's age where none is given, the paper's on the bench.
+    """
+    chosen = catheter if catheter is not None else catheters.suited(patient)
+    fitted = catheters.fitted(values, chosen)
+    if patient is not None:
+        fitted = patient_airway.fitted(fitted, patient)
+    return Machine(
+        insertion_axis=insertion_axis(fitted),
+        gear_backlash_mm=fitted["gear_backlash_mm"],
+        amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
+        load_v_per_n=load_v_per_n(fitted),
+        transmission=conduit(fitted),
+        valve_axis=_valve_axis(fitted),
+        valve=_valve(fitted),
+        line=_line(fitted),
+        airway=_airway(fitted),
+        switch=_switch(fitted),
+        laser=Laser(noise_mm=fitted["laser_noise_mm"]),
+        patient=patient if patient is not None else NOBODY,
+        has_patient=patient is not None,
+        catheter_mm=chosen.outer_mm,
     )
 
 
 def secretions_ml(values: Values) -> npt.NDArray[np.float64]:
     """Secretions in each bin: a cosine bump around their depth, cut off at the carina."""
     middles = (np.arange(BINS) + 0.5) * BIN_MM
-    from_centre = (middles - values["secretion_depth_mm"]) / values["secretion_spread_mm"]
+    centre = values["carina_mm"] - values["secretion_above_carina_mm"]
+    from_centre = (middles - centre) / values["secretion_spread_mm"]
     shape = np.where(np.abs(from_centre) < 1.0, 1.0 + np.cos(np.pi * from_centre), 0.0)
     shape[middles > values["carina_mm"]] = 0.0
-    return np.asarray(shape * values["secretion_ml"] / np.sum(shape), dtype=np.float64)
+    total = float(np.sum(shape))
+    if total == 0.0:  # no bin's middle among them
+        # A child's may lie in a single bin; a trachea taken off holds none.
+        shape[np.floor(middles / BIN_MM) == np.floor(centre / BIN_MM)] = 1.0
+        total = max(float(np.sum(shape)), 1.0)
+    return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
 
 
 def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> MachineState:
     """State at rest after a retract that ended with the encoder at ``head_mm``; pump off.
 
+    values: those that the machine was made from. The patient breathes quietly.
     seed, run: the measurement noise; the same machine gives other noise for another run.
     """
     behind_gear = head_mm + 0.5 * twin.gear_backlash_mm
     moved = transmission.retracted(twin.transmission, behind_gear)
+    if twin.has_patient:
+        secretion_ml = secretions_ml(patient_airway.fitted(values, twin.patient))
+        breathing = patient_preset.at_rest(twin.patient)
+    else:
+        secretion_ml = secretions_ml(values)
+        breathing = patient_preset.unsettled(twin.patient)  # nobody waits for the bench
     return MachineState(
         insertion=AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0),
         head_mm=behind_gear,
@@ -153,20 +215,23 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),
         airway=AirwayState(
-            secretion_ml=secretions_ml(values),
+            secretion_ml=secretion_ml,
             removed_ml=0.0,
             tip_mm=moved.tip_mm,
             contact_n=0.0,
             free_share=1.0,
         ),
+        switch=contact_switch.released(random_stream.stream(seed, SWITCH_PURPOSE + run)),
         laser=LaserState(
             reading_mm=moved.tip_mm,
             spare=0.0,
             has_spare=False,
             stream=random_stream.stream(seed, NOISE_PURPOSE + run),
         ),
+        patient=breathing,
+        seam=bedside.NOTHING_PASSED,
     )
 
 
-TABLES = {"bench": parameter.BENCH}
+TABLES = {"bench": parameter.BENCH, "clinical": parameter.CLINICAL}
 """Machine presets by name."""

@@ -1,0 +1,36 @@
+"""The patient's trachea in the place of the bench's rubber one."""
+
+from opensuction.twin.patient import Patient
+
+UPTAKE_PA_S = 1.0
+"""Viscosity for which the uptake of mucus is given."""
+FREE_MM = 90.0
+"""Free length for which the tip's buckling load is given: the paper's travel."""
+HOLDING_SHARE = 1.0 / 3.0
+"""Share of the tube over which the tip is free too, for the tube holds it loosely; assumed."""
+
+
+def free_length_mm(patient: Patient) -> float:
+    """Length over which the tip can bend sideways when it touches the carina."""
+    return patient.carina_mm + HOLDING_SHARE * patient.tube_length_mm
+
+
+def fitted(values: dict[str, float], patient: Patient) -> dict[str, float]:
+    """A machine's parameters with a patient's carina and secretions in place of the bench's.
+
+    Uptake falls with viscosity (a viscous plug), the buckling load with the square of the free
+    length (Euler).
+    """
+    secretion = patient.secretion
+    free = FREE_MM / free_length_mm(patient)
+    uptake = values["uptake_ml_per_s_per_mmhg"]
+    return {
+        **values,
+        "carina_mm": patient.carina_mm,
+        "carina_n_per_mm": patient.carina_n_per_mm,
+        "buckling_n": free * free * values["buckling_n"],
+        "secretion_ml": secretion.volume_ml,
+        "secretion_above_carina_mm": patient.carina_mm - secretion.depth_mm,
+        "secretion_spread_mm": secretion.spread_mm,
+        "uptake_ml_per_s_per_mmhg": uptake * UPTAKE_PA_S / secretion.viscosity_pa_s,
+    }
