@@ -143,6 +143,9 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
         valve=valve,
         line=after.line,
         airway=airway,
+        switch=after.switch,
+        patient=after.patient,
+        seam=after.seam,
         laser=after.laser,
     )
 

@@ -15,7 +15,7 @@ SUCTION_PHASES = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING, Phase.ABOR
 UNSEEN = {Fault.HEAD_FLAGGED, Fault.HEAD_NAN, Fault.HEAD_FROZEN}
 """The head moves where nobody sees it: its bound cannot hold."""
 UNSTEERED = {Fault.DRIVE_INWARDS}
-"""The head moves against its command: only what is commanded can be held."""
+"""The head moves against its command: it advances until that is noticed, valve open or not."""
 
 
 def trips(columns: Columns) -> set[Trip]:
@@ -75,9 +75,9 @@ def assert_held(columns: Columns, loop: Loop, fault: Fault = Fault.NONE) -> None
     assert_commands(columns, loop)
     assert_valve(columns)
     tip, limits = columns["truth.tip_mm"], loop.controller.limits
+    assert tip.max() <= limits.cap_mm
     if fault in UNSTEERED:
         return
-    assert tip.max() <= limits.cap_mm
     is_open = columns["truth.valve_open_ratio"] > 0.0
     if fault != Fault.CAM_FROZEN:  # the valve is open where nobody sees it
         assert advance_mm(columns["truth.head_mm"], is_open) <= 0.5

@@ -155,23 +155,20 @@ def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_
 
 
 @at_any_time
-def test_a_drive_that_runs_inwards_loses_its_torque_within_a_few_millimetres(
+def test_a_drive_that_runs_inwards_loses_its_torque_within_two_millimetres(
     start_s: float,
 ) -> None:
     columns = cycle(Fault.DRIVE_INWARDS, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.DRIVE_INWARDS)
     let_go_s = trip_s(columns, Trip.HEAD_RUNAWAY)
-    from_s = start_s
-    after = columns["time_s"] >= from_s
-    head = columns["truth.head_mm"]
-    commanded = columns["commands.head_mm"]
-    told = commanded[after & (columns["time_s"] <= let_go_s)].max()
+    broken = (columns["time_s"] >= start_s) & (columns["time_s"] <= let_go_s)
+    # It is a runaway only beyond what it was told, and beyond where it had come back to.
+    told = columns["commands.head_mm"][broken].max()
+    allowed = max(told, at(columns, start_s, "truth.head_mm"))
     let_go = at(columns, let_go_s, "truth.head_mm")
-    stopped = at(columns, let_go_s + 2.0, "truth.head_mm")
-    assert let_go - max(told, at(columns, start_s, "truth.head_mm")) < 1.3
-    # Nothing but friction brakes a drive without torque: the governor cannot hold this.
-    assert stopped - let_go < 9.0
-    assert head[after & (columns["time_s"] < ENDED_S)].max() < max(told, head[0]) + 10.5
+    assert let_go - allowed < 1.1  # and the gear's backlash
+    # The shorted motor brakes: what no governor can take back.
+    assert at(columns, let_go_s + 2.0, "truth.head_mm") - let_go < 0.7
     assert_recovers(columns)
 
 

@@ -4,9 +4,8 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.procedure import plan as plans
 from opensuction.procedure import planner
-from opensuction.procedure.plan import Excitation
+from opensuction.procedure.plan import Excitation, PhaseLimits, Plan
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import PAPER, PROTOCOLS, Protocol
 
@@ -25,9 +24,13 @@ BENCH = Abilities(
 WITH_GAP = BENCH._replace(gap_in_mm=16.5, gap_out_mm=16.5)
 
 
-def refusal(protocol: Protocol, abilities: Abilities = BENCH) -> str:
+def planned(protocol: Protocol, abilities: Abilities = BENCH, by_contact: bool = False) -> Plan:
+    return planner.plan(protocol, abilities, EXCITATION, by_contact)
+
+
+def refusal(protocol: Protocol, abilities: Abilities = BENCH, by_contact: bool = False) -> str:
     with pytest.raises(InputError) as caught:
-        planner.plan(protocol, abilities, EXCITATION)
+        planned(protocol, abilities, by_contact)
     message = str(caught.value)
     assert "\n" not in message
     return message
@@ -46,17 +49,17 @@ def test_the_papers_timeline() -> None:
 
 
 def test_a_gap_is_crossed_before_insertion_and_in_the_last_part_of_the_dwell() -> None:
-    plan = planner.plan(PAPER, WITH_GAP, EXCITATION)
+    plan = planned(PAPER, WITH_GAP)
     # 16.5 mm at 17 mm/s from rest to rest: 16.5/17 + 17/200.
     assert plan.preload_s == pytest.approx(16.5 / 17.0 + 0.085)
     assert plan.gap_lead_s == plan.preload_s
-    assert planner.plan(PAPER, BENCH, EXCITATION).gap_lead_s == 0.0
+    assert planned(PAPER, BENCH).gap_lead_s == 0.0
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
 @pytest.mark.parametrize("abilities", [BENCH, WITH_GAP], ids=["plain", "gap"])
 def test_every_preset_fits_the_bench(name: str, abilities: Abilities) -> None:
-    planner.plan(PROTOCOLS[name], abilities, EXCITATION)
+    planned(PROTOCOLS[name], abilities)
 
 
 def test_the_papers_suction_does_not_fit_into_fifteen_seconds() -> None:
@@ -69,7 +72,7 @@ def test_the_papers_suction_does_not_fit_into_fifteen_seconds() -> None:
 
 def test_a_budget_is_met_exactly_or_not_at_all() -> None:
     needed = planner.timeline(PAPER, BENCH).negative_pressure
-    planner.plan(PAPER._replace(negative_pressure_budget_s=needed), BENCH, EXCITATION)
+    planned(PAPER._replace(negative_pressure_budget_s=needed), BENCH)
     refusal(PAPER._replace(negative_pressure_budget_s=needed - 1e-6))
 
 
@@ -85,11 +88,20 @@ def test_time_in_the_airway_is_refused_with_its_sum() -> None:
 def test_the_cap_is_five_millimetres_beyond_the_target(cap_mm: float, fits: bool) -> None:
     protocol = PAPER._replace(cap_mm=cap_mm)
     if fits:
-        planner.plan(protocol, BENCH, EXCITATION)
+        planned(protocol, BENCH)
     else:
         assert refusal(protocol) == (
             "cap_mm 94.99 mm is nearer than 5 mm to travel_mm 90 mm: set cap_mm to 95 mm or more"
         )
+
+
+def test_a_search_that_ends_before_its_window_is_refused() -> None:
+    near = PAPER._replace(travel_mm=30.0)
+    assert refusal(near, by_contact=True) == (
+        "contact_from_mm 30 mm should be less than travel_mm 30 mm, where the search for contact "
+        "ends"
+    )
+    planned(near)
 
 
 def test_a_dwell_shorter_than_valve_and_gap_is_refused() -> None:
@@ -97,7 +109,7 @@ def test_a_dwell_shorter_than_valve_and_gap_is_refused() -> None:
     assert message == (
         "dwell_s 2.5 s is too short: the valve stroke takes 2.0 s and the gap of the way back 1.1 s"
     )
-    planner.plan(PAPER._replace(dwell_s=2.5), BENCH, EXCITATION)
+    planned(PAPER._replace(dwell_s=2.5), BENCH)
 
 
 @pytest.mark.parametrize("name", ["insertion_mm_per_s", "withdrawal_mm_per_s"])
@@ -108,12 +120,13 @@ def test_a_speed_the_head_cannot_do_is_refused(name: str) -> None:
 
 
 def test_every_working_phase_has_a_limit_above_its_plan() -> None:
-    plan = planner.plan(PAPER, WITH_GAP, EXCITATION)
+    plan = planned(PAPER, WITH_GAP)
     times = planner.timeline(PAPER, WITH_GAP)
-    planned = {
+    durations = {
         Phase.CHECKING: 2.0,  # the pump fills the canister
         Phase.PRELOADING: times.preload,
         Phase.INSERTING: times.insertion,
+        Phase.BACKING_OFF: times.back_off,
         Phase.OPENING: times.stroke,
         Phase.SUCTIONING: times.dwell,
         Phase.WITHDRAWING: times.withdrawal,
@@ -122,16 +135,21 @@ def test_every_working_phase_has_a_limit_above_its_plan() -> None:
         Phase.ABORTING: (PAPER.travel_mm + 2 * 16.5) / BENCH.head_mm_per_s + times.stroke,
         Phase.IDENTIFYING: EXCITATION.duration_s,
     }
-    for phase, seconds in planned.items():
-        assert seconds + 1.0 <= plans.phase_limit_s(plan.limits_s, phase) < 60.0, phase
+    for phase, seconds in durations.items():
+        assert seconds + 1.0 <= plan.limits_s[phase] < 60.0, phase
+
+
+def test_the_limits_are_in_the_order_of_the_phases() -> None:
+    """A phase's number is the place of its limit."""
+    assert PhaseLimits._fields == tuple(phase.name.lower() for phase in Phase)
 
 
 @pytest.mark.parametrize("phase", [Phase.PARKED, Phase.HALTED])
 def test_waiting_for_a_person_has_no_limit(phase: Phase) -> None:
-    plan = planner.plan(PAPER, BENCH, EXCITATION)
-    assert plans.phase_limit_s(plan.limits_s, phase) == float("inf")
+    plan = planned(PAPER, BENCH)
+    assert plan.limits_s[phase] == float("inf")
 
 
 def test_only_a_bench_protocol_may_identify() -> None:
-    assert planner.plan(PAPER, BENCH, EXCITATION).bench_only
-    assert not planner.plan(PAPER._replace(bench_only=False), BENCH, EXCITATION).bench_only
+    assert planned(PAPER, BENCH).bench_only
+    assert not planned(PAPER._replace(bench_only=False), BENCH).bench_only

@@ -12,7 +12,7 @@ from opensuction.procedure.protocol import PAPER
 from opensuction.procedure.transition import Event
 from tests.procedure.test_planner import BENCH, EXCITATION
 
-PLAN = planner.plan(PAPER, BENCH, EXCITATION)
+PLAN = planner.plan(PAPER, BENCH, EXCITATION, by_contact=False)
 DT_S = 0.001
 NAN = float("nan")
 
@@ -27,7 +27,9 @@ AT_HOME = Readings(
     contact_valid=True,
     insertion_current_a=0.0,
 )
-QUIET = Surroundings(head_wanted_mm=0.0, tripped=False, powerless=False)
+QUIET = Surroundings(
+    head_wanted_mm=0.0, head_wanted_mm_per_s=0.0, tripped=False, powerless=False, here_mm=0.0
+)
 
 
 def events(
@@ -38,7 +40,7 @@ def events(
     plan: Plan = PLAN,
     **state: Any,
 ) -> set[Event]:
-    before: ProcedureState = cycle.parked()._replace(phase=int(phase), phase_ticks=1)
+    before: ProcedureState = cycle.parked(plan)._replace(phase=int(phase), phase_ticks=1)
     before = before._replace(**state)
     mask = progress.happened(plan, before, readings, requests, around, DT_S)
     return {event for event in Event if mask >> event & 1}
@@ -87,7 +89,7 @@ def test_whoever_aborts_starts_and_resets_nothing() -> None:
 def test_identification_is_for_the_bench_only() -> None:
     asked = NO_REQUESTS._replace(identify=True)
     assert events(Phase.PARKED, requests=asked) == {Event.IDENTIFY_REQUESTED}
-    clinical = planner.plan(PAPER._replace(bench_only=False), BENCH, EXCITATION)
+    clinical = PLAN._replace(bench_only=False)
     assert events(Phase.PARKED, requests=asked, plan=clinical) == set()
 
 
@@ -132,6 +134,44 @@ def test_the_target_is_reached_when_the_head_is_where_the_cycle_wants_it() -> No
     )
 
 
+def test_contact_counts_within_its_window_and_the_search_ends_at_the_target() -> None:
+    plan = PLAN._replace(contact=PLAN.contact._replace(enabled=True))
+    target, first = plan.motion.target_mm, plan.contact.window_start_mm
+    closed = AT_HOME._replace(contact_closed=True, head_mm=target)
+    around = QUIET._replace(head_wanted_mm=target)
+
+    def found(readings: Readings, reference_mm: float, plan: Plan = plan) -> set[Event]:
+        return events(
+            Phase.INSERTING, readings, around=around, plan=plan, reference_mm=reference_mm
+        )
+
+    assert found(closed, first) == {Event.CONTACTED}
+    assert found(closed, first - 0.01) == {Event.CONTACT_MISPLACED}
+    assert found(closed, target) == {Event.CONTACTED}
+    assert found(closed._replace(contact_closed=False), target) == {Event.CONTACT_MISPLACED}
+    assert found(closed._replace(contact_closed=False), target - 0.01) == set()
+    # A reading that is marked invalid is no contact.
+    assert found(closed._replace(contact_valid=False), 60.0) == set()
+    # By travel it means nothing to the cycle.
+    assert found(closed, 60.0, PLAN) == set()
+
+
+def test_a_back_off_is_over_when_the_head_has_crossed_the_gap_and_rests() -> None:
+    plan = PLAN._replace(contact=PLAN.contact._replace(enabled=True, backoff_mm=10.0))
+
+    def over(around: Surroundings = QUIET, **state: Any) -> bool:
+        there: dict[str, Any] = {"start_mm": 65.0, "reference_mm": 55.0} | state
+        found = events(Phase.BACKING_OFF, around=around, plan=plan, **there)
+        return found == {Event.BACKED_OFF}
+
+    assert over()
+    assert not over(reference_mm=55.1)
+    assert not over(reference_mm_per_s=-5.0)
+    # The head follows its command closely, but is still inside the gap.
+    assert not over(QUIET._replace(head_wanted_mm_per_s=-17.0))
+    assert not over(QUIET._replace(head_wanted_mm=5.0))
+
+
 def test_an_abort_is_over_when_the_head_rests_at_home_and_the_valve_is_closed() -> None:
     assert events(Phase.ABORTING) == {Event.CLEARED}
     assert events(Phase.ABORTING, AT_HOME._replace(cam_rad=0.1)) == set()
@@ -150,6 +190,7 @@ def test_every_phase_with_a_limit_becomes_overdue() -> None:
         Phase.CHECKING,
         Phase.PRELOADING,
         Phase.INSERTING,
+        Phase.BACKING_OFF,
         Phase.OPENING,
         Phase.SUCTIONING,
         Phase.WITHDRAWING,

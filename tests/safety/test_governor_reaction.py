@@ -68,6 +68,19 @@ def test_contact_stops_the_head_in_the_same_tick() -> None:
     assert ticks[0].allowed.head_mm_per_s == 0.0
 
 
+def test_on_contact_a_way_out_leaves_from_where_the_head_is_not_from_a_command_ahead() -> None:
+    state = at(50.0)._replace(head_mm=51.2)
+
+    def touch(_time_s: float, _head_mm: float) -> Readings:
+        return sound(50.0)._replace(contact_closed=True)
+
+    stopped = run(0.001, lambda _: stay(50.0), touch, state)[0]
+    leaving = run(0.001, lambda _: stay(40.0), touch, state)[0]
+    assert (stopped.allowed.head_mm, stopped.allowed.head_mm_per_s) == (50.0, 0.0)
+    assert stopped.verdict.reaction == Reaction.PASS
+    assert leaving.allowed.head_mm == pytest.approx(50.0 - 20.0 * DT_S)
+
+
 def test_contact_does_not_keep_the_head_from_leaving() -> None:
     def leave(time_s: float) -> Setpoints:
         return stay(50.0 - 9.0 * time_s)
@@ -111,11 +124,76 @@ def test_a_reset_clears_but_a_cause_that_is_still_there_trips_again_at_once() ->
     assert tripped(run(0.05, lambda _: stay(50.0), lambda *_: sound(50.0), cleared)) == set()
 
 
-def test_after_a_reset_the_tip_is_as_deep_as_it_can_be_and_the_command_where_the_head_is() -> None:
-    state = at(PARK_MM)._replace(head_mm=60.0)
+def test_after_a_reset_the_tip_is_as_deep_as_it_can_be() -> None:
+    state = run(1.0, lambda t: stay(PARK_MM + 20.0 * t))[-1].state
     cleared = governor.reset(LIMITS, state)
-    assert cleared.head_mm == PARK_MM
-    assert cleared.watch.foremost_mm == at(PARK_MM).watch.foremost_mm
+    assert state.watch.foremost_mm < cleared.watch.foremost_mm
+    assert cleared.watch.foremost_mm == at(state.watch.head_mm).watch.foremost_mm
+
+
+def test_after_a_reset_a_command_that_was_ahead_waits_at_the_head() -> None:
+    assert governor.reset(LIMITS, at(PARK_MM)._replace(head_mm=60.0)).head_mm == PARK_MM
+    assert governor.reset(LIMITS, at(50.0)._replace(head_mm=48.0)).head_mm == 48.0
+
+
+def test_after_a_reset_the_way_out_has_its_time_anew() -> None:
+    ticks = run(0.85, lambda _: stay(50.0), state=at(50.0))
+    assert tripped(ticks) == {Trip.IN_AIRWAY_TIME}
+    assert (
+        tripped(run(0.1, lambda _: stay(50.0), state=governor.reset(LIMITS, ticks[-1].state)))
+        == set()
+    )
+
+
+def test_a_head_pushed_by_hand_while_it_was_let_go_is_no_runaway_after_a_reset() -> None:
+    def pushed(time_s: float, _head_mm: float) -> Readings:
+        return sound(50.0 + 15.0 * time_s)
+
+    ticks = run(0.3, lambda _: stay(50.0), pushed, at(50.0))
+    assert tripped(ticks) == {Trip.HEAD_RUNAWAY}
+    where_mm = ticks[-1].readings.head_mm
+    cleared = governor.reset(LIMITS, ticks[-1].state)
+    assert (
+        tripped(run(0.05, lambda _: stay(where_mm), lambda *_: sound(where_mm), cleared)) == set()
+    )
+
+
+def test_the_valve_waits_until_the_head_has_stopped() -> None:
+    def propose(time_s: float) -> Setpoints:
+        return stay(PARK_MM + 9.0 * min(time_s, 0.2))._replace(valve_open=time_s >= 0.1)
+
+    ticks = run(0.3, propose)
+    opened = next(tick for tick in ticks if tick.allowed.valve_open)
+    # The averaged speed falls from 9 to 3 mm/s in 11 ms.
+    assert opened.time_s == pytest.approx(0.211, abs=0.003)
+    refused = next(tick for tick in ticks if tick.time_s >= 0.1)
+    assert refused.verdict.reaction == Reaction.CAP
+
+
+def test_a_valve_that_is_not_closed_yet_holds_the_head_too() -> None:
+    ticks = run(
+        0.3,
+        lambda t: stay(50.0 + 9.0 * t),
+        lambda _, head: sound(head)._replace(cam_rad=0.1),
+        at(50.0),
+    )
+    assert max(tick.allowed.head_mm for tick in ticks) == 50.5
+    assert ticks[-1].verdict.reaction == Reaction.HOLD
+
+
+def test_a_valve_that_cannot_be_read_counts_as_open() -> None:
+    ticks = run(0.6, lambda _: stay(), lambda _, head: sound(head)._replace(cam_rad=NAN))
+    assert first(ticks, Trip.NEGATIVE_PRESSURE_TIME).time_s == pytest.approx(0.504, abs=2 * DT_S)
+
+
+def test_a_head_that_moved_unseen_was_neither_too_fast_nor_a_runaway() -> None:
+    def report(time_s: float, _head_mm: float) -> Readings:
+        lost = 0.05 < time_s < 0.25
+        coasting = sound(50.0 + 15.0 * min(time_s, 0.2))
+        return coasting._replace(head_valid=False) if lost else coasting
+
+    ticks = run(0.4, lambda t: stay(50.1 + 15.0 * t), report, at(50.0))
+    assert tripped(ticks) == {Trip.HEAD_READING_INVALID}
 
 
 @pytest.mark.parametrize("head_mm", [NAN, INF])

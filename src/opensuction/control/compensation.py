@@ -101,3 +101,16 @@ def home(
         head_mm_per_s=velocity,
         lag_mm=modified_dahl.step(compensation.model, state.lag_mm, move),
     )
+
+
+@compiled
+def stopped(
+    compensation: Compensation, state: HeadState, reading_mm: float
+) -> tuple[HeadState, float]:
+    """State with the head stopped where it was measured, and the tip position this gives, mm."""
+    move = reading_mm - state.head_mm
+    lag = modified_dahl.step(compensation.model, state.lag_mm, move)
+    tip = reading_mm
+    if compensation.kind != CompensationKind.NONE.value:
+        tip = modified_dahl.output_mm(compensation.model, reading_mm, lag)
+    return HeadState(reading_mm, 0.0, lag), tip

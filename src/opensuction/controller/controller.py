@@ -4,6 +4,7 @@ procedure (what) -> control (how) -> governor (may it?) -> servos -> commands. T
 last because the governor's own reactions, hold and withdraw, need them too.
 """
 
+import math
 from typing import NamedTuple
 
 from opensuction.control import compensation, servo, valve
@@ -82,7 +83,7 @@ def start(settings: Settings, head_mm: float) -> State:
     """
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
-    procedure = cycle.parked()
+    procedure = cycle.parked(settings.plan)
     led = settings.parked
     watch = governor.start(settings.limits, head_mm)
     if not parked:
@@ -101,8 +102,18 @@ def start(settings: Settings, head_mm: float) -> State:
 
 
 @compiled
-def _lead(settings: Settings, state: State, demand: Demand, phase: int, dt_s: float) -> HeadState:
-    """Head as the cycle wants it: home, kept where it is, or led by the chosen compensation."""
+def _head_mm(state: State, readings: Readings) -> float:
+    """Head as it is read in this tick; the last that was known where it is not."""
+    if readings.head_valid and math.isfinite(readings.head_mm):
+        return readings.head_mm
+    return state.governor.watch.head_mm
+
+
+@compiled
+def _lead(
+    settings: Settings, state: State, origin: HeadState, demand: Demand, phase: int, dt_s: float
+) -> HeadState:
+    """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
     if phase == Phase.HALTED.value:
         return HeadState(state.governor.head_mm, 0.0, state.compensation.lag_mm)
     if demand.homing:
@@ -113,7 +124,7 @@ def _lead(settings: Settings, state: State, demand: Demand, phase: int, dt_s: fl
         return compensation.home(settings.compensation, let_through, park_head_mm, dt_s)
     return compensation.step(
         settings.compensation,
-        state.compensation,
+        origin,
         demand.reference_mm,
         demand.reference_mm_per_s,
         demand.direction,
@@ -179,15 +190,27 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     requests = inputs.requests
     if state.procedure.phase == Phase.HALTED.value and requests.reset and not requests.abort:
         state = _acknowledged(settings, state)
+    touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
+        inputs.readings
+    )
+    here, here_mm = state.compensation, 0.0
+    if touched:
+        here, here_mm = compensation.stopped(
+            settings.compensation, state.compensation, _head_mm(state, inputs.readings)
+        )
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
+        head_wanted_mm_per_s=state.compensation.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
+        here_mm=here_mm,
     )
     procedure, demand = cycle.step(
         settings.plan, state.procedure, inputs.readings, requests, around, dt_s
     )
-    led = _lead(settings, state, demand, procedure.phase, dt_s)
+    from_here = touched and procedure.phase == Phase.BACKING_OFF.value
+    origin = here if from_here else state.compensation
+    led = _lead(settings, state, origin, demand, procedure.phase, dt_s)
     proposal = Setpoints(
         head_mm=led.head_mm,
         head_mm_per_s=led.head_mm_per_s,

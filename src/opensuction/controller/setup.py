@@ -16,6 +16,7 @@ from opensuction.procedure import planner
 from opensuction.procedure.plan import Excitation
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
+from opensuction.procedure.site import BENCH_SITE, Site
 from opensuction.safety import limits as bounds
 from opensuction.safety.limits import Limits
 
@@ -23,6 +24,8 @@ OUTSIDE_MARGIN_MM = 1.0
 """The parked interval plus this counts as outside on a machine that parks at the boundary."""
 VACUUM_MARGIN = 1.25
 """Line vacuum over the set point that is a fault."""
+CONTACT_S = 2.0
+"""Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
 
@@ -47,9 +50,14 @@ class MachineProfile(NamedTuple):
     insertion_d_v_s_per_mm: float
     valve_p_v_per_rad: float
     valve_d_v_s_per_rad: float
+    excitation: Excitation
+    """Identification of the transmission over the stroke that is used."""
     transmission: ModifiedDahl
     """Nominal transmission: bounds the tip where nothing was identified."""
 
+
+EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
+"""Identification: head 0 to 100 mm and back, twice."""
 
 BENCH = MachineProfile(
     supply_v=24.0,
@@ -66,12 +74,19 @@ BENCH = MachineProfile(
     insertion_d_v_s_per_mm=0.010,  # paper: D = 10
     valve_p_v_per_rad=7.0 * 180.0 / math.pi,  # paper: P = 7, per degree
     valve_d_v_s_per_rad=0.007 * 180.0 / math.pi,  # paper: D = 7, per degree
+    excitation=EXCITATION,
     transmission=modified_dahl.PUBLISHED,
 )
 """The paper's bench."""
 
-EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
-"""Identification: head 0 to 100 mm and back, twice."""
+CLINICAL = BENCH._replace(
+    head_limit_mm_per_s=60.0,  # no-load speed
+    head_planned_mm_per_s=50.0,  # less friction and the sag of a servo under load
+    following_mm=12.0,
+    cam_rad_per_s=math.radians(60.0),  # 0.5 s strokes
+    excitation=Excitation(range_mm=200.0, period_s=25.0, duration_s=50.0),
+)
+"""The bedside machine: the bench with another gear; the tip parks in the connector."""
 
 
 class Feedforward(NamedTuple):
@@ -125,18 +140,27 @@ def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tup
 
 
 def limits(
-    profile: MachineProfile, protocol: Protocol, model: ModifiedDahl, park_head_mm: float
+    profile: MachineProfile,
+    protocol: Protocol,
+    model: ModifiedDahl,
+    park_head_mm: float,
+    site: Site,
+    stays_on_carina: bool,
 ) -> Limits:
-    """Governor's limits for a protocol, on the transmission that was identified (or nominal)."""
+    """Governor's limits for a protocol, on the transmission that was identified (or nominal).
+
+    stays_on_carina: suction takes place where the contact switch closed, without backing off.
+    """
     tip = bounds.tip_bounds(
         gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
     )
     parked = bounds.deepest_mm(tip, bounds.anywhere(tip, park_head_mm))
-    deepest_travel = protocol.cap_mm + float(modified_dahl.gap_mm(model))
+    farthest_mm = protocol.cap_mm - site.park_mm + float(modified_dahl.gap_mm(model))
     return Limits(
         tip=tip,
         cap_mm=protocol.cap_mm,
-        outside_mm=float(parked) + OUTSIDE_MARGIN_MM,
+        # The bench parks on its boundary; a machine that parks behind it is out at the boundary.
+        outside_mm=max(float(parked) + OUTSIDE_MARGIN_MM, site.boundary_mm),
         park_head_mm=park_head_mm,
         head_speed_mm_per_s=profile.head_limit_mm_per_s,
         following_mm=profile.following_mm,
@@ -144,8 +168,8 @@ def limits(
         vacuum_mmhg=VACUUM_MARGIN * protocol.vacuum_mmhg,
         negative_pressure_s=protocol.negative_pressure_budget_s,
         in_airway_s=protocol.in_airway_budget_s,
-        contact_s=2.0,
-        withdrawal_s=deepest_travel / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
+        contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
+        withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
     )
 
 
@@ -165,11 +189,11 @@ def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> N
         )
 
 
-def settings(
-    profile: MachineProfile, protocol: Protocol, kind: CompensationKind, calibration: Calibration
-) -> Settings:
-    """Controller settings for one run. Raises InputError where the protocol cannot be done."""
-    chosen = Compensation(
+def compensator(
+    profile: MachineProfile, kind: CompensationKind, calibration: Calibration
+) -> Compensation:
+    """Compensation by kind, on a calibrated (or nominal) model, within the machine's limits."""
+    return Compensation(
         kind=int(kind),
         model=calibration.model,
         limits=HeadLimits(
@@ -177,21 +201,57 @@ def settings(
             acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
         ),
     )
-    parked = compensation.parked(chosen, 0.0)
+
+
+def abilities(
+    profile: MachineProfile, kind: CompensationKind, calibration: Calibration, site: Site
+) -> Abilities:
+    """What the planner must know of a machine with its compensation."""
+    chosen = compensator(profile, kind, calibration)
     gap_in, gap_out = _gaps_mm(kind, calibration.model)
-    abilities = Abilities(
+    return Abilities(
         head_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
-        park_head_mm=parked.head_mm,
+        park_head_mm=compensation.parked(chosen, site.park_mm).head_mm,
         settle_mm=profile.settle_mm,
         cam_open_rad=profile.cam_open_rad,
         cam_rad_per_s=profile.cam_rad_per_s,
         gap_in_mm=gap_in,
         gap_out_mm=gap_out,
     )
+
+
+def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
+    """Refuse a back-off that would end inside the gap, the tip still on the carina."""
+    if kind == CompensationKind.NONE and protocol.backoff_mm > 0.0:
+        raise InputError(
+            f"compensation 'none' cannot back off {protocol.backoff_mm:g} mm after contact: the "
+            "head would not cross the gap; set backoff_mm to 0 or compensation to exact-inverse"
+        )
+
+
+def settings(
+    profile: MachineProfile,
+    protocol: Protocol,
+    kind: CompensationKind,
+    calibration: Calibration,
+    by_contact: bool = False,
+    site: Site = BENCH_SITE,
+) -> Settings:
+    """Controller settings for one run. Raises InputError where the protocol cannot be done.
+
+    by_contact: stop where the contact switch closes instead of after a known travel.
+    site: the patient's (or the bench's) geometry.
+    """
+    if by_contact:
+        _check_back_off(kind, protocol)
+    chosen = compensator(profile, kind, calibration)
+    parked = compensation.parked(chosen, site.park_mm)
+    able = abilities(profile, kind, calibration, site)
     insertion, valve = _servos(profile, kind, calibration.feedforward)
-    held = limits(profile, protocol, calibration.model, parked.head_mm)
-    plan = planner.plan(protocol, abilities, EXCITATION)
+    stays_on_carina = by_contact and protocol.backoff_mm == 0.0
+    held = limits(profile, protocol, calibration.model, parked.head_mm, site, stays_on_carina)
+    plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
     _check_cap(chosen, protocol, float(bounds.head_cap_mm(held.tip, held.cap_mm)))
     return Settings(
         plan=plan,

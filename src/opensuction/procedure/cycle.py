@@ -7,7 +7,7 @@ withdrawal with the valve open to C, valve closes (D).
 import math
 from typing import NamedTuple
 
-from opensuction.control import profile
+from opensuction.control import profile, staged_path
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
@@ -36,9 +36,9 @@ class Demand(NamedTuple):
     vacuum_mmhg: float
 
 
-def parked() -> ProcedureState:
-    """Ready for a cycle, tip at the reference 0."""
-    return _enter(Phase.PARKED.value, transition.STAY, 0.0, False)
+def parked(plan: Plan) -> ProcedureState:
+    """Ready for a cycle, tip at its parked reference."""
+    return _enter(Phase.PARKED.value, transition.STAY, plan.motion.park_mm, False)
 
 
 @compiled
@@ -57,7 +57,7 @@ def _enter(phase: int, cause: int, reference_mm: float, valve_open: bool) -> Pro
 
 @compiled
 def excite(excitation: Excitation, time_s: float) -> tuple[float, float]:
-    """Head position (mm) and velocity (mm/s) of the identification excitation."""
+    """Head travel from rest (mm) and velocity (mm/s) of the identification excitation."""
     if time_s >= excitation.duration_s:
         return 0.0, 0.0
     rate = 2.0 * math.pi / excitation.period_s
@@ -71,13 +71,16 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
     """Desired tip position and velocity ``time_s`` after the phase began."""
     motion = plan.motion
     if state.phase == Phase.INSERTING.value:
-        return profile.at(plans.way_in(motion, state.start_mm), time_s)
+        return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
+    if state.phase == Phase.BACKING_OFF.value:
+        return profile.at(plans.back_off(motion, state.start_mm, plan.contact.backoff_mm), time_s)
     if state.phase == Phase.WITHDRAWING.value:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
     if state.phase == Phase.ABORTING.value:
         return profile.at(plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s)
     if state.phase == Phase.IDENTIFYING.value:
-        return excite(plan.excitation, time_s)
+        moved_mm, velocity = excite(plan.excitation, time_s)
+        return motion.park_mm + moved_mm, velocity
     return state.reference_mm, 0.0
 
 
@@ -98,9 +101,12 @@ def _direction(plan: Plan, phase: int, arrived_s: float) -> float:
     """Direction of the tip's next motion; it turns when the way back's gap is to be crossed."""
     if phase == Phase.PRELOADING.value or phase == Phase.INSERTING.value:
         return INWARDS
+    backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
+    if backing or phase == Phase.WITHDRAWING.value:
+        return OUTWARDS
     if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
         return INWARDS if arrived_s < plan.dwell_s - plan.gap_lead_s else OUTWARDS
-    return OUTWARDS
+    return INWARDS if phase == Phase.BACKING_OFF.value else OUTWARDS
 
 
 @compiled
@@ -139,16 +145,17 @@ def step(
     arrived_ticks = state.arrived_ticks
     if phase != state.phase:
         resting = phase == Phase.HALTED.value or phase == Phase.PARKED.value
-        reference_mm = 0.0 if resting else state.reference_mm
+        reference_mm = plan.motion.park_mm if resting else state.reference_mm
+        if phase == Phase.BACKING_OFF.value:
+            reference_mm = around.here_mm
         cause = transition.taken(state.phase, events)
         state = _enter(phase, cause, reference_mm, state.valve_open and not resting)
     reference, velocity = _reference(plan, state, state.phase_ticks * dt_s)
-    dwelling = (
-        phase == Phase.INSERTING.value
-        or phase == Phase.OPENING.value
+    arrived = (
+        phase == Phase.OPENING.value
         or phase == Phase.SUCTIONING.value
+        or (phase == Phase.INSERTING.value and reference == plan.motion.target_mm)
     )
-    arrived = dwelling and reference == plan.motion.target_mm
     arrived_ticks = arrived_ticks + 1 if arrived else 0
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
     pumping = _is_pumping(phase, valve_open)

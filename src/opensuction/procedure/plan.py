@@ -1,17 +1,23 @@
 """The plan of one run: a protocol fitted to machine and patient, in the form the tick needs."""
 
-import math
 from typing import NamedTuple
 
 from opensuction.control.profile import Profile
+from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+
+TUBE_END_MM = 0.0
+"""Lower end of the tube: the origin of every depth."""
 
 
 class Motion(NamedTuple):
     """How the tip moves."""
 
+    park_mm: float
+    """Reference of the parked tip."""
     target_mm: float
+    tube_mm_per_s: float
+    """Speed inwards inside the tube, down to its lower end at 0."""
     insertion_mm_per_s: float
     withdrawal_mm_per_s: float
     abort_mm_per_s: float
@@ -20,6 +26,15 @@ class Motion(NamedTuple):
     """Head position at which the machine is parked."""
     settle_mm: float
     """The head has arrived when it is this near to its command."""
+
+
+class ContactSearch(NamedTuple):
+    """Stopping by contact: where it is expected, and how far the tip backs off before suction."""
+
+    enabled: bool
+    window_start_mm: float
+    """Contact before this reference is a fault: something is in the way or the switch bridged."""
+    backoff_mm: float
 
 
 class Excitation(NamedTuple):
@@ -31,23 +46,29 @@ class Excitation(NamedTuple):
 
 
 class PhaseLimits(NamedTuple):
-    """Longest durations, s; phases that wait for a person have none."""
+    """Longest duration of each phase, s, in the order of `Phase`; infinite where a person acts."""
 
+    parked: float
     checking: float
     preloading: float
     inserting: float
+    backing_off: float
     opening: float
     suctioning: float
     withdrawing: float
     closing: float
     aborting: float
+    halted: float
+    teaching: float
     identifying: float
+    out_of_service: float
 
 
 class Plan(NamedTuple):
     """What the procedure follows. Times are s, vacuum is mmHg."""
 
     motion: Motion
+    contact: ContactSearch
     excitation: Excitation
     preload_s: float
     """Time given to the head to take up the gap before insertion."""
@@ -63,12 +84,25 @@ class Plan(NamedTuple):
 
 
 @compiled
-def way_in(motion: Motion, start_mm: float) -> Profile:
-    """Insertion from where the reference is."""
+def way_in(motion: Motion, start_mm: float) -> StagedPath:
+    """Insertion from where the reference is: fast inside the tube, slow beyond its end."""
+    return StagedPath(
+        start_mm=start_mm,
+        switch_mm=TUBE_END_MM,
+        end_mm=motion.target_mm,
+        fast_mm_per_s=motion.tube_mm_per_s,
+        slow_mm_per_s=motion.insertion_mm_per_s,
+        acceleration_mm_per_s2=motion.acceleration_mm_per_s2,
+    )
+
+
+@compiled
+def back_off(motion: Motion, start_mm: float, distance_mm: float) -> Profile:
+    """Off the carina, as fast as the head may go outwards."""
     return Profile(
         start_mm=start_mm,
-        end_mm=motion.target_mm,
-        speed_mm_per_s=motion.insertion_mm_per_s,
+        end_mm=start_mm - distance_mm,
+        speed_mm_per_s=motion.abort_mm_per_s,
         acceleration_mm_per_s2=motion.acceleration_mm_per_s2,
     )
 
@@ -78,31 +112,7 @@ def way_out(motion: Motion, start_mm: float, speed_mm_per_s: float) -> Profile:
     """Withdrawal to the parked reference."""
     return Profile(
         start_mm=start_mm,
-        end_mm=0.0,
+        end_mm=motion.park_mm,
         speed_mm_per_s=speed_mm_per_s,
         acceleration_mm_per_s2=motion.acceleration_mm_per_s2,
     )
-
-
-@compiled
-def phase_limit_s(limits: PhaseLimits, phase: int) -> float:
-    """Longest duration of a phase; infinite where a person is awaited."""
-    if phase == Phase.CHECKING.value:
-        return limits.checking
-    if phase == Phase.PRELOADING.value:
-        return limits.preloading
-    if phase == Phase.INSERTING.value:
-        return limits.inserting
-    if phase == Phase.OPENING.value:
-        return limits.opening
-    if phase == Phase.SUCTIONING.value:
-        return limits.suctioning
-    if phase == Phase.WITHDRAWING.value:
-        return limits.withdrawing
-    if phase == Phase.CLOSING.value:
-        return limits.closing
-    if phase == Phase.ABORTING.value:
-        return limits.aborting
-    if phase == Phase.IDENTIFYING.value:
-        return limits.identifying
-    return math.inf

@@ -1,12 +1,14 @@
 """Fits a protocol to a machine, or refuses with the arithmetic in one line."""
 
+import math
 from typing import NamedTuple
 
-from opensuction.control import profile
+from opensuction.control import profile, staged_path
 from opensuction.kernel.errors import InputError
 from opensuction.procedure import plan as plans
-from opensuction.procedure.plan import Excitation, Motion, PhaseLimits, Plan
+from opensuction.procedure.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
 from opensuction.procedure.protocol import Protocol
+from opensuction.procedure.site import BENCH_SITE, Site
 
 CAP_MARGIN_MM = 5.0
 """Least distance from the stopping point to the cap (DESIGN: or the planner refuses)."""
@@ -42,6 +44,8 @@ class Timeline(NamedTuple):
     stroke: float
     dwell: float
     withdrawal: float
+    back_off: float
+    """Contact approach: across the gap and off the carina."""
     negative_pressure: float
     """Valve leaves its seat to valve closed."""
     in_airway: float
@@ -56,9 +60,11 @@ def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     )
 
 
-def motion(protocol: Protocol, abilities: Abilities) -> Motion:
-    """Tip motion of a protocol on a machine."""
+def motion(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> Motion:
+    """Tip motion of a protocol on a machine and a patient."""
     return Motion(
+        park_mm=site.park_mm,
+        tube_mm_per_s=max(site.fast_mm_per_s, protocol.insertion_mm_per_s),
         target_mm=protocol.travel_mm,
         insertion_mm_per_s=protocol.insertion_mm_per_s,
         withdrawal_mm_per_s=protocol.withdrawal_mm_per_s,
@@ -69,10 +75,10 @@ def motion(protocol: Protocol, abilities: Abilities) -> Motion:
     )
 
 
-def timeline(protocol: Protocol, abilities: Abilities) -> Timeline:
+def timeline(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> Timeline:
     """Planned durations of a cycle."""
-    moves = motion(protocol, abilities)
-    insertion = float(profile.duration_s(plans.way_in(moves, 0.0)))
+    moves = motion(protocol, abilities, site)
+    insertion = float(staged_path.duration_s(plans.way_in(moves, site.park_mm)))
     withdrawal = float(
         profile.duration_s(plans.way_out(moves, protocol.travel_mm, protocol.withdrawal_mm_per_s))
     )
@@ -83,14 +89,15 @@ def timeline(protocol: Protocol, abilities: Abilities) -> Timeline:
         stroke=stroke,
         dwell=protocol.dwell_s,
         withdrawal=withdrawal,
+        back_off=crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm),
         negative_pressure=protocol.dwell_s + withdrawal + stroke,
         in_airway=insertion + protocol.dwell_s + withdrawal,
     )
 
 
-def check(protocol: Protocol, abilities: Abilities) -> None:
+def check(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> None:
     """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
-    times = timeline(protocol, abilities)
+    times = timeline(protocol, abilities, site)
     least_cap = protocol.travel_mm + CAP_MARGIN_MM
     if protocol.cap_mm < least_cap:
         raise InputError(
@@ -124,6 +131,15 @@ def check(protocol: Protocol, abilities: Abilities) -> None:
         )
 
 
+def check_search(protocol: Protocol) -> None:
+    """Refuse a search for contact that ends before its window. Raises InputError."""
+    if protocol.contact_from_mm >= protocol.travel_mm:
+        raise InputError(
+            f"contact_from_mm {protocol.contact_from_mm:g} mm should be less than travel_mm "
+            f"{protocol.travel_mm:g} mm, where the search for contact ends"
+        )
+
+
 def _overdue_s(planned_s: float) -> float:
     return OVERDUE_SHARE * planned_s + SETTLE_S
 
@@ -132,24 +148,46 @@ def phase_limits(times: Timeline, abilities: Abilities, excitation: Excitation) 
     """Longest duration of each phase: its plan, half of it again and time to settle."""
     abort = times.withdrawal + crossing_s(abilities, abilities.gap_out_mm) + times.stroke
     return PhaseLimits(
+        parked=math.inf,
         checking=CHECK_LIMIT_S,
         preloading=_overdue_s(times.preload),
         inserting=_overdue_s(times.insertion),
         opening=_overdue_s(times.stroke),
+        backing_off=_overdue_s(times.back_off),
         suctioning=_overdue_s(times.dwell),
         withdrawing=_overdue_s(times.withdrawal),
         closing=_overdue_s(times.stroke),
         aborting=_overdue_s(abort),
+        halted=math.inf,
+        teaching=math.inf,
         identifying=excitation.duration_s + SETTLE_S,
+        out_of_service=math.inf,
     )
 
 
-def plan(protocol: Protocol, abilities: Abilities, excitation: Excitation) -> Plan:
-    """The plan of a protocol on a machine. Raises InputError where it cannot be done."""
-    check(protocol, abilities)
-    times = timeline(protocol, abilities)
+def plan(
+    protocol: Protocol,
+    abilities: Abilities,
+    excitation: Excitation,
+    by_contact: bool = False,
+    site: Site = BENCH_SITE,
+) -> Plan:
+    """The plan of a protocol on a machine. Raises InputError where it cannot be done.
+
+    by_contact: the tip stops where the contact switch closes, and ``travel_mm`` is where the
+    search for it ends.
+    """
+    check(protocol, abilities, site)
+    if by_contact:
+        check_search(protocol)
+    times = timeline(protocol, abilities, site)
     return Plan(
-        motion=motion(protocol, abilities),
+        motion=motion(protocol, abilities, site),
+        contact=ContactSearch(
+            enabled=by_contact,
+            window_start_mm=protocol.contact_from_mm,
+            backoff_mm=protocol.backoff_mm,
+        ),
         excitation=excitation,
         preload_s=times.preload,
         dwell_s=times.dwell,

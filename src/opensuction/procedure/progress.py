@@ -6,8 +6,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
-from opensuction.procedure import plan as plans
-from opensuction.procedure.plan import Motion, Plan
+from opensuction.procedure.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.transition import Event
 
 OPEN_SHARE = 0.95
@@ -16,6 +15,8 @@ CLOSED_SHARE = 0.03
 """Share of the cam's stroke below which the valve counts as closed."""
 HOME_MM = 0.5
 """Distance from the park position, beyond settling, at which the head still counts as parked."""
+RESTING_MM_PER_S = 0.5
+"""Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
 VACUUM_READY_SHARE = 0.9
 """Share of the set point that the line must hold before a cycle begins."""
 
@@ -41,9 +42,12 @@ class Surroundings(NamedTuple):
 
     head_wanted_mm: float
     """Last head command of the compensation, before the governor."""
+    head_wanted_mm_per_s: float
     tripped: bool
     powerless: bool
     """The insertion drive's torque is off."""
+    here_mm: float
+    """Tip position that the model gives for the measured head; used on contact."""
 
 
 @compiled
@@ -56,6 +60,54 @@ def is_home(motion: Motion, readings: Readings) -> bool:
 @compiled
 def _bit(happened: bool, event: int) -> int:
     return 1 << event if happened else 0
+
+
+@compiled
+def is_contact(readings: Readings) -> bool:
+    """Whether the switch says that the tip touches something."""
+    return readings.contact_valid and readings.contact_closed
+
+
+@compiled
+def _search(search: ContactSearch, reference_mm: float, arrived: bool, readings: Readings) -> int:
+    """Contact, and whether head travel and switch agree that it can be the carina."""
+    if is_contact(readings):
+        expected = reference_mm >= search.window_start_mm
+        return _bit(expected, Event.CONTACTED.value) | _bit(
+            not expected, Event.CONTACT_MISPLACED.value
+        )
+    return _bit(arrived, Event.CONTACT_MISPLACED.value)
+
+
+@compiled
+def _inside(
+    plan: Plan,
+    state: ProcedureState,
+    readings: Readings,
+    around: Surroundings,
+    settled: bool,
+    dt_s: float,
+) -> int:
+    """What the phases between the start of insertion and the end of suction wait for."""
+    phase = state.phase
+    still = state.reference_mm_per_s == 0.0
+    if phase == Phase.INSERTING.value:
+        arrived = still and state.reference_mm == plan.motion.target_mm and settled
+        if plan.contact.enabled:
+            return _search(plan.contact, state.reference_mm, arrived, readings)
+        return _bit(arrived, Event.TARGET_REACHED.value)
+    if phase == Phase.BACKING_OFF.value:
+        # The reference is there first: the head has the gap to cross before the tip moves.
+        there = still and state.reference_mm <= state.start_mm - plan.contact.backoff_mm
+        resting = abs(around.head_wanted_mm_per_s) < RESTING_MM_PER_S
+        return _bit(there and resting and settled, Event.BACKED_OFF.value)
+    if phase == Phase.OPENING.value:
+        opened = readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
+        return _bit(opened, Event.VALVE_OPENED.value)
+    if phase == Phase.SUCTIONING.value:
+        elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
+        return _bit(elapsed, Event.DWELL_ELAPSED.value)
+    return 0
 
 
 @compiled
@@ -76,17 +128,10 @@ def _progress(
         return _bit(sound and settled and home and closed and ready, Event.CHECK_PASSED.value)
     if phase == Phase.PRELOADING.value:
         return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED.value)
-    if phase == Phase.INSERTING.value:
-        arrived = still and state.reference_mm == plan.motion.target_mm
-        return _bit(arrived and settled, Event.TARGET_REACHED.value)
-    if phase == Phase.OPENING.value:
-        opened = readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
-        return _bit(opened, Event.VALVE_OPENED.value)
-    if phase == Phase.SUCTIONING.value:
-        elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        return _bit(elapsed, Event.DWELL_ELAPSED.value)
     if phase == Phase.WITHDRAWING.value:
-        return _bit(still and state.reference_mm == 0.0 and settled, Event.WITHDRAWN.value)
+        return _bit(
+            still and state.reference_mm == plan.motion.park_mm and settled, Event.WITHDRAWN.value
+        )
     if phase == Phase.CLOSING.value:
         return _bit(closed, Event.VALVE_CLOSED.value)
     if phase == Phase.ABORTING.value:
@@ -94,7 +139,7 @@ def _progress(
         return _bit((home and resting and closed) or around.powerless, Event.CLEARED.value)
     if phase == Phase.IDENTIFYING.value:
         return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED.value)
-    return 0
+    return _inside(plan, state, readings, around, settled, dt_s)
 
 
 @compiled
@@ -107,7 +152,7 @@ def happened(
     dt_s: float,
 ) -> int:
     """Bit mask of all events of this tick; whoever aborts means nothing else with it."""
-    overdue = state.phase_ticks * dt_s > plans.phase_limit_s(plan.limits_s, state.phase)
+    overdue = state.phase_ticks * dt_s > plan.limits_s[state.phase]
     home = is_home(plan.motion, readings)
     start = requests.start and not requests.abort
     identify = requests.identify and not requests.abort and plan.bench_only

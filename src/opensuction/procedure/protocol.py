@@ -14,6 +14,10 @@ class Protocol(NamedTuple):
     """Deepest tip position ever allowed; at least 5 mm beyond the travel."""
     insertion_mm_per_s: Annotated[float, Gt(0), Le(30)]
     withdrawal_mm_per_s: Annotated[float, Gt(0), Le(60)]
+    contact_from_mm: Annotated[float, Ge(0), Le(130)]
+    """Contact approach: contact at a lesser depth is a fault; the search ends at ``travel_mm``."""
+    backoff_mm: Annotated[float, Ge(0), Le(30)]
+    """Contact approach: distance from the carina at which suction takes place."""
     dwell_s: Annotated[float, Ge(0), Le(30)]
     """From arrival at the stopping point to the start of withdrawal, valve stroke included."""
     vacuum_mmhg: Annotated[float, Ge(20), Le(150)]
@@ -29,6 +33,8 @@ PAPER = Protocol(
     cap_mm=95.0,  # 5 mm beyond: the least margin the planner accepts
     insertion_mm_per_s=9.0,  # paper, section IV-B
     withdrawal_mm_per_s=9.0,  # paper, section IV-A: same velocity back
+    contact_from_mm=30.0,  # the paper's shortest distance is 45
+    backoff_mm=0.0,  # paper: suction where the tip stopped
     dwell_s=9.0,  # paper, Fig. 9
     vacuum_mmhg=120.0,  # paper, section II-A: 80 to 120 for adults
     negative_pressure_budget_s=24.0,  # 9 s dwell + 10 s withdrawal + 2 s stroke = 21 s, and 3 s
@@ -39,6 +45,3 @@ PAPER = Protocol(
 
 PROTOCOLS = {"paper": PAPER}
 """Protocols by name."""
-
-GUIDELINE_NEGATIVE_PRESSURE_S = 15.0
-"""Longest suction of an adult: AARC clinical practice guidelines 2010 and 2022."""

@@ -21,21 +21,26 @@ class Event(IntEnum):
     """A person wants it to stop."""
     PHASE_OVERDUE = 2
     """The phase lasted longer than the plan allows."""
-    CHECK_PASSED = 3
-    PRELOADED = 4
-    TARGET_REACHED = 5
-    VALVE_OPENED = 6
-    DWELL_ELAPSED = 7
-    WITHDRAWN = 8
-    VALVE_CLOSED = 9
-    CLEARED = 10
+    CONTACT_MISPLACED = 3
+    """Contact before the expected window, or none until its end."""
+    CHECK_PASSED = 4
+    PRELOADED = 5
+    CONTACTED = 6
+    """The tip touched something within the expected window."""
+    BACKED_OFF = 7
+    TARGET_REACHED = 8
+    VALVE_OPENED = 9
+    DWELL_ELAPSED = 10
+    WITHDRAWN = 11
+    VALVE_CLOSED = 12
+    CLEARED = 13
     """Out of the airway with the valve closed, or nothing left that may move."""
-    EXCITATION_ENDED = 11
-    START_REQUESTED = 12
-    IDENTIFY_REQUESTED = 13
-    RESET_REQUESTED = 14
+    EXCITATION_ENDED = 14
+    START_REQUESTED = 15
+    IDENTIFY_REQUESTED = 16
+    RESET_REQUESTED = 17
     """A person acknowledges a halt with the head at its park position."""
-    RECOVERY_REQUESTED = 15
+    RECOVERY_REQUESTED = 18
     """The same with the head elsewhere: out first."""
 
 
@@ -47,6 +52,8 @@ NORMAL: dict[tuple[Phase, Event], Phase] = {
     (P.CHECKING, E.CHECK_PASSED): P.PRELOADING,
     (P.PRELOADING, E.PRELOADED): P.INSERTING,
     (P.INSERTING, E.TARGET_REACHED): P.OPENING,
+    (P.INSERTING, E.CONTACTED): P.BACKING_OFF,
+    (P.BACKING_OFF, E.BACKED_OFF): P.OPENING,
     (P.OPENING, E.VALVE_OPENED): P.SUCTIONING,
     (P.SUCTIONING, E.DWELL_ELAPSED): P.WITHDRAWING,
     (P.WITHDRAWING, E.WITHDRAWN): P.CLOSING,
@@ -62,6 +69,7 @@ ACTIVE = (
     P.CHECKING,
     P.PRELOADING,
     P.INSERTING,
+    P.BACKING_OFF,
     P.OPENING,
     P.SUCTIONING,
     P.WITHDRAWING,
@@ -76,6 +84,7 @@ BROKEN_OFF: dict[tuple[Phase, Event], Phase] = {
         for phase in ACTIVE
         for event in (E.TRIPPED, E.ABORT_REQUESTED, E.PHASE_OVERDUE)
     },
+    (P.INSERTING, E.CONTACT_MISPLACED): P.ABORTING,
     (P.PARKED, E.TRIPPED): P.HALTED,
     (P.ABORTING, E.PHASE_OVERDUE): P.HALTED,
 }

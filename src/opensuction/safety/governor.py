@@ -138,10 +138,8 @@ def _narrow_head(
         highest = min(highest, seen.anchor_mm + ADVANCE_MM)
     if seen.lasting.contact > 0.0:
         highest = min(highest, seen.head_mm, command_mm)
-    origin = command_mm
-    if wanted_mm > highest:
-        origin = min(command_mm, max(seen.head_mm, highest))
-        wanted_mm = highest
+    origin = min(command_mm, max(seen.head_mm, highest))
+    wanted_mm = min(wanted_mm, highest)
     reach = limits.head_speed_mm_per_s * dt_s
     head = min(max(wanted_mm, origin - reach), origin + reach)
     return head, (head - origin) / dt_s

@@ -1,0 +1,178 @@
+"""Stopping by contact: the search, the back-off, and what is done when the switch is wrong."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller import setup
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.protocol import PAPER, Protocol
+from opensuction.procedure.transition import Event
+from opensuction.safety.trip import Trip
+from opensuction.simulation import bench
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.trace import Columns
+from tests.controller.drive import (
+    NEVER,
+    START,
+    Fault,
+    When,
+    at_rest,
+    during,
+    identification,
+    phases,
+    rig,
+    simulate,
+)
+from tests.controller.invariant import assert_held, trips
+
+EXACT = CompensationKind.EXACT_INVERSE
+NONE = CompensationKind.NONE
+CARINA_MM = 65.0
+BACKING = PAPER._replace(backoff_mm=10.0)
+HALTED = [Phase.INSERTING, Phase.ABORTING, Phase.HALTED]
+CYCLE = [
+    Phase.CHECKING,
+    Phase.PRELOADING,
+    Phase.INSERTING,
+    Phase.BACKING_OFF,
+    Phase.OPENING,
+    Phase.SUCTIONING,
+    Phase.WITHDRAWING,
+    Phase.CLOSING,
+    Phase.PARKED,
+]
+
+
+@cache
+def searching(
+    kind: CompensationKind, protocol: Protocol, carina_mm: float
+) -> tuple[Loop, LoopState]:
+    """The nominal bench about to search for a carina."""
+    placed = bench.with_carina(rig(), carina_mm)
+    calibration = identification().calibration
+    return bench.assemble(placed, protocol, kind, calibration, run=2, by_contact=True)
+
+
+def search(
+    kind: CompensationKind,
+    protocol: Protocol = PAPER,
+    carina_mm: float = CARINA_MM,
+    when: When = NEVER,
+) -> tuple[Loop, Columns]:
+    """One cycle, held to every invariant."""
+    loop, start = searching(kind, protocol, carina_mm)
+    _, columns = simulate(kind, 45.0, {0.0: START}, when, start, loop)
+    assert_held(columns, loop)
+    return loop, columns
+
+
+@cache
+def backed_off() -> Columns:
+    return search(EXACT, BACKING)[1]
+
+
+def halted_by(columns: Columns) -> Event:
+    """Event that led out of the cycle; the tip is out at the end."""
+    assert phases(columns)[-3:] == HALTED
+    assert columns["truth.tip_mm"][-1] < 4.5
+    assert not (columns["truth.valve_open_ratio"] > 0.0).any()
+    return Event(int(columns["cause"][np.argmax(columns["phase"] == Phase.ABORTING)]))
+
+
+def start_s(columns: Columns, phase: Phase) -> float:
+    return float(columns["time_s"][np.argmax(columns["phase"] == phase)])
+
+
+@pytest.mark.parametrize("kind", [NONE, EXACT])
+def test_contact_before_the_window_ends_the_cycle(kind: CompensationKind) -> None:
+    # Uncompensated, the reference is 17 mm ahead of the tip.
+    _, columns = search(kind, carina_mm=8.0)
+    assert halted_by(columns) == Event.CONTACT_MISPLACED
+    assert trips(columns) == set()
+    assert columns["truth.contact_n"].max() <= 0.3
+
+
+@pytest.mark.parametrize("kind", [NONE, EXACT])
+def test_no_contact_until_the_end_of_the_search_ends_the_cycle(kind: CompensationKind) -> None:
+    loop, columns = search(kind, carina_mm=130.0)
+    assert halted_by(columns) == Event.CONTACT_MISPLACED
+    assert trips(columns) == set()
+    assert columns["demand.reference_mm"].max() == loop.controller.plan.motion.target_mm
+
+
+def test_by_travel_contact_is_held_by_the_governor_and_nothing_to_the_cycle() -> None:
+    _, columns = simulate(NONE, 30.0, {0.0: START}, during(Fault.CONTACT_CLOSED, 4.0))
+    assert phases(columns)[-3:] == HALTED
+    assert trips(columns) == {Trip.CONTACT_TIME}
+    held = columns["commands.head_mm"][4000:]
+    assert held.max() == held[0] == columns["readings.head_mm"][4000]
+    # The cycle goes on wanting to advance; 2 s later the governor takes it out.
+    assert start_s(columns, Phase.ABORTING) == pytest.approx(6.0, abs=0.01)
+
+
+def test_only_a_search_that_stays_on_the_carina_may_touch_longer_than_two_seconds() -> None:
+    def longest_s(protocol: Protocol, by_contact: bool) -> float:
+        calibration = identification().calibration
+        held = setup.settings(rig().profile, protocol, EXACT, calibration, by_contact).limits
+        return held.contact_s
+
+    assert longest_s(PAPER, by_contact=False) == 2.0
+    assert longest_s(BACKING, by_contact=True) == 2.0
+    assert longest_s(PAPER, by_contact=True) == PAPER.negative_pressure_budget_s
+
+
+def test_the_tip_backs_off_before_suction() -> None:
+    columns = backed_off()
+    assert phases(columns) == CYCLE
+    assert trips(columns) == set()
+    sucking = columns["phase"] == Phase.SUCTIONING
+    # 10 mm by the model, which is up to 1.2 mm off this plant on the way back.
+    assert columns["truth.tip_mm"][sucking].max() == pytest.approx(CARINA_MM - 10.0, abs=1.5)
+    touching = columns["truth.contact_n"] > 0.0
+    assert not (touching & (columns["truth.valve_open_ratio"] > 0.0)).any()
+    assert columns["truth.contact_n"].max() <= 0.3
+
+
+def test_the_tip_leaves_the_carina_as_soon_as_the_gap_is_crossed() -> None:
+    columns = backed_off()
+    touching = np.flatnonzero(columns["truth.contact_n"] > 0.0)
+    assert touching.size * DT_S < 2.0
+    loop, _ = at_rest(EXACT)
+    crossing_s = loop.controller.plan.gap_lead_s
+    # The model's gap is rounder than the plant's, whose widest play opens last: 0.2 s.
+    since_s = (touching[-1] + 1) * DT_S - start_s(columns, Phase.BACKING_OFF)
+    assert since_s <= crossing_s + 0.1 + 0.2
+    # At full outward speed 100 ms after contact, and the servo's time constant; while it touches,
+    # the governor lets the command fall to a head that is ahead of it, up to the head's limit.
+    after = round((start_s(columns, Phase.BACKING_OFF) + 0.12) / DT_S)
+    head = columns["truth.head_mm"]
+    assert -20.5 <= (head[after + 10] - head[after]) / 0.01 <= -16.5
+
+
+def test_a_back_off_without_a_model_of_the_gap_is_refused() -> None:
+    with pytest.raises(InputError, match=r"'none' cannot back off 10 mm.*exact-inverse"):
+        searching(NONE, BACKING, CARINA_MM)
+
+
+@pytest.mark.parametrize("protocol", [PAPER, BACKING], ids=["stays", "backs off"])
+@pytest.mark.parametrize("seconds", [0.02, 0.2])
+def test_a_bouncing_switch_does_not_confuse_the_phases(protocol: Protocol, seconds: float) -> None:
+    contact_s = start_s(search(EXACT, protocol)[1], Phase.BACKING_OFF)
+    bouncing = during(Fault.CONTACT_BOUNCING, contact_s, contact_s + seconds)
+    _, columns = search(EXACT, protocol, when=bouncing)
+    assert phases(columns) == CYCLE
+    assert columns["truth.contact_n"].max() <= 0.3
+
+
+@pytest.mark.parametrize("kind", [NONE, EXACT])
+def test_a_switch_stuck_closed_at_rest_lets_nothing_begin(kind: CompensationKind) -> None:
+    _, columns = search(kind, when=during(Fault.CONTACT_CLOSED, 0.0))
+    assert Phase.PRELOADING not in phases(columns)
+    assert phases(columns)[0] == Phase.CHECKING
+    assert phases(columns)[-1] == Phase.HALTED
+    assert np.ptp(columns["truth.head_mm"]) < 0.2
+    assert not (columns["truth.valve_open_ratio"] > 0.0).any()
