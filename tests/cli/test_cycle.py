@@ -13,6 +13,8 @@ import pytest
 from opensuction.procedure.protocol import PAPER
 from tests.cli.command import opensuction
 
+PAPER_CYCLE = ("cycle", "--protocol", "paper")
+
 KEYS = {
     "outcome",
     "protocol",
@@ -49,7 +51,7 @@ def protocol_file(folder: Path, **changes: object) -> Path:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path, str]:
     folder = tmp_path_factory.mktemp("cycle")
-    ran = opensuction("cycle", "--json", "--out", "run", "--seed", "3", cwd=folder)
+    ran = opensuction(*PAPER_CYCLE, "--json", "--out", "run", "--seed", "3", cwd=folder)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout), folder / "run", ran.stderr
 
@@ -98,7 +100,7 @@ def test_phases_follow_one_another_without_a_gap(
 
 
 def test_summary_says_in_silico_and_where_the_files_are(tmp_path: Path) -> None:
-    ran = opensuction("cycle", "--compensation", "none", "--out", "here", cwd=tmp_path)
+    ran = opensuction(*PAPER_CYCLE, "--compensation", "none", "--out", "here", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     words = " ".join(ran.stdout.split())
     for expected in ("Completed", "digital twin", "not a medical device", "here/report.html"):
@@ -107,7 +109,9 @@ def test_summary_says_in_silico_and_where_the_files_are(tmp_path: Path) -> None:
 
 
 def test_default_folder_is_under_runs_and_named_by_the_seed(tmp_path: Path) -> None:
-    ran = opensuction("cycle", "--compensation", "none", "--seed", "12", "--json", cwd=tmp_path)
+    ran = opensuction(
+        *PAPER_CYCLE, "--compensation", "none", "--seed", "12", "--json", cwd=tmp_path
+    )
     assert ran.returncode == 0, ran.stderr
     (run,) = (tmp_path / "runs").iterdir()
     assert run.name.endswith("Z-12")
@@ -119,6 +123,11 @@ BAD = [
     (("cycle", "--protocol", "papper"), "paper"),
     (("cycle", "--approach", "magic"), "travel"),
     (("cycle", "--compensation", "exact"), "exact-inverse"),
+    (("cycle", "--patient", "adult"), "adult-icu"),
+    (("cycle", "--protocol", "paper", "--machine", "clinical"), "bench only"),
+    (("cycle", "--protocol", "adult", "--machine", "bench"), "--machine clinical"),
+    (("cycle", "--protocol", "adult", "--patient", "neonate"), "neonate"),
+    (("cycle", "--protocol", "paediatric"), "adult"),
     (("cycle", "--seed", "-1"), "--seed"),
     (("cycle", "--seed", "1.5"), "--seed"),
     (("cycle", "--pace", "-2"), "--pace"),
@@ -197,7 +206,7 @@ def test_protocol_file_with_whole_numbers_runs(tmp_path: Path) -> None:
 def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:
     (tmp_path / "kept").mkdir()
     (tmp_path / "kept" / "notes.txt").write_text("mine")
-    arguments = ("cycle", "--compensation", "none", "--json", "--out", "kept")
+    arguments = (*PAPER_CYCLE, "--compensation", "none", "--json", "--out", "kept")
     ran = opensuction(*arguments, cwd=tmp_path)
     assert_refused(ran, "--force", tmp_path, left=1)
     forced = opensuction(*arguments, "--force", cwd=tmp_path)
@@ -221,7 +230,7 @@ def test_out_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
 
 def test_interruption_exits_130_at_once_and_leaves_nothing(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "opensuction.cli.app", "cycle", "--pace", "1"],
+        [sys.executable, "-m", "opensuction.cli.app", *PAPER_CYCLE, "--pace", "1"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -237,6 +246,42 @@ def test_interruption_exits_130_at_once_and_leaves_nothing(tmp_path: Path) -> No
     assert words.strip() == "opensuction: interrupted; nothing was written"
     assert list(tmp_path.rglob("*.html")) == []
     assert list(tmp_path.iterdir()) == []
+
+
+def test_contact_stops_at_the_carina_on_the_bench(tmp_path: Path) -> None:
+    ran = opensuction(
+        *PAPER_CYCLE, "--approach", "contact", "--compensation", "none", "--json", cwd=tmp_path
+    )
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["tip"]["target_mm"] == 65.0
+    assert abs(data["tip"]["stop_error_mm"]) < 1.5  # Table II: at most 1.34
+    assert 0.08 < data["carina_force_peak_n"] < 0.3
+
+
+@pytest.mark.parametrize(
+    ("protocol", "patient", "limit_s"),
+    [
+        ("adult", "adult-icu", 15.0),
+        ("adult", "adult-ards", 15.0),
+        ("paediatric", "child-10kg", 5.0),
+        ("paediatric", "neonate", 5.0),
+    ],
+)
+def test_a_ventilated_patient_is_suctioned_within_the_guideline(
+    protocol: str, patient: str, limit_s: float, tmp_path: Path
+) -> None:
+    ran = opensuction("cycle", "--protocol", protocol, "--patient", patient, "--json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["machine"] == "clinical"
+    assert data["patient"] == patient
+    assert data["timing"]["negative_pressure_s"] <= limit_s
+    assert data["timing"]["in_airway_s"] <= 30.0
+    assert data["tip"]["deepest_mm"] <= data["anatomy"]["cap_mm"]
+    assert all(check["ok"] for check in data["checks"])
+    assert 80.0 < data["spo2_nadir_percent"] <= 100.0
+    assert data["lung_volume_loss_ml"] > 0.0
 
 
 def test_help_teaches_with_examples(tmp_path: Path) -> None:

@@ -50,6 +50,10 @@ GOLDEN_COLUMNS = [
     "truth.tip_vacuum_mmhg",
     "truth.gas_ml_per_s",
     "truth.secretion_removed_ml",
+    "truth.airway_pressure_cmh2o",
+    "truth.lung_volume_ml",
+    "truth.lung_volume_loss_ml",
+    "truth.spo2_percent",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

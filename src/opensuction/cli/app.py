@@ -26,8 +26,11 @@ app = typer.Typer(
 
 CYCLE_EXAMPLES = """\b
 Examples:
-  opensuction cycle                                  the paper's cycle, compensated
-  opensuction cycle --compensation none --seed 7     another machine, uncompensated
+  opensuction cycle                                  an adult on a ventilator
+  opensuction cycle --protocol paediatric --patient child-10kg
+  opensuction cycle --protocol paper                 the paper's cycle on its bench
+  opensuction cycle --protocol paper --compensation none --seed 7
+  opensuction cycle --approach contact               stop where the tip touches
   opensuction cycle --protocol my.toml --out run1    a protocol of your own
   opensuction cycle --json | jq .tip                 figures for a script
 
@@ -35,6 +38,8 @@ Examples:
 A protocol file holds the keys of the preset, for example:
   travel_mm = 85.0
   cap_mm = 90.0
+  contact_from_mm = 30.0
+  backoff_mm = 0.0
   insertion_mm_per_s = 9.0
   withdrawal_mm_per_s = 9.0
   dwell_s = 9.0
@@ -67,12 +72,32 @@ def main_options(
 
 @app.command(epilog=CYCLE_EXAMPLES)
 def cycle(
-    machine: Annotated[str, typer.Option(help="Machine: bench.")] = "bench",
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            help="Machine: bench or clinical. Default: clinical, but bench for the protocol paper.",
+            show_default=False,
+        ),
+    ] = None,
     protocol: Annotated[
-        str, typer.Option(help="Protocol: paper, or a TOML file.", metavar="NAME|FILE")
-    ] = "paper",
+        str,
+        typer.Option(
+            help="Protocol: adult, paediatric, paper (bench only), or a TOML file.",
+            metavar="NAME|FILE",
+        ),
+    ] = "adult",
+    patient: Annotated[
+        str,
+        typer.Option(
+            help="Patient at the clinical machine: adult-icu, adult-ards, child-10kg, neonate."
+        ),
+    ] = "adult-icu",
     approach: Annotated[
-        str, typer.Option(help="How the stopping point is found: travel (a taught length).")
+        str,
+        typer.Option(
+            help="How the stopping point is found: travel (a taught length) or contact (the "
+            "switch at the tip closes on the carina)."
+        ),
     ] = "travel",
     compensation: Annotated[
         str,
@@ -113,6 +138,7 @@ def cycle(
     options = command.Options(
         machine=machine,
         protocol=protocol,
+        patient=patient,
         approach=approach,
         compensation=compensation,
         seed=seed,

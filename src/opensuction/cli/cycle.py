@@ -24,8 +24,9 @@ Result = TypeVar("Result")
 class Options(NamedTuple):
     """Options of the command as a person gave them."""
 
-    machine: str
+    machine: str | None
     protocol: str
+    patient: str
     approach: str
     compensation: str
     seed: int
@@ -87,8 +88,8 @@ def run(options: Options) -> int:
     folder = output_folder.chosen(options.out, options.seed)
     with output_folder.whole(folder, options.force) as staging:
         console.print(
-            f"One suction cycle on the digital twin: machine {options.machine}, protocol "
-            f"{options.protocol}, compensation {options.compensation}, seed {options.seed}",
+            f"One suction cycle on the digital twin: protocol {options.protocol}, approach "
+            f"{options.approach}, compensation {options.compensation}, seed {options.seed}",
             soft_wrap=True,
         )
         data = _run_and_write(options, console, pace, staging, began_s)
@@ -114,6 +115,7 @@ def _run_and_write(
         approach=options.approach,
         compensation=options.compensation,
         seed=options.seed,
+        patient=options.patient,
     )
     cycle_run.check(choice)
     if compiled.is_cold():
@@ -122,7 +124,8 @@ def _run_and_write(
         prepared = interruptible(lambda: cycle_run.prepare(choice, console.print))
         interruptible(lambda: cycle_run.warm_up(prepared))
     pacer = Pacer(pace)
-    with terminal.LiveCycle(console, prepared.protocol.travel_mm, prepared.protocol.cap_mm) as live:
+    target_mm = cycle_run.stopping_mm(prepared)
+    with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
 
         def watch(progress: cycle_run.Progress) -> None:
             live.update(

@@ -7,7 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
+from opensuction.controller import setup
+from opensuction.controller.setup import Calibration
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.procedure import clinical
+from opensuction.procedure.clinical import TEMPLATES, Template
+from opensuction.procedure.guideline import Check
 from opensuction.procedure.protocol import PROTOCOLS, Protocol
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
@@ -17,14 +23,18 @@ from opensuction.simulation.bench import Identification, Rig
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.trace import Columns
-from opensuction.twin import preset
+from opensuction.twin.patient_parameter import TABLES
 
-APPROACHES = {"travel": "travel"}
-"""Ways to find the stopping point."""
+APPROACHES = {"travel": False, "contact": True}
+"""Ways to find the stopping point, and whether it is the contact switch that does."""
+CONTACT_CARINA_MM = 65.0
+"""Distance at which the bench's rubber carina stands for the contact approach (paper, Table II)."""
 CYCLE_RUN = 2
 """Number of the noise stream of cycles; identification has another."""
 LIMIT_S = 180.0
 """No cycle lasts longer: every phase has a limit of its own."""
+AFTERMATH_S = 90.0
+"""How long a patient is followed after the cycle."""
 PIECE_S = 0.05
 """Simulated time between two reports of progress."""
 
@@ -32,12 +42,15 @@ PIECE_S = 0.05
 class Choice(NamedTuple):
     """What a person chose, as names."""
 
-    machine: str
+    machine: str | None
+    """None: the bench for a protocol that is for the bench only, else the clinical machine."""
     protocol: str
     """Name of a preset or path of a TOML file."""
     approach: str
     compensation: str
     seed: int
+    patient: str = bench.DEFAULT_PATIENT
+    """Who lies at a clinical machine; the bench has nobody."""
 
 
 class Prepared(NamedTuple):
@@ -63,22 +76,61 @@ class Progress(NamedTuple):
     vacuum_mmhg: float
 
 
-def find_protocol(name: str) -> Protocol:
+def find_protocol(name: str) -> Protocol | Template:
     """Protocol preset by name, or from a file if the name ends in ``.toml``.
 
     Raises InputError for an unknown name or a file that is not a protocol.
     """
     if name.endswith(".toml"):
         return validate(Protocol, load_toml(name), name)
-    return choose(name, PROTOCOLS, "protocol")
+    known: dict[str, Protocol | Template] = {**TEMPLATES, **PROTOCOLS}
+    return choose(name, known, "protocol")
 
 
-def check(choice: Choice) -> tuple[Protocol, CompensationKind]:
+def machine_of(choice: Choice) -> str:
+    """The machine that was named; else the bench for a protocol that is for the bench only."""
+    if choice.machine is not None:
+        choose(choice.machine, bench.PROFILES, "machine")
+        return choice.machine
+    found = find_protocol(choice.protocol)
+    return "bench" if isinstance(found, Protocol) and found.bench_only else "clinical"
+
+
+def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
     """Refuse unknown names and bad files before anything slow begins; raises InputError."""
-    choose(choice.machine, preset.TABLES, "machine")
+    found = find_protocol(choice.protocol)
+    machine = machine_of(choice)
     choose(choice.approach, APPROACHES, "approach")
+    choose(choice.patient, TABLES, "patient")
     kind = choose(choice.compensation, KIND_OF_NAME, "compensation")
-    return find_protocol(choice.protocol), kind
+    bench_only = isinstance(found, Protocol) and found.bench_only
+    if bench_only and machine != "bench":
+        raise InputError(
+            f"protocol '{choice.protocol}' is for the bench only: it breaks a guideline's limit; "
+            "use --machine bench or another protocol"
+        )
+    if not bench_only and machine == "bench":
+        raise InputError(
+            f"protocol '{choice.protocol}' is for a patient and the bench has none: use "
+            "--machine clinical or --protocol paper"
+        )
+    return found, kind
+
+
+def _fitted(
+    found: Protocol | Template,
+    rig: Rig,
+    kind: CompensationKind,
+    calibration: Calibration,
+    by_contact: bool,
+) -> Protocol:
+    """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
+    able = setup.abilities(rig.profile, kind, calibration, rig.site)
+    if isinstance(found, Template):
+        return clinical.fitted(found, able, rig.site, by_contact)
+    if not found.bench_only:
+        clinical.enforce(clinical.held_against_guidelines(found, able, rig.site))
+    return found
 
 
 def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Prepared:
@@ -86,34 +138,46 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
 
     tell: called with a line of progress. Raises InputError for bad names, files and plans.
     """
-    protocol, kind = check(choice)
-    rig = bench.rig(choice.machine, choice.seed)
+    found, kind = check(choice)
+    by_contact = APPROACHES[choice.approach]
+    rig = bench.rig(machine_of(choice), choice.seed, patient=choice.patient)
+    if by_contact and not rig.machine.has_patient:
+        rig = bench.with_carina(rig, CONTACT_CARINA_MM)
     calibration = bench.uncalibrated(rig.profile)
-    bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN)  # refuse before the slow part
+    protocol = _fitted(found, rig, kind, calibration, by_contact)
+    # Refuse before the slow part.
+    bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     identification = None
     if kind != CompensationKind.NONE:
-        tell("Identifying this machine: head 0 to 100 mm and back, twice, tip under the laser")
+        tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
         identification = bench.identify(rig)
         calibration = identification.calibration
-    loop, start = bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN)
+        protocol = _fitted(found, rig, kind, calibration, by_contact)
+    loop, start = bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(choice, rig, protocol, kind, identification, loop, start)
 
 
 def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:
-    """Run the cycle in pieces; ``watch`` hears of each and may take its time."""
-    table = trace.rows(LIMIT_S)
+    """Run the cycle in pieces; ``watch`` hears of each and may take its time.
+
+    A patient is followed for a while longer: saturation is lowest after the catheter is out.
+    """
+    after_s = AFTERMATH_S if prepared.rig.machine.has_patient else 0.0
+    table = trace.rows(LIMIT_S + after_s)
     piece = round(PIECE_S / DT_S)
+    most = round(LIMIT_S / DT_S)
     state, done, requests = prepared.start, 0, START
-    while done < len(table):
+    while done < most:
         state, ticks = closed_loop.run(prepared.loop, state, requests, table[done : done + piece])
         requests = NO_REQUESTS
         done += ticks
         watch(_progress(table[done - 1]))
-        if ticks < piece:
-            break
         if closed_loop.is_resting(state.controller.procedure.phase):
             break
-    return trace.by_name(table[:done])
+    after = round(after_s / DT_S)
+    if after:
+        closed_loop.run(prepared.loop, state, NO_REQUESTS, table[done : done + after])
+    return trace.by_name(table[: done + after])
 
 
 _INDEX = {name: i for i, name in enumerate(COLUMNS)}
@@ -129,9 +193,25 @@ def _progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progres
     )
 
 
+def checks(prepared: Prepared) -> list[Check]:
+    """The clinical requirements of the paper's section II-A, held against the plan."""
+    calibration = bench.uncalibrated(prepared.rig.profile)
+    if prepared.identification is not None:
+        calibration = prepared.identification.calibration
+    able = setup.abilities(prepared.rig.profile, prepared.kind, calibration, prepared.rig.site)
+    return clinical.held_against_guidelines(prepared.protocol, able, prepared.rig.site)
+
+
+def stopping_mm(prepared: Prepared) -> float:
+    """Where suction is meant to take place: the travel, or off the carina that is touched."""
+    if APPROACHES[prepared.choice.approach]:
+        return prepared.rig.machine.airway.carina_mm - prepared.protocol.backoff_mm
+    return prepared.protocol.travel_mm
+
+
 def tracked_span_s(prepared: Prepared) -> float | None:
     """Span over which tracking is scored: the paper's cycle is, 0 to 29 s of its reference."""
-    if not prepared.protocol.bench_only:
+    if not prepared.protocol.bench_only or APPROACHES[prepared.choice.approach]:
         return None
     protocol = prepared.protocol
     return (
@@ -143,8 +223,14 @@ def tracked_span_s(prepared: Prepared) -> float | None:
 
 def figures(prepared: Prepared, columns: Columns) -> Outcome:
     """Figures of the cycle."""
-    secretion_ml = float(np.sum(preset.secretions_ml(prepared.rig.values)))
-    return outcome(columns, prepared.protocol.travel_mm, secretion_ml, tracked_span_s(prepared))
+    secretion_ml = float(np.sum(prepared.start.machine.airway.secretion_ml))
+    return outcome(
+        columns,
+        stopping_mm(prepared),
+        secretion_ml,
+        tracked_span_s(prepared),
+        breathing=prepared.rig.machine.has_patient,
+    )
 
 
 def warm_up(prepared: Prepared) -> None:

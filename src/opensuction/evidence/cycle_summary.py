@@ -11,7 +11,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.evidence import cycle_run
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.hysteresis import modified_dahl
-from opensuction.procedure.protocol import GUIDELINE_NEGATIVE_PRESSURE_S
+from opensuction.procedure.guideline import GUIDELINES
 from opensuction.procedure.transition import Event
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
@@ -20,6 +20,8 @@ from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
 Json = dict[str, Any]
+SECRETION_SHARE_PERCENT = 80.0
+"""Share of the secretions below which the report says why there is some left."""
 BUDGET_MARGIN_S = 0.05
 """Timing that exceeds the guideline by less is rounding of a tick or two."""
 
@@ -53,7 +55,7 @@ def _timing(prepared: Prepared, result: Outcome) -> Json:
         "in_airway_budget_s": prepared.protocol.in_airway_budget_s,
         "negative_pressure_s": result.negative_pressure_s,
         "negative_pressure_budget_s": prepared.protocol.negative_pressure_budget_s,
-        "guideline_s": GUIDELINE_NEGATIVE_PRESSURE_S,
+        "guideline_s": GUIDELINES[prepared.rig.site.age].negative_pressure_s,
     }
 
 
@@ -94,10 +96,17 @@ def _abort(result: Outcome) -> Json | None:
 
 def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
     found = []
-    if result.negative_pressure_s > GUIDELINE_NEGATIVE_PRESSURE_S + BUDGET_MARGIN_S:
+    guideline_s = GUIDELINES[prepared.rig.site.age].negative_pressure_s
+    if result.negative_pressure_s > guideline_s + BUDGET_MARGIN_S:
         found.append(
             f"Suction lasted {result.negative_pressure_s:.1f} s: guidelines allow "
-            f"{GUIDELINE_NEGATIVE_PRESSURE_S:g} s. This protocol is for the bench only."
+            f"{guideline_s:g} s. This protocol is for the bench only."
+        )
+    if result.removed_percent < SECRETION_SHARE_PERCENT:
+        found.append(
+            f"Only {result.removed_percent:.0f} % of the secretions were removed: the rest lies "
+            "deeper than the tip may go, or needs more than the "
+            f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
         )
     identified = prepared.identification
     if identified is None or identified.fit.well_posed:
@@ -146,11 +155,11 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "outcome": "completed" if result.completed else "aborted",
         "version": __version__,
         "in_silico": True,
-        "machine": choice.machine,
+        "machine": cycle_run.machine_of(choice),
         "protocol": choice.protocol,
         "approach": choice.approach,
         "compensation": choice.compensation,
-        "patient": None,
+        "patient": choice.patient if prepared.rig.machine.has_patient else None,
         "seed": choice.seed,
         "phases": [
             {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
@@ -167,15 +176,18 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
             "removed_ml": result.removed_ml,
             "removed_percent": result.removed_percent,
         },
-        "spo2_nadir_percent": None,
-        "lung_volume_loss_ml": None,
+        "spo2_nadir_percent": result.spo2_nadir_percent,
+        "lung_volume_loss_ml": result.lung_volume_loss_ml,
+        "airway_pressure_least_cmh2o": result.airway_pressure_least_cmh2o,
         "abort": _abort(result),
         "trips": trips,
         "alarms": alarms,
         "warnings": _warnings(prepared, result),
+        "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
         "anatomy": {
             "tube_end_mm": 0.0,
-            "carina_mm": prepared.rig.values["carina_mm"],
+            "patient_boundary_mm": prepared.rig.site.boundary_mm,
+            "carina_mm": prepared.rig.machine.airway.carina_mm,
             "cap_mm": prepared.protocol.cap_mm,
         },
         "identification": _identification(prepared.identification),

@@ -13,20 +13,33 @@ from opensuction.identification import modified_dahl as estimator
 from opensuction.identification import servo as servo_estimator
 from opensuction.identification.modified_dahl import Fit
 from opensuction.identification.servo import ServoFit
+from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import IDENTIFY
 from opensuction.procedure.protocol import PAPER, Protocol
+from opensuction.procedure.site import BENCH_SITE, Site
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
-from opensuction.twin import parameter, preset
+from opensuction.twin import parameter, patient_preset, preset
 from opensuction.twin.machine import Machine
 
 VELOCITY_WINDOW_S = 0.05
 """Window of the velocity estimate for the servo fit."""
 SLOWEST_MM_PER_S = 2.0
 """Slower samples say little about the servo."""
+NO_CARINA_MM = 1000.0
+"""Nothing in the tip's way."""
+CONNECTOR_MM = 20.0
+"""Distance from the tube's upper end at which the tip parks in the connector."""
+FAST_MM_PER_S = 30.0
+"""Speed inside the tube (DESIGN section 5)."""
+DEFAULT_PATIENT = "adult-icu"
+PROFILES = {"bench": setup.BENCH, "clinical": setup.CLINICAL}
+"""Machines by name, as their controllers know them."""
+EXCITING = PAPER._replace(negative_pressure_budget_s=60.0, in_airway_budget_s=60.0)
+"""Protocol of an identification run: nobody is on the machine, and the valve stays closed."""
 IDENTIFICATION_RUN = 1
 """Number of the noise stream of identification runs; cycles use others."""
 
@@ -37,6 +50,7 @@ class Rig(NamedTuple):
     values: dict[str, float]
     machine: Machine
     profile: MachineProfile
+    site: Site
     seed: int
 
 
@@ -52,17 +66,36 @@ class Identification(NamedTuple):
     """Tip, shape (n,)."""
 
 
-def rig(name: str, seed: int, nominal: bool = False) -> Rig:
+def rig(name: str, seed: int, nominal: bool = False, patient: str = DEFAULT_PATIENT) -> Rig:
     """A machine by preset name, drawn by the seed or exactly nominal.
 
+    patient: preset of who lies at a clinical machine; the bench has nobody.
     The seed always draws the measurement noise. Raises InputError for an unknown name.
     """
-    if name not in preset.TABLES:
-        known = ", ".join(sorted(preset.TABLES))
+    if name not in PROFILES:
+        known = ", ".join(sorted(PROFILES))
         raise InputError(f"machine '{name}' is not known: one of {known}")
     table = preset.TABLES[name]
     values = parameter.nominal(table) if nominal else parameter.drawn(table, seed)
-    return Rig(values=values, machine=preset.machine(values), profile=setup.BENCH, seed=seed)
+    if name == "bench":
+        return Rig(values, preset.machine(values), setup.BENCH, BENCH_SITE, seed)
+    person = patient_preset.patient(patient, seed, nominal)
+    machine = preset.machine(values, person)
+    return Rig(values, machine, PROFILES[name], bedside(machine), seed)
+
+
+def bedside(machine: Machine) -> Site:
+    """Where the tip goes at the patient of a machine; it parks in the connector behind the tube."""
+    person = machine.patient
+    return Site(
+        park_mm=-(person.tube_length_mm + CONNECTOR_MM),
+        boundary_mm=-person.tube_length_mm,
+        fast_mm_per_s=FAST_MM_PER_S,
+        tube_mm=person.tube_id_mm,
+        catheter_mm=machine.catheter_mm,
+        carina_mm=person.carina_mm,
+        age=AgeGroup(person.age_group),
+    )
 
 
 def uncalibrated(profile: MachineProfile) -> Calibration:
@@ -70,22 +103,40 @@ def uncalibrated(profile: MachineProfile) -> Calibration:
     return Calibration(model=profile.transmission, feedforward=setup.PLAIN_PD)
 
 
+def with_carina(chosen: Rig, carina_mm: float) -> Rig:
+    """The same machine without a patient: the rubber carina at a distance from the tube's end."""
+    values = {**chosen.values, "carina_mm": carina_mm}
+    return chosen._replace(values=values, machine=preset.machine(values))
+
+
 def assemble(
-    chosen: Rig, protocol: Protocol, kind: CompensationKind, calibration: Calibration, run: int
+    chosen: Rig,
+    protocol: Protocol,
+    kind: CompensationKind,
+    calibration: Calibration,
+    run: int,
+    by_contact: bool = False,
 ) -> tuple[Loop, LoopState]:
     """Closed loop of a rig at rest after a retract, ready for a request.
 
-    run: number of the noise stream. Raises InputError where the protocol cannot be done.
+    run: number of the noise stream. by_contact: stop where the contact switch closes.
+    Raises InputError where the protocol cannot be done.
     """
-    settings = setup.settings(chosen.profile, protocol, kind, calibration)
+    settings = setup.settings(chosen.profile, protocol, kind, calibration, by_contact, chosen.site)
     loop = Loop(controller=settings, machine=chosen.machine)
     state = preset.parked(chosen.machine, chosen.values, settings.parked.head_mm, chosen.seed, run)
     return loop, trace.power_up(loop, state)
 
 
 def excite(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Columns:
-    """Trace of the identification excitation: head 0 to 100 mm and back, twice in 40 s."""
-    loop, state = assemble(chosen, PAPER, CompensationKind.NONE, uncalibrated(chosen.profile), run)
+    """Trace of the identification excitation: the head over its stroke and back, twice.
+
+    The rubber trachea is taken off: nothing is in the tip's way.
+    """
+    chosen = with_carina(chosen, NO_CARINA_MM)
+    loop, state = assemble(
+        chosen, EXCITING, CompensationKind.NONE, uncalibrated(chosen.profile), run
+    )
     limit_s = loop.controller.plan.excitation.duration_s + 2.0
     limits = loop.controller.limits._replace(in_airway_s=limit_s)  # bench: nobody is there
     loop = loop._replace(controller=loop.controller._replace(limits=limits))

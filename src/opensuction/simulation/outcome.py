@@ -1,5 +1,6 @@
 """What a recorded cycle came to: the figures that reports, tests and trials share."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,7 @@ class Outcome(NamedTuple):
     """Laser minus reference over the tracked span."""
     peak_error_mm: float
     cycle_s: float
+    """Until the machine rests again; a patient is followed for longer."""
     in_airway_s: float
     negative_pressure_s: float
     """From the valve's leaving its seat to its return."""
@@ -55,6 +57,9 @@ class Outcome(NamedTuple):
     carina_force_peak_n: float
     removed_ml: float
     removed_percent: float
+    spo2_nadir_percent: float
+    lung_volume_loss_ml: float
+    airway_pressure_least_cmh2o: float
     trips: tuple[TripTime, ...]
     abort: Abort | None
 
@@ -105,17 +110,27 @@ def _reached_mm(trace: Columns) -> float:
     return float(tip[np.argmax(sucking)] if np.any(sucking) else np.max(tip))
 
 
+def _extreme(trace: Columns, name: str, which: Callable[..., np.float64], breathing: bool) -> float:
+    """Lowest or highest value of a column of the patient; nan where nobody is there."""
+    return float(which(trace[name])) if breathing else float("nan")
+
+
 def outcome(
-    trace: Columns, target_mm: float, secretion_ml: float, span_s: float | None = None
+    trace: Columns,
+    target_mm: float,
+    secretion_ml: float,
+    span_s: float | None = None,
+    breathing: bool = False,
 ) -> Outcome:
     """Figures of a cycle.
 
     trace: one run. target_mm: stopping point asked for. secretion_ml: secretions at the start.
-    span_s: see `tracked`.
+    span_s: see `tracked`. breathing: whether a patient was on the machine.
     """
     scored = tracked(trace, span_s)
     error = tracking_error_mm(trace)[scored]
     spans = phase_spans(trace)
+    resting = np.isin(trace["phase"], (Phase.PARKED, Phase.HALTED))
     closed = any(span.phase == Phase.CLOSING for span in spans)
     removed = float(trace["truth.secretion_removed_ml"][-1])
     return Outcome(
@@ -125,13 +140,18 @@ def outcome(
         deepest_mm=float(np.max(trace["truth.tip_mm"])),
         rmse_mm=float(np.sqrt(np.mean(np.square(error)))) if error.size else float("nan"),
         peak_error_mm=float(np.max(np.abs(error))) if error.size else float("nan"),
-        cycle_s=float(trace["time_s"][-1] - trace["time_s"][0]) + DT_S,
+        cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
         in_airway_s=float(np.count_nonzero(np.isin(trace["phase"], IN_AIRWAY_PHASES)) * DT_S),
         negative_pressure_s=float(np.count_nonzero(trace["truth.valve_open_ratio"] > 0.0) * DT_S),
         peak_vacuum_mmhg=float(np.max(trace["readings.line_vacuum_mmhg"])),
         carina_force_peak_n=float(np.max(trace["truth.contact_n"])),
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
+        spo2_nadir_percent=_extreme(trace, "truth.spo2_percent", np.min, breathing),
+        lung_volume_loss_ml=_extreme(trace, "truth.lung_volume_loss_ml", np.max, breathing),
+        airway_pressure_least_cmh2o=_extreme(
+            trace, "truth.airway_pressure_cmh2o", np.min, breathing
+        ),
         trips=_trip_times(trace),
         abort=_abort(trace),
     )
