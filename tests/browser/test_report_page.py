@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.browser
 
 PLOTS = ("depth", "error", "suction", "secretion", "loop")
+PATIENT_PLOTS = (*PLOTS, "contact", "airway", "lung", "saturation")
 
 INKED = """id => {
     const canvas = document.querySelector(`#${id} canvas`);
@@ -34,7 +35,8 @@ class Opened(NamedTuple):
 
 def _open(browser: "Browser", folder: Path, summary: dict[str, Any], **context: Any) -> Opened:
     file = folder / "report.html"
-    file.write_text(page.render(summary, example.trace()), encoding="utf-8")
+    trace = example.breathing_trace() if summary["patient"] else example.trace()
+    file.write_text(page.render(summary, trace), encoding="utf-8")
     tab = browser.new_context(**context).new_page()
     opened = Opened(tab, [], [])
     tab.on("console", lambda message: opened.complaints.append(message.text))
@@ -91,20 +93,61 @@ def test_plots_follow_the_window(opened: Opened) -> None:
     assert opened.complaints == []
 
 
+@pytest.fixture
+def on_patient(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
+    size = {"width": 1400, "height": 900}
+    report = _open(chromium, tmp_path, example.on_patient(), viewport=size)
+    yield report
+    report.page.context.close()
+
+
+def test_patient_and_contact_have_their_plots(on_patient: Opened) -> None:
+    for plot in PATIENT_PLOTS:
+        width, height, colours = on_patient.page.evaluate(INKED, plot)
+        assert width > 300
+        assert height > 150
+        assert colours > 5
+    assert on_patient.complaints == []
+
+
+def test_bench_without_contact_shows_neither(opened: Opened) -> None:
+    assert opened.page.locator("#saturation").count() == 0
+    assert opened.page.locator("#contact").is_hidden()
+
+
+def test_moment_on_a_plot_of_the_patient_is_the_same_moment_of_the_machine(
+    on_patient: Opened,
+) -> None:
+    saturation = on_patient.page.locator("#saturation .u-over")
+    saturation.scroll_into_view_if_needed()
+    box = saturation.bounding_box()
+    assert box is not None
+    saturation.hover(position={"x": 0.15 * box["width"], "y": 0.5 * box["height"]})  # near 18 s
+    on_patient.page.wait_for_function(
+        "document.querySelector('#depth .u-legend').innerText.includes(' s')"
+    )
+    read = "id => parseFloat(document.querySelector(`#${id} tr:first-child .u-value`).innerText)"
+    here, there = (on_patient.page.evaluate(read, plot) for plot in ("saturation", "depth"))
+    assert here == pytest.approx(18.2, abs=0.5)
+    assert there == pytest.approx(here, abs=0.3)  # rows of both are thinned
+    assert on_patient.page.locator("#loop .ring-mark").is_visible()
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("summary", [example.aborted(), example.on_patient(outcome="aborted")])
 def test_phone_shows_everything_without_sideways_scrolling(
-    chromium: "Browser", tmp_path: Path, scheme: str
+    chromium: "Browser", tmp_path: Path, scheme: str, summary: dict[str, Any]
 ) -> None:
     opened = _open(
         chromium,
         tmp_path,
-        example.aborted(),
+        summary,
         viewport={"width": 390, "height": 844},
         color_scheme=scheme,
     )
     width = opened.page.evaluate("document.documentElement.scrollWidth")
     assert width <= 390
-    assert "Aborted at 17.0 s" in opened.page.inner_text("#outcome")
+    assert "Aborted" in opened.page.inner_text("#outcome")
     assert opened.complaints == []
     opened.page.context.close()
 

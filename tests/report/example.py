@@ -97,3 +97,81 @@ def trace(rows: int = 31_501) -> Trace:
         "truth.secretion_removed_ml": np.interp(time_s, [12.5, 20.0], [0.0, 2.53]),
         "truth.contact_n": np.zeros(rows),
     }
+
+
+CHECKS = [
+    {
+        "name": "vacuum",
+        "value": 120.0,
+        "limit": 150.0,
+        "unit": "mmHg",
+        "strict": False,
+        "ok": True,
+        "source": "pump to be used at no more than 150 [paper II-B]",
+    },
+    {
+        "name": "catheter over tube diameter",
+        "value": 0.533,
+        "limit": 0.5,
+        "unit": "",
+        "strict": True,
+        "ok": False,
+        "source": "under .5 of the diameter [F]",
+    },
+]
+
+
+def on_patient(**changes: Any) -> dict[str, Any]:
+    """Summary of a cycle on a ventilated patient that stopped by contact."""
+    phases = [
+        *summary()["phases"][:3],
+        {"name": "backing_off", "start_s": 10.5, "end_s": 11.0},
+        {"name": "opening", "start_s": 11.0, "end_s": 12.5},
+        *summary()["phases"][4:],
+        {"name": "parked", "start_s": 31.5, "end_s": 121.5},
+    ]
+    tip = {"target_mm": 90.0, "reached_mm": 90.4, "stop_error_mm": 0.4, "deepest_mm": 100.7}
+    changed: dict[str, Any] = {
+        "machine": "clinical",
+        "protocol": "adult",
+        "approach": "contact",
+        "patient": "adult-icu",
+        "phases": phases,
+        "tip": summary()["tip"] | tip,
+        "carina_force_peak_n": 0.137,
+        "spo2_nadir_percent": 91.4,
+        "lung_volume_loss_ml": 412.0,
+        "airway_pressure_least_cmh2o": -2.3,
+        "checks": CHECKS,
+        "abort": None,
+        "warnings": [],
+        "anatomy": {
+            "carina_mm": 100.0,
+            "cap_mm": 113.0,
+            "tube_end_mm": 0.0,
+            "patient_boundary_mm": -80.0,
+        },
+    }
+    return summary(**(changed | changes))
+
+
+def breathing_trace(rows: int = 121_500) -> Trace:
+    """Trace of such a cycle, which parks behind the tube, and of the 90 s after it."""
+    traced = trace(rows)
+    time_s = traced["time_s"]
+    depth = np.interp(time_s, [0.5, 10.5, 19.5, 29.5], [-100.0, 90.0, 90.0, -100.0])
+    breath = 0.5 - 0.5 * np.cos(2.0 * np.pi * time_s / 4.0)
+    loss = np.interp(time_s, [12.0, 20.0, 30.0, 121.0], [0.0, 412.0, 380.0, 60.0])
+    suction = np.interp(time_s, [11.0, 12.5, 29.5, 31.5], [0.0, 7.0, 7.0, 0.0])
+    return traced | {
+        "demand.reference_mm": depth,
+        "truth.tip_mm": depth + 0.4,
+        "truth.laser_mm": depth + 0.5,
+        "verdict.deepest_mm": depth + 3.0,
+        "readings.head_mm": depth + np.where(time_s < 15.0, 10.0, 0.0),
+        "truth.contact_n": np.interp(time_s, [10.3, 10.5, 10.8], [0.0, 0.137, 0.0]),
+        "truth.airway_pressure_cmh2o": 8.0 + 14.0 * breath - suction,
+        "truth.lung_volume_ml": 1700.0 + 420.0 * breath - loss,
+        "truth.lung_volume_loss_ml": loss,
+        "truth.spo2_percent": np.interp(time_s, [30.0, 55.0, 121.0], [97.0, 91.4, 95.5]),
+    }

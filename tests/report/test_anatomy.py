@@ -41,3 +41,21 @@ def test_unknown_anatomy_is_not_drawn_as_if_it_were_known() -> None:
     assert drawn.carina_px is None
     assert {mark.kind for mark in drawn.marks} == {"tube", "target", "deepest"}
     assert anatomy.drawing(example.summary(tip=None)) is None
+
+
+def test_tube_of_a_patient_says_where_it_begins() -> None:
+    drawn = anatomy.drawing(example.on_patient())
+    assert drawn is not None
+    assert drawn.upper_end == "-80 mm"
+    bench = anatomy.drawing(example.summary())
+    assert bench is not None
+    assert bench.upper_end == ""
+
+
+def test_tip_that_stayed_out_of_the_drawing_is_not_drawn() -> None:
+    tip = example.on_patient()["tip"] | {"deepest_mm": -99.0}
+    drawn = anatomy.drawing(example.on_patient(tip=tip))
+    assert drawn is not None
+    assert drawn.catheter_px is None
+    assert "deepest" not in {mark.kind for mark in drawn.marks}
+    assert "-99.0 mm" in drawn.description

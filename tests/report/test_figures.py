@@ -46,3 +46,32 @@ def test_what_was_not_simulated_is_no_number() -> None:
 
 def test_summary_without_anything_has_only_absent_figures() -> None:
     assert {figure.verdict for figure in figures({})} == {Verdict.ABSENT}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("Lowest oxygen saturation", "91.4 %"),
+        ("Lung volume lost", "412 mL"),
+        ("Lowest airway pressure", "-2.3 cmH2O"),
+    ],
+)
+def test_what_suction_did_to_the_patient_is_a_key_figure(name: str, value: str) -> None:
+    figure = _figure(example.on_patient(), name)
+    assert (figure.value, figure.verdict) == (value, Verdict.NEUTRAL)
+
+
+def test_touching_the_carina_needs_a_look_only_where_it_was_not_wanted() -> None:
+    wanted = _figure(example.on_patient(), "Force on the carina")
+    unwanted = _figure(example.on_patient(approach="travel"), "Force on the carina")
+    assert (wanted.verdict, unwanted.verdict) == (Verdict.NEUTRAL, Verdict.NOTICE)
+
+
+@pytest.mark.parametrize(
+    ("error_mm", "verdict"), [(0.4, Verdict.GOOD), (10.5, Verdict.BAD), (-10.5, Verdict.NOTICE)]
+)
+def test_suction_on_the_carina_is_no_good_stop(error_mm: float, verdict: Verdict) -> None:
+    tip = example.on_patient()["tip"] | {"stop_error_mm": error_mm}
+    figure = _figure(example.on_patient(tip=tip), "Stopping error")
+    assert figure.verdict is verdict
+    assert "margin to the carina 10.0 mm" in figure.limit

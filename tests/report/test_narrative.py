@@ -16,6 +16,12 @@ def test_completed_cycle_is_told_with_its_limits() -> None:
     assert "No safety limit tripped and no alarm was raised." in told
 
 
+def test_protocol_that_allows_what_the_guideline_does_is_said_once() -> None:
+    timing = {"negative_pressure_s": 14.5, "negative_pressure_budget_s": 15.0, "guideline_s": 15.0}
+    told = narrative.sentences(example.summary(timing=timing))
+    assert "Suction lasted 14.5 s: within the limit of guideline and protocol of 15 s." in told
+
+
 def test_aborted_cycle_begins_with_when_and_why() -> None:
     summary = example.aborted()
     first = narrative.sentences(summary)[0]
@@ -54,7 +60,7 @@ def test_tip_past_its_cap_is_said() -> None:
 
 def test_pressing_on_the_carina_is_said_with_its_force() -> None:
     told = " ".join(narrative.sentences(example.summary(carina_force_peak_n=0.214)))
-    assert "pressed on the carina with up to 0.21 N" in told
+    assert "touched the carina with at most 0.21 N." in told
 
 
 @pytest.mark.parametrize(
@@ -70,3 +76,49 @@ def test_nothing_is_invented_where_a_value_is_missing(key: str) -> None:
 def test_value_that_is_not_a_number_is_not_told() -> None:
     summary = example.summary(carina_force_peak_n=math.nan)
     assert "carina" not in " ".join(narrative.sentences(summary))
+
+
+def test_patient_is_told_in_plain_words() -> None:
+    told = narrative.sentences(example.on_patient())
+    assert (
+        "Oxygen saturation was 91.4 % at its lowest; the lungs lost up to 412 mL of their resting "
+        "volume; the lowest airway pressure was -2.3 cmH2O, below the air outside."
+    ) in told
+    assert "saturation" not in " ".join(narrative.sentences(example.summary()))
+
+
+@pytest.mark.parametrize(
+    ("contact", "backoff"), [(None, "10.3 mm"), ({"backoff_mm": 9.8, "force_n": 0.1}, "9.8 mm")]
+)
+def test_contact_is_told_with_its_force_and_the_way_back(
+    contact: dict[str, float] | None, backoff: str
+) -> None:
+    told = narrative.sentences(example.on_patient(contact=contact))
+    touched = "The tip touched the carina with at most 0.14 N"
+    assert f"{touched} and backed off by {backoff} before suction." in told
+
+
+def test_spring_of_the_tip_is_no_backing_off() -> None:
+    tip = example.on_patient()["tip"] | {"deepest_mm": 90.42}  # reached: 90.4
+    told = " ".join(narrative.sentences(example.on_patient(tip=tip)))
+    assert "touched the carina with at most 0.14 N." in told
+
+
+def test_contact_without_a_way_back_claims_none() -> None:
+    told = " ".join(narrative.sentences(example.on_patient(phases=example.summary()["phases"])))
+    assert "touched the carina with at most 0.14 N." in told
+
+
+@pytest.mark.parametrize(
+    ("deepest_mm", "said"), [(-95.0, "did not enter the tube"), (-40.0, "did not leave the tube")]
+)
+def test_tip_that_came_not_far_is_said(deepest_mm: float, said: str) -> None:
+    tip = {"deepest_mm": deepest_mm}
+    assert said in narrative.sentences(example.on_patient(tip=tip))[0]
+
+
+def test_abort_that_halts_at_once_still_says_when_and_why() -> None:
+    abort = {"event": "phase-overdue", "phase": "checking", "sentence": "it took too long"}
+    summary = example.on_patient(outcome="aborted", phases=[], abort=abort | {"time_s": 3.2})
+    first = narrative.sentences(summary)[0]
+    assert first == "The cycle was aborted after 3.2 s: it took too long."

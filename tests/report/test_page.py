@@ -81,3 +81,45 @@ def test_sections_become_tables() -> None:
     sections = {"Protocol settings": {"travel_mm": 90.0, "bench_only": True}}
     html = page.render(example.summary(), {}, sections)
     assert re.search(r"Protocol settings.*travel_mm.*90.*bench_only.*yes", html, re.S)
+
+
+def test_patient_and_requirements_are_on_the_page() -> None:
+    html = page.render(example.on_patient(), example.breathing_trace())
+    assert "The patient over time" in html
+    assert set(_payload(html)["patient"]) == {
+        "time",
+        "airway_pressure",
+        "lung_volume",
+        "lung_volume_loss",
+        "spo2",
+    }
+    assert re.search(r"Vacuum</th>.*?120 mmHg.*?at most 150 mmHg.*?>yes<.*?II-B", html, re.S)
+    assert re.search(r"Catheter over tube diameter.*?0\.533<.*?below 0\.5<.*?>no<", html, re.S)
+
+
+def test_bench_has_no_patient_on_the_page() -> None:
+    html = page.render(example.summary(), example.breathing_trace())
+    assert _payload(html)["patient"] == {}
+    assert 'id="saturation"' not in html
+    assert "Within the guidelines?" not in html
+
+
+@pytest.mark.parametrize("key", sorted(example.on_patient()))
+def test_any_key_of_a_patient_may_be_null(key: str) -> None:
+    html = page.render(example.on_patient(**{key: None}), {})
+    assert "None" not in html.split("<script")[0]
+
+
+def test_requirement_with_gaps_claims_nothing() -> None:
+    gaps = [{"name": "vacuum", "value": None, "limit": None}, {}]
+    html = page.render(example.on_patient(checks=gaps), {})
+    assert html.count("not known") == 2
+
+
+def test_rest_after_the_cycle_is_no_step() -> None:
+    assert page.bands(example.on_patient())[-1].label == "Closing valve"
+
+
+def test_page_with_a_patient_is_small() -> None:
+    html = page.render(example.on_patient(), example.breathing_trace())
+    assert len(html.encode()) < 1_000_000

@@ -77,6 +77,15 @@ def test_summary_says_outcome_figures_limits_and_files_without_colour() -> None:
     assert "No value in this run: lowest oxygen saturation, lung volume lost" in shown
 
 
+def test_summary_of_a_patient_has_the_patient_in_it() -> None:
+    console, file = _console(is_terminal=False)
+    terminal.print_summary(console, example.on_patient())
+    shown = " ".join(file.getvalue().split())
+    for said in ("Lowest oxygen saturation 91.4 %", "Lung volume lost 412 mL", "-2.3 cmH2O"):
+        assert said in shown
+    assert "No value" not in shown
+
+
 def test_summary_of_an_abort_says_why() -> None:
     console, file = _console(is_terminal=False)
     terminal.print_summary(console, example.aborted())

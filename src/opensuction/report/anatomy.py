@@ -8,7 +8,9 @@ from opensuction.report.wording import quantity
 PX_PER_MM = 2.8
 """Scale along the depth."""
 ABOVE_MM = 52.0
-"""Drawn above the tube's end; the tube's own length is not part of a summary."""
+"""Drawn above the tube's end; the tube bends away to its upper end, not to scale."""
+STRAIGHT_MM = 16.0
+"""The tube is straight, and to scale, from here to its end."""
 BELOW_MM = 28.0
 """Drawn below the deepest thing that has a name: room for the bronchi."""
 LABEL_GAP_PX = 20.0
@@ -22,7 +24,7 @@ class Mark(NamedTuple):
 
     name: str
     kind: str
-    """``tube``, ``target``, ``deepest``, ``cap``, ``carina`` or ``boundary``."""
+    """``tube``, ``target``, ``deepest``, ``cap`` or ``carina``."""
     text: str
     y_px: float
     label_y_px: float
@@ -41,8 +43,10 @@ class Drawing(NamedTuple):
     height_px: float
     tube_end_px: float
     carina_px: float | None
-    catheter_px: float
-    """Where the catheter ends at its deepest position."""
+    catheter_px: float | None
+    """Where the catheter ends at its deepest position; None where it never got into the drawing."""
+    upper_end: str
+    """Depth of the tube's upper end, where the patient begins; empty where that is not known."""
     marks: list[Mark]
     ticks: list[Tick]
     description: str
@@ -86,11 +90,13 @@ def _depths(summary: Summary) -> list[tuple[str, str, float]]:
         ("Cap", "cap", number(summary, "anatomy", "cap_mm")),
         ("Carina", "carina", number(summary, "anatomy", "carina_mm")),
     ]
-    boundary = number(summary, "anatomy", "patient_boundary_mm")
-    if boundary is not None and boundary > -ABOVE_MM and boundary != 0.0:
-        named.append(("Patient begins", "boundary", boundary))
     known = [(name, kind, depth) for name, kind, depth in named if depth is not None]
     return sorted(known, key=lambda entry: entry[2])
+
+
+def _upper_end(summary: Summary) -> str:
+    boundary = number(summary, "anatomy", "patient_boundary_mm")
+    return "" if boundary is None or boundary >= 0.0 else quantity(boundary, "mm", 0)
 
 
 def drawing(summary: Summary) -> Drawing | None:
@@ -98,7 +104,7 @@ def drawing(summary: Summary) -> Drawing | None:
     deepest = number(summary, "tip", "deepest_mm")
     if deepest is None:
         return None
-    depths = _depths(summary)
+    depths = [entry for entry in _depths(summary) if entry[2] >= -STRAIGHT_MM]
     bottom_mm = depths[-1][2] + BELOW_MM
     labels = spread([y_px(depth) for _, _, depth in depths])
     marks = [
@@ -113,7 +119,7 @@ def drawing(summary: Summary) -> Drawing | None:
     ]
     ticks = [
         Tick(y_px(depth), str(depth) if depth % (2 * TICK_MM) == 0 else "")
-        for depth in range(0, int(bottom_mm), TICK_MM)
+        for depth in range(0, int(bottom_mm) - TICK_MM // 2, TICK_MM)
     ]
     carina = number(summary, "anatomy", "carina_mm")
     listed = "; ".join(f"{name.lower()} at {depth:.1f} mm" for name, _, depth in depths)
@@ -121,11 +127,12 @@ def drawing(summary: Summary) -> Drawing | None:
         height_px=y_px(bottom_mm),
         tube_end_px=y_px(0.0),
         carina_px=None if carina is None else y_px(carina),
-        catheter_px=y_px(max(deepest, -ABOVE_MM / 4)),
+        catheter_px=None if deepest < -STRAIGHT_MM else y_px(deepest),
+        upper_end=_upper_end(summary),
         marks=marks,
         ticks=ticks,
         description=(
             "Tracheostomy tube, trachea and main bronchi from the front, with the catheter at its "
-            f"deepest position. Depths below the tube's end: {listed}."
+            f"deepest position ({quantity(deepest, 'mm')}). Depths below the tube's end: {listed}."
         ),
     )

@@ -3,7 +3,7 @@
 from enum import Enum
 from typing import NamedTuple
 
-from opensuction.report.summary import Summary, number
+from opensuction.report.summary import Summary, number, text
 from opensuction.report.wording import quantity
 
 
@@ -55,7 +55,11 @@ def deepest_tip(summary: Summary) -> Figure:
 
 
 def stop_error(summary: Summary) -> Figure:
-    """Where the tip stopped against the target; tolerance is the margin from target to cap."""
+    """Where the tip stopped against the target.
+
+    Tolerance is the margin to the cap; where the carina was to be touched and left again, the
+    distance by which it was to be left.
+    """
     error = number(summary, "tip", "stop_error_mm")
     target, cap = number(summary, "tip", "target_mm"), number(summary, "anatomy", "cap_mm")
     name, shown = "Stopping error", quantity(error, "mm", signed=True)
@@ -64,8 +68,11 @@ def stop_error(summary: Summary) -> Figure:
         return Figure(name, shown, limit, Verdict.ABSENT, "")
     if target is None or cap is None:
         return Figure(name, shown, limit, Verdict.NEUTRAL, "")
-    tolerance = cap - target
-    limit += f", margin to the cap {quantity(tolerance, 'mm')}"
+    tolerance, whose = cap - target, "cap"
+    carina = number(summary, "anatomy", "carina_mm")
+    if text(summary, "approach") == "contact" and carina is not None and carina > target:
+        tolerance, whose = carina - target, "carina"
+    limit += f", margin to the {whose} {quantity(tolerance, 'mm')}"
     if error < -tolerance:
         return Figure(name, shown, limit, Verdict.NOTICE, "short of the target")
     if error > tolerance:
@@ -127,8 +134,10 @@ def carina_force(summary: Summary) -> Figure:
     limit = "" if bound is None else f"limit {quantity(bound, 'N', 2)}"
     if force == 0.0:
         return Figure(name, shown, limit, Verdict.GOOD, "no contact")
+    if text(summary, "approach") == "travel":
+        return Figure(name, shown, limit, Verdict.NOTICE, "contact, and none was wanted")
     verdict, remark = _against(force, bound, "limit")
-    return Figure(name, shown, limit, verdict, remark or "contact")
+    return Figure(name, shown, limit, verdict, remark or "contact, as wanted")
 
 
 def tracking(summary: Summary) -> Figure:
@@ -139,10 +148,14 @@ def tracking(summary: Summary) -> Figure:
     return Figure("Tracking error (RMS)", quantity(rmse, "mm", 2), limit, verdict, "")
 
 
+DECIMALS = {"s": 1, "%": 1, "cmH2O": 1, "mL": 0}
+"""Decimals of the figures that have no limit, by unit."""
+
+
 def _unlimited(summary: Summary, name: str, unit: str, *path: str) -> Figure:
     value = number(summary, *path)
     verdict = Verdict.ABSENT if value is None else Verdict.NEUTRAL
-    return Figure(name, quantity(value, unit, 1 if unit == "s" else 0), "", verdict, "")
+    return Figure(name, quantity(value, unit, DECIMALS[unit]), "", verdict, "")
 
 
 def figures(summary: Summary) -> list[Figure]:
@@ -152,11 +165,12 @@ def figures(summary: Summary) -> list[Figure]:
         negative_pressure(summary),
         in_airway(summary),
         peak_vacuum(summary),
+        _unlimited(summary, "Lowest oxygen saturation", "%", "spo2_nadir_percent"),
+        _unlimited(summary, "Lung volume lost", "mL", "lung_volume_loss_ml"),
+        _unlimited(summary, "Lowest airway pressure", "cmH2O", "airway_pressure_least_cmh2o"),
         secretion(summary),
         carina_force(summary),
         stop_error(summary),
         tracking(summary),
         _unlimited(summary, "Whole cycle", "s", "timing", "cycle_s"),
-        _unlimited(summary, "Lowest oxygen saturation", "%", "spo2_nadir_percent"),
-        _unlimited(summary, "Lung volume lost", "mL", "lung_volume_loss_ml"),
     ]

@@ -8,6 +8,10 @@ from opensuction.report.wording import quantity
 ON_REQUEST = "a person asked for it, no safety limit tripped"
 
 
+LEAST_BACKOFF_MM = 0.5
+"""A shorter way back is the spring of tip and tissue, no backing off."""
+
+
 def _with_stop(sentence: str) -> str:
     """A sentence as it was written elsewhere, made to end with exactly one full stop."""
     return sentence.rstrip(". ") + "."
@@ -27,7 +31,7 @@ def aborted_at_s(summary: Summary) -> float | None:
     for phase in rows(summary, "phases"):
         if phase.get("name") == "aborting":
             return number(phase, "start_s")
-    return None
+    return number(summary, "abort", "time_s")
 
 
 def outcome(summary: Summary) -> str:
@@ -69,6 +73,9 @@ def _depth(summary: Summary) -> str:
     deepest = number(summary, "tip", "deepest_mm")
     if deepest is None:
         return ""
+    boundary = number(summary, "anatomy", "patient_boundary_mm")
+    if boundary is not None and deepest <= boundary < 0.0:
+        return "The catheter tip did not enter the tube."
     if deepest <= 0.0:
         return "The catheter tip did not leave the tube."
     said = f"The catheter tip went {quantity(deepest, 'mm')} below the end of the tube"
@@ -96,12 +103,13 @@ def _suction(summary: Summary) -> str:
         return ""
     if lasted == 0.0:
         return "There was no suction."
+    guideline = number(summary, "timing", "guideline_s")
+    budget = number(summary, "timing", "negative_pressure_budget_s")
+    bounds = [("guideline's limit", guideline), ("protocol's limit", budget)]
+    if guideline == budget:
+        bounds = [("limit of guideline and protocol", guideline)]
     held = []
-    for key, whose in (
-        ("guideline_s", "guideline's limit"),
-        ("negative_pressure_budget_s", "protocol's limit"),
-    ):
-        bound = number(summary, "timing", key)
+    for whose, bound in bounds:
         if bound is not None:
             side = "within" if lasted <= bound else "over"
             held.append(f"{side} the {whose} of {bound:g} s")
@@ -117,13 +125,47 @@ def _secretion(summary: Summary) -> str:
     return f"It removed {quantity(removed, 'mL')} of secretions{share}."
 
 
+def _patient(summary: Summary) -> str:
+    """What suction did to the patient's breathing, as far as there is a patient."""
+    saturation = number(summary, "spo2_nadir_percent")
+    loss = number(summary, "lung_volume_loss_ml")
+    pressure = number(summary, "airway_pressure_least_cmh2o")
+    said = []
+    if saturation is not None:
+        said.append(f"oxygen saturation was {quantity(saturation, '%')} at its lowest")
+    if loss is not None:
+        said.append(f"the lungs lost up to {quantity(loss, 'mL', 0)} of their resting volume")
+    if pressure is not None:
+        below = ", below the air outside" if pressure < 0.0 else ""
+        said.append(f"the lowest airway pressure was {quantity(pressure, 'cmH2O')}{below}")
+    joined = "; ".join(said)
+    return f"{joined[0].upper()}{joined[1:]}." if joined else ""
+
+
+def _backoff_mm(summary: Summary) -> float | None:
+    """How far the tip left the carina before suction; None where it did not or nobody knows."""
+    if not any(phase.get("name") == "backing_off" for phase in rows(summary, "phases")):
+        return None
+    told = number(summary, "contact", "backoff_mm")
+    deepest, reached = number(summary, "tip", "deepest_mm"), number(summary, "tip", "reached_mm")
+    if told is not None or deepest is None or reached is None:
+        return told
+    return deepest - reached
+
+
 def _contact(summary: Summary) -> str:
     force = number(summary, "carina_force_peak_n")
+    if force is None:
+        force = number(summary, "contact", "force_n")
     if force is None:
         return ""
     if force == 0.0:
         return "The tip did not touch the carina."
-    return f"The tip pressed on the carina with up to {quantity(force, 'N', 2)}."
+    said = f"The tip touched the carina with at most {quantity(force, 'N', 2)}"
+    backoff = _backoff_mm(summary)
+    if backoff is not None and backoff >= LEAST_BACKOFF_MM:
+        said += f" and backed off by {quantity(backoff, 'mm')} before suction"
+    return f"{said}."
 
 
 def _faults(summary: Summary) -> str:
@@ -141,5 +183,5 @@ def _faults(summary: Summary) -> str:
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
-    told = (_ending, _depth, _stop, _suction, _secretion, _contact, _faults)
+    told = (_ending, _depth, _contact, _stop, _suction, _secretion, _patient, _faults)
     return [sentence for tell in told if (sentence := tell(summary))]

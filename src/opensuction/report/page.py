@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jinja2
 from markupsafe import Markup
 
-from opensuction.report import anatomy, figures, narrative, series, wording
+from opensuction.report import anatomy, figures, narrative, requirement, series, wording
 from opensuction.report.series import Trace
 from opensuction.report.summary import Summary, completed, flattened, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
@@ -17,7 +17,7 @@ Sections = Mapping[str, Mapping[str, Any]]
 
 ROOM = "opensuction.report"
 
-SCRIPTS = ("plot_parts.js", "loop_plot.js", "plots.js")
+SCRIPTS = ("plot_parts.js", "loop_plot.js", "patient_plots.js", "plots.js")
 """In this order: each uses those before it."""
 
 RUN = ("machine", "protocol", "approach", "compensation", "patient", "seed")
@@ -43,12 +43,14 @@ class PhaseBand(NamedTuple):
 
 
 def bands(summary: Summary) -> list[PhaseBand]:
-    """Phases that took time, each with its share of the time line."""
+    """Phases that took time, each with its share of the time line; the rest after them is none."""
     known: list[tuple[str, float, float]] = []
     for phase in rows(summary, "phases"):
         start, end = number(phase, "start_s"), number(phase, "end_s")
         if start is not None and end is not None and end - start >= SHORTEST_S:
             known.append((str(phase.get("name", "")), start, end))
+    while known and known[-1][0] in wording.REST:
+        known.pop()
     total = sum(end - start for _, start, end in known)
     listed = []
     for i, (name, start, end) in enumerate(known, start=1):
@@ -91,10 +93,12 @@ def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple
 def _plots(summary: Summary, trace: Trace, phases: list[PhaseBand]) -> dict[str, Any]:
     """What the page's script draws."""
     return {
-        "series": series.payload(summary, trace),
+        "series": series.machine(summary, trace),
+        "patient": series.patient(summary, trace),
         "phases": [[band.label, band.kind, band.start_s, band.end_s] for band in phases],
         "target_mm": number(summary, "tip", "target_mm"),
         "cap_mm": number(summary, "anatomy", "cap_mm"),
+        "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),
         "setpoint_mmhg": number(summary, "vacuum", "setpoint_mmhg"),
     }
 
@@ -116,6 +120,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "sentences": narrative.sentences(summary),
         "warnings": warnings_of(summary),
         "figures": figures.figures(summary),
+        "requirements": requirement.requirements(summary),
         "phases": phases,
         "drawing": anatomy.drawing(summary),
         "trips": rows(summary, "trips"),

@@ -6,13 +6,22 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.summary import Summary, number, rows
+from opensuction.report.summary import Summary, number, rows, text
 
 Trace = Mapping[str, npt.NDArray[Any]]
 """Column name to values, one for each tick, all of one length; times rise."""
 
+Series = dict[str, npt.NDArray[np.float64]]
+"""Short name to values."""
+
 BUCKETS = 250
 """Stretches of time of which each keeps its extremes: fewer than pixels, more than the eye asks."""
+
+BREATHS_BUCKETS = 500
+"""The same for a patient, who is followed for longer and breathes up to once in 1.5 s."""
+
+AFTER_CYCLE_S = 2.0
+"""Plots of the machine go on for this long after the cycle: time to see that it is at rest."""
 
 REVERSAL_MM = 0.2
 """Head travel against its direction that counts as a reversal; encoder and servo jitter less."""
@@ -26,7 +35,7 @@ class Column(NamedTuple):
     decimals: int
 
 
-COLUMNS = (
+MACHINE = (
     Column("tip", "truth.tip_mm", 2),
     Column("head", "readings.head_mm", 2),
     Column("reference", "demand.reference_mm", 2),
@@ -37,19 +46,32 @@ COLUMNS = (
     Column("removed", "truth.secretion_removed_ml", 3),
     Column("contact", "truth.contact_n", 3),
 )
-"""Series that are drawn; a column that a trace lacks is left out."""
+"""Series of machine and airway; a column that a trace lacks is left out."""
+
+PATIENT = (
+    Column("airway_pressure", "truth.airway_pressure_cmh2o", 2),
+    Column("lung_volume", "truth.lung_volume_ml", 1),
+    Column("lung_volume_loss", "truth.lung_volume_loss_ml", 1),
+    Column("spo2", "truth.spo2_percent", 2),
+)
+"""Series of the patient on the machine, likewise."""
 
 MEASURED = ("truth.laser_mm", "truth.tip_mm")
 """Tip position that the tracking error is taken from: the first of these that the trace has."""
 
 
-def extracted(trace: Trace) -> dict[str, npt.NDArray[np.float64]]:
-    """Series by short name, full length, and the tracking error as measured."""
-    series = {
+def extracted(trace: Trace, columns: Sequence[Column]) -> Series:
+    """Series by short name, full length."""
+    return {
         entry.name: np.asarray(trace[entry.column], dtype=np.float64)
-        for entry in COLUMNS
+        for entry in columns
         if entry.column in trace
     }
+
+
+def _machine(trace: Trace) -> Series:
+    """Series of the machine, and the tracking error as measured."""
+    series = extracted(trace, MACHINE)
     measured = next((name for name in MEASURED if name in trace), None)
     if measured is not None and "reference" in series:
         series["error"] = np.asarray(trace[measured], dtype=np.float64) - series["reference"]
@@ -108,21 +130,43 @@ def _listed(values: npt.NDArray[np.float64], decimals: int) -> list[float | None
     return [value if np.isfinite(value) else None for value in rounded.tolist()]
 
 
-def payload(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
-    """Series for the page's plots, by short name, all of one length, ready for JSON.
-
-    Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. Empty where
-    the trace has no rows.
-    """
-    time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
-    series = extracted(trace)
+def _thinned(
+    summary: Summary, time_s: npt.NDArray[np.float64], series: Series, buckets: int
+) -> dict[str, list[Any]]:
+    """Series and ``time``, thinned and ready for JSON; empty where there is nothing."""
     if time_s.size == 0 or not series:
         return {}
-    kept = kept_rows(list(series.values()), _edges(summary, time_s))
-    decimals = {entry.name: entry.decimals for entry in COLUMNS}
+    kept = kept_rows(list(series.values()), _edges(summary, time_s), buckets)
+    decimals = {entry.name: entry.decimals for entry in (*MACHINE, *PATIENT)}
     listed: dict[str, list[Any]] = {"time": _listed(time_s[kept], 3)}
     for name, values in series.items():
         listed[name] = _listed(values[kept], decimals.get(name, 3))
     if "head" in series:
         listed["inward"] = directions(series["head"][kept]).astype(int).tolist()
     return listed
+
+
+def machine(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+    """Series for the plots of the machine, by short name, all of one length, ready for JSON.
+
+    Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. They end
+    shortly after the cycle. Empty where the trace has no rows.
+    """
+    time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
+    cycle_s = number(summary, "timing", "cycle_s")
+    end = time_s.size
+    if cycle_s is not None:
+        end = int(np.searchsorted(time_s, cycle_s + AFTER_CYCLE_S, side="right"))
+    series = {name: values[:end] for name, values in _machine(trace).items()}
+    return _thinned(summary, time_s[:end], series, BUCKETS)
+
+
+def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+    """Series for the plots of the patient, to the end of the trace; empty where nobody is there.
+
+    The trace goes on after the cycle: saturation is lowest after the catheter is out.
+    """
+    if text(summary, "patient") is None:
+        return {}
+    time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
+    return _thinned(summary, time_s, extracted(trace, PATIENT), BREATHS_BUCKETS)

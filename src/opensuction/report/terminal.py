@@ -14,7 +14,7 @@ from opensuction.report import figures, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figures import Verdict
 from opensuction.report.summary import Summary, completed, text, warnings
-from opensuction.report.wording import DISCLAIMER, phase_words, quantity
+from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
 PLANNED: Final = (
     "checking",
@@ -26,9 +26,6 @@ PLANNED: Final = (
     "closing",
 )
 """Phases of a cycle that stops by travel, in order."""
-
-REST: Final = ("parked", "halted")
-"""Phases in which nothing is going on: the display ends with them."""
 
 REFRESH_PER_S: Final = 10
 """Redraws of the live display, however often it is told something."""

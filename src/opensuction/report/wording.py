@@ -21,6 +21,9 @@ class PhaseWords(NamedTuple):
     """``rest``, ``in``, ``suction``, ``out`` or ``fault``."""
 
 
+REST = ("parked", "halted")
+"""Phases in which nothing is going on: a cycle ends with one of them."""
+
 PHASES: dict[str, PhaseWords] = {
     "parked": PhaseWords("Parked", "Tip out of the patient, valve closed, ready.", "rest"),
     "checking": PhaseWords("Checking", "Sensors, valve and pump are tested.", "rest"),

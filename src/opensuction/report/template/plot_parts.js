@@ -20,6 +20,9 @@ const parts = (() => {
     size: 44, ...more,
   });
 
+  const second = (label, scale) => axis(label, { scale, side: 1, grid: { show: false } });
+  const fromZero = (margin, least) => ({ range: (_, low, high) => [0, margin * Math.max(high, least)] });
+
   /* Shade the phases behind everything; name them along the top where there is room. */
   function shadePhases(u, phases, named) {
     const { ctx, bbox } = u;
@@ -45,7 +48,7 @@ const parts = (() => {
     ctx.restore();
   }
 
-  /* A dashed horizontal with its name; "above" or "below" the line, at one edge of the plot. */
+  /* A dashed horizontal with its name; "above" or "below" the line, "left", "center" or "right". */
   function level(u, scale, value, name, hue, side, edge = "right") {
     if (value == null) return;
     const { ctx, bbox } = u;
@@ -63,7 +66,7 @@ const parts = (() => {
     ctx.font = FONT.replace("12px", 12 * ratio + "px");
     ctx.textAlign = edge;
     ctx.textBaseline = side === "above" ? "bottom" : "top";
-    const x = bbox.left + (edge === "right" ? bbox.width - 4 * ratio : 4 * ratio);
+    const x = bbox.left + { left: 4 * ratio, center: bbox.width / 2, right: bbox.width - 4 * ratio }[edge];
     ctx.fillText(name, x, y + (side === "above" ? -3 : 3) * ratio);
     ctx.restore();
   }
@@ -79,5 +82,5 @@ const parts = (() => {
     u.over.addEventListener("touchmove", move, { passive: true });
   }
 
-  return { colour, line, axis, shadePhases, level, followTouch };
+  return { colour, line, axis, second, fromZero, shadePhases, level, followTouch };
 })();

@@ -8,9 +8,10 @@
   const NARROW_PX = 560; // below this the page is on a phone: less room for plots
   const NARROW_HEIGHT_PX = 240;
   const SECOND_AXIS_PX = 62; // kept free where there is none, so that all times line up
-  const DEPTH_HEADROOM = 1.15; // room above the cap for the names of the phases
+  const DEPTH_HEADROOM = 0.13; // room above the cap, for its name and the phases', over the span
+  const NARROW_HEADROOM = 0.28;
   const PRINT_PX = 680; // width of a plot on A4 and Letter
-  const { axis, colour, level, line } = parts;
+  const { axis, colour, fromZero, level, line, second } = parts;
   const sync = uPlot.sync("cycle");
   let plots = [];
   let markLoop = () => {};
@@ -21,12 +22,11 @@
   const touched = (series.contact || []).some((force) => force > 0);
   const widthOf = (element) => (printing ? PRINT_PX : element.clientWidth);
   const dashed = { dash: (u, i) => (u.series[i].dash ? "dashed" : "solid") };
-  const second = (label, scale) => axis(label, { scale, side: 1, grid: { show: false } });
-  const fromZero = (margin, least) => ({ range: (_, low, high) => [0, margin * Math.max(high, least)] });
 
-  function timePlot(id, height, lines, axes, more = {}) {
+  /* One plot of lines of data (the machine's or the patient's series) over time. */
+  function timePlot(id, height, data, lines, axes, more = {}) {
     const element = document.getElementById(id);
-    const known = lines.filter((entry) => series[entry.key]);
+    const known = lines.filter((entry) => data[entry.key]);
     element.closest("figure").hidden = !known.length;
     if (!known.length) return;
     const width = widthOf(element);
@@ -41,37 +41,48 @@
       hooks: {
         drawClear: [(u) => parts.shadePhases(u, page.phases, more.named)],
         draw: more.draw ? [more.draw] : [],
-        setCursor: [(u) => markLoop(u.cursor.idx)],
+        setCursor: data === series ? [(u) => markLoop(u.cursor.idx)] : [],
         ready: [parts.followTouch],
       },
     };
-    plots.push(new uPlot(options, [series.time, ...known.map((entry) => series[entry.key])], element));
+    plots.push(new uPlot(options, [data.time, ...known.map((entry) => data[entry.key])], element));
+  }
+
+  function depthLevel(u, depth_mm, name, ...where) {
+    if (depth_mm != null) level(u, "y", depth_mm, `${name} ${Number(depth_mm.toFixed(1))} mm`, ...where);
   }
 
   function drawDepth() {
-    timePlot("depth", 400, [
+    const narrow = widthOf(document.getElementById("depth")) < NARROW_PX;
+    const headroom = narrow ? NARROW_HEADROOM : DEPTH_HEADROOM;
+    timePlot("depth", 400, series, [
       line("tip", "Tip", "mm", 1, "tip", { width: 3 }),
       line("reference", "Desired tip", "mm", 1, "reference", { width: 1.5, dash: [7, 4] }),
       line("head", "Head", "mm", 1, "head", { width: 1.5 }),
       line("deepest", "Deepest possible", "mm", 1, "deepest", { width: 1.5, dash: [2, 3] }),
     ], [axis("mm below the tube's end")], {
       named: true,
-      scales: { y: { range: (_, low, high) =>
-        [Math.min(low, 0) - 5, Math.max(high, page.cap_mm || 0) * DEPTH_HEADROOM] } },
+      scales: { y: { range: (_, low, high) => {
+        const [bottom, top] = [Math.min(low, 0) - 5, Math.max(high, page.cap_mm || 0)];
+        return [bottom, top + headroom * (top - bottom)];
+      } } },
       draw: (u) => {
-        level(u, "y", page.cap_mm, "Cap " + page.cap_mm + " mm", "bad", "above");
-        level(u, "y", page.target_mm, "Target " + page.target_mm + " mm", "soft", "below");
+        depthLevel(u, page.cap_mm, "Cap", "bad", "above");
+        depthLevel(u, page.target_mm, "Target", "soft", "below");
+        if (!page.boundary_mm) return; // the bench's patient begins where the tube ends
+        level(u, "y", 0, "Tube's end", "soft", "below", "center"); // the tip is elsewhere then
+        depthLevel(u, page.boundary_mm, "Patient begins", "soft", "above", "center");
       },
     });
   }
 
   function drawError() {
-    timePlot("error", 220, [line("error", "Tip minus desired", "mm", 2, "tip", { width: 1.5 })],
+    timePlot("error", 220, series, [line("error", "Tip minus desired", "mm", 2, "tip", { width: 1.5 })],
       [axis("mm")], { draw: (u) => level(u, "y", 0, "", "soft", "above") });
   }
 
   function drawSuction() {
-    timePlot("suction", 280, [
+    timePlot("suction", 280, series, [
       line("valve_percent", "Valve open", "%", 0, "valve", { scale: "ratio", fill: colour("valve") + "30" }),
       line("line_vacuum", "Line vacuum", "mmHg", 0, "line-vacuum", { width: 2.5 }),
       line("tip_vacuum", "Tip vacuum", "mmHg", 0, "tip-vacuum", { dash: [6, 3], width: 1.5 }),
@@ -82,12 +93,18 @@
   }
 
   function drawSecretion() {
-    const force = [line("contact", "Force on the carina", "N", 2, "contact", { scale: "force" })];
-    timePlot("secretion", 200, [
+    timePlot("secretion", 200, series, [
       line("removed", "Removed", "mL", 2, "removed", { fill: colour("removed") + "30" }),
-      ...(touched ? force : []),
-    ], [axis("mL"), ...(touched ? [second("N", "force")] : [])],
-      { scales: { y: fromZero(1.1, 0.5), ...(touched ? { force: fromZero(1.2, 0.1) } : {}) } });
+    ], [axis("mL")], { scales: { y: fromZero(1.1, 0.5) } });
+  }
+
+  function drawContact() {
+    const force = line("contact", "Force at the carina", "N", 3, "contact", { fill: colour("contact") + "30" });
+    timePlot("contact", 200, series, touched ? [force] : [], [axis("N")], { scales: { y: fromZero(1.2, 0.1) } });
+  }
+
+  function drawPatient() {
+    if (page.patient.time) patientPlots.forEach((draw) => draw(timePlot, page.patient));
   }
 
   function drawLoop() {
@@ -103,7 +120,7 @@
     plots.forEach((plot) => plot.destroy());
     plots = [];
     markLoop = () => {};
-    for (const draw of [drawDepth, drawError, drawSuction, drawSecretion, drawLoop]) draw();
+    for (const draw of [drawDepth, drawError, drawSuction, drawContact, drawSecretion, drawLoop, drawPatient]) draw();
   }
 
   function print(on) {

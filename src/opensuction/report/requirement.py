@@ -1,0 +1,41 @@
+"""Clinical requirements held against the plan of a cycle, as rows of a table."""
+
+from typing import NamedTuple
+
+from opensuction.report.summary import Summary, number, rows, text, value
+
+
+class Requirement(NamedTuple):
+    """One requirement in words and numbers."""
+
+    name: str
+    planned: str
+    limit: str
+    """With ``below`` or ``at most``."""
+    met: bool | None
+    """None where the summary does not say."""
+    source: str
+
+
+def _amount(amount: float | None, unit: str) -> str:
+    """Number of any size with its unit, which a ratio does not have."""
+    return "-" if amount is None else f"{amount:.3g} {unit}".rstrip()
+
+
+def requirements(summary: Summary) -> list[Requirement]:
+    """Requirements in the order of the summary; empty where it has none."""
+    listed = []
+    for check in rows(summary, "checks"):
+        unit = text(check, "unit") or ""
+        word = "below" if value(check, "strict") is True else "at most"
+        limit, met = number(check, "limit"), value(check, "ok")
+        listed.append(
+            Requirement(
+                name=(text(check, "name") or "?").capitalize(),
+                planned=_amount(number(check, "value"), unit),
+                limit="-" if limit is None else f"{word} {_amount(limit, unit)}",
+                met=met if isinstance(met, bool) else None,
+                source=text(check, "source") or "",
+            )
+        )
+    return listed
