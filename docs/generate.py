@@ -4,11 +4,10 @@ from pathlib import Path
 
 from opensuction.procedure import diagram
 from opensuction.twin import parameter_table, patient_table
-from opensuction.twin.parameter import BENCH
 
 DOCS = Path(__file__).resolve().parent
 TABLES = {
-    "twin.md": parameter_table.markdown(BENCH),
+    "twin.md": parameter_table.machines(),
     "patient.md": patient_table.markdown(),
 }
 
