@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence import cycle_run
-from opensuction.evidence.cycle_run import Choice
+from opensuction.evidence.cycle_run import APPROACHES, Choice
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.trace import Columns
 
@@ -53,3 +53,22 @@ def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
     folder = Path("runs") / "soak"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"bench-{compensation}.json").write_text(json.dumps(result, indent=2) + "\n")
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("approach", APPROACHES)
+def test_no_drawn_adult_is_suctioned_beyond_a_limit(approach: str) -> None:
+    """Fifty ventilated adults on fifty clinical machines, within the guidelines in every one."""
+    for seed in range(1, 51):
+        prepared = cycle_run.prepare(Choice(None, "adult", approach, "exact-inverse", seed))
+        columns = cycle_run.play(prepared, lambda _: None)
+        figures = cycle_run.figures(prepared, columns)
+        assert figures.completed, seed
+        assert figures.trips == (), seed
+        assert figures.negative_pressure_s <= 15.0, seed
+        assert figures.in_airway_s <= 30.0, seed
+        assert figures.peak_vacuum_mmhg <= 1.1 * prepared.protocol.vacuum_mmhg, seed
+        assert figures.deepest_mm <= prepared.protocol.cap_mm, seed
+        assert figures.carina_force_peak_n <= 0.3, seed
+        assert np.count_nonzero(columns["readings.contact_closed"]) <= 2000, seed  # ticks of 1 ms
+        assert inward_with_vacuum_mm(columns) <= 0.5, seed
