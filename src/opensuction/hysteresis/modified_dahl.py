@@ -135,11 +135,12 @@ def _far_root_mm(model: ModifiedDahl, pull_mm: float, gain_mm: float) -> float:
     """
     travel_mm = max((gain_mm + pull_mm) / model.slope, 0.0)
     for _ in range(NEWTON_STEPS):
-        decay = math.exp(-model.decay_per_mm * travel_mm)
-        slope = model.slope - pull_mm * model.decay_per_mm * decay
+        # One exponential serves both the curve and its slope: this loop runs every tick.
+        decayed = math.expm1(-model.decay_per_mm * travel_mm)
+        slope = model.slope - pull_mm * model.decay_per_mm * (1.0 + decayed)
         if not slope > 0.0:  # the tangent point itself, or not a number
             break
-        correction_mm = (_gain_mm(model, pull_mm, travel_mm) - gain_mm) / slope
+        correction_mm = (model.slope * travel_mm + pull_mm * decayed - gain_mm) / slope
         travel_mm = max(travel_mm - correction_mm, 0.0)
         if not abs(correction_mm) > RELATIVE_STEP * travel_mm:
             break
