@@ -59,7 +59,9 @@ def test_a_gap_is_crossed_before_insertion_and_in_the_last_part_of_the_dwell() -
 @pytest.mark.parametrize("name", PROTOCOLS)
 @pytest.mark.parametrize("abilities", [BENCH, WITH_GAP], ids=["plain", "gap"])
 def test_every_preset_fits_the_bench(name: str, abilities: Abilities) -> None:
-    planned(PROTOCOLS[name], abilities)
+    plan = planned(PROTOCOLS[name], abilities)
+    assert plan.motion.target_mm == PROTOCOLS[name].travel_mm
+    assert plan.dwell_s >= plan.gap_lead_s
 
 
 def test_the_papers_suction_does_not_fit_into_fifteen_seconds() -> None:
