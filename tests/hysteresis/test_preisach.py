@@ -129,13 +129,13 @@ def test_a_target_beyond_all_relays_ends_at_the_end_of_the_grid() -> None:
     assert preisach.inverse_step(EVEN, state, math.nan) == (0.0, False)
 
 
-def test_what_makes_the_model_well_posed_and_monotone() -> None:
+def test_what_makes_the_model_rising_and_monotone() -> None:
     assert preisach.is_monotone(EVEN)
     gap = triangle([0.0, *[1.0] * (CELLS - 1)])
-    assert preisach.is_well_posed(gap)
+    assert preisach.is_rising(gap)
     assert not preisach.is_monotone(gap)
     wrong = triangle([*[1.0] * (CELLS - 1), -0.1])
-    assert not preisach.is_well_posed(wrong)
+    assert not preisach.is_rising(wrong)
     assert not preisach.is_monotone(wrong)
     state = PreisachState(20.0, preisach.start_positions_mm(wrong, 20.0, 0.0))
     assert preisach.inverse_step(wrong, state, 3.0) == (0.0, False)

@@ -194,8 +194,8 @@ def from_factors(
 
 
 @compiled
-def is_well_posed(model: Preisach) -> bool:
-    """Whether no cell counts against the input: then no loop gives work and an inverse exists."""
+def is_rising(model: Preisach) -> bool:
+    """Whether no cell counts against the input: the output then never moves the wrong way."""
     levels = model.weights_mm.shape[0]
     for k in range(levels):
         for j in range(levels - k):
@@ -213,7 +213,7 @@ def is_monotone(model: Preisach) -> bool:
     for j in range(model.weights_mm.shape[0]):
         if not model.weights_mm[0, j] > 0.0:
             return False
-    return is_well_posed(model)
+    return is_rising(model)
 
 
 @compiled
@@ -241,7 +241,7 @@ def inverse_step(model: Preisach, state: PreisachState, target_mm: float) -> Inv
     """
     sums_mm, trial_mm = _sums_mm(model), np.empty(state.positions_mm.size)
     missing_mm = target_mm - _output_mm(model, sums_mm, state.head_mm, state.positions_mm)
-    if not (is_well_posed(model) and math.isfinite(missing_mm)):
+    if not (is_rising(model) and math.isfinite(missing_mm)):
         return InverseMove(move_mm=0.0, reached=False)
     direction = math.copysign(1.0, missing_mm)
     end_mm = model.high_mm if direction > 0.0 else model.low_mm

@@ -1,0 +1,14 @@
+"""Every hysteresis model by name.
+
+A new model is one entry here, written in the file of its family, and one case in
+``tests/conformance/test_hysteresis_models.py``.
+"""
+
+from opensuction.hysteresis.duhem_family import BOUC_WEN, DAHL, MODIFIED_DAHL
+from opensuction.hysteresis.hysteresis_model import HysteresisModel
+from opensuction.hysteresis.play_family import GENERALISED, PLAY, PREISACH
+
+CATALOGUE: dict[str, HysteresisModel] = {
+    model.name: model for model in (DAHL, MODIFIED_DAHL, BOUC_WEN, PLAY, PREISACH, GENERALISED)
+}
+"""Models by the name a person types."""

@@ -1,0 +1,115 @@
+"""One or more records of every catalogue model, with what theory promises of each.
+
+A model that joins the catalogue joins here; `test_hysteresis_models` asks everything of it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.hysteresis import bouc_wen, generalised, modified_dahl
+from opensuction.hysteresis.bouc_wen import BoucWen
+from opensuction.hysteresis.catalogue import CATALOGUE
+from opensuction.hysteresis.dahl import Dahl
+from opensuction.hysteresis.generalised import Generalised
+from opensuction.hysteresis.hysteresis_model import HysteresisModel, Ranges, Record
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play import Play
+from opensuction.hysteresis.preisach import Preisach
+
+LOW_MM, HIGH_MM = 0.0, 100.0
+"""Where the paths of the suite run."""
+
+RANGES = Ranges(LOW_MM, HIGH_MM, -10.0, 85.0)
+
+
+class Case(NamedTuple):
+    """A record and what is promised of it."""
+
+    name: str
+    record: Record
+    """Of the model ``name``."""
+    forgetting_mm: float
+    """Travel in one direction that leaves less than 1e-9 mm of the past."""
+    closes_minor_loops: bool
+    """Whether a minor loop returns exactly to where it left (return-point memory)."""
+    loop_sign: int
+    """Sense of its steady loops: -1 where the output lags the input, as backlash does, +1 where
+    it leads, as a friction force does, 0 where parameters promise neither."""
+    monotone: bool
+
+    @property
+    def refuses_inverse(self) -> bool:
+        """Numerical inverses are refused where the root found would be one of several."""
+        return not self.monotone and self.name in {"bouc-wen", "generalised"}
+
+    @property
+    def model(self) -> HysteresisModel:
+        """The catalogue's entry."""
+        return CATALOGUE[self.name]
+
+
+def _generalised(
+    decays_mm: list[float], widths_mm: list[float], weights: list[float], envelope: list[float]
+) -> Generalised:
+    empty = generalised.on_range(
+        LOW_MM, HIGH_MM, np.array(decays_mm), np.array(widths_mm), len(envelope) - 1
+    )
+    return generalised.with_factors(empty, np.array(weights + envelope))
+
+
+def _preisach(levels: int, weight: float, ungapped: float) -> Preisach:
+    """Weights that vary from cell to cell; the row without gap apart."""
+    k, j = np.indices((levels, levels))
+    weights_mm = weight * (1.0 + 0.3 * np.sin(3.0 * k + 2.0 * j)) * (k + j < levels)
+    weights_mm[0] = ungapped * (1.0 + 0.5 * np.cos(np.arange(levels)))
+    return Preisach(LOW_MM, HIGH_MM, weights_mm, -9.0)
+
+
+PASSIVE = BoucWen(1.0, 0.06, 0.02, 1.4, 0.95, -0.5, -7.0)
+
+CASES: dict[str, Case] = {
+    "dahl": Case("dahl", Dahl(0.05, 2.0), 1000.0, False, 1, True),
+    "modified dahl, published": Case(
+        # The difference of the lags decays with alpha from 22 mm at most: ln(22/1e-9) = 23.8.
+        "modified-dahl",
+        modified_dahl.PUBLISHED,
+        24.0 / 0.077,
+        False,
+        -1,
+        False,
+    ),
+    "modified dahl, monotone": Case(
+        "modified-dahl", ModifiedDahl(0.95, 0.3, 0.1, -2.0), 240.0, False, -1, True
+    ),
+    # B = .091, D = 1.663: the way out of a saturated loop starts slowly, then forgets in 0.5 mm.
+    "bouc-wen, published": Case("bouc-wen", bouc_wen.PUBLISHED, 100.0, False, 0, True),
+    "bouc-wen, passive": Case("bouc-wen", PASSIVE, 600.0, False, -1, True),
+    "bouc-wen, m = 1": Case(
+        "bouc-wen", PASSIVE._replace(exponent=1.0, memory_gain=-0.8), 600.0, False, -1, False
+    ),
+    "play": Case("play", Play(20.0, 0.95, -6.2), 20.0, True, -1, False),
+    "preisach": Case("preisach", _preisach(12, 0.9, 2.0), 101.0, True, -1, True),
+    "preisach, with gaps": Case("preisach", _preisach(9, 1.5, 0.0), 101.0, True, -1, False),
+    "generalised": Case(
+        "generalised",
+        _generalised(
+            [2.0, 12.0], [9.0, 21.0], [0.05, 0.1, 0.2, 0.1], [40.0, 35.0, 3.0, 2.0, -1.0, 0.7]
+        ),
+        300.0,
+        False,
+        -1,
+        True,
+    ),
+    "generalised, plays": Case(
+        "generalised",
+        _generalised([], [14.0, 20.0, 26.0], [0.3, 0.35, 0.3], [-6.0, 5.0, 1.0]),
+        26.0,
+        True,
+        -1,
+        True,
+    ),
+    "generalised, wrong way": Case(
+        "generalised", _generalised([8.0], [], [0.6], [40.0, 48.0]), 200.0, False, -1, False
+    ),
+}
