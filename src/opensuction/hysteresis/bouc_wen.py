@@ -118,9 +118,10 @@ def is_well_posed(model: BoucWen) -> bool:
 
 @compiled
 def is_passive(model: BoucWen) -> bool:
-    """Whether every loop of the memory takes work, as friction does: -B <= D <= B.
+    """Whether no excursion gives more work than the memory had stored: -B <= D <= B.
 
-    The published parameters do not. Source: Ikhouane and Rodellar (2007), ch. 2.
+    Stored is ``zeta^2 / 2A``; what a move dissipates is ``|zeta|^m (B |zeta dx| + D zeta dx) / A``.
+    The published parameters break it. Source: Ikhouane and Rodellar (2007), ch. 2.
     """
     return is_well_posed(model) and abs(model.bend) <= model.dissipation
 

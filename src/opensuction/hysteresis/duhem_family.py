@@ -146,7 +146,7 @@ BOUC_WEN = HysteresisModel(
     title="Bouc-Wen",
     source="paper eqs. (5) and (6), standard form; Wen 1976",
     cannot="a gap with corners, closed minor loops (it drifts in them), loops that differ along "
-    "the range; for D > B some of its loops give work",
+    "the range; for D > B some excursions give more work than was stored",
     inverse="numerical, by bracketing, where it is monotone",
     parameters=(
         ModelParameter("input_gain", "A", "mm/mm", "memory per input where it is 0; free scale"),
