@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
-from opensuction.evidence import cycle_run
-from opensuction.evidence.cycle_run import Choice
+from opensuction.evidence import cycle_run, paper_tracking
+from opensuction.evidence.paper_tracking import AFTER_MM, BEFORE_MM, SEEDS
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.requests import START
 from opensuction.procedure.protocol import PAPER
@@ -23,14 +23,8 @@ from opensuction.simulation.bench import Identification
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.trace import Columns
 
-SEEDS = (1, 2, 3, 4, 5)
-"""Five machines, as the paper has five trials."""
 REFERENCE_S = 29.0
 """90 mm at 9 mm/s, 9 s of dwell, and back."""
-BEFORE_MM = (15.413, 15.552, 16.011, 14.998, 16.189)
-"""Table I, before compensation."""
-AFTER_MM = (2.4578, 2.2243, 2.5527, 2.3692, 2.6032)
-"""Table I, after compensation."""
 
 every_compensation = pytest.mark.parametrize("compensation", KIND_OF_NAME)
 every_seed = pytest.mark.parametrize("seed", SEEDS)
@@ -39,9 +33,7 @@ every_seed = pytest.mark.parametrize("seed", SEEDS)
 @cache
 def cycle(compensation: str, seed: int) -> tuple[Columns, Outcome]:
     """One cycle of the paper on a drawn machine, identified where the compensation needs it."""
-    prepared = cycle_run.prepare(Choice("bench", "paper", "travel", compensation, seed))
-    columns = cycle_run.play(prepared, lambda _: None)
-    return columns, cycle_run.figures(prepared, columns)
+    return paper_tracking.trial(compensation, seed)
 
 
 @cache

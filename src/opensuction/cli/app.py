@@ -2,6 +2,7 @@
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -147,8 +148,46 @@ def cycle(
         force=force,
         as_json=as_json,
     )
+    _run(lambda: command.run(options))
+
+
+REPRODUCE_EXAMPLES = """\b
+Examples:
+  opensuction reproduce                              report.html and reproduce.json under runs/
+  opensuction reproduce --out paper                  in a folder of your own
+  opensuction reproduce --json | jq .table1          Table I, the paper's numbers and ours
+
+\b
+Exit status: 0 every claim holds or is explained, 1 one differs, 2 bad input, 130 interrupted."""
+
+
+@app.command(epilog=REPRODUCE_EXAMPLES)
+def reproduce(
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder. Default: runs/<time>-reproduce.", show_default=False),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write into a folder that is not empty.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON object on stdout and nothing else.")
+    ] = False,
+) -> None:
+    """The paper's figures 5 to 11 and tables I and II on the twin, each number beside its own.
+
+    Every claim has a tolerance and a verdict, and says whether the twin was calibrated to it or
+    predicts it.
+    """
+    from opensuction.cli import reproduce as command
+
+    _run(lambda: command.run(command.Options(out=out, force=force, as_json=as_json)))
+
+
+def _run(work: Callable[[], int]) -> NoReturn:
+    """Exit with what a command returns; Ctrl-C leaves at once."""
     try:
-        code = command.run(options)
+        code = work()
     except KeyboardInterrupt:
         _leave_interrupted()
     raise typer.Exit(code)

@@ -1,0 +1,169 @@
+"""A page of sections, tables and plots: what a study came to, as one HTML file without a network.
+
+`page` is the report of one cycle; this is the form of everything else that is shown on paper.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.report import html, series
+
+Values = npt.NDArray[np.float64]
+
+SCRIPTS = ("plot_parts.js", "sheet.js")
+"""In this order: the second uses the first."""
+BUCKETS = 300
+"""Stretches of a curve of which each keeps its extremes: fewer than pixels."""
+
+
+class Curve(NamedTuple):
+    """One line of a plot."""
+
+    label: str
+    y: Values
+    hue: str = "tip"
+    """Colour by its name in the style sheet."""
+    dashed: bool = False
+    x: Values | None = None
+    """Its own abscissa, where it has one: loops, or other times than the plot's."""
+
+
+class Level(NamedTuple):
+    """A horizontal line with a name."""
+
+    value: float
+    name: str
+
+
+class Plot(NamedTuple):
+    """Curves over one abscissa, or with one each."""
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
+    x: Values | None = None
+    caption: str = ""
+    levels: tuple[Level, ...] = ()
+
+
+class Table(NamedTuple):
+    """Rows of cells: numbers right-aligned, True and False as verdicts, None and nan as a dash."""
+
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+
+class Section(NamedTuple):
+    """Part of a page."""
+
+    title: str
+    text: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    plots: tuple[Plot, ...] = ()
+
+
+class Sheet(NamedTuple):
+    """A whole page."""
+
+    title: str
+    verdict: str
+    good: bool
+    lead: str
+    run: tuple[tuple[str, str], ...]
+    """What ran, as names and values under the verdict."""
+    sections: tuple[Section, ...]
+
+
+def _rounded(values: Values, reach: float) -> list[float | None]:
+    """Values for JSON, to a ten-thousandth of what the plot spans; null where not finite."""
+    decimals = 4 if reach <= 0.0 else max(0, 4 - int(np.floor(np.log10(reach))))
+    return [
+        value if np.isfinite(value) else None
+        for value in (np.round(values, decimals) + 0.0).tolist()
+    ]
+
+
+def _reach(arrays: list[Values]) -> float:
+    known = [array[np.isfinite(array)] for array in arrays]
+    known = [array for array in known if array.size]
+    if not known:
+        return 0.0
+    return float(max(np.max(a) for a in known) - min(np.min(a) for a in known))
+
+
+def _looks(curve: Curve) -> dict[str, Any]:
+    return {"label": curve.label, "hue": curve.hue, "dashed": curve.dashed}
+
+
+def plotted(plot: Plot) -> dict[str, Any]:
+    """A plot thinned and ready for JSON: extremes of every curve are kept."""
+    data: dict[str, Any] = {
+        "x_label": plot.x_label,
+        "y_label": plot.y_label,
+        "levels": [level._asdict() for level in plot.levels],
+    }
+    y_reach = _reach([curve.y for curve in plot.curves])
+    if plot.x is not None and all(curve.x is None for curve in plot.curves):
+        kept = series.kept_rows([curve.y for curve in plot.curves], [], BUCKETS)
+        data["x"] = _rounded(plot.x[kept], _reach([plot.x]))
+        data["curves"] = [
+            _looks(curve) | {"y": _rounded(curve.y[kept], y_reach)} for curve in plot.curves
+        ]
+        return data
+    data["curves"] = []
+    for curve in plot.curves:
+        x = curve.x if curve.x is not None else plot.x
+        if x is None:
+            raise ValueError(f"curve '{curve.label}' of '{plot.title}' has no abscissa")
+        kept = series.kept_rows([x, curve.y], [], BUCKETS)
+        data["curves"].append(
+            _looks(curve)
+            | {"x": _rounded(x[kept], _reach([x])), "y": _rounded(curve.y[kept], y_reach)}
+        )
+    return data
+
+
+def cell(value: Any) -> dict[str, str]:
+    """Text of a table's cell and the class that it is shown in."""
+    if isinstance(value, bool | np.bool_):
+        return {"text": "✓ yes" if value else "✕ no", "kind": "good" if value else "bad"}
+    if value is None or (isinstance(value, float) and not np.isfinite(value)):
+        return {"text": "-", "kind": "number"}
+    if isinstance(value, int | np.integer):
+        return {"text": f"{value:d}", "kind": "number"}
+    if isinstance(value, float | np.floating):
+        return {"text": f"{value:.4g}", "kind": "number"}
+    return {"text": str(value), "kind": ""}
+
+
+def render(sheet: Sheet) -> str:
+    """The page as self-contained HTML: opens from a disk, prints, talks to nobody."""
+    plots: dict[str, Any] = {}
+    sections = []
+    for number, section in enumerate(sheet.sections, start=1):
+        drawn = []
+        for i, plot in enumerate(section.plots, start=1):
+            name = f"plot-{number}-{i}"
+            plots[name] = plotted(plot)
+            drawn.append({"id": name, "title": plot.title, "caption": plot.caption})
+        sections.append(
+            {
+                "id": f"section-{number}",
+                "title": section.title,
+                "text": section.text,
+                "tables": [
+                    {
+                        "caption": table.caption,
+                        "columns": table.columns,
+                        "rows": [[cell(value) for value in row] for row in table.rows],
+                    }
+                    for table in section.tables
+                ],
+                "plots": drawn,
+            }
+        )
+    return html.render("sheet.html.j2", SCRIPTS, sheet=sheet, sections=sections, plots=plots)
