@@ -4,8 +4,9 @@ import pytest
 
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
-from opensuction.twin import machine, parameter, patient_preset, preset
-from opensuction.twin.machine import Machine, MachineState, Observation
+from opensuction.twin import machine, parameter, patient_preset, plant, preset
+from opensuction.twin.machine import Machine, Observation
+from opensuction.twin.plant import PlantState
 from tests.conformance.plain import run_plain
 
 DT_S = 0.001
@@ -27,13 +28,13 @@ def script(tick: int) -> Commands:
     )
 
 
-def played(twin: Machine, state: MachineState) -> list[list[float]]:
+def played(twin: Machine, state: PlantState) -> list[list[float]]:
     """Truth and readings of every tick of the script."""
     rows = []
     for tick in range(TICKS):
-        state = machine.step(twin, state, script(tick), DT_S)
-        truth = [float(value) for value in machine.observe(twin, state)]
-        readings = [float(value) for value in machine.read(twin, state)]
+        state = plant.step(twin, state, script(tick), DT_S)
+        truth = [float(value) for value in machine.observe(twin, state.machine)]
+        readings = [float(value) for value in machine.read(twin, state.machine)]
         rows.append(truth + readings)
     return rows
 

@@ -25,7 +25,7 @@ from opensuction.simulation import bench, trace
 from opensuction.simulation.bench import Identification, Rig
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, TraceRow
 from opensuction.simulation.trace import Columns
-from opensuction.twin import machine
+from opensuction.twin import machine, plant
 from opensuction.twin.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
@@ -144,7 +144,6 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
         line=after.line,
         airway=airway,
         switch=after.switch,
-        patient=after.patient,
         seam=after.seam,
         laser=after.laser,
     )
@@ -180,7 +179,12 @@ def run(
             loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)
         )
         commands = _drive(fault, outputs.commands)
-        moved = machine.step(loop.machine, state.machine, commands, DT_S)
+        moved = _break(
+            fault, state.machine, machine.step(loop.machine, state.machine, commands, DT_S)
+        )
+        bedside = state.bedside
+        if plant.is_due(moved):
+            moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
         record = TraceRow(
             time_s=i * DT_S,
             phase=outputs.phase,
@@ -195,7 +199,8 @@ def run(
         state = LoopState(
             tick=state.tick + 1,
             controller=decided,
-            machine=_break(fault, state.machine, moved),
+            machine=moved,
+            bedside=bedside,
         )
     return state
 

@@ -3,9 +3,10 @@ import math
 import pytest
 
 from opensuction.kernel.commands import Commands
-from opensuction.twin import bedside, machine, parameter, patient_preset, preset
-from opensuction.twin.machine import Machine, MachineState
+from opensuction.twin import machine, parameter, patient_preset, plant, preset, seam
+from opensuction.twin.machine import Machine
 from opensuction.twin.patient import PatientState
+from opensuction.twin.plant import PlantState
 
 DT_S = 0.001
 VALUES = parameter.nominal(parameter.CLINICAL)
@@ -26,15 +27,21 @@ IDLE = Commands(
 SUCTION = IDLE._replace(pump_on=True, vacuum_mmhg=120.0, valve_v=HOLDING_V)
 
 
-def open_at(head_mm: float, twin: Machine = TWIN) -> MachineState:
+def turned(state: PlantState, cam_rad: float) -> PlantState:
+    """The same with the valve's cam there."""
+    body = state.machine
+    return state._replace(machine=body._replace(valve=body.valve._replace(position=cam_rad)))
+
+
+def open_at(head_mm: float, twin: Machine = TWIN) -> PlantState:
     """Parked with the head there and the valve wide open."""
     state = preset.parked(twin, VALUES, head_mm, seed=1, run=0)
-    return state._replace(valve=state.valve._replace(position=STROKE_RAD))
+    return turned(state, STROKE_RAD)
 
 
-def run(state: MachineState, commands: Commands, seconds: float) -> MachineState:
+def run(state: PlantState, commands: Commands, seconds: float) -> PlantState:
     for _ in range(round(seconds / DT_S)):
-        state = machine.step(TWIN, state, commands, DT_S)
+        state = plant.step(TWIN, state, commands, DT_S)
     return state
 
 
@@ -54,15 +61,15 @@ def test_what_the_line_draws_inside_is_what_the_patient_loses() -> None:
     line_ml = patient_ml = outside_ml = 0.0
     for _ in range(5000):
         before = state
-        state = machine.step(TWIN, state, out, DT_S)
-        drawn = state.line.gas_ml - before.line.gas_ml
-        if state.airway.tip_mm > -ADULT.tube_length_mm:
+        state = plant.step(TWIN, state, out, DT_S)
+        drawn = state.machine.line.gas_ml - before.machine.line.gas_ml
+        if state.machine.airway.tip_mm > -ADULT.tube_length_mm:
             line_ml += drawn
         else:
             outside_ml += drawn
-        if state.seam.ticks == 0:
-            patient_ml += 0.01 * state.patient.airflow.suction_ml_per_s
-    assert state.seam.taken_ml == 0.0
+        if state.machine.seam.ticks == 0:
+            patient_ml += 0.01 * state.bedside.patient.airflow.suction_ml_per_s
+    assert state.machine.seam.gas_ml == 0.0
     assert line_ml > 100.0
     assert outside_ml > 100.0
     assert patient_ml == pytest.approx(line_ml, rel=1e-9)
@@ -71,11 +78,11 @@ def test_what_the_line_draws_inside_is_what_the_patient_loses() -> None:
 def test_nothing_is_taken_outside() -> None:
     """Sucking air in the connector, the patient breathes as without a machine."""
     state = open_at(-130.0)
-    assert state.airway.tip_mm < -ADULT.tube_length_mm
-    alone = patient_preset.breathe(ADULT, state.patient, 100, 0.01)
+    assert state.machine.airway.tip_mm < -ADULT.tube_length_mm
+    alone = patient_preset.breathe(ADULT, state.bedside.patient, 100, 0.01)
     sucked = run(state, SUCTION, 1.0)
-    assert sucked.line.gas_ml > 100.0
-    assert numbers(sucked.patient) == numbers(alone)
+    assert sucked.machine.line.gas_ml > 100.0
+    assert numbers(sucked.bedside.patient) == numbers(alone)
 
 
 def test_the_catheter_alone_narrows_the_tube() -> None:
@@ -83,8 +90,8 @@ def test_the_catheter_alone_narrows_the_tube() -> None:
     inside = preset.parked(TWIN, VALUES, -20.0, seed=1, run=0)
     outside = preset.parked(TWIN, VALUES, -130.0, seed=1, run=0)
     narrowed, free = run(inside, IDLE, 0.5), run(outside, IDLE, 0.5)
-    assert narrowed.line.gas_ml == 0.0
-    assert narrowed.patient.lung.volume_ml < free.patient.lung.volume_ml - 0.5
+    assert narrowed.machine.line.gas_ml == 0.0
+    assert narrowed.bedside.patient.lung.volume_ml < free.bedside.patient.lung.volume_ml - 0.5
 
 
 def test_pressure_falls_under_suction_and_comes_back() -> None:
@@ -95,17 +102,17 @@ def test_pressure_falls_under_suction_and_comes_back() -> None:
         nonlocal state
         seen = math.inf
         for _ in range(round(breaths_s / DT_S)):
-            state = machine.step(TWIN, state, commands, DT_S)
-            seen = min(seen, machine.observe(TWIN, state).airway_pressure_cmh2o)
+            state = plant.step(TWIN, state, commands, DT_S)
+            seen = min(seen, machine.observe(TWIN, state.machine).airway_pressure_cmh2o)
         return seen
 
     peep = ADULT.ventilator.peep_cmh2o
     assert lowest(SUCTION) < peep - 2.0
-    state = state._replace(valve=state.valve._replace(position=0.0))
+    state = turned(state, 0.0)
     lowest(IDLE)  # the lung fills again
     # The catheter still lies in the tube: gas that flows past it costs a little.
     assert lowest(IDLE) == pytest.approx(peep, abs=0.3)
-    truth = machine.observe(TWIN, state)
+    truth = machine.observe(TWIN, state.machine)
     assert truth.lung_volume_loss_ml > 0.0  # what has closed takes minutes to open
     assert 90.0 < truth.spo2_percent < 100.0
 
@@ -113,34 +120,39 @@ def test_pressure_falls_under_suction_and_comes_back() -> None:
 def test_the_patient_steps_with_every_tenth_tick() -> None:
     state = preset.parked(TWIN, VALUES, 0.0, seed=1, run=0)
     for tick in range(1, 101):
-        before = state.patient
-        state = machine.step(TWIN, state, IDLE, DT_S)
-        assert state.seam.ticks == tick % bedside.TICKS
-        stepped = state.patient.ventilator.breath_s != before.ventilator.breath_s
-        assert stepped is (tick % bedside.TICKS == 0)
-    assert state.patient.ventilator.breath_s == pytest.approx(0.1)
+        before = state.bedside.patient
+        state = plant.step(TWIN, state, IDLE, DT_S)
+        assert state.machine.seam.ticks == tick % seam.TICKS
+        stepped = state.bedside.patient.ventilator.breath_s != before.ventilator.breath_s
+        assert stepped is (tick % seam.TICKS == 0)
+    assert state.bedside.patient.ventilator.breath_s == pytest.approx(0.1)
 
 
 def test_without_a_patient_nobody_breathes() -> None:
     bench = preset.machine(VALUES)
     state = open_at(50.0, bench)
-    start = state.patient
+    start = state.bedside.patient
     for _ in range(100):
-        state = machine.step(bench, state, SUCTION, DT_S)
-    assert state.line.gas_ml > 0.0
-    assert numbers(state.patient) == numbers(start)
-    assert machine.observe(bench, state)[-4:] == (0.0, 0.0, 0.0, 0.0)
+        state = plant.step(bench, state, SUCTION, DT_S)
+    assert state.machine.line.gas_ml > 0.0
+    assert numbers(state.bedside.patient) == numbers(start)
+    assert machine.observe(bench, state.machine)[-4:] == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_patient_changes_nothing_of_machine_and_line() -> None:
-    """But for the airway: the same commands move head, cam and gas in the same way."""
+    """But for the airway and what lies in it: the same commands move head, cam and gas in the same way."""
     bench = preset.machine(VALUES)
     alike = TWIN._replace(airway=bench.airway)
     one, other = open_at(-20.0, bench), open_at(-20.0)
-    other = other._replace(airway=one.airway)
+    body = other.machine
+    there = body.seam._replace(reachable_ml=one.machine.seam.reachable_ml)
+    other = PlantState(
+        machine=body._replace(airway=one.machine.airway, seam=there),
+        bedside=other.bedside._replace(secretion_ml=one.bedside.secretion_ml),
+    )
     forth = SUCTION._replace(insertion_v=12.0)
     for _ in range(2000):
-        one = machine.step(bench, one, forth, DT_S)
-        other = machine.step(alike, other, forth, DT_S)
-    assert machine.read(bench, one) == machine.read(alike, other)
-    assert machine.observe(bench, one)[:-4] == machine.observe(alike, other)[:-4]
+        one = plant.step(bench, one, forth, DT_S)
+        other = plant.step(alike, other, forth, DT_S)
+    assert machine.read(bench, one.machine) == machine.read(alike, other.machine)
+    assert machine.observe(bench, one.machine)[:-4] == machine.observe(alike, other.machine)[:-4]

@@ -30,7 +30,7 @@ EFFICIENCY = 0.65
 
 
 def run(seconds: float, commands: Commands) -> MachineState:
-    state = preset.parked(CLINICAL, VALUES, -100.0, seed=1, run=0)
+    state = preset.parked(CLINICAL, VALUES, -100.0, seed=1, run=0).machine
     for _ in range(round(seconds / DT_S)):
         state = machine.step(CLINICAL, state, commands, DT_S)
     return state

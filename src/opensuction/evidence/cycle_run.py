@@ -223,7 +223,7 @@ def tracked_span_s(prepared: Prepared) -> float | None:
 
 def figures(prepared: Prepared, columns: Columns) -> Outcome:
     """Figures of the cycle."""
-    secretion_ml = float(np.sum(prepared.start.machine.airway.secretion_ml))
+    secretion_ml = float(np.sum(prepared.start.bedside.secretion_ml))
     return outcome(
         columns,
         stopping_mm(prepared),

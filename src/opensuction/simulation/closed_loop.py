@@ -15,7 +15,8 @@ from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle import Demand
 from opensuction.safety.governor import Verdict
-from opensuction.twin import machine
+from opensuction.twin import machine, plant
+from opensuction.twin.bedside import BedsideState
 from opensuction.twin.machine import Machine, MachineState, Observation
 
 DT_S = 0.001
@@ -35,6 +36,7 @@ class LoopState(NamedTuple):
     tick: int
     controller: State
     machine: MachineState
+    bedside: BedsideState
 
 
 class TraceRow(NamedTuple):
@@ -57,21 +59,23 @@ _write = row.writer(TraceRow)
 
 
 @compiled
-def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, TraceRow]:
-    """One tick: read, decide, act. The row holds what was read before the machine moved."""
-    readings = machine.read(loop.machine, state.machine)
+def _tick(
+    loop: Loop, tick: int, state: State, body: MachineState, requests: Requests
+) -> tuple[State, MachineState, TraceRow]:
+    """One tick of controller and machine; the bedside stands still."""
+    readings = machine.read(loop.machine, body)
     inputs = Inputs(
-        tick=state.tick,
+        tick=tick,
         dt_s=DT_S,
         readings=readings,
         requests=requests,
         host=Host(overrun=False),
     )
-    truth = machine.observe(loop.machine, state.machine)
-    decided, outputs = controller.step(loop.controller, state.controller, inputs)
-    moved = machine.step(loop.machine, state.machine, outputs.commands, DT_S)
+    truth = machine.observe(loop.machine, body)
+    decided, outputs = controller.step(loop.controller, state, inputs)
+    moved = machine.step(loop.machine, body, outputs.commands, DT_S)
     record = TraceRow(
-        time_s=state.tick * DT_S,
+        time_s=tick * DT_S,
         phase=outputs.phase,
         cause=outputs.cause,
         readings=readings,
@@ -80,7 +84,17 @@ def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, T
         commands=outputs.commands,
         truth=truth,
     )
-    return LoopState(tick=state.tick + 1, controller=decided, machine=moved), record
+    return decided, moved, record
+
+
+@compiled
+def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, TraceRow]:
+    """One tick: read, decide, act. The row holds what was read before the machine moved."""
+    decided, moved, record = _tick(loop, state.tick, state.controller, state.machine, requests)
+    bedside = state.bedside
+    if plant.is_due(moved):
+        moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
+    return LoopState(state.tick + 1, decided, moved, bedside), record
 
 
 @compiled
@@ -100,12 +114,18 @@ def run(
     (parked or halted) that follows a tick of activity. Run in pieces it gives the same rows.
     """
     active = not is_resting(state.controller.procedure.phase)
-    for i in range(trace.shape[0]):
-        state, record = step(loop, state, requests)
-        requests = NO_REQUESTS
-        _write(trace[i], record)
-        resting = is_resting(record.phase)
-        if active and resting:
-            return state, i + 1
-        active = not resting
-    return state, trace.shape[0]
+    tick, decided, body, bedside = state.tick, state.controller, state.machine, state.bedside
+    done, at_rest = 0, False
+    while done < trace.shape[0] and not at_rest:
+        # Ticks up to the bedside's next step: an inner loop that does not carry its state.
+        while done < trace.shape[0] and not at_rest and not plant.is_due(body):
+            decided, body, record = _tick(loop, tick, decided, body, requests)
+            requests = NO_REQUESTS
+            _write(trace[done], record)
+            tick += 1
+            done += 1
+            at_rest = active and is_resting(record.phase)
+            active = not is_resting(record.phase)
+        if plant.is_due(body):
+            body, bedside = plant.settle(loop.machine, body, bedside, DT_S)
+    return LoopState(tick, decided, body, bedside), done

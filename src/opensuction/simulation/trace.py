@@ -11,7 +11,7 @@ from opensuction.kernel.requests import Requests
 from opensuction.simulation import closed_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.twin import machine as twin
-from opensuction.twin.machine import MachineState
+from opensuction.twin.plant import PlantState
 
 Columns = dict[str, npt.NDArray[np.float64]]
 """Trace of a run: one array for each column of `closed_loop.COLUMNS`, one entry a tick."""
@@ -25,10 +25,15 @@ class PhaseSpan(NamedTuple):
     end_s: float
 
 
-def power_up(loop: Loop, machine: MachineState) -> LoopState:
-    """Closed loop at its first tick, the machine as given, its head read by the encoder."""
-    head_mm = twin.read(loop.machine, machine).head_mm
-    return LoopState(tick=0, controller=controller.start(loop.controller, head_mm), machine=machine)
+def power_up(loop: Loop, plant: PlantState) -> LoopState:
+    """Closed loop at its first tick, the plant as given, its head read by the encoder."""
+    head_mm = twin.read(loop.machine, plant.machine).head_mm
+    return LoopState(
+        tick=0,
+        controller=controller.start(loop.controller, head_mm),
+        machine=plant.machine,
+        bedside=plant.bedside,
+    )
 
 
 def rows(limit_s: float) -> npt.NDArray[np.float64]:

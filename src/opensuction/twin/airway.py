@@ -1,21 +1,15 @@
-"""The airway below the tube: carina, and secretions that lie along it and must come out.
+"""The airway below the tube as the tip meets it: carina, and secretions that flow to the tip.
 
-Secretions lie in bins along the trachea; the catheter takes up what lies within reach of its
-tip, at the rate at which a mucus plug moves through the bore. What has been taken up counts as
-removed; its way through the bore is not followed.
+The catheter takes up what lies within reach of its tip, at the rate at which a mucus plug moves
+through the bore. What has been taken up counts as removed. Where secretions lie is the bedside's
+(`opensuction.twin.secretion`).
 """
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from opensuction.kernel.compiled import compiled
 from opensuction.twin import tip as tips
 from opensuction.twin.tip import Tip
-
-BIN_MM = 10.0
-"""Length of one bin of secretions."""
 
 
 class Airway(NamedTuple):
@@ -36,8 +30,8 @@ class Airway(NamedTuple):
 class AirwayState(NamedTuple):
     """State of the airway."""
 
-    secretion_ml: npt.NDArray[np.float64]
-    """Secretions in each bin, shape (bins,); never written, only replaced."""
+    taken_ml: float
+    """Taken up in the last tick."""
     removed_ml: float
     """Total taken up."""
     tip_mm: float
@@ -47,45 +41,29 @@ class AirwayState(NamedTuple):
 
 
 @compiled
-def _bin_at(state: AirwayState, depth_mm: float) -> int:
-    return min(max(int(depth_mm / BIN_MM), 0), state.secretion_ml.size - 1)
-
-
-@compiled
 def step(
-    airway: Airway, state: AirwayState, free_tip_mm: float, tip_vacuum_mmhg: float, dt_s: float
+    airway: Airway,
+    state: AirwayState,
+    free_tip_mm: float,
+    tip_vacuum_mmhg: float,
+    reachable_ml: float,
+    dt_s: float,
 ) -> AirwayState:
     """Advance by one tick.
 
     free_tip_mm: unhindered tip position. tip_vacuum_mmhg: vacuum that reaches the tip.
+    reachable_ml: secretions within reach of it.
     """
     touched = tips.touch(airway.tip, airway.carina_mm, free_tip_mm)
-    tip = touched.tip_mm
-    secretion = state.secretion_ml
-    taken = 0.0
     wanted = airway.uptake_ml_per_s_per_mmhg * tip_vacuum_mmhg * dt_s
-    if tip > -airway.reach_mm and wanted > 0.0:
-        first = _bin_at(state, tip)
-        last = _bin_at(state, tip + airway.reach_mm)
-        for i in range(first, last + 1):
-            if taken < wanted and state.secretion_ml[i] > 0.0:
-                if taken == 0.0:
-                    secretion = state.secretion_ml.copy()
-                part = min(secretion[i], wanted - taken)
-                secretion[i] -= part
-                taken += part
-        full = taken / wanted
-        return AirwayState(
-            secretion_ml=secretion,
-            removed_ml=state.removed_ml + taken,
-            tip_mm=tip,
-            contact_n=touched.force_n,
-            free_share=1.0 - airway.mucus_share * full,
-        )
+    taken = min(wanted, reachable_ml)
+    free = 1.0
+    if taken > 0.0:
+        free -= airway.mucus_share * taken / wanted
     return AirwayState(
-        secretion_ml=secretion,
-        removed_ml=state.removed_ml,
-        tip_mm=tip,
+        taken_ml=taken,
+        removed_ml=state.removed_ml + taken,
+        tip_mm=touched.tip_mm,
         contact_n=touched.force_n,
-        free_share=1.0,
+        free_share=free,
     )

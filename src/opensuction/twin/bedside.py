@@ -1,59 +1,79 @@
-"""Where the machine meets the patient: the gas its catheter takes, and the tube it fills.
+"""The bedside at 100 Hz: the patient, and the secretions in the trachea.
 
-The machine runs at 1 kHz, the patient at 100 Hz. Between two steps of the patient the gas that
-the tip draws inside is added up, so that none is lost at the seam; the patient feels it a
-hundredth of a second late at most.
+It steps with every tenth tick of the machine, and only here: its arrays and its hundred numbers
+stay out of the machine's tick (carried through each, they cost a third of the speed).
 """
 
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.twin import patient as patients
+from opensuction.twin import secretion
+from opensuction.twin.machine import Machine
 from opensuction.twin.patient import Patient, PatientState
-
-TICKS = 10
-"""Ticks of the machine for each step of the patient."""
-
-
-class SeamState(NamedTuple):
-    """What has passed since the patient's last step."""
-
-    ticks: int
-    taken_ml: float
-    """Gas that the tip drew inside the patient, at atmospheric pressure."""
+from opensuction.twin.seam import NOBODY_SHOWN, TICKS, SeamState, Shown
+from opensuction.twin.secretion import Bins
 
 
-NOTHING_PASSED = SeamState(ticks=0, taken_ml=0.0)
+class BedsideState(NamedTuple):
+    """State of the patient and of the trachea, the bench's too."""
+
+    patient: PatientState
+    """Never stepped where nobody is there."""
+    secretion_ml: Bins
+    """Secretions in each bin; never written, only replaced."""
 
 
 @compiled
-def is_inside(patient: Patient, tip_mm: float) -> bool:
-    """Whether the tip is past the tube's upper end."""
-    return tip_mm > -patient.tube_length_mm
+def shown(machine: Machine, state: BedsideState) -> Shown:
+    """What the patient shows."""
+    if not machine.has_patient:
+        return NOBODY_SHOWN
+    seen = patients.observe(machine.patient, state.patient)
+    return Shown(
+        airway_pressure_cmh2o=seen.airway_pressure_cmh2o,
+        lung_volume_ml=seen.lung_volume_ml,
+        lung_volume_loss_ml=seen.lung_volume_loss_ml,
+        spo2_percent=seen.spo2_percent,
+    )
+
+
+@compiled
+def met(machine: Machine, state: BedsideState, tip_mm: float) -> SeamState:
+    """The seam right after a step of the bedside, the tip being where it is."""
+    return SeamState(
+        ticks=0,
+        gas_ml=0.0,
+        mucus_ml=0.0,
+        reachable_ml=secretion.within_reach_ml(state.secretion_ml, tip_mm, machine.airway.reach_mm),
+        from_mm=tip_mm,
+        shown=shown(machine, state),
+    )
+
+
+@compiled
+def _breathing(
+    machine: Machine, state: PatientState, gas_ml: float, tip_mm: float, span_s: float
+) -> PatientState:
+    """The patient after a step in which the catheter took gas and filled a part of the tube."""
+    patient: Patient = machine.patient
+    inside = patients.is_inside(patient, tip_mm)
+    ratio = machine.catheter_mm / patient.tube_id_mm if inside else 0.0
+    return patients.step(patient, state, gas_ml / span_s, ratio, span_s)
 
 
 @compiled
 def step(
-    patient: Patient,
-    state: PatientState,
-    seam: SeamState,
-    tip_mm: float,
-    drawn_ml: float,
-    catheter_mm: float,
-    dt_s: float,
-) -> tuple[PatientState, SeamState]:
-    """Advance by one tick of the machine; the patient steps with every tenth.
+    machine: Machine, state: BedsideState, seam: SeamState, tip_mm: float, dt_s: float
+) -> BedsideState:
+    """Advance by one step of the bedside, `TICKS` ticks of ``dt_s``.
 
-    tip_mm, drawn_ml: where the tip is and what gas it drew in this tick, at atmospheric pressure.
-    catheter_mm: outer diameter.
+    seam: what has passed since the last. tip_mm: where the tip is now.
     """
-    inside = is_inside(patient, tip_mm)
-    taken = seam.taken_ml
-    if inside:
-        taken += drawn_ml
-    if seam.ticks + 1 < TICKS:
-        return state, SeamState(ticks=seam.ticks + 1, taken_ml=taken)
-    ratio = catheter_mm / patient.tube_id_mm if inside else 0.0
-    span_s = TICKS * dt_s
-    later = patients.step(patient, state, taken / span_s, ratio, span_s)
-    return later, SeamState(ticks=0, taken_ml=0.0)
+    patient = state.patient
+    if machine.has_patient:
+        patient = _breathing(machine, patient, seam.gas_ml, tip_mm, TICKS * dt_s)
+    rest = state.secretion_ml
+    if seam.mucus_ml > 0.0:
+        rest = secretion.remaining_ml(rest, seam.from_mm, machine.airway.reach_mm, seam.mucus_ml)
+    return BedsideState(patient=patient, secretion_ml=rest)

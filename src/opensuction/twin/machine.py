@@ -1,4 +1,7 @@
-"""The twin: machine, line, airway and patient put together, one pure step a tick."""
+"""The machine of the twin with its line and the airway at its tip: one pure step a tick.
+
+The bedside behind the seam steps more slowly; `opensuction.twin.plant` puts both together.
+"""
 
 from typing import NamedTuple
 
@@ -8,21 +11,21 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
 from opensuction.twin import (
     airway,
-    bedside,
     contact_switch,
     dc_axis,
     laser,
     patient,
+    seam,
     suction_line,
     transmission,
     valve_mechanism,
 )
 from opensuction.twin.airway import Airway, AirwayState
-from opensuction.twin.bedside import SeamState
 from opensuction.twin.contact_switch import ContactSwitch, SwitchState
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
-from opensuction.twin.patient import Patient, PatientState
+from opensuction.twin.patient import Patient
+from opensuction.twin.seam import SeamState
 from opensuction.twin.suction_line import SuctionLine, SuctionState
 from opensuction.twin.transmission import Transmission, TransmissionState
 from opensuction.twin.valve_mechanism import ValveMechanism
@@ -64,7 +67,6 @@ class MachineState(NamedTuple):
     airway: AirwayState
     switch: SwitchState
     laser: LaserState
-    patient: PatientState
     seam: SeamState
 
 
@@ -111,13 +113,7 @@ def tip_vacuum_mmhg(machine: Machine, state: MachineState) -> float:
 @compiled
 def observe(machine: Machine, state: MachineState) -> Observation:
     """What really is."""
-    pressure = volume = loss = saturation = 0.0
-    if machine.has_patient:
-        seen = patient.observe(machine.patient, state.patient)
-        pressure = seen.airway_pressure_cmh2o
-        volume = seen.lung_volume_ml
-        loss = seen.lung_volume_loss_ml
-        saturation = seen.spo2_percent
+    shown = state.seam.shown
     return Observation(
         head_mm=state.head_mm,
         tip_mm=state.airway.tip_mm,
@@ -127,16 +123,16 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         tip_vacuum_mmhg=tip_vacuum_mmhg(machine, state),
         gas_ml_per_s=state.line.gas_ml_per_s,
         secretion_removed_ml=state.airway.removed_ml,
-        airway_pressure_cmh2o=pressure,
-        lung_volume_ml=volume,
-        lung_volume_loss_ml=loss,
-        spo2_percent=saturation,
+        airway_pressure_cmh2o=shown.airway_pressure_cmh2o,
+        lung_volume_ml=shown.lung_volume_ml,
+        lung_volume_loss_ml=shown.lung_volume_loss_ml,
+        spo2_percent=shown.spo2_percent,
     )
 
 
 @compiled
 def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> MachineState:
-    """Advance everything by one tick under the given commands."""
+    """Advance the machine by one tick under the given commands."""
     insertion = dc_axis.step(
         machine.insertion_axis,
         state.insertion,
@@ -166,19 +162,15 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         dt_s,
     )
     touched = airway.step(
-        machine.airway, state.airway, moved.tip_mm, line.vacuum_mmhg * opened, dt_s
+        machine.airway,
+        state.airway,
+        moved.tip_mm,
+        line.vacuum_mmhg * opened,
+        state.seam.reachable_ml,
+        dt_s,
     )
-    breathing, seam = state.patient, state.seam
-    if machine.has_patient:
-        breathing, seam = bedside.step(
-            machine.patient,
-            state.patient,
-            state.seam,
-            touched.tip_mm,
-            line.gas_ml_per_s * dt_s,
-            machine.catheter_mm,
-            dt_s,
-        )
+    inside = machine.has_patient and patient.is_inside(machine.patient, touched.tip_mm)
+    gas_ml = line.gas_ml_per_s * dt_s if inside else 0.0
     return MachineState(
         insertion=insertion,
         head_mm=head,
@@ -188,6 +180,21 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         airway=touched,
         switch=contact_switch.step(machine.switch, state.switch, touched.contact_n, dt_s),
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
-        patient=breathing,
+        seam=seam.gathered(state.seam, gas_ml, touched.taken_ml),
+    )
+
+
+@compiled
+def met(state: MachineState, seam: SeamState) -> MachineState:
+    """The same machine after the bedside's step: with another seam."""
+    return MachineState(
+        insertion=state.insertion,
+        head_mm=state.head_mm,
+        transmission=state.transmission,
+        valve=state.valve,
+        line=state.line,
+        airway=state.airway,
+        switch=state.switch,
+        laser=state.laser,
         seam=seam,
     )

@@ -100,6 +100,12 @@ class PatientObservation(NamedTuple):
 
 
 @compiled
+def is_inside(patient: Patient, tip_mm: float) -> bool:
+    """Whether the catheter's tip is past the tube's upper end."""
+    return tip_mm > -patient.tube_length_mm
+
+
+@compiled
 def _breath(patient: Patient, state: PatientState, inspires: bool, dt_s: float) -> BreathState:
     """Volumes at the turns of the breath that the state before the step stood in."""
     breath = state.breath

@@ -16,13 +16,16 @@ from opensuction.twin import (
     transmission,
 )
 from opensuction.twin import catheter as catheters
-from opensuction.twin.airway import BIN_MM, Airway, AirwayState
+from opensuction.twin.airway import Airway, AirwayState
+from opensuction.twin.bedside import BedsideState
 from opensuction.twin.catheter import BORE_MMHG, Catheter
 from opensuction.twin.contact_switch import ContactSwitch
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
 from opensuction.twin.machine import Machine, MachineState
 from opensuction.twin.patient import Patient
+from opensuction.twin.plant import PlantState
+from opensuction.twin.secretion import BIN_MM, Bins
 from opensuction.twin.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
 from opensuction.twin.tip import Tip
 from opensuction.twin.transmission import Transmission
@@ -179,7 +182,7 @@ def machine(
     )
 
 
-def secretions_ml(values: Values) -> npt.NDArray[np.float64]:
+def secretions_ml(values: Values) -> Bins:
     """Secretions in each bin: a cosine bump around their depth, cut off at the carina."""
     middles = (np.arange(BINS) + 0.5) * BIN_MM
     centre = values["carina_mm"] - values["secretion_above_carina_mm"]
@@ -194,7 +197,15 @@ def secretions_ml(values: Values) -> npt.NDArray[np.float64]:
     return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
 
 
-def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> MachineState:
+def _around(twin: Machine, values: Values) -> BedsideState:
+    """The bedside before use: the patient breathes quietly, all secretions lie there."""
+    if not twin.has_patient:  # nobody waits for the bench
+        return BedsideState(patient_preset.unsettled(twin.patient), secretions_ml(values))
+    fitted = patient_airway.fitted(values, twin.patient)
+    return BedsideState(patient_preset.at_rest(twin.patient), secretions_ml(fitted))
+
+
+def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> PlantState:
     """State at rest after a retract that ended with the encoder at ``head_mm``; pump off.
 
     values: those that the machine was made from. The patient breathes quietly.
@@ -202,20 +213,15 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
     """
     behind_gear = head_mm + 0.5 * twin.gear_backlash_mm
     moved = transmission.retracted(twin.transmission, behind_gear)
-    if twin.has_patient:
-        secretion_ml = secretions_ml(patient_airway.fitted(values, twin.patient))
-        breathing = patient_preset.at_rest(twin.patient)
-    else:
-        secretion_ml = secretions_ml(values)
-        breathing = patient_preset.unsettled(twin.patient)  # nobody waits for the bench
-    return MachineState(
+    around = _around(twin, values)
+    machine = MachineState(
         insertion=AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0),
         head_mm=behind_gear,
         transmission=moved,
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),
         airway=AirwayState(
-            secretion_ml=secretion_ml,
+            taken_ml=0.0,
             removed_ml=0.0,
             tip_mm=moved.tip_mm,
             contact_n=0.0,
@@ -228,9 +234,9 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
             has_spare=False,
             stream=random_stream.stream(seed, NOISE_PURPOSE + run),
         ),
-        patient=breathing,
-        seam=bedside.NOTHING_PASSED,
+        seam=bedside.met(twin, around, moved.tip_mm),
     )
+    return PlantState(machine=machine, bedside=around)
 
 
 TABLES = {"bench": parameter.BENCH, "clinical": parameter.CLINICAL}

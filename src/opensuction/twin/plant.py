@@ -1,0 +1,44 @@
+"""The whole twin: the machine at 1 kHz and the bedside at 100 Hz, put together."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.twin import bedside as bedsides
+from opensuction.twin import machine as machines
+from opensuction.twin.bedside import BedsideState
+from opensuction.twin.machine import Machine, MachineState
+from opensuction.twin.seam import TICKS
+
+
+class PlantState(NamedTuple):
+    """State of a machine and of the bedside it stands at."""
+
+    machine: MachineState
+    bedside: BedsideState
+
+
+@compiled
+def is_due(state: MachineState) -> bool:
+    """Whether the bedside steps before the machine's next tick."""
+    return state.seam.ticks >= TICKS
+
+
+@compiled
+def settle(
+    machine: Machine, state: MachineState, bedside: BedsideState, dt_s: float
+) -> tuple[MachineState, BedsideState]:
+    """Step the bedside and let both sides know of each other; for a machine where `is_due`."""
+    tip_mm = state.airway.tip_mm
+    later = bedsides.step(machine, bedside, state.seam, tip_mm, dt_s)
+    return machines.met(state, bedsides.met(machine, later, tip_mm)), later
+
+
+@compiled
+def step(machine: Machine, state: PlantState, commands: Commands, dt_s: float) -> PlantState:
+    """Advance everything by one tick of the machine under the given commands."""
+    moved = machines.step(machine, state.machine, commands, dt_s)
+    bedside = state.bedside
+    if is_due(moved):
+        moved, bedside = settle(machine, moved, bedside, dt_s)
+    return PlantState(machine=moved, bedside=bedside)

@@ -1,0 +1,69 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.commands import Commands
+from opensuction.twin import parameter, plant, preset, seam
+from opensuction.twin.plant import PlantState
+
+DT_S = 0.001
+VALUES = parameter.nominal(parameter.BENCH)
+BENCH = preset.machine(VALUES)
+
+
+def parked(head_mm: float) -> PlantState:
+    return preset.parked(BENCH, VALUES, head_mm, seed=1, run=2)
+
+
+def secretion_ml(state: PlantState) -> float:
+    """All there is: in the trachea, less what the tip has taken since its last count, and out."""
+    trachea = float(np.sum(state.bedside.secretion_ml)) - state.machine.seam.mucus_ml
+    return trachea + state.machine.airway.removed_ml
+
+
+scripts = st.lists(
+    st.tuples(st.floats(-24.0, 24.0), st.floats(-24.0, 24.0), st.booleans(), st.floats(0.0, 150.0)),
+    min_size=1,
+    max_size=6,
+)
+
+
+@given(script=scripts)
+def test_secretions_are_moved_never_made_or_lost(
+    script: list[tuple[float, float, bool, float]],
+) -> None:
+    state = parked(60.0)
+    for insertion_v, valve_v, pump_on, vacuum in script:
+        commands = Commands(0.0, insertion_v, True, 0.0, valve_v, True, pump_on, vacuum)
+        for _ in range(405):  # not a multiple of the bedside's ten
+            state = plant.step(BENCH, state, commands, DT_S)
+        assert np.all(state.bedside.secretion_ml >= 0.0)
+        # To the rounding of a few thousand subtractions.
+        assert secretion_ml(state) == pytest.approx(VALUES["secretion_ml"], rel=1e-10)
+
+
+def test_the_bedside_steps_with_every_tenth_tick() -> None:
+    state = parked(0.0)
+    idle = Commands(0.0, 0.0, True, 0.0, 0.0, True, False, 0.0)
+    for tick in range(1, 101):
+        state = plant.step(BENCH, state, idle, DT_S)
+        assert state.machine.seam.ticks == tick % seam.TICKS
+
+
+def test_the_tip_finds_what_the_bedside_says_is_there() -> None:
+    """Nothing but bins and reach decides how much a still tip can take."""
+    state = parked(80.0)
+    body = state.machine
+    opened = body._replace(valve=body.valve._replace(position=math.radians(30.0)))
+    state = state._replace(machine=opened)
+    there = state.machine.seam.reachable_ml
+    holding_v = VALUES["spring_preload_v"] + VALUES["spring_v_per_rad"] * math.radians(30.0)
+    sucking = Commands(0.0, 0.0, True, 0.0, holding_v, True, True, 120.0)
+    for _ in range(6000):
+        state = plant.step(BENCH, state, sucking, DT_S)
+    assert there > 0.5
+    assert state.machine.airway.removed_ml == pytest.approx(there, rel=1e-9)
+    assert state.machine.seam.reachable_ml == pytest.approx(0.0, abs=1e-12)

@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.twin import secretion
+
+FULL = np.full(12, 0.25)
+REACH_MM = 15.0
+
+depths = st.floats(-40.0, 140.0)
+
+
+@given(path=st.lists(st.tuples(depths, st.floats(0.0, 1.0)), max_size=20))
+def test_what_is_taken_is_what_the_bins_lose(path: list[tuple[float, float]]) -> None:
+    bins, taken = FULL, 0.0
+    for tip_mm, share in path:
+        part = share * secretion.within_reach_ml(bins, tip_mm, REACH_MM)
+        rest = secretion.remaining_ml(bins, tip_mm, REACH_MM, part)
+        assert np.all((rest >= 0.0) & (rest <= bins))
+        bins, taken = rest, taken + part
+    # To the rounding of a few dozen subtractions.
+    assert taken + bins.sum() == pytest.approx(3.0, rel=1e-12)
+    assert FULL.tolist() == [0.25] * 12
+
+
+def test_a_tip_reaches_the_bins_in_front_of_it() -> None:
+    # From 30 mm to 45 mm it reaches two bins.
+    assert secretion.within_reach_ml(FULL, 30.0, REACH_MM) == 0.5
+    rest = secretion.remaining_ml(FULL, 30.0, REACH_MM, 0.5)
+    assert np.flatnonzero(rest == 0.0).tolist() == [3, 4]
+    nearest = secretion.remaining_ml(FULL, 30.0, REACH_MM, 0.1)
+    assert nearest[3:5].tolist() == pytest.approx([0.15, 0.25])
+
+
+@given(tip_mm=st.floats(-200.0, -REACH_MM))
+def test_a_tip_in_the_tube_reaches_nothing(tip_mm: float) -> None:
+    assert secretion.within_reach_ml(FULL, tip_mm, REACH_MM) == 0.0
