@@ -9,10 +9,11 @@ from opensuction.procedure import cycle, planner, progress
 from opensuction.procedure.plan import Plan
 from opensuction.procedure.progress import ProcedureState, Surroundings
 from opensuction.procedure.protocol import PAPER
+from opensuction.procedure.site import BENCH_SITE
 from opensuction.procedure.transition import Event
 from tests.procedure.test_planner import BENCH, EXCITATION
 
-PLAN = planner.plan(PAPER, BENCH, EXCITATION, by_contact=False)
+PLAN = planner.plan(PAPER, BENCH, EXCITATION, by_contact=False, site=BENCH_SITE)
 DT_S = 0.001
 NAN = float("nan")
 
@@ -28,7 +29,12 @@ AT_HOME = Readings(
     insertion_current_a=0.0,
 )
 QUIET = Surroundings(
-    head_wanted_mm=0.0, head_wanted_mm_per_s=0.0, tripped=False, powerless=False, here_mm=0.0
+    head_wanted_mm=0.0,
+    head_wanted_mm_per_s=0.0,
+    tripped=False,
+    powerless=False,
+    here_mm=0.0,
+    tip_mm=0.0,
 )
 
 
@@ -140,20 +146,25 @@ def test_contact_counts_within_its_window_and_the_search_ends_at_the_target() ->
     closed = AT_HOME._replace(contact_closed=True, head_mm=target)
     around = QUIET._replace(head_wanted_mm=target)
 
-    def found(readings: Readings, reference_mm: float, plan: Plan = plan) -> set[Event]:
-        return events(
-            Phase.INSERTING, readings, around=around, plan=plan, reference_mm=reference_mm
-        )
+    def found(readings: Readings, tip_mm: float, plan: Plan = plan) -> set[Event]:
+        estimated = around._replace(tip_mm=tip_mm)
+        # The reference itself says nothing: uncompensated it is 15 mm ahead of the tip.
+        return events(Phase.INSERTING, readings, around=estimated, plan=plan, reference_mm=target)
 
     assert found(closed, first) == {Event.CONTACTED}
     assert found(closed, first - 0.01) == {Event.CONTACT_MISPLACED}
     assert found(closed, target) == {Event.CONTACTED}
-    assert found(closed._replace(contact_closed=False), target) == {Event.CONTACT_MISPLACED}
-    assert found(closed._replace(contact_closed=False), target - 0.01) == set()
+    unmet = closed._replace(contact_closed=False)
+    assert found(unmet, 60.0) == {Event.CONTACT_MISPLACED}
+    assert (
+        events(Phase.INSERTING, unmet, around=around, plan=plan, reference_mm=target - 0.01)
+        == set()
+    )
     # A reading that is marked invalid is no contact.
-    assert found(closed._replace(contact_valid=False), 60.0) == set()
+    invalid = closed._replace(contact_valid=False)
+    assert events(Phase.INSERTING, invalid, around=around, plan=plan, reference_mm=60.0) == set()
     # By travel it means nothing to the cycle.
-    assert found(closed, 60.0, PLAN) == set()
+    assert found(closed, 60.0, PLAN) == {Event.TARGET_REACHED}
 
 
 def test_a_back_off_is_over_when_the_head_has_crossed_the_gap_and_rests() -> None:

@@ -193,17 +193,18 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
         inputs.readings
     )
-    here, here_mm = state.compensation, 0.0
+    here, here_mm, tip_mm = state.compensation, 0.0, 0.0
     if touched:
-        here, here_mm = compensation.stopped(
-            settings.compensation, state.compensation, _head_mm(state, inputs.readings)
-        )
+        head_mm = _head_mm(state, inputs.readings)
+        here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
+        tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
         head_wanted_mm_per_s=state.compensation.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
         here_mm=here_mm,
+        tip_mm=tip_mm,
     )
     procedure, demand = cycle.step(
         settings.plan, state.procedure, inputs.readings, requests, around, dt_s

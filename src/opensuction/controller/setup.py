@@ -16,7 +16,7 @@ from opensuction.procedure import planner
 from opensuction.procedure.plan import Excitation
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
-from opensuction.procedure.site import BENCH_SITE, Site
+from opensuction.procedure.site import Site
 from opensuction.safety import limits as bounds
 from opensuction.safety.limits import Limits
 
@@ -221,12 +221,21 @@ def abilities(
     )
 
 
+CANNOT_BACK_OFF = {
+    CompensationKind.NONE: "the head would not cross the gap",
+    # Its jump at the reversal crosses a part of it: 10 mm ended 7 mm off the carina.
+    CompensationKind.DIRECT_INVERSE: "as printed, the head crosses only a part of the gap",
+}
+"""Compensations after which a back-off ends short of its distance, and why."""
+
+
 def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
-    """Refuse a back-off that would end inside the gap, the tip still on the carina."""
-    if kind == CompensationKind.NONE and protocol.backoff_mm > 0.0:
+    """Refuse a back-off that would end inside the gap, the tip too near to the carina."""
+    if kind in CANNOT_BACK_OFF and protocol.backoff_mm > 0.0:
+        name = kind.name.lower().replace("_", "-")
         raise InputError(
-            f"compensation 'none' cannot back off {protocol.backoff_mm:g} mm after contact: the "
-            "head would not cross the gap; set backoff_mm to 0 or compensation to exact-inverse"
+            f"compensation '{name}' cannot back off {protocol.backoff_mm:g} mm after contact: "
+            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to exact-inverse"
         )
 
 
@@ -235,8 +244,8 @@ def settings(
     protocol: Protocol,
     kind: CompensationKind,
     calibration: Calibration,
-    by_contact: bool = False,
-    site: Site = BENCH_SITE,
+    by_contact: bool,
+    site: Site,
 ) -> Settings:
     """Controller settings for one run. Raises InputError where the protocol cannot be done.
 

@@ -33,7 +33,8 @@ class ContactSearch(NamedTuple):
 
     enabled: bool
     window_start_mm: float
-    """Contact before this reference is a fault: something is in the way or the switch bridged."""
+    """Contact with the estimated tip before this is a fault: something is in the way, or the
+    switch is bridged."""
     backoff_mm: float
 
 

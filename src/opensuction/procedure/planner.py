@@ -8,7 +8,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure import plan as plans
 from opensuction.procedure.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
 from opensuction.procedure.protocol import Protocol
-from opensuction.procedure.site import BENCH_SITE, Site
+from opensuction.procedure.site import Site
 
 CAP_MARGIN_MM = 5.0
 """Least distance from the stopping point to the cap (DESIGN: or the planner refuses)."""
@@ -45,7 +45,7 @@ class Timeline(NamedTuple):
     dwell: float
     withdrawal: float
     back_off: float
-    """Contact approach: across the gap and off the carina."""
+    """Across the gap and off the carina; 0 where the tip stops by travel."""
     negative_pressure: float
     """Valve leaves its seat to valve closed."""
     in_airway: float
@@ -60,7 +60,7 @@ def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     )
 
 
-def motion(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> Motion:
+def motion(protocol: Protocol, abilities: Abilities, site: Site) -> Motion:
     """Tip motion of a protocol on a machine and a patient."""
     return Motion(
         park_mm=site.park_mm,
@@ -75,29 +75,32 @@ def motion(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) ->
     )
 
 
-def timeline(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> Timeline:
-    """Planned durations of a cycle."""
+def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> Timeline:
+    """Planned durations of a cycle; by contact, of one that finds it only at the search's end."""
     moves = motion(protocol, abilities, site)
     insertion = float(staged_path.duration_s(plans.way_in(moves, site.park_mm)))
     withdrawal = float(
         profile.duration_s(plans.way_out(moves, protocol.travel_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
+    back_off = 0.0
+    if by_contact:
+        back_off = crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm)
     return Timeline(
         preload=crossing_s(abilities, abilities.gap_in_mm),
         insertion=insertion,
         stroke=stroke,
         dwell=protocol.dwell_s,
         withdrawal=withdrawal,
-        back_off=crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm),
+        back_off=back_off,
         negative_pressure=protocol.dwell_s + withdrawal + stroke,
-        in_airway=insertion + protocol.dwell_s + withdrawal,
+        in_airway=insertion + back_off + protocol.dwell_s + withdrawal,
     )
 
 
-def check(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> None:
+def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> None:
     """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
-    times = timeline(protocol, abilities, site)
+    times = timeline(protocol, abilities, site, by_contact)
     least_cap = protocol.travel_mm + CAP_MARGIN_MM
     if protocol.cap_mm < least_cap:
         raise InputError(
@@ -112,9 +115,10 @@ def check(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> 
             "shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm"
         )
     if times.in_airway > protocol.in_airway_budget_s:
+        backing = f"back-off {times.back_off:.1f} s + " if by_contact else ""
         raise InputError(
             f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
-            f"{times.insertion:.1f} s + dwell {times.dwell:.1f} s + withdrawal "
+            f"{times.insertion:.1f} s + {backing}dwell {times.dwell:.1f} s + withdrawal "
             f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s"
         )
     needed = times.stroke + crossing_s(abilities, abilities.gap_out_mm)
@@ -169,18 +173,18 @@ def plan(
     protocol: Protocol,
     abilities: Abilities,
     excitation: Excitation,
-    by_contact: bool = False,
-    site: Site = BENCH_SITE,
+    by_contact: bool,
+    site: Site,
 ) -> Plan:
     """The plan of a protocol on a machine. Raises InputError where it cannot be done.
 
     by_contact: the tip stops where the contact switch closes, and ``travel_mm`` is where the
     search for it ends.
     """
-    check(protocol, abilities, site)
+    check(protocol, abilities, site, by_contact)
     if by_contact:
         check_search(protocol)
-    times = timeline(protocol, abilities, site)
+    times = timeline(protocol, abilities, site, by_contact)
     return Plan(
         motion=motion(protocol, abilities, site),
         contact=ContactSearch(

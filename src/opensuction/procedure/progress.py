@@ -47,7 +47,9 @@ class Surroundings(NamedTuple):
     powerless: bool
     """The insertion drive's torque is off."""
     here_mm: float
-    """Tip position that the model gives for the measured head; used on contact."""
+    """Reference at which the head would be where it was measured; used on contact."""
+    tip_mm: float
+    """Estimated tip, pushed in to the measured head; used on contact."""
 
 
 @compiled
@@ -69,10 +71,10 @@ def is_contact(readings: Readings) -> bool:
 
 
 @compiled
-def _search(search: ContactSearch, reference_mm: float, arrived: bool, readings: Readings) -> int:
-    """Contact, and whether head travel and switch agree that it can be the carina."""
+def _search(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
+    """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
-        expected = reference_mm >= search.window_start_mm
+        expected = tip_mm >= search.window_start_mm
         return _bit(expected, Event.CONTACTED.value) | _bit(
             not expected, Event.CONTACT_MISPLACED.value
         )
@@ -94,7 +96,7 @@ def _inside(
     if phase == Phase.INSERTING.value:
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
-            return _search(plan.contact, state.reference_mm, arrived, readings)
+            return _search(plan.contact, around.tip_mm, arrived, readings)
         return _bit(arrived, Event.TARGET_REACHED.value)
     if phase == Phase.BACKING_OFF.value:
         # The reference is there first: the head has the gap to cross before the tip moves.
