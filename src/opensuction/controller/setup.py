@@ -116,6 +116,18 @@ def _gaps_mm(kind: int, model: ModifiedDahl) -> tuple[float, float]:
     )
 
 
+JOG_MM = 2.0
+"""Head travel of the pre-use test: ten times what a servo settles to; assumed."""
+JOG_SHARE = 0.25
+"""Share of the narrowest gap thought possible that it may take at most; assumed."""
+
+
+def _jog_mm(model: ModifiedDahl) -> float:
+    gap_mm = float(modified_dahl.gap_mm(model))
+    tip = bounds.tip_bounds(gain=model.slope, offset_mm=model.offset_mm, gap_mm=gap_mm)
+    return min(JOG_MM, JOG_SHARE * tip.narrow_mm)
+
+
 def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tuple[Servo, Servo]:
     lead = profile.head_time_constant_s
     if kind != CompensationKind.EXACT_INVERSE:
@@ -218,6 +230,7 @@ def abilities(
         cam_rad_per_s=profile.cam_rad_per_s,
         gap_in_mm=gap_in,
         gap_out_mm=gap_out,
+        jog_mm=_jog_mm(calibration.model),
     )
 
 

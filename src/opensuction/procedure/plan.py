@@ -5,6 +5,7 @@ from typing import NamedTuple
 from opensuction.control.profile import Profile
 from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
+from opensuction.procedure.check import CheckPlan
 
 TUBE_END_MM = 0.0
 """Lower end of the tube: the origin of every depth."""
@@ -70,6 +71,7 @@ class Plan(NamedTuple):
 
     motion: Motion
     contact: ContactSearch
+    check: CheckPlan
     excitation: Excitation
     preload_s: float
     """Time given to the head to take up the gap before insertion."""

@@ -44,6 +44,10 @@ class TraceRow(NamedTuple):
     phase: int
     cause: int
     """Event that led into the phase."""
+    check_item: int
+    """Item of the pre-use test that is being tested."""
+    check_failed: int
+    """Item of the last pre-use test that failed."""
     readings: Readings
     demand: Demand
     verdict: Verdict
@@ -74,6 +78,8 @@ def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, T
         time_s=state.tick * DT_S,
         phase=outputs.phase,
         cause=outputs.cause,
+        check_item=outputs.check_item,
+        check_failed=outputs.check_failed,
         readings=readings,
         demand=outputs.demand,
         verdict=outputs.verdict,
