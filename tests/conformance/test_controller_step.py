@@ -15,25 +15,25 @@ from tests.controller import drive
 from tests.controller.drive import ABORT, NEVER, RESET, START, Fault, When
 
 SHORT = PAPER._replace(travel_mm=1.0, cap_mm=6.0, dwell_s=2.1)
-"""A whole cycle in five seconds: as plain Python a tick takes some 0.1 ms."""
+"""A whole cycle in twelve seconds: as plain Python a tick takes some 0.1 ms."""
 
 CALIBRATION = Calibration(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 
 RUNS: dict[str, tuple[CompensationKind, int, dict[int, int], When]] = {
-    "cycle": (CompensationKind.NONE, 5500, {0: START}, NEVER),
-    "direct": (CompensationKind.DIRECT_INVERSE, 800, {0: START}, NEVER),
-    "stopped": (CompensationKind.EXACT_INVERSE, 2600, {0: START, 1600: ABORT, 2590: RESET}, NEVER),
+    "cycle": (CompensationKind.NONE, 11600, {0: START}, NEVER),
+    "direct": (CompensationKind.DIRECT_INVERSE, 7300, {0: START}, NEVER),
+    "stopped": (CompensationKind.EXACT_INVERSE, 8600, {0: START, 7600: ABORT, 8590: RESET}, NEVER),
     "blind": (
         CompensationKind.EXACT_INVERSE,
-        1200,
-        {0: START, 1100: RESET},
-        When(int(Fault.HEAD_NAN), 900, 950),
+        7200,
+        {0: START, 7100: RESET},
+        When(int(Fault.HEAD_NAN), 6900, 6950),
     ),
     "contact": (
         CompensationKind.EXACT_INVERSE,
-        1900,
+        7900,
         {0: START},
-        When(int(Fault.CONTACT_BOUNCING), 1500, 1900),
+        When(int(Fault.CONTACT_BOUNCING), 7500, 7900),
     ),
 }
 

@@ -189,6 +189,8 @@ def run(
             time_s=i * DT_S,
             phase=outputs.phase,
             cause=outputs.cause,
+            check_item=outputs.check_item,
+            check_failed=outputs.check_failed,
             readings=readings,
             demand=outputs.demand,
             verdict=outputs.verdict,

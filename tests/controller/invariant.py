@@ -59,9 +59,14 @@ def assert_commands(columns: Columns, loop: Loop) -> None:
 
 
 def assert_valve(columns: Columns) -> None:
-    """The valve is told to open only where suction belongs, and never with vacuum to be cut."""
+    """The valve is told to open only where suction belongs, and never with vacuum to be cut.
+
+    The pre-use test strokes it with the line vented and the tip parked.
+    """
     opening = np.diff(columns["commands.cam_rad"]) > 0.0
-    allowed = np.isin(columns["phase"], SUCTION_PHASES)
+    vented = (columns["truth.tip_vacuum_mmhg"] < 1.0) & (columns["commands.pump_on"] == 0.0)
+    testing = (columns["phase"] == Phase.CHECKING) & vented
+    allowed = np.isin(columns["phase"], SUCTION_PHASES) | testing
     assert not (opening & ~allowed[1:]).any()
     for mask in np.unique(columns["verdict.trips"]):
         if trip.cuts_vacuum(int(mask)):

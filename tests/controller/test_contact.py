@@ -65,7 +65,7 @@ def search(
 ) -> tuple[Loop, Columns]:
     """One cycle, held to every invariant."""
     loop, start = searching(kind, protocol, carina_mm)
-    _, columns = simulate(kind, 45.0, {0.0: START}, when, start, loop)
+    _, columns = simulate(kind, 51.0, {0.0: START}, when, start, loop)
     assert_held(columns, loop)
     return loop, columns
 
@@ -79,7 +79,7 @@ def halted_by(columns: Columns) -> Event:
     """Event that led out of the cycle; the tip is out at the end."""
     assert phases(columns)[-3:] == HALTED
     assert columns["truth.tip_mm"][-1] < 4.5
-    assert not (columns["truth.valve_open_ratio"] > 0.0).any()
+    assert not (columns["truth.tip_vacuum_mmhg"] > 0.0).any()
     return Event(int(columns["cause"][np.argmax(columns["phase"] == Phase.ABORTING)]))
 
 
@@ -105,20 +105,22 @@ def test_no_contact_until_the_end_of_the_search_ends_the_cycle(kind: Compensatio
 
 
 def test_by_travel_contact_is_held_by_the_governor_and_nothing_to_the_cycle() -> None:
-    _, columns = simulate(NONE, 30.0, {0.0: START}, during(Fault.CONTACT_CLOSED, 4.0))
+    _, columns = simulate(NONE, 36.0, {0.0: START}, during(Fault.CONTACT_CLOSED, 10.0))
     assert phases(columns)[-3:] == HALTED
     assert trips(columns) == {Trip.CONTACT_TIME}
-    held = columns["commands.head_mm"][4000:]
-    assert held.max() == held[0] == columns["readings.head_mm"][4000]
+    held = columns["commands.head_mm"][10000:]
+    assert held.max() == held[0] == columns["readings.head_mm"][10000]
     # The cycle goes on wanting to advance; 2 s later the governor takes it out.
-    assert start_s(columns, Phase.ABORTING) == pytest.approx(6.0, abs=0.01)
+    assert start_s(columns, Phase.ABORTING) == pytest.approx(12.0, abs=0.01)
 
 
 def test_only_a_search_that_stays_on_the_carina_may_touch_longer_than_two_seconds() -> None:
     def longest_s(protocol: Protocol, by_contact: bool) -> float:
         calibration = identification().calibration
-        held = setup.settings(rig().profile, protocol, EXACT, calibration, by_contact).limits
-        return held.contact_s
+        settings = setup.settings(
+            rig().profile, protocol, EXACT, calibration, by_contact, rig().site
+        )
+        return settings.limits.contact_s
 
     assert longest_s(PAPER, by_contact=False) == 2.0
     assert longest_s(BACKING, by_contact=True) == 2.0
@@ -153,9 +155,23 @@ def test_the_tip_leaves_the_carina_as_soon_as_the_gap_is_crossed() -> None:
     assert -20.5 <= (head[after + 10] - head[after]) / 0.01 <= -16.5
 
 
-def test_a_back_off_without_a_model_of_the_gap_is_refused() -> None:
-    with pytest.raises(InputError, match=r"'none' cannot back off 10 mm.*exact-inverse"):
-        searching(NONE, BACKING, CARINA_MM)
+@pytest.mark.parametrize(
+    ("kind", "name"), [(NONE, "none"), (CompensationKind.DIRECT_INVERSE, "direct-inverse")]
+)
+def test_a_back_off_that_would_not_cross_the_gap_is_refused(
+    kind: CompensationKind, name: str
+) -> None:
+    with pytest.raises(InputError, match=rf"'{name}' cannot back off 10 mm.*exact-inverse"):
+        searching(kind, BACKING, CARINA_MM)
+
+
+@pytest.mark.parametrize("kind", CompensationKind)
+def test_the_window_is_held_against_the_tip_not_the_reference(kind: CompensationKind) -> None:
+    # The window begins at 30 mm. Uncompensated, the reference is at 45 mm when the tip is there.
+    _, before = search(kind, carina_mm=25.0)
+    assert halted_by(before) == Event.CONTACT_MISPLACED
+    _, within = search(kind, carina_mm=35.0)
+    assert Phase.BACKING_OFF in phases(within)
 
 
 @pytest.mark.parametrize("protocol", [PAPER, BACKING], ids=["stays", "backs off"])

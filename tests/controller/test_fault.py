@@ -1,7 +1,7 @@
 """One thing breaks in a running cycle: what notices, how soon, and where it ends.
 
-Faults begin at several instants of the cycle (1.0 preload, 1.5 to 11 insertion, 12 valve opening,
-15 suction, 20 gap of the way back, 21 to 30 withdrawal) and last until 45 s; then people reset
+Faults begin at several instants of the cycle (7.0 preload, 7.5 to 17 insertion, 18 valve opening,
+21 suction, 26 gap of the way back, 27 to 36 withdrawal) and last until 51 s; then people reset
 twice and start again.
 """
 
@@ -24,22 +24,22 @@ from tests.controller.drive import (
 from tests.controller.invariant import assert_held, trip_s, trips
 
 EXACT = CompensationKind.EXACT_INVERSE
-INSTANTS = (1.0, 1.15, 3.0, 11.0, 12.0, 15.0, 20.0, 21.0, 30.0)
-ENDED_S = 45.0
+INSTANTS = (7.0, 7.15, 9.0, 17.0, 18.0, 21.0, 26.0, 27.0, 36.0)
+ENDED_S = 51.0
 
 at_any_time = pytest.mark.parametrize("start_s", INSTANTS)
 every_way = pytest.mark.parametrize(
     ("kind", "start_s"),
     [(EXACT, start_s) for start_s in INSTANTS]
-    + [(CompensationKind.NONE, 5.0), (CompensationKind.NONE, 25.0)]
-    + [(CompensationKind.DIRECT_INVERSE, 5.0), (CompensationKind.DIRECT_INVERSE, 19.2)],
+    + [(CompensationKind.NONE, 11.0), (CompensationKind.NONE, 31.0)]
+    + [(CompensationKind.DIRECT_INVERSE, 11.0), (CompensationKind.DIRECT_INVERSE, 25.2)],
 )
 
 
 def cycle(fault: Fault, start_s: float, kind: CompensationKind = EXACT) -> Columns:
-    """A cycle with a fault, resets at 46 and 62 s, and a start at 63 s."""
-    buttons = {0.0: START, 46.0: RESET, 62.0: RESET, 63.0: START}
-    return simulate(kind, 97.0, buttons, during(fault, start_s, ENDED_S))[1]
+    """A cycle with a fault, resets at 52 and 68 s, and a start at 69 s."""
+    buttons = {0.0: START, 52.0: RESET, 68.0: RESET, 69.0: START}
+    return simulate(kind, 109.0, buttons, during(fault, start_s, ENDED_S))[1]
 
 
 def at(columns: Columns, time_s: float, name: str) -> float:
@@ -144,8 +144,8 @@ def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_
     columns = cycle(Fault.HEAD_JAMMED, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.HEAD_JAMMED)
     noticed_s = trip_s(columns, Trip.HEAD_STALLED)
-    gap_s = 19.6  # in the dwell nothing moves until the gap of the way back is crossed
-    assert noticed_s < (gap_s if 11.3 < start_s < gap_s else start_s) + 0.25
+    gap_s = 25.6  # in the dwell nothing moves until the gap of the way back is crossed
+    assert noticed_s < (gap_s if 17.3 < start_s < gap_s else start_s) + 0.25
     assert at(columns, noticed_s + 3.0, "truth.valve_open_ratio") == 0.0
     if at(columns, start_s, "readings.head_mm") > 0.0:
         limit_s = at_rest(EXACT)[0].controller.limits.withdrawal_s
@@ -172,20 +172,20 @@ def test_a_drive_that_runs_inwards_loses_its_torque_within_two_millimetres(
     assert_recovers(columns)
 
 
-@pytest.mark.parametrize("start_s", [12.0, 13.5, 15.0, 21.0, 30.0])
+@pytest.mark.parametrize("start_s", [18.0, 19.5, 21.0, 27.0, 36.0])
 def test_a_valve_stuck_open_ends_outside_without_vacuum(start_s: float) -> None:
     columns = cycle(Fault.VALVE_OPEN, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.VALVE_OPEN)
-    assert at(columns, 44.0, "truth.valve_open_ratio") > 0.0
-    assert at(columns, 44.0, "truth.tip_mm") < 1.0
-    assert at(columns, 44.0, "truth.tip_vacuum_mmhg") < 1.0
+    assert at(columns, 50.0, "truth.valve_open_ratio") > 0.0
+    assert at(columns, 50.0, "truth.tip_mm") < 1.0
+    assert at(columns, 50.0, "truth.tip_vacuum_mmhg") < 1.0
     inside = (columns["truth.tip_mm"] > 1.0) & (columns["truth.tip_vacuum_mmhg"] > 1.0)
     budget_s = at_rest(EXACT)[0].controller.limits.negative_pressure_s
     assert np.count_nonzero(inside & (columns["time_s"] < ENDED_S)) / 1000.0 < budget_s
     assert_recovers(columns)
 
 
-@pytest.mark.parametrize("start_s", [1.0, 5.0, 11.0])
+@pytest.mark.parametrize("start_s", [7.0, 11.0, 17.0])
 def test_a_valve_stuck_closed_breaks_the_cycle_off(start_s: float) -> None:
     columns = cycle(Fault.VALVE_OPEN, start_s)
     assert phases(columns)[:6] == [
@@ -200,12 +200,12 @@ def test_a_valve_stuck_closed_breaks_the_cycle_off(start_s: float) -> None:
     assert_recovers(columns)
 
 
-@pytest.mark.parametrize("start_s", [0.2, 5.0, 12.0, 15.0, 25.0])
+@pytest.mark.parametrize("start_s", [0.2, 11.0, 18.0, 21.0, 31.0])
 def test_a_frozen_cam_ends_outside_without_vacuum(start_s: float) -> None:
     columns = cycle(Fault.CAM_FROZEN, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.CAM_FROZEN)
-    assert at(columns, 44.0, "truth.tip_mm") < 1.0
-    assert at(columns, 44.0, "truth.tip_vacuum_mmhg") < 1.0
+    assert at(columns, 50.0, "truth.tip_mm") < 1.0
+    assert at(columns, 50.0, "truth.tip_vacuum_mmhg") < 1.0
     assert phases(columns)[-1] == Phase.PARKED
 
 
@@ -226,21 +226,22 @@ def test_nothing_is_inserted_with_a_fault_from_before(fault: Fault) -> None:
     columns = simulate(EXACT, 40.0, {1.0: START, 20.0: START}, during(fault, 0.0))[1]
     assert not set(phases(columns)) & {Phase.PRELOADING, Phase.INSERTING}
     assert phases(columns)[-1] == Phase.HALTED
-    assert np.ptp(columns["truth.head_mm"]) < 0.2
-    assert columns["truth.valve_open_ratio"].max() == 0.0
+    # The pre-use test may have moved the head within the gap, and the valve without vacuum.
+    assert np.ptp(columns["truth.tip_mm"]) < 0.01
+    assert columns["truth.tip_vacuum_mmhg"].max() == 0.0
 
 
 def test_each_check_tests_the_pump_anew() -> None:
     # The line of a completed cycle is vented, so that what is left in it does not pass the check.
-    buttons = {0.0: START, 36.0: START}
-    columns = simulate(EXACT, 60.0, buttons, during(Fault.PUMP_DEAD, 34.0))[1]
-    assert at(columns, 35.9, "readings.line_vacuum_mmhg") < 1.0
+    buttons = {0.0: START, 42.0: START}
+    columns = simulate(EXACT, 66.0, buttons, during(Fault.PUMP_DEAD, 40.0))[1]
+    assert at(columns, 41.9, "readings.line_vacuum_mmhg") < 1.0
     assert phases(columns)[-3:] == [Phase.CHECKING, Phase.ABORTING, Phase.HALTED]
 
 
 def test_a_person_resetting_into_a_fault_gets_another_halt() -> None:
-    always = dict.fromkeys(np.round(np.arange(10.0, 50.0, 0.5), 1), RESET | START)
+    always = dict.fromkeys(np.round(np.arange(16.0, 56.0, 0.5), 1), RESET | START)
     for fault in (Fault.HEAD_NAN, Fault.CAM_NAN, Fault.CONTACT_CLOSED, Fault.HEAD_FROZEN):
-        _, columns = simulate(EXACT, 50.0, {0.0: START} | always, during(fault, 5.0))
+        _, columns = simulate(EXACT, 56.0, {0.0: START} | always, during(fault, 11.0))
         assert phases(columns).count(Phase.INSERTING) == 1
         assert_held(columns, at_rest(EXACT)[0], fault)

@@ -4,32 +4,39 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
+from opensuction.controller.controller import Settings
 from opensuction.controller.setup import BENCH, PLAIN_PD, Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.protocol import PAPER
+from opensuction.procedure.protocol import PAPER, Protocol
+from opensuction.procedure.site import BENCH_SITE
 from opensuction.safety import limits as bounds
 
 FOUND = Calibration(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
+
+
+def settings(protocol: Protocol, kind: CompensationKind, calibration: Calibration) -> Settings:
+    return setup.settings(BENCH, protocol, kind, calibration, by_contact=False, site=BENCH_SITE)
+
 
 every_kind = pytest.mark.parametrize("kind", CompensationKind)
 
 
 @every_kind
 def test_the_parked_tip_counts_as_outside_and_the_target_as_inside(kind: CompensationKind) -> None:
-    settings = setup.settings(BENCH, PAPER, kind, FOUND)
-    limits = settings.limits
-    parked = bounds.anywhere(limits.tip, settings.parked.head_mm)
+    made = settings(PAPER, kind, FOUND)
+    limits = made.limits
+    parked = bounds.anywhere(limits.tip, made.parked.head_mm)
     assert bounds.deepest_mm(limits.tip, parked) == pytest.approx(limits.outside_mm - 1.0)
     assert bounds.deepest_mm(limits.tip, bounds.follow(limits.tip, parked, 90.0)) > 60.0
-    assert settings.plan.motion.park_head_mm == limits.park_head_mm == settings.parked.head_mm
+    assert made.plan.motion.park_head_mm == limits.park_head_mm == made.parked.head_mm
 
 
 @every_kind
 def test_the_target_lies_below_the_head_s_cap(kind: CompensationKind) -> None:
-    settings = setup.settings(BENCH, PAPER, kind, FOUND)
-    cap = bounds.head_cap_mm(settings.limits.tip, settings.limits.cap_mm)
+    made = settings(PAPER, kind, FOUND)
+    cap = bounds.head_cap_mm(made.limits.tip, made.limits.cap_mm)
     needed = 90.0
     if kind != CompensationKind.NONE:
         needed = (90.0 + modified_dahl.saturation_mm(PUBLISHED) - PUBLISHED.offset_mm) / 0.9677
@@ -40,35 +47,35 @@ def test_a_cap_that_would_stop_the_head_short_is_refused_with_what_would_do() ->
     wide = PUBLISHED._replace(decay_per_mm=0.04)
     calibration = FOUND._replace(model=wide)
     with pytest.raises(InputError) as caught:
-        setup.settings(BENCH, PAPER, CompensationKind.EXACT_INVERSE, calibration)
+        settings(PAPER, CompensationKind.EXACT_INVERSE, calibration)
     assert str(caught.value) == (
         "cap_mm 95 mm allows the head 121.0 mm in case the gap of 42.7 mm has shrunk, and "
         "travel_mm 90 mm needs 122.5 mm: set cap_mm to 96.4 mm or more"
     )
     enough = PAPER._replace(cap_mm=96.5)
-    setup.settings(BENCH, enough, CompensationKind.EXACT_INVERSE, calibration)
-    setup.settings(BENCH, PAPER, CompensationKind.NONE, calibration)
+    settings(enough, CompensationKind.EXACT_INVERSE, calibration)
+    settings(PAPER, CompensationKind.NONE, calibration)
 
 
 def test_the_papers_schemes_get_the_papers_servo() -> None:
     for kind in (CompensationKind.NONE, CompensationKind.DIRECT_INVERSE):
-        servo = setup.settings(BENCH, PAPER, kind, FOUND).insertion_servo
+        servo = settings(PAPER, kind, FOUND).insertion_servo
         assert (servo.proportional_v, servo.derivative_v_s) == (10.0, 0.010)
         assert (servo.velocity_v_s, servo.friction_v, servo.time_constant_s) == (0.0, 0.0, 0.0)
-    servo = setup.settings(BENCH, PAPER, CompensationKind.EXACT_INVERSE, FOUND).insertion_servo
+    servo = settings(PAPER, CompensationKind.EXACT_INVERSE, FOUND).insertion_servo
     assert (servo.velocity_v_s, servo.friction_v) == (1.28, 0.5)
 
 
 def test_only_the_exact_inverse_crosses_the_gap_ahead_of_time() -> None:
     for kind in CompensationKind:
-        plan = setup.settings(BENCH, PAPER, kind, FOUND).plan
+        plan = settings(PAPER, kind, FOUND).plan
         crosses = kind == CompensationKind.EXACT_INVERSE
         assert (plan.preload_s > 0.0) == crosses
         assert (plan.gap_lead_s > 0.0) == crosses
 
 
 def test_a_forced_withdrawal_has_time_from_the_deepest_point() -> None:
-    limits = setup.settings(BENCH, PAPER, CompensationKind.NONE, FOUND).limits
+    limits = settings(PAPER, CompensationKind.NONE, FOUND).limits
     deepest_head = bounds.head_cap_mm(limits.tip, limits.cap_mm)
     slowest_s = (deepest_head - limits.park_head_mm) / BENCH.head_planned_mm_per_s
     assert slowest_s + 2.0 < limits.withdrawal_s < slowest_s + 5.0
@@ -76,14 +83,14 @@ def test_a_forced_withdrawal_has_time_from_the_deepest_point() -> None:
 
 def test_an_uncalibrated_machine_is_bounded_by_its_nominal_transmission() -> None:
     calibration = Calibration(BENCH.transmission, PLAIN_PD)
-    limits = setup.settings(BENCH, PAPER, CompensationKind.NONE, calibration).limits
+    limits = settings(PAPER, CompensationKind.NONE, calibration).limits
     gap = modified_dahl.gap_mm(PUBLISHED)
     assert limits.tip == bounds.tip_bounds(PUBLISHED.slope, PUBLISHED.offset_mm, gap)
 
 
 @every_kind
 def test_no_limit_is_missing(kind: CompensationKind) -> None:
-    limits = setup.settings(BENCH, PAPER, kind, FOUND).limits
+    limits = settings(PAPER, kind, FOUND).limits
     for name, value in limits._asdict().items():
         if name != "tip":
             assert math.isfinite(value), name

@@ -19,7 +19,9 @@ FIRST_SEED = 10_000
 
 def inward_with_vacuum_mm(columns: Columns) -> float:
     """Largest net advance of the tip since the valve left its seat, while it is off it."""
-    opened = columns["truth.valve_open_ratio"] > 0.0
+    # The pre-use test strokes the valve too, with the tip parked and the line vented.
+    testing = columns["phase"] == Phase.CHECKING
+    opened = (columns["truth.valve_open_ratio"] > 0.0) & ~testing
     if not np.any(opened):
         return 0.0
     tip = columns["truth.tip_mm"][opened]

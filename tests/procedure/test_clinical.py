@@ -22,6 +22,7 @@ BEDSIDE = Abilities(
     cam_rad_per_s=math.radians(60.0),
     gap_in_mm=16.5,
     gap_out_mm=16.5,
+    jog_mm=2.0,
 )
 PAPER_VALVE = BEDSIDE._replace(cam_rad_per_s=math.radians(15.0))
 GROWN = Site(
@@ -48,7 +49,7 @@ NEONATE = CHILD._replace(tube_mm=3.5, carina_mm=12.0, age=AgeGroup.NEONATE)
 @pytest.mark.parametrize("by_contact", [False, True])
 def test_adult_dwells_for_what_the_15_s_leave(by_contact: bool) -> None:
     protocol = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact)
-    times = planner.timeline(protocol, BEDSIDE, GROWN)
+    times = planner.timeline(protocol, BEDSIDE, GROWN, by_contact)
     assert times.negative_pressure == pytest.approx(15.0 - clinical.TIME_MARGIN_S)
     assert 7.4 <= protocol.dwell_s <= 8.8  # DESIGN section 5: 7.4 to 8.6 s
     assert times.in_airway + clinical.IN_AIRWAY_MARGIN_S == protocol.in_airway_budget_s
@@ -67,7 +68,7 @@ def test_travel_stops_short_of_the_carina_and_contact_backs_off() -> None:
 @pytest.mark.parametrize("site", [CHILD, NEONATE], ids=["child", "neonate"])
 def test_small_patients_stay_within_5_s(site: Site) -> None:
     protocol = clinical.fitted(PAEDIATRIC, BEDSIDE, site, by_contact=False)
-    assert planner.timeline(protocol, BEDSIDE, site).negative_pressure < 5.0
+    assert planner.timeline(protocol, BEDSIDE, site, by_contact=False).negative_pressure < 5.0
     assert protocol.dwell_s > 1.0
 
 
@@ -99,5 +100,6 @@ def test_whatever_is_fitted_holds_every_guideline(
     except InputError as refused:
         assert "\n" not in str(refused)
         return
-    assert all(check.ok for check in clinical.held_against_guidelines(protocol, BEDSIDE, site))
-    planner.check(protocol, BEDSIDE, site)
+    held = clinical.held_against_guidelines(protocol, BEDSIDE, site, by_contact)
+    assert all(check.ok for check in held)
+    planner.check(protocol, BEDSIDE, site, by_contact)

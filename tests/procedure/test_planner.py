@@ -8,6 +8,7 @@ from opensuction.procedure import planner
 from opensuction.procedure.plan import Excitation, PhaseLimits, Plan
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import PAPER, PROTOCOLS, Protocol
+from opensuction.procedure.site import BENCH_SITE
 
 EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
 
@@ -20,12 +21,13 @@ BENCH = Abilities(
     cam_rad_per_s=0.2618,
     gap_in_mm=0.0,
     gap_out_mm=0.0,
+    jog_mm=2.0,
 )
 WITH_GAP = BENCH._replace(gap_in_mm=16.5, gap_out_mm=16.5)
 
 
 def planned(protocol: Protocol, abilities: Abilities = BENCH, by_contact: bool = False) -> Plan:
-    return planner.plan(protocol, abilities, EXCITATION, by_contact)
+    return planner.plan(protocol, abilities, EXCITATION, by_contact, BENCH_SITE)
 
 
 def refusal(protocol: Protocol, abilities: Abilities = BENCH, by_contact: bool = False) -> str:
@@ -37,7 +39,7 @@ def refusal(protocol: Protocol, abilities: Abilities = BENCH, by_contact: bool =
 
 
 def test_the_papers_timeline() -> None:
-    times = planner.timeline(PAPER, BENCH)
+    times = planner.timeline(PAPER, BENCH, BENCH_SITE, by_contact=False)
     # 90 mm at 9 mm/s; accelerating at 200 mm/s2 adds 9/200 s.
     assert times.insertion == pytest.approx(10.0 + 0.045)
     assert times.withdrawal == pytest.approx(10.0 + 0.045)
@@ -73,7 +75,7 @@ def test_the_papers_suction_does_not_fit_into_fifteen_seconds() -> None:
 
 
 def test_a_budget_is_met_exactly_or_not_at_all() -> None:
-    needed = planner.timeline(PAPER, BENCH).negative_pressure
+    needed = planner.timeline(PAPER, BENCH, BENCH_SITE, by_contact=False).negative_pressure
     planned(PAPER._replace(negative_pressure_budget_s=needed), BENCH)
     refusal(PAPER._replace(negative_pressure_budget_s=needed - 1e-6))
 
@@ -83,6 +85,20 @@ def test_time_in_the_airway_is_refused_with_its_sum() -> None:
     assert message == (
         "the catheter would be in the airway for 29.1 s = insertion 10.0 s + dwell 9.0 s + "
         "withdrawal 10.0 s; the budget is 20 s"
+    )
+
+
+def test_the_back_off_of_contact_counts_as_time_in_the_airway() -> None:
+    protocol = PAPER._replace(backoff_mm=10.0)
+    by_travel = planner.timeline(protocol, WITH_GAP, BENCH_SITE, by_contact=False)
+    by_contact = planner.timeline(protocol, WITH_GAP, BENCH_SITE, by_contact=True)
+    # 16.5 mm of gap and 10 mm at 17 mm/s from rest to rest.
+    assert by_contact.back_off == pytest.approx(26.5 / 17.0 + 0.085)
+    assert by_travel.back_off == 0.0
+    assert by_contact.in_airway - by_travel.in_airway == pytest.approx(by_contact.back_off)
+    assert refusal(protocol._replace(in_airway_budget_s=30.0), WITH_GAP, by_contact=True) == (
+        "the catheter would be in the airway for 30.7 s = insertion 10.0 s + back-off 1.6 s + "
+        "dwell 9.0 s + withdrawal 10.0 s; the budget is 30 s"
     )
 
 
@@ -122,8 +138,8 @@ def test_a_speed_the_head_cannot_do_is_refused(name: str) -> None:
 
 
 def test_every_working_phase_has_a_limit_above_its_plan() -> None:
-    plan = planned(PAPER, WITH_GAP)
-    times = planner.timeline(PAPER, WITH_GAP)
+    plan = planned(PAPER, WITH_GAP, by_contact=True)
+    times = planner.timeline(PAPER, WITH_GAP, BENCH_SITE, by_contact=True)
     durations = {
         Phase.CHECKING: 2.0,  # the pump fills the canister
         Phase.PRELOADING: times.preload,

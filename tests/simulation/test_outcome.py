@@ -72,7 +72,7 @@ def test_an_aborted_cycle_is_not_completed() -> None:
     rig = bench.rig("bench", 1)
     calibration = bench.uncalibrated(rig.profile)
     loop, start = bench.assemble(rig, PAPER, CompensationKind.NONE, calibration, run=2)
-    state, before = trace.record(loop, start, START, 8.0)
+    state, before = trace.record(loop, start, START, 14.0)
     _, after = trace.record(loop, state, ABORT, 60.0)
     both = {name: np.concatenate([before[name], after[name]]) for name in COLUMNS}
     found = of(both)

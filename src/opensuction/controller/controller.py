@@ -73,6 +73,10 @@ class Outputs(NamedTuple):
     phase: int
     cause: int
     """Event that led into the phase."""
+    check_item: int
+    """Item of the pre-use test that is being tested; see `check.CheckItem`."""
+    check_failed: int
+    """Item of the last pre-use test that failed."""
 
 
 def start(settings: Settings, head_mm: float) -> State:
@@ -120,8 +124,12 @@ def _lead(
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
         let_through = HeadState(state.governor.head_mm, led.head_mm_per_s, led.lag_mm)
-        park_head_mm = settings.plan.motion.park_head_mm
-        return compensation.home(settings.compensation, let_through, park_head_mm, dt_s)
+        home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
+        sent = compensation.home(settings.compensation, let_through, home_mm, dt_s)
+        if phase == Phase.CHECKING.value:
+            # The jog stays within the gap: it moves no tip, though the model has none so sharp.
+            return HeadState(sent.head_mm, sent.head_mm_per_s, settings.parked.lag_mm)
+        return sent
     return compensation.step(
         settings.compensation,
         origin,
@@ -193,17 +201,18 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
         inputs.readings
     )
-    here, here_mm = state.compensation, 0.0
+    here, here_mm, tip_mm = state.compensation, 0.0, 0.0
     if touched:
-        here, here_mm = compensation.stopped(
-            settings.compensation, state.compensation, _head_mm(state, inputs.readings)
-        )
+        head_mm = _head_mm(state, inputs.readings)
+        here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
+        tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
         head_wanted_mm_per_s=state.compensation.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
         here_mm=here_mm,
+        tip_mm=tip_mm,
     )
     procedure, demand = cycle.step(
         settings.plan, state.procedure, inputs.readings, requests, around, dt_s
@@ -240,4 +249,6 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         verdict=verdict,
         phase=procedure.phase,
         cause=procedure.cause,
+        check_item=procedure.check.item,
+        check_failed=procedure.check.failed,
     )

@@ -16,7 +16,7 @@ from opensuction.procedure import planner
 from opensuction.procedure.plan import Excitation
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
-from opensuction.procedure.site import BENCH_SITE, Site
+from opensuction.procedure.site import Site
 from opensuction.safety import limits as bounds
 from opensuction.safety.limits import Limits
 
@@ -114,6 +114,18 @@ def _gaps_mm(kind: int, model: ModifiedDahl) -> tuple[float, float]:
     return abs(modified_dahl.gap_move(model, full, 1.0)), abs(
         modified_dahl.gap_move(model, -full, -1.0)
     )
+
+
+JOG_MM = 2.0
+"""Head travel of the pre-use test: ten times what a servo settles to; assumed."""
+JOG_SHARE = 0.25
+"""Share of the narrowest gap thought possible that it may take at most; assumed."""
+
+
+def _jog_mm(model: ModifiedDahl) -> float:
+    gap_mm = float(modified_dahl.gap_mm(model))
+    tip = bounds.tip_bounds(gain=model.slope, offset_mm=model.offset_mm, gap_mm=gap_mm)
+    return min(JOG_MM, JOG_SHARE * tip.narrow_mm)
 
 
 def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tuple[Servo, Servo]:
@@ -218,15 +230,25 @@ def abilities(
         cam_rad_per_s=profile.cam_rad_per_s,
         gap_in_mm=gap_in,
         gap_out_mm=gap_out,
+        jog_mm=_jog_mm(calibration.model),
     )
 
 
+CANNOT_BACK_OFF = {
+    CompensationKind.NONE: "the head would not cross the gap",
+    # Its jump at the reversal crosses a part of it: 10 mm ended 7 mm off the carina.
+    CompensationKind.DIRECT_INVERSE: "as printed, the head crosses only a part of the gap",
+}
+"""Compensations after which a back-off ends short of its distance, and why."""
+
+
 def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
-    """Refuse a back-off that would end inside the gap, the tip still on the carina."""
-    if kind == CompensationKind.NONE and protocol.backoff_mm > 0.0:
+    """Refuse a back-off that would end inside the gap, the tip too near to the carina."""
+    if kind in CANNOT_BACK_OFF and protocol.backoff_mm > 0.0:
+        name = kind.name.lower().replace("_", "-")
         raise InputError(
-            f"compensation 'none' cannot back off {protocol.backoff_mm:g} mm after contact: the "
-            "head would not cross the gap; set backoff_mm to 0 or compensation to exact-inverse"
+            f"compensation '{name}' cannot back off {protocol.backoff_mm:g} mm after contact: "
+            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to exact-inverse"
         )
 
 
@@ -235,8 +257,8 @@ def settings(
     protocol: Protocol,
     kind: CompensationKind,
     calibration: Calibration,
-    by_contact: bool = False,
-    site: Site = BENCH_SITE,
+    by_contact: bool,
+    site: Site,
 ) -> Settings:
     """Controller settings for one run. Raises InputError where the protocol cannot be done.
 

@@ -129,7 +129,7 @@ def _fitted(
     if isinstance(found, Template):
         return clinical.fitted(found, able, rig.site, by_contact)
     if not found.bench_only:
-        clinical.enforce(clinical.held_against_guidelines(found, able, rig.site))
+        clinical.enforce(clinical.held_against_guidelines(found, able, rig.site, by_contact))
     return found
 
 
@@ -199,7 +199,8 @@ def checks(prepared: Prepared) -> list[Check]:
     if prepared.identification is not None:
         calibration = prepared.identification.calibration
     able = setup.abilities(prepared.rig.profile, prepared.kind, calibration, prepared.rig.site)
-    return clinical.held_against_guidelines(prepared.protocol, able, prepared.rig.site)
+    by_contact = APPROACHES[prepared.choice.approach]
+    return clinical.held_against_guidelines(prepared.protocol, able, prepared.rig.site, by_contact)
 
 
 def stopping_mm(prepared: Prepared) -> float:

@@ -4,18 +4,24 @@ Keys and units are a contract (DESIGN section 8); ``null`` is what this twin doe
 """
 
 import math
+from enum import IntEnum
 from typing import Any
+
+import numpy as np
 
 from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.evidence import cycle_run
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.hysteresis import modified_dahl
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.check import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.guideline import GUIDELINES
 from opensuction.procedure.transition import Event
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
 from opensuction.simulation.bench import Identification
+from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
@@ -63,7 +69,7 @@ def _trips(result: Outcome) -> tuple[list[Json], list[Json]]:
     trips, alarms = [], []
     for code, time_s in result.trips:
         kind = KINDS[code]
-        name = code.name.lower().replace("_", "-")
+        name = _name(code)
         trips.append({"name": name, "sentence": kind.sentence, "time_s": time_s})
         alarms.append(
             {"name": name, "priority": kind.priority, "sentence": kind.sentence, "time_s": time_s}
@@ -75,23 +81,57 @@ def _trips(result: Outcome) -> tuple[list[Json], list[Json]]:
     return trips, alarms
 
 
-def _abort(result: Outcome) -> Json | None:
+def _abort(result: Outcome, columns: Columns) -> Json | None:
     """Why a cycle was broken off; the trips say more where there are any."""
     if result.abort is None:
         return None
     event, phase, time_s = result.abort
+    failed = CheckItem(int(columns["check_failed"][-1]))
     sentences = {
         Event.ABORT_REQUESTED: "a person asked for it",
+        Event.CONTACT_MISPLACED: "the tip touched something before the carina was expected, or "
+        "nothing until the search ended",
+        Event.CHECK_FAILED: f"the pre-use test failed: {SENTENCES[failed]}",
         Event.PHASE_OVERDUE: f"the phase '{phase.name.lower()}' took longer than planned",
         Event.TRIPPED: "a safety limit tripped",
     }
-    name = event.name.lower().replace("_", "-")
     return {
-        "event": name,
+        "event": _name(event),
         "phase": phase.name.lower(),
         "sentence": sentences[event],
         "time_s": time_s,
     }
+
+
+def _check(columns: Columns) -> Json:
+    """The pre-use test: whether it was passed, what failed, and each item with its time."""
+    failed = CheckItem(int(columns["check_failed"][-1]))
+    testing = columns["phase"] == Phase.CHECKING
+    items = columns["check_item"]
+    done = [item for item in ORDER if np.any(testing & (items == item))]
+    passed = failed == CheckItem.NONE and len(done) == len(ORDER) and not testing[-1]
+    listed = []
+    for item in ORDER:
+        ticks = np.count_nonzero(testing & (items == item))
+        listed.append(
+            {
+                "name": _name(item),
+                "meaning": ITEMS[item],
+                "passed": None if item not in done else item != failed,
+                "seconds": ticks * DT_S,
+            }
+        )
+    return {
+        "passed": passed,
+        "failed_item": None if failed == CheckItem.NONE else _name(failed),
+        "sentence": None if failed == CheckItem.NONE else SENTENCES[failed],
+        "items": listed,
+    }
+
+
+def _name(member: IntEnum) -> str:
+    """A member as the JSON writes it."""
+    return member.name.lower().replace("_", "-")
 
 
 def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
@@ -179,7 +219,8 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "spo2_nadir_percent": result.spo2_nadir_percent,
         "lung_volume_loss_ml": result.lung_volume_loss_ml,
         "airway_pressure_least_cmh2o": result.airway_pressure_least_cmh2o,
-        "abort": _abort(result),
+        "check": _check(columns),
+        "abort": _abort(result, columns),
         "trips": trips,
         "alarms": alarms,
         "warnings": _warnings(prepared, result),

@@ -54,9 +54,9 @@ TEMPLATES = {"adult": ADULT, "paediatric": PAEDIATRIC}
 """Clinical protocols by name."""
 
 
-def _dwell_s(draft: Protocol, abilities: Abilities, site: Site) -> float:
+def _dwell_s(draft: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> float:
     """What the budget leaves for the dwell. Raises InputError if that is too little."""
-    times = planner.timeline(draft, abilities, site)
+    times = planner.timeline(draft, abilities, site, by_contact)
     budget = draft.negative_pressure_budget_s
     left = budget - times.withdrawal - times.stroke - TIME_MARGIN_S
     needed = times.stroke + planner.crossing_s(abilities, abilities.gap_out_mm)
@@ -94,18 +94,20 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
         in_airway_budget_s=guideline.in_airway_s,
         bench_only=False,
     )
-    dwelling = draft._replace(dwell_s=_dwell_s(draft, abilities, site))
-    planned_s = planner.timeline(dwelling, abilities, site).in_airway
+    dwelling = draft._replace(dwell_s=_dwell_s(draft, abilities, site, by_contact))
+    planned_s = planner.timeline(dwelling, abilities, site, by_contact).in_airway
     final = dwelling._replace(
         in_airway_budget_s=min(planned_s + IN_AIRWAY_MARGIN_S, guideline.in_airway_s)
     )
-    enforce(held_against_guidelines(final, abilities, site))
+    enforce(held_against_guidelines(final, abilities, site, by_contact))
     return final
 
 
-def held_against_guidelines(protocol: Protocol, abilities: Abilities, site: Site) -> list[Check]:
+def held_against_guidelines(
+    protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool
+) -> list[Check]:
     """The clinical requirements of the paper's section II-A for a protocol, one by one."""
-    times = planner.timeline(protocol, abilities, site)
+    times = planner.timeline(protocol, abilities, site, by_contact)
     return checks(
         site.age,
         Planned(

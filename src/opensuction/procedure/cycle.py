@@ -12,10 +12,12 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
+from opensuction.procedure import check, progress, transition
 from opensuction.procedure import plan as plans
-from opensuction.procedure import progress, transition
+from opensuction.procedure.check import CheckState
 from opensuction.procedure.plan import Excitation, Plan
 from opensuction.procedure.progress import ProcedureState, Surroundings
+from opensuction.procedure.transition import Event
 
 INWARDS = 1.0
 OUTWARDS = -1.0
@@ -31,6 +33,8 @@ class Demand(NamedTuple):
     """Of the tip's next motion: +1 towards the carina, -1 back."""
     homing: bool
     """The head goes to its park position, whatever the model makes of the reference."""
+    jog_mm: float
+    """Homing: this far inwards of it, for the pre-use test."""
     valve_open: bool
     pump_on: bool
     vacuum_mmhg: float
@@ -38,11 +42,13 @@ class Demand(NamedTuple):
 
 def parked(plan: Plan) -> ProcedureState:
     """Ready for a cycle, tip at its parked reference."""
-    return _enter(Phase.PARKED.value, transition.STAY, plan.motion.park_mm, False)
+    return _enter(Phase.PARKED.value, transition.STAY, plan.motion.park_mm, False, check.untested())
 
 
 @compiled
-def _enter(phase: int, cause: int, reference_mm: float, valve_open: bool) -> ProcedureState:
+def _enter(
+    phase: int, cause: int, reference_mm: float, valve_open: bool, tested: CheckState
+) -> ProcedureState:
     return ProcedureState(
         phase=phase,
         cause=cause,
@@ -52,6 +58,7 @@ def _enter(phase: int, cause: int, reference_mm: float, valve_open: bool) -> Pro
         reference_mm_per_s=0.0,
         arrived_ticks=0,
         valve_open=valve_open,
+        check=tested,
     )
 
 
@@ -86,7 +93,10 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
 
 @compiled
 def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
-    """The valve rule: open from A to C; an abort keeps it open on the way out if it was open."""
+    """The valve rule: open from A to C; an abort keeps it open on the way out if it was open.
+
+    The pre-use test strokes it too: see `check.is_stroking`.
+    """
     if phase == Phase.ABORTING.value:
         return was_open and not home
     return (
@@ -125,9 +135,21 @@ def _is_pumping(phase: int, valve_open: bool) -> bool:
         return valve_open
     return (
         phase != Phase.PARKED.value
+        and phase != Phase.CHECKING.value
         and phase != Phase.HALTED.value
         and phase != Phase.IDENTIFYING.value
     )
+
+
+@compiled
+def _tested(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
+    """The pre-use test as the next phase begins."""
+    if phase == Phase.CHECKING.value:
+        return check.begun()
+    if state.phase == Phase.CHECKING.value:
+        broken = cause == Event.TRIPPED.value or cause == Event.PHASE_OVERDUE.value
+        return check.ended(checked, broken)
+    return checked
 
 
 @compiled
@@ -140,7 +162,10 @@ def step(
     dt_s: float,
 ) -> tuple[ProcedureState, Demand]:
     """Advance the cycle by one tick; returns the new state and what it asks for."""
-    events = progress.happened(plan, state, readings, requests, around, dt_s)
+    checked = state.check
+    if state.phase == Phase.CHECKING.value:
+        checked = progress.tested(plan, checked, readings, around, dt_s)
+    events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks = state.arrived_ticks
     if phase != state.phase:
@@ -149,7 +174,9 @@ def step(
         if phase == Phase.BACKING_OFF.value:
             reference_mm = around.here_mm
         cause = transition.taken(state.phase, events)
-        state = _enter(phase, cause, reference_mm, state.valve_open and not resting)
+        checked = _tested(state, checked, phase, cause)
+        was_open = state.valve_open and state.phase != Phase.CHECKING.value
+        state = _enter(phase, cause, reference_mm, was_open and not resting, checked)
     reference, velocity = _reference(plan, state, state.phase_ticks * dt_s)
     arrived = (
         phase == Phase.OPENING.value
@@ -159,14 +186,20 @@ def step(
     arrived_ticks = arrived_ticks + 1 if arrived else 0
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
     pumping = _is_pumping(phase, valve_open)
+    keeping = pumping
+    if phase == Phase.CHECKING.value:
+        valve_open = check.is_stroking(checked.item)
+        pumping = check.is_pumping(checked.item)
+        keeping = check.keeps_vacuum(checked.item)
     demand = Demand(
         reference_mm=reference,
         reference_mm_per_s=velocity,
         direction=_direction(plan, phase, arrived_ticks * dt_s),
         homing=_is_homing(phase),
+        jog_mm=plan.check.jog_mm if check.is_jogging(checked.item) else 0.0,
         valve_open=valve_open,
         pump_on=pumping,
-        vacuum_mmhg=plan.vacuum_mmhg if pumping else 0.0,
+        vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,
     )
     return (
         ProcedureState(
@@ -178,6 +211,7 @@ def step(
             reference_mm_per_s=velocity,
             arrived_ticks=arrived_ticks,
             valve_open=valve_open,
+            check=checked,
         ),
         demand,
     )

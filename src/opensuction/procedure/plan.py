@@ -5,6 +5,7 @@ from typing import NamedTuple
 from opensuction.control.profile import Profile
 from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
+from opensuction.procedure.check import CheckPlan
 
 TUBE_END_MM = 0.0
 """Lower end of the tube: the origin of every depth."""
@@ -33,7 +34,8 @@ class ContactSearch(NamedTuple):
 
     enabled: bool
     window_start_mm: float
-    """Contact before this reference is a fault: something is in the way or the switch bridged."""
+    """Contact with the estimated tip before this is a fault: something is in the way, or the
+    switch is bridged."""
     backoff_mm: float
 
 
@@ -69,6 +71,7 @@ class Plan(NamedTuple):
 
     motion: Motion
     contact: ContactSearch
+    check: CheckPlan
     excitation: Excitation
     preload_s: float
     """Time given to the head to take up the gap before insertion."""

@@ -6,16 +6,38 @@ from typing import NamedTuple
 from opensuction.control import profile, staged_path
 from opensuction.kernel.errors import InputError
 from opensuction.procedure import plan as plans
+from opensuction.procedure.check import CheckPlan, ItemLimits
 from opensuction.procedure.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
 from opensuction.procedure.protocol import Protocol
-from opensuction.procedure.site import BENCH_SITE, Site
+from opensuction.procedure.site import Site
 
 CAP_MARGIN_MM = 5.0
 """Least distance from the stopping point to the cap (DESIGN: or the planner refuses)."""
 SETTLE_S = 1.0
 """Time a servo may need to settle after a move, before the phase counts as overdue."""
-CHECK_LIMIT_S = 8.0
-"""Longest pre-use check: the pump fills an 0.8 L canister in about 2 s."""
+HOLD_S = 0.05
+"""Pre-use test: how long a condition must hold; longer than a switch bounces (10 ms)."""
+SENSOR_LIMIT_S = 0.5
+"""Pre-use test: time in which sensors and contact must read soundly; assumed."""
+HOMING_LIMIT_S = 2.0
+"""Pre-use test: time in which the head of a cycle that has just ended must be home; assumed."""
+JOG_LIMIT_S = 1.0
+"""Pre-use test: time for each way of the jog; 2 mm at 200 mm/s2 take 0.2 s."""
+STROKE_SETTLE_S = 0.5
+"""Pre-use test: time for the valve's servo to settle, beyond half of its stroke again; assumed."""
+VENTED_MMHG = 5.0
+"""Pre-use test: highest vacuum of a vented line, a sensor's error (1 % of 500 mmHg; assumed)."""
+VACUUM_READY_SHARE = 0.9
+"""Pre-use test: share of the set point that the pump must reach; assumed."""
+VACUUM_LIMIT_S = 4.0
+"""Pre-use test: time for that; 18 L/min evacuate 0.8 L to 120 mmHg in 0.5 s [computed]."""
+VACUUM_SETTLE_S = 0.2
+"""Pre-use test: line and regulator settle, ten of their time constants (17 ms) [computed]."""
+LEAK_S = 1.0
+"""Pre-use test: how long the vacuum is watched with the pump off; assumed."""
+LEAK_SHARE = 0.05
+"""Pre-use test: loss of vacuum in that time: a leak that takes 2 % of the pump's flow at 120 mmHg
+[computed]; a sound line loses 2 %. Assumed to be the least that matters."""
 OVERDUE_SHARE = 1.5
 """A phase may last this many times its planned duration (and `SETTLE_S`)."""
 
@@ -34,6 +56,8 @@ class Abilities(NamedTuple):
     """Head travel that takes up the gap before insertion; 0 without compensation."""
     gap_out_mm: float
     """Head travel that takes it up before the way back."""
+    jog_mm: float
+    """Head travel inwards that does not move the parked tip, whatever the gap has become."""
 
 
 class Timeline(NamedTuple):
@@ -45,7 +69,7 @@ class Timeline(NamedTuple):
     dwell: float
     withdrawal: float
     back_off: float
-    """Contact approach: across the gap and off the carina."""
+    """Across the gap and off the carina; 0 where the tip stops by travel."""
     negative_pressure: float
     """Valve leaves its seat to valve closed."""
     in_airway: float
@@ -60,7 +84,7 @@ def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     )
 
 
-def motion(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> Motion:
+def motion(protocol: Protocol, abilities: Abilities, site: Site) -> Motion:
     """Tip motion of a protocol on a machine and a patient."""
     return Motion(
         park_mm=site.park_mm,
@@ -75,29 +99,32 @@ def motion(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) ->
     )
 
 
-def timeline(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> Timeline:
-    """Planned durations of a cycle."""
+def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> Timeline:
+    """Planned durations of a cycle; by contact, of one that finds it only at the search's end."""
     moves = motion(protocol, abilities, site)
     insertion = float(staged_path.duration_s(plans.way_in(moves, site.park_mm)))
     withdrawal = float(
         profile.duration_s(plans.way_out(moves, protocol.travel_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
+    back_off = 0.0
+    if by_contact:
+        back_off = crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm)
     return Timeline(
         preload=crossing_s(abilities, abilities.gap_in_mm),
         insertion=insertion,
         stroke=stroke,
         dwell=protocol.dwell_s,
         withdrawal=withdrawal,
-        back_off=crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm),
+        back_off=back_off,
         negative_pressure=protocol.dwell_s + withdrawal + stroke,
-        in_airway=insertion + protocol.dwell_s + withdrawal,
+        in_airway=insertion + back_off + protocol.dwell_s + withdrawal,
     )
 
 
-def check(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> None:
+def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> None:
     """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
-    times = timeline(protocol, abilities, site)
+    times = timeline(protocol, abilities, site, by_contact)
     least_cap = protocol.travel_mm + CAP_MARGIN_MM
     if protocol.cap_mm < least_cap:
         raise InputError(
@@ -112,9 +139,10 @@ def check(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) -> 
             "shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm"
         )
     if times.in_airway > protocol.in_airway_budget_s:
+        backing = f"back-off {times.back_off:.1f} s + " if by_contact else ""
         raise InputError(
             f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
-            f"{times.insertion:.1f} s + dwell {times.dwell:.1f} s + withdrawal "
+            f"{times.insertion:.1f} s + {backing}dwell {times.dwell:.1f} s + withdrawal "
             f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s"
         )
     needed = times.stroke + crossing_s(abilities, abilities.gap_out_mm)
@@ -140,16 +168,49 @@ def check_search(protocol: Protocol) -> None:
         )
 
 
+def check_plan(vacuum_mmhg: float, abilities: Abilities) -> CheckPlan:
+    """Bounds of the pre-use test for a vacuum set point on a machine."""
+    stroke_s = abilities.cam_open_rad / abilities.cam_rad_per_s
+    stroke_limit_s = OVERDUE_SHARE * stroke_s + STROKE_SETTLE_S
+    return CheckPlan(
+        jog_mm=abilities.jog_mm,
+        hold_s=HOLD_S,
+        vented_mmhg=VENTED_MMHG,
+        ready_mmhg=VACUUM_READY_SHARE * vacuum_mmhg,
+        settle_s=VACUUM_SETTLE_S,
+        leak_s=LEAK_S,
+        leak_share=LEAK_SHARE,
+        limits_s=ItemLimits(
+            none=0.0,
+            readings=SENSOR_LIMIT_S,
+            contact_open=SENSOR_LIMIT_S,
+            head_home=HOMING_LIMIT_S,
+            head_advances=JOG_LIMIT_S,
+            head_returns=JOG_LIMIT_S,
+            line_vented=SENSOR_LIMIT_S,
+            valve_opens=stroke_limit_s,
+            valve_closes=stroke_limit_s,
+            vacuum_builds=VACUUM_LIMIT_S,
+            vacuum_holds=VACUUM_SETTLE_S + LEAK_S + HOLD_S,
+        ),
+    )
+
+
 def _overdue_s(planned_s: float) -> float:
     return OVERDUE_SHARE * planned_s + SETTLE_S
 
 
-def phase_limits(times: Timeline, abilities: Abilities, excitation: Excitation) -> PhaseLimits:
-    """Longest duration of each phase: its plan, half of it again and time to settle."""
+def phase_limits(
+    times: Timeline, abilities: Abilities, excitation: Excitation, testing: CheckPlan
+) -> PhaseLimits:
+    """Longest duration of each phase: its plan, half of it again and time to settle.
+
+    The items of the pre-use test have limits of their own; the phase ends after all of them.
+    """
     abort = times.withdrawal + crossing_s(abilities, abilities.gap_out_mm) + times.stroke
     return PhaseLimits(
         parked=math.inf,
-        checking=CHECK_LIMIT_S,
+        checking=sum(testing.limits_s) + SETTLE_S,
         preloading=_overdue_s(times.preload),
         inserting=_overdue_s(times.insertion),
         opening=_overdue_s(times.stroke),
@@ -169,18 +230,19 @@ def plan(
     protocol: Protocol,
     abilities: Abilities,
     excitation: Excitation,
-    by_contact: bool = False,
-    site: Site = BENCH_SITE,
+    by_contact: bool,
+    site: Site,
 ) -> Plan:
     """The plan of a protocol on a machine. Raises InputError where it cannot be done.
 
     by_contact: the tip stops where the contact switch closes, and ``travel_mm`` is where the
     search for it ends.
     """
-    check(protocol, abilities, site)
+    check(protocol, abilities, site, by_contact)
     if by_contact:
         check_search(protocol)
-    times = timeline(protocol, abilities, site)
+    times = timeline(protocol, abilities, site, by_contact)
+    testing = check_plan(protocol.vacuum_mmhg, abilities)
     return Plan(
         motion=motion(protocol, abilities, site),
         contact=ContactSearch(
@@ -188,6 +250,7 @@ def plan(
             window_start_mm=protocol.contact_from_mm,
             backoff_mm=protocol.backoff_mm,
         ),
+        check=testing,
         excitation=excitation,
         preload_s=times.preload,
         dwell_s=times.dwell,
@@ -195,5 +258,5 @@ def plan(
         vacuum_mmhg=protocol.vacuum_mmhg,
         cam_open_rad=abilities.cam_open_rad,
         bench_only=protocol.bench_only,
-        limits_s=phase_limits(times, abilities, excitation),
+        limits_s=phase_limits(times, abilities, excitation, testing),
     )

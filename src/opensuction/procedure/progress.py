@@ -6,6 +6,8 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
+from opensuction.procedure import check
+from opensuction.procedure.check import CheckItem, CheckSeen, CheckState
 from opensuction.procedure.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.transition import Event
 
@@ -17,8 +19,6 @@ HOME_MM = 0.5
 """Distance from the park position, beyond settling, at which the head still counts as parked."""
 RESTING_MM_PER_S = 0.5
 """Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
-VACUUM_READY_SHARE = 0.9
-"""Share of the set point that the line must hold before a cycle begins."""
 
 
 class ProcedureState(NamedTuple):
@@ -35,6 +35,7 @@ class ProcedureState(NamedTuple):
     arrived_ticks: int
     """Ticks since the reference reached the target."""
     valve_open: bool
+    check: CheckState
 
 
 class Surroundings(NamedTuple):
@@ -47,7 +48,9 @@ class Surroundings(NamedTuple):
     powerless: bool
     """The insertion drive's torque is off."""
     here_mm: float
-    """Tip position that the model gives for the measured head; used on contact."""
+    """Reference at which the head would be where it was measured; used on contact."""
+    tip_mm: float
+    """Estimated tip, pushed in to the measured head; used on contact."""
 
 
 @compiled
@@ -69,10 +72,10 @@ def is_contact(readings: Readings) -> bool:
 
 
 @compiled
-def _search(search: ContactSearch, reference_mm: float, arrived: bool, readings: Readings) -> int:
-    """Contact, and whether head travel and switch agree that it can be the carina."""
+def _search(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
+    """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
-        expected = reference_mm >= search.window_start_mm
+        expected = tip_mm >= search.window_start_mm
         return _bit(expected, Event.CONTACTED.value) | _bit(
             not expected, Event.CONTACT_MISPLACED.value
         )
@@ -94,7 +97,7 @@ def _inside(
     if phase == Phase.INSERTING.value:
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
-            return _search(plan.contact, state.reference_mm, arrived, readings)
+            return _search(plan.contact, around.tip_mm, arrived, readings)
         return _bit(arrived, Event.TARGET_REACHED.value)
     if phase == Phase.BACKING_OFF.value:
         # The reference is there first: the head has the gap to cross before the tip moves.
@@ -102,8 +105,7 @@ def _inside(
         resting = abs(around.head_wanted_mm_per_s) < RESTING_MM_PER_S
         return _bit(there and resting and settled, Event.BACKED_OFF.value)
     if phase == Phase.OPENING.value:
-        opened = readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
-        return _bit(opened, Event.VALVE_OPENED.value)
+        return _bit(_is_opened(plan, readings), Event.VALVE_OPENED.value)
     if phase == Phase.SUCTIONING.value:
         elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
         return _bit(elapsed, Event.DWELL_ELAPSED.value)
@@ -111,21 +113,58 @@ def _inside(
 
 
 @compiled
+def _is_closed(plan: Plan, readings: Readings) -> bool:
+    return readings.cam_valid and abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
+
+
+@compiled
+def _is_opened(plan: Plan, readings: Readings) -> bool:
+    return readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
+
+
+@compiled
+def _is_settled(plan: Plan, readings: Readings, around: Surroundings) -> bool:
+    distance = abs(around.head_wanted_mm - readings.head_mm)
+    return readings.head_valid and distance <= plan.motion.settle_mm
+
+
+@compiled
+def tested(
+    plan: Plan, state: CheckState, readings: Readings, around: Surroundings, dt_s: float
+) -> CheckState:
+    """The pre-use test one tick on."""
+    seen = CheckSeen(
+        home=is_home(plan.motion, readings),
+        settled=_is_settled(plan, readings, around),
+        off_park_mm=readings.head_mm - plan.motion.park_head_mm,
+        settle_mm=plan.motion.settle_mm,
+        opened=_is_opened(plan, readings),
+        closed=_is_closed(plan, readings),
+    )
+    return check.step(plan.check, state, readings, seen, dt_s)
+
+
+@compiled
 def _progress(
-    plan: Plan, state: ProcedureState, readings: Readings, around: Surroundings, dt_s: float
+    plan: Plan,
+    state: ProcedureState,
+    checked: CheckState,
+    readings: Readings,
+    around: Surroundings,
+    dt_s: float,
 ) -> int:
     """Bit mask of what the cycle was waiting for and has happened."""
     time_s = state.phase_ticks * dt_s
     phase = state.phase
-    distance = abs(around.head_wanted_mm - readings.head_mm)
-    settled = readings.head_valid and distance <= plan.motion.settle_mm
+    settled = _is_settled(plan, readings, around)
     still = state.reference_mm_per_s == 0.0
-    closed = readings.cam_valid and abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
+    closed = _is_closed(plan, readings)
     home = is_home(plan.motion, readings)
     if phase == Phase.CHECKING.value:
-        sound = readings.vacuum_valid and readings.contact_valid and not readings.contact_closed
-        ready = readings.line_vacuum_mmhg >= VACUUM_READY_SHARE * plan.vacuum_mmhg
-        return _bit(sound and settled and home and closed and ready, Event.CHECK_PASSED.value)
+        passed = checked.item == CheckItem.NONE.value
+        return _bit(checked.failed != CheckItem.NONE.value, Event.CHECK_FAILED.value) | _bit(
+            passed and settled and home and closed, Event.CHECK_PASSED.value
+        )
     if phase == Phase.PRELOADING.value:
         return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED.value)
     if phase == Phase.WITHDRAWING.value:
@@ -146,19 +185,23 @@ def _progress(
 def happened(
     plan: Plan,
     state: ProcedureState,
+    checked: CheckState,
     readings: Readings,
     requests: Requests,
     around: Surroundings,
     dt_s: float,
 ) -> int:
-    """Bit mask of all events of this tick; whoever aborts means nothing else with it."""
+    """Bit mask of all events of this tick; whoever aborts means nothing else with it.
+
+    checked: the pre-use test after this tick.
+    """
     overdue = state.phase_ticks * dt_s > plan.limits_s[state.phase]
     home = is_home(plan.motion, readings)
     start = requests.start and not requests.abort
     identify = requests.identify and not requests.abort and plan.bench_only
     reset = requests.reset and not requests.abort
     return (
-        _progress(plan, state, readings, around, dt_s)
+        _progress(plan, state, checked, readings, around, dt_s)
         | _bit(around.tripped, Event.TRIPPED.value)
         | _bit(requests.abort, Event.ABORT_REQUESTED.value)
         | _bit(overdue, Event.PHASE_OVERDUE.value)

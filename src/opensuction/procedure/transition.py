@@ -23,24 +23,26 @@ class Event(IntEnum):
     """The phase lasted longer than the plan allows."""
     CONTACT_MISPLACED = 3
     """Contact before the expected window, or none until its end."""
-    CHECK_PASSED = 4
-    PRELOADED = 5
-    CONTACTED = 6
+    CHECK_FAILED = 4
+    """An item of the pre-use test failed."""
+    CHECK_PASSED = 5
+    PRELOADED = 6
+    CONTACTED = 7
     """The tip touched something within the expected window."""
-    BACKED_OFF = 7
-    TARGET_REACHED = 8
-    VALVE_OPENED = 9
-    DWELL_ELAPSED = 10
-    WITHDRAWN = 11
-    VALVE_CLOSED = 12
-    CLEARED = 13
+    BACKED_OFF = 8
+    TARGET_REACHED = 9
+    VALVE_OPENED = 10
+    DWELL_ELAPSED = 11
+    WITHDRAWN = 12
+    VALVE_CLOSED = 13
+    CLEARED = 14
     """Out of the airway with the valve closed, or nothing left that may move."""
-    EXCITATION_ENDED = 14
-    START_REQUESTED = 15
-    IDENTIFY_REQUESTED = 16
-    RESET_REQUESTED = 17
+    EXCITATION_ENDED = 15
+    START_REQUESTED = 16
+    IDENTIFY_REQUESTED = 17
+    RESET_REQUESTED = 18
     """A person acknowledges a halt with the head at its park position."""
-    RECOVERY_REQUESTED = 18
+    RECOVERY_REQUESTED = 19
     """The same with the head elsewhere: out first."""
 
 
@@ -85,6 +87,7 @@ BROKEN_OFF: dict[tuple[Phase, Event], Phase] = {
         for event in (E.TRIPPED, E.ABORT_REQUESTED, E.PHASE_OVERDUE)
     },
     (P.INSERTING, E.CONTACT_MISPLACED): P.ABORTING,
+    (P.CHECKING, E.CHECK_FAILED): P.ABORTING,
     (P.PARKED, E.TRIPPED): P.HALTED,
     (P.ABORTING, E.PHASE_OVERDUE): P.HALTED,
 }

@@ -2,7 +2,7 @@
 
 from opensuction.report import figures
 from opensuction.report.figures import Verdict
-from opensuction.report.summary import Summary, completed, number, rows, text
+from opensuction.report.summary import Summary, completed, number, rows, text, value
 from opensuction.report.wording import quantity
 
 ON_REQUEST = "a person asked for it, no safety limit tripped"
@@ -67,6 +67,17 @@ def _ending(summary: Summary) -> str:
     start = aborted_at_s(summary)
     when = "" if start is None else f" after {quantity(start, 's')}"
     return _with_stop(f"The cycle was aborted{when}: {_reason(summary)}")
+
+
+def _check(summary: Summary) -> str:
+    """How the pre-use test ended; what failed is the ending's to say where that ended the cycle."""
+    passed = value(summary, "check", "passed")
+    if passed is True:
+        return "The pre-use test of sensors, motor, valve, pump and line was passed."
+    said = text(summary, "check", "sentence")
+    if said is None or said in _ending(summary):
+        return ""
+    return _with_stop(f"The pre-use test failed: {said}")
 
 
 def _depth(summary: Summary) -> str:
@@ -183,5 +194,5 @@ def _faults(summary: Summary) -> str:
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
-    told = (_ending, _depth, _contact, _stop, _suction, _secretion, _patient, _faults)
+    told = (_ending, _check, _depth, _contact, _stop, _suction, _secretion, _patient, _faults)
     return [sentence for tell in told if (sentence := tell(summary))]

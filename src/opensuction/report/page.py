@@ -97,6 +97,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "warnings": warnings_of(summary),
         "figures": figures.figures(summary),
         "requirements": requirement.requirements(summary),
+        "check_items": rows(value(summary, "check") or {}, "items"),
         "phases": phases,
         "drawing": anatomy.drawing(summary),
         "trips": rows(summary, "trips"),

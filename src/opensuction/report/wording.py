@@ -26,7 +26,7 @@ REST = ("parked", "halted")
 
 PHASES: dict[str, PhaseWords] = {
     "parked": PhaseWords("Parked", "Tip out of the patient, valve closed, ready.", "rest"),
-    "checking": PhaseWords("Checking", "Sensors, valve and pump are tested.", "rest"),
+    "checking": PhaseWords("Checking", "Sensors, motor, valve, pump and line are tested.", "rest"),
     "preloading": PhaseWords(
         "Taking up slack", "The head moves, the tip does not yet: slack of the conduit.", "rest"
     ),

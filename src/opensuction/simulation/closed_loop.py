@@ -46,6 +46,10 @@ class TraceRow(NamedTuple):
     phase: int
     cause: int
     """Event that led into the phase."""
+    check_item: int
+    """Item of the pre-use test that is being tested."""
+    check_failed: int
+    """Item of the last pre-use test that failed."""
     readings: Readings
     demand: Demand
     verdict: Verdict
@@ -78,6 +82,8 @@ def _tick(
         time_s=tick * DT_S,
         phase=outputs.phase,
         cause=outputs.cause,
+        check_item=outputs.check_item,
+        check_failed=outputs.check_failed,
         readings=readings,
         demand=outputs.demand,
         verdict=outputs.verdict,

@@ -52,7 +52,8 @@ class Outcome(NamedTuple):
     """Until the machine rests again; a patient is followed for longer."""
     in_airway_s: float
     negative_pressure_s: float
-    """From the valve's leaving its seat to its return."""
+    """From the valve's leaving its seat to its return; the pre-use test strokes it without
+    vacuum, and does not count."""
     peak_vacuum_mmhg: float
     carina_force_peak_n: float
     removed_ml: float
@@ -132,6 +133,7 @@ def outcome(
     spans = phase_spans(trace)
     resting = np.isin(trace["phase"], (Phase.PARKED, Phase.HALTED))
     closed = any(span.phase == Phase.CLOSING for span in spans)
+    opened = (trace["truth.valve_open_ratio"] > 0.0) & (trace["phase"] != Phase.CHECKING)
     removed = float(trace["truth.secretion_removed_ml"][-1])
     return Outcome(
         completed=closed and spans[-1].phase == Phase.PARKED,
@@ -142,7 +144,7 @@ def outcome(
         peak_error_mm=float(np.max(np.abs(error))) if error.size else float("nan"),
         cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
         in_airway_s=float(np.count_nonzero(np.isin(trace["phase"], IN_AIRWAY_PHASES)) * DT_S),
-        negative_pressure_s=float(np.count_nonzero(trace["truth.valve_open_ratio"] > 0.0) * DT_S),
+        negative_pressure_s=float(np.count_nonzero(opened) * DT_S),
         peak_vacuum_mmhg=float(np.max(trace["readings.line_vacuum_mmhg"])),
         carina_force_peak_n=float(np.max(trace["truth.contact_n"])),
         removed_ml=removed,

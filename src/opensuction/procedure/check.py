@@ -1,0 +1,276 @@
+"""The pre-use test: sensors, insertion motor, valve, pump and line, one item after another.
+
+Nothing of it happens in the patient: the tip stays parked, the head moves within the gap of the
+transmission, and the valve strokes with the line vented. An item passes when its condition has
+held for a moment, and fails when it does not come in time; the test ends with the first failure.
+"""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.readings import Readings
+
+
+class CheckItem(IntEnum):
+    """What is tested. The numbers are stored in recordings: never renumber.
+
+    Regulator and relief valve are not tested yet; theirs will be 11 and 12.
+    """
+
+    NONE = 0
+    """Nothing is being tested, or nothing failed."""
+    READINGS = 1
+    CONTACT_OPEN = 2
+    HEAD_HOME = 3
+    HEAD_ADVANCES = 4
+    HEAD_RETURNS = 5
+    LINE_VENTED = 6
+    VALVE_OPENS = 7
+    VALVE_CLOSES = 8
+    VACUUM_BUILDS = 9
+    VACUUM_HOLDS = 10
+
+
+I = CheckItem  # noqa: E741 - short, for the tables below
+
+ORDER = (
+    I.READINGS,
+    I.CONTACT_OPEN,
+    I.HEAD_HOME,
+    I.HEAD_ADVANCES,
+    I.HEAD_RETURNS,
+    I.LINE_VENTED,
+    I.VALVE_OPENS,
+    I.VALVE_CLOSES,
+    I.VACUUM_BUILDS,
+    I.VACUUM_HOLDS,
+)
+"""Sensors first, for the rest is judged by them; the valve strokes before there is vacuum."""
+
+SENTENCES: dict[CheckItem, str] = {
+    I.NONE: "nothing failed",
+    I.READINGS: "a sensor gives no valid reading",
+    I.CONTACT_OPEN: "the contact switch is closed although nothing touches the tip",
+    I.HEAD_HOME: "the catheter head is not at its park position",
+    I.HEAD_ADVANCES: "the insertion motor does not move the catheter head in",
+    I.HEAD_RETURNS: "the insertion motor does not bring the catheter head back",
+    I.LINE_VENTED: "there is vacuum in the line with the pump off",
+    I.VALVE_OPENS: "the suction valve does not open in time",
+    I.VALVE_CLOSES: "the suction valve does not close in time",
+    I.VACUUM_BUILDS: "the pump does not reach its set point in time",
+    I.VACUUM_HOLDS: "the line loses its vacuum with the pump off: there is a leak",
+}
+"""What a failure means, for people."""
+
+ITEMS: dict[CheckItem, str] = {
+    I.READINGS: "Sensors give valid readings",
+    I.CONTACT_OPEN: "Contact switch is open at rest",
+    I.HEAD_HOME: "Encoder reads the park position",
+    I.HEAD_ADVANCES: "Insertion motor moves the head in, within the slack",
+    I.HEAD_RETURNS: "Insertion motor brings it back",
+    I.LINE_VENTED: "Line is vented with the pump off",
+    I.VALVE_OPENS: "Suction valve opens in time",
+    I.VALVE_CLOSES: "Suction valve closes in time",
+    I.VACUUM_BUILDS: "Pump reaches its set point",
+    I.VACUUM_HOLDS: "Line holds its vacuum with the pump off",
+}
+"""Each item in words, in the order in which they are listed."""
+
+
+class ItemLimits(NamedTuple):
+    """Longest time for each item, s, in the order of `CheckItem`."""
+
+    none: float
+    readings: float
+    contact_open: float
+    head_home: float
+    head_advances: float
+    head_returns: float
+    line_vented: float
+    valve_opens: float
+    valve_closes: float
+    vacuum_builds: float
+    vacuum_holds: float
+
+
+class CheckPlan(NamedTuple):
+    """Numbers of the pre-use test; `planner.check_plan` says where each comes from."""
+
+    jog_mm: float
+    """Head travel that shows that the motor answers, within the gap of the transmission."""
+    hold_s: float
+    """How long a condition must hold."""
+    vented_mmhg: float
+    """Highest vacuum of a vented line."""
+    ready_mmhg: float
+    """Vacuum that the pump must reach."""
+    settle_s: float
+    """Time that regulator and line take to settle."""
+    leak_s: float
+    """How long the line is watched with the pump off."""
+    leak_share: float
+    """Largest share of its vacuum that it may lose in that time."""
+    limits_s: ItemLimits
+
+
+class CheckState(NamedTuple):
+    """Where the test stands."""
+
+    item: int
+    """Item being tested; NONE outside the phase, and when all have passed."""
+    ticks: int
+    """Since the item began."""
+    held_ticks: int
+    """For how long its condition has held."""
+    vacuum_mmhg: float
+    """Vacuum from which the leak is reckoned."""
+    failed: int
+    """Item that failed; it stays until the next test begins."""
+
+
+class CheckSeen(NamedTuple):
+    """What the test learns of the head and the valve."""
+
+    home: bool
+    settled: bool
+    off_park_mm: float
+    """Head reading less its park position."""
+    settle_mm: float
+    opened: bool
+    closed: bool
+
+
+def _following() -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    table = np.zeros(len(CheckItem), dtype=np.int64)
+    table[CheckItem.NONE] = ORDER[0]
+    for item, following in zip(ORDER, (*ORDER[1:], CheckItem.NONE), strict=True):
+        table[item] = following
+    return table
+
+
+FOLLOWING = _following()
+"""The item after each; the first after NONE, NONE after the last."""
+
+
+def untested() -> CheckState:
+    """No test has run yet."""
+    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+
+
+@compiled
+def begun() -> CheckState:
+    """The first item of a new test."""
+    return CheckState(item=FOLLOWING[0], ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+
+
+@compiled
+def ended(state: CheckState, broken_off: bool) -> CheckState:
+    """The test is over; broken off by a fault, the item that was tested has failed."""
+    failed = state.item if broken_off and state.failed == 0 else state.failed
+    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=failed)
+
+
+@compiled
+def _valid(readings: Readings) -> bool:
+    return (
+        readings.head_valid
+        and readings.cam_valid
+        and readings.vacuum_valid
+        and readings.contact_valid
+        and math.isfinite(readings.head_mm)
+        and math.isfinite(readings.cam_rad)
+        and math.isfinite(readings.line_vacuum_mmhg)
+    )
+
+
+@compiled
+def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen) -> bool:
+    """Whether the item's own condition holds; sensors and contact are judged before."""
+    item = state.item
+    vented = readings.line_vacuum_mmhg <= plan.vented_mmhg
+    if item == CheckItem.HEAD_HOME.value:
+        return seen.home and seen.settled
+    if item == CheckItem.HEAD_ADVANCES.value:
+        return abs(seen.off_park_mm - plan.jog_mm) <= seen.settle_mm
+    if item == CheckItem.HEAD_RETURNS.value:
+        return abs(seen.off_park_mm) <= seen.settle_mm
+    if item == CheckItem.LINE_VENTED.value:
+        return vented
+    if item == CheckItem.VALVE_OPENS.value:
+        return seen.opened and vented
+    if item == CheckItem.VALVE_CLOSES.value:
+        return seen.closed
+    if item == CheckItem.VACUUM_BUILDS.value:
+        return readings.line_vacuum_mmhg >= plan.ready_mmhg
+    if item == CheckItem.VACUUM_HOLDS.value:
+        return readings.line_vacuum_mmhg >= (1.0 - plan.leak_share) * state.vacuum_mmhg
+    return True
+
+
+@compiled
+def _needed_s(plan: CheckPlan, item: int) -> float:
+    """How long the condition of an item must hold."""
+    if item == CheckItem.VACUUM_BUILDS.value:
+        return plan.settle_s
+    if item == CheckItem.VACUUM_HOLDS.value:
+        return plan.settle_s + plan.leak_s
+    return plan.hold_s
+
+
+@compiled
+def step(
+    plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen, dt_s: float
+) -> CheckState:
+    """Advance the test by one tick; with ``item`` and ``failed`` both NONE all have passed."""
+    item = state.item
+    vacuum = state.vacuum_mmhg
+    if item == CheckItem.VACUUM_HOLDS.value and state.ticks * dt_s < plan.settle_s:
+        vacuum = readings.line_vacuum_mmhg
+    valid = _valid(readings)
+    open_contact = not readings.contact_closed or item == CheckItem.READINGS.value
+    holds = valid and open_contact and _condition(plan, state, readings, seen)
+    held = state.held_ticks + 1 if holds else 0
+    if held * dt_s >= _needed_s(plan, item):
+        return CheckState(item=FOLLOWING[item], ticks=0, held_ticks=0, vacuum_mmhg=vacuum, failed=0)
+    failed = 0
+    if state.ticks * dt_s >= plan.limits_s[item]:
+        failed = item
+        if not valid:
+            failed = CheckItem.READINGS.value
+        elif not open_contact:
+            failed = CheckItem.CONTACT_OPEN.value
+    return CheckState(
+        item=item,
+        ticks=state.ticks + 1,
+        held_ticks=held,
+        vacuum_mmhg=vacuum,
+        failed=failed,
+    )
+
+
+@compiled
+def is_stroking(item: int) -> bool:
+    """Whether the item asks for an open valve."""
+    return item == CheckItem.VALVE_OPENS.value
+
+
+@compiled
+def is_pumping(item: int) -> bool:
+    """Whether the item asks for the pump."""
+    return item == CheckItem.VACUUM_BUILDS.value
+
+
+@compiled
+def keeps_vacuum(item: int) -> bool:
+    """Whether the regulator must keep its set point: else it vents the line."""
+    return item == CheckItem.VACUUM_BUILDS.value or item == CheckItem.VACUUM_HOLDS.value
+
+
+@compiled
+def is_jogging(item: int) -> bool:
+    """Whether the item asks for the head away from its park position."""
+    return item == CheckItem.HEAD_ADVANCES.value
