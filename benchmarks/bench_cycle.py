@@ -6,14 +6,14 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.controller import setup
+from opensuction.controller import machine_profile
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.procedure.protocol import PAPER
 from opensuction.simulation import bench, closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.twin import machine
 
-EXCITED_S = setup.EXCITATION.duration_s
+EXCITED_S = machine_profile.EXCITATION.duration_s
 
 
 @pytest.mark.parametrize("compensation", KIND_OF_NAME)

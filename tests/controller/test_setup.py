@@ -5,7 +5,8 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.controller import Settings
-from opensuction.controller.setup import BENCH, PLAIN_PD, Calibration, Feedforward
+from opensuction.controller.machine_profile import BENCH
+from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError

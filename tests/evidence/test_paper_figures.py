@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
-from opensuction.controller import setup
+from opensuction.controller import machine_profile
 from opensuction.controller.setup import Calibration
 from opensuction.evidence import cycle_run, paper_tracking
 from opensuction.evidence.paper_tracking import AFTER_MM, BEFORE_MM, SEEDS
@@ -100,11 +100,11 @@ def test_machines_scatter_as_the_paper_s_trials_do(
 
 def test_both_rows_of_table_1_share_one_head_speed_limit() -> None:
     profiles = {bench.rig("bench", seed).profile for seed in SEEDS}
-    assert profiles == {setup.BENCH}
+    assert profiles == {machine_profile.BENCH}
     for compensation in ("none", "direct-inverse"):
         for seed in SEEDS:
             speeds = np.diff(cycle(compensation, seed)[0]["commands.head_mm"]) / 0.001
-            assert np.max(np.abs(speeds)) <= setup.BENCH.head_limit_mm_per_s + 1e-6
+            assert np.max(np.abs(speeds)) <= machine_profile.BENCH.head_limit_mm_per_s + 1e-6
 
 
 @every_seed

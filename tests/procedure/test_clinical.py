@@ -103,3 +103,34 @@ def test_whatever_is_fitted_holds_every_guideline(
     held = clinical.held_against_guidelines(protocol, BEDSIDE, site, by_contact)
     assert all(check.ok for check in held)
     planner.check(protocol, BEDSIDE, site, by_contact)
+
+
+def test_the_widest_catheter_that_fits_is_named() -> None:
+    clinical.check_catheter(GROWN)
+    with pytest.raises(InputError, match=r"0\.5 = 4 mm / 8 mm.* under 4 mm \(12 Fr\)"):
+        clinical.check_catheter(GROWN._replace(tube_mm=8.0))
+
+
+def test_a_carina_too_near_to_stop_short_of_is_refused() -> None:
+    with pytest.raises(InputError, match=r"9\.0 mm below it - 10 mm to stop short = -1\.0 mm"):
+        clinical.fitted(PAEDIATRIC, BEDSIDE, NEONATE._replace(carina_mm=9.0), by_contact=False)
+
+
+@pytest.mark.parametrize("by_contact", [False, True])
+@pytest.mark.parametrize("site", [GROWN, CHILD, NEONATE], ids=["adult", "child", "neonate"])
+def test_what_is_fitted_is_not_too_deep_and_1_mm_more_than_allowed_is(
+    site: Site, by_contact: bool
+) -> None:
+    template = ADULT if site.age == AgeGroup.ADULT else PAEDIATRIC
+    protocol = clinical.fitted(template, BEDSIDE, site, by_contact)
+    clinical.check_depth(protocol, site, by_contact)
+    margin = planner.CAP_MARGIN_MM
+    deeper = protocol._replace(cap_mm=site.carina_mm + template.window_mm + margin + 1.0)
+    with pytest.raises(InputError, match=r"is too deep for this patient"):
+        clinical.check_depth(deeper, site, by_contact)
+
+
+def test_a_window_that_begins_below_the_carina_is_refused() -> None:
+    protocol = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact=True)
+    with pytest.raises(InputError, match=r"contact_from_mm 70 mm is not above .* 70\.0 mm"):
+        clinical.check_depth(protocol._replace(contact_from_mm=70.0), GROWN, by_contact=True)

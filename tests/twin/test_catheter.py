@@ -1,7 +1,8 @@
 import pytest
 
+from opensuction.kernel.errors import InputError
 from opensuction.twin import catheter, parameter, patient_preset, preset, suction_line
-from opensuction.twin.catheter import CATHETERS, PAPER
+from opensuction.twin.catheter import CATHETERS, PAPER, Catheter, Conduit
 from opensuction.twin.patient_parameter import PRESETS
 
 VALUES = parameter.nominal(parameter.CLINICAL)
@@ -22,7 +23,7 @@ def test_the_paper_s_catheter_is_as_computed_from_its_sizes() -> None:
 def test_the_paper_s_catheter_changes_no_parameter() -> None:
     for seed in range(20):
         values = parameter.drawn(parameter.BENCH, seed)
-        assert catheter.fitted(values, PAPER) == values
+        assert catheter.fitted(values, PAPER, catheter.laid("standard", PAPER)) == values
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,10 @@ def test_a_still_narrower_bore_flows_laminar() -> None:
 @pytest.mark.parametrize("name", CATHETERS)
 def test_every_conduit_leaves_two_millimetres_at_most(name: str) -> None:
     chosen = CATHETERS[name]
-    assert chosen.bore_mm < chosen.outer_mm < chosen.conduit_mm <= chosen.outer_mm + 2.0
+    for route in catheter.ROUTES:
+        laid = catheter.laid(route, chosen)
+        catheter.check(chosen, laid)
+        assert chosen.bore_mm < chosen.outer_mm < laid.bore_mm <= chosen.outer_mm + 2.0
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -66,7 +70,7 @@ def test_a_patient_s_catheter_takes_less_than_the_allowed_share_of_the_tube(name
 
 
 def test_a_narrow_catheter_is_softer_and_takes_up_less() -> None:
-    small = catheter.fitted(VALUES, SMALL)
+    small = catheter.fitted(VALUES, SMALL, catheter.laid("standard", SMALL))
     assert small["catheter_n_per_mm"] == pytest.approx(
         0.467 * VALUES["catheter_n_per_mm"], rel=1e-2
     )
@@ -74,3 +78,40 @@ def test_a_narrow_catheter_is_softer_and_takes_up_less() -> None:
     uptake = small["uptake_ml_per_s_per_mmhg"] / VALUES["uptake_ml_per_s_per_mmhg"]
     assert uptake == pytest.approx((1.5 / 3.5) ** 4)
     assert small["clearance_mm"] == VALUES["clearance_mm"]
+
+
+def test_the_standard_conduit_is_the_paper_s() -> None:
+    assert catheter.laid("standard", PAPER) == Conduit(6.0, 1500.0, 9.6)
+    assert catheter.gap_ratio(PAPER, catheter.laid("standard", PAPER)) == 1.0
+
+
+@pytest.mark.parametrize("route", catheter.ROUTES)
+def test_the_gap_is_bend_times_clearance(route: str) -> None:
+    """DESIGN section 4: 11 rad x 2 mm in the paper's conduit."""
+    laid = catheter.laid(route, PAPER)
+    widths = preset.machine(VALUES, conduit=laid).transmission.widths_mm
+    assert widths.mean() == pytest.approx(laid.bend_rad * 2.0)
+    assert widths.min() > 0.0
+
+
+def test_a_tighter_conduit_narrows_the_gap() -> None:
+    tight = catheter.laid("standard", PAPER)._replace(bore_mm=5.0)
+    fitted = catheter.fitted(VALUES, PAPER, tight)
+    assert fitted["clearance_mm"] == 1.0
+    assert fitted["width_spread_mm"] == 0.5 * VALUES["width_spread_mm"]
+
+
+@pytest.mark.parametrize(
+    ("chosen", "laid", "arithmetic"),
+    [
+        (PAPER._replace(bore_mm=4.0), Conduit(6.0, 1500.0, 9.6), r"4 mm cannot have a bore of 4"),
+        (PAPER, Conduit(3.5, 1500.0, 9.6), r"bore of 3\.5 mm less 4 mm leaves -0\.5 mm"),
+        (PAPER, Conduit(9.0, 1500.0, 9.6), r"leaves 5 mm of clearance, it should be 0\.2 to 4"),
+        (PAPER, Conduit(6.0, 1800.0, 9.6), r"2000 - 1800 = 200 mm .* needs 300 mm"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_the_arithmetic(
+    chosen: Catheter, laid: Conduit, arithmetic: str
+) -> None:
+    with pytest.raises(InputError, match=arithmetic):
+        catheter.check(chosen, laid)

@@ -25,6 +25,8 @@ def test_every_entry_has_unit_meaning_and_source(table: dict[str, Parameter], na
     assert len(entry.meaning) > 5
     assert entry.source.startswith(TAGS)
     assert entry.spread >= 0.0
+    reach = parameter.SPREAD_LIMIT * entry.spread  # every draw is plausible
+    assert entry.low <= entry.value - reach <= entry.value + reach <= entry.high
     if entry.spread:  # no draw may change what a parameter means by changing its sign
         assert parameter.SPREAD_LIMIT * entry.spread < abs(entry.value)
 
@@ -71,7 +73,7 @@ def test_draws_have_their_spread() -> None:
 def test_neither_a_new_parameter_nor_a_new_spread_changes_other_draws() -> None:
     before = parameter.drawn(BENCH, 7)
     grown: dict[str, Parameter] = {
-        "new_mm": Parameter(1.0, 0.1, "mm", "a new one", "[assumed]"),
+        "new_mm": Parameter(1.0, 0.1, "mm", "a new one", "[assumed]", 0.0, 2.0),
         **BENCH,
         "supply_v": BENCH["supply_v"]._replace(spread=0.5),
     }

@@ -50,3 +50,12 @@ def test_a_longer_free_tip_buckles_sooner() -> None:
     far = patient_airway.fitted(VALUES, ADULT._replace(carina_mm=90.0))
     longer = (90.0 + 80.0 / 3.0) / (40.0 + 80.0 / 3.0)
     assert near["buckling_n"] / far["buckling_n"] == pytest.approx(longer * longer)
+
+
+def test_a_patient_replaces_just_what_is_said_to_be_replaced() -> None:
+    """A machine file may set everything else, and it must have an effect."""
+    person = patient_preset.patient("adult-icu", 0, nominal=True)
+    for name, value in VALUES.items():
+        changed = {**VALUES, name: 1.01 * value}
+        same = patient_airway.fitted(changed, person) == patient_airway.fitted(VALUES, person)
+        assert same is (name in patient_airway.REPLACED)

@@ -29,7 +29,9 @@ def test_every_entry_has_unit_meaning_source_and_keeps_its_sign(name: str, key: 
     assert entry.unit
     assert len(entry.meaning) > 3
     assert entry.source.startswith(TAGS)
-    assert entry.value > parameter.SPREAD_LIMIT * entry.spread >= 0.0
+    reach = parameter.SPREAD_LIMIT * entry.spread
+    assert entry.value > reach >= 0.0
+    assert entry.low <= entry.value - reach <= entry.value + reach <= entry.high
 
 
 @pytest.mark.parametrize("key", ROWS)

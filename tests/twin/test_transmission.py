@@ -9,7 +9,7 @@ from opensuction.twin import parameter, preset, transmission
 from opensuction.twin.transmission import Transmission, TransmissionState
 
 DT_S = 0.001
-NOMINAL = preset.conduit(parameter.nominal(parameter.BENCH))
+NOMINAL = preset.transmission_of(parameter.nominal(parameter.BENCH))
 STILL = NOMINAL._replace(creep_fast_mm=0.0, creep_slow_mm=0.0)
 """Without creep: rate-independent."""
 

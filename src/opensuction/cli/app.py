@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from opensuction import __version__
+from opensuction.cli import option
 from opensuction.kernel.errors import InputError
 
 EXIT_FAILED = 1
@@ -33,6 +34,7 @@ Examples:
   opensuction cycle --protocol paper --compensation none --seed 7
   opensuction cycle --approach contact               stop where the tip touches
   opensuction cycle --protocol my.toml --out run1    a protocol of your own
+  opensuction cycle --machine my-machine.toml --patient my-patient.toml
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
@@ -48,6 +50,25 @@ A protocol file holds the keys of the preset, for example:
   negative_pressure_budget_s = 24.0
   in_airway_budget_s = 35.0
   bench_only = true
+
+\b
+A machine file says what it starts from and what it changes:
+  preset = "clinical"
+  catheter = "12fr"
+  conduit = "looped"
+  [twin]                          # what the machine does
+  pump_free_l_per_min = 15.0
+  [controller]                    # what its controller goes by
+  cam_rad_per_s = 0.8
+
+\b
+A patient file likewise; a value with a spread is drawn by the seed:
+  preset = "adult-icu"
+  weight_kg = 82.0
+  carina_mm = { value = 60.0, spread = 4.0 }
+
+\b
+docs/parameters.md lists every parameter with unit, range and source.
 
 \b
 Exit status: 0 completed, 1 aborted, 2 bad input, 130 interrupted."""
@@ -73,61 +94,18 @@ def main_options(
 
 @app.command(epilog=CYCLE_EXAMPLES)
 def cycle(
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            help="Machine: bench or clinical. Default: clinical, but bench for the protocol paper.",
-            show_default=False,
-        ),
-    ] = None,
-    protocol: Annotated[
-        str,
-        typer.Option(
-            help="Protocol: adult, paediatric, paper (bench only), or a TOML file.",
-            metavar="NAME|FILE",
-        ),
-    ] = "adult",
-    patient: Annotated[
-        str,
-        typer.Option(
-            help="Patient at the clinical machine: adult-icu, adult-ards, child-10kg, neonate."
-        ),
-    ] = "adult-icu",
-    approach: Annotated[
-        str,
-        typer.Option(
-            help="How the stopping point is found: travel (a taught length) or contact (the "
-            "switch at the tip closes on the carina)."
-        ),
-    ] = "travel",
-    compensation: Annotated[
-        str,
-        typer.Option(
-            help="Compensation of the backlash: none, direct-inverse (the paper's, as printed) "
-            "or exact-inverse."
-        ),
-    ] = "exact-inverse",
-    seed: Annotated[
-        int, typer.Option(help="Draws the machine and its measurement noise.", min=0, max=2**32 - 1)
-    ] = 1,
-    pace: Annotated[
-        float | None,
-        typer.Option(
-            help="Simulated seconds shown in one second; 0 is as fast as it goes. Default: 10 on "
-            "a terminal, else 0.",
-            show_default=False,
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder of this run. Default: runs/<time>-<seed>.", show_default=False),
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Write into a folder that is not empty.")
-    ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object on stdout and nothing else.")
-    ] = False,
+    machine: option.Machine = None,
+    protocol: option.Protocol = "adult",
+    patient: option.Patient = None,
+    catheter: option.Catheter = None,
+    conduit: option.Conduit = None,
+    approach: option.Approach = "travel",
+    compensation: option.Compensation = "exact-inverse",
+    seed: option.Seed = 1,
+    pace: option.Pace = None,
+    out: option.Out = None,
+    force: option.Force = False,
+    as_json: option.AsJson = False,
 ) -> None:
     """One automated suction cycle on the digital twin: live phases, summary, report.
 
@@ -140,6 +118,8 @@ def cycle(
         machine=machine,
         protocol=protocol,
         patient=patient,
+        catheter=catheter,
+        conduit=conduit,
         approach=approach,
         compensation=compensation,
         seed=seed,

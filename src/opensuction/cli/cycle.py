@@ -26,7 +26,9 @@ class Options(NamedTuple):
 
     machine: str | None
     protocol: str
-    patient: str
+    patient: str | None
+    catheter: str | None
+    conduit: str | None
     approach: str
     compensation: str
     seed: int
@@ -87,11 +89,6 @@ def run(options: Options) -> int:
     pace = pace_of(options, console)
     folder = output_folder.chosen(options.out, options.seed)
     with output_folder.whole(folder, options.force) as staging:
-        console.print(
-            f"One suction cycle on the digital twin: protocol {options.protocol}, approach "
-            f"{options.approach}, compensation {options.compensation}, seed {options.seed}",
-            soft_wrap=True,
-        )
         data = _run_and_write(options, console, pace, staging, began_s)
     if options.as_json:
         print(json.dumps(data))  # noqa: T201 - the one object of --json
@@ -103,7 +100,7 @@ def run(options: Options) -> int:
 def _run_and_write(
     options: Options, console: Console, pace: float, staging: Path, began_s: float
 ) -> dict[str, object]:
-    # Heavy imports, after the first line is out.
+    # Heavy imports.
     from opensuction.evidence import cycle_run, cycle_summary
     from opensuction.kernel import compiled
     from opensuction.kernel.phase import Phase
@@ -116,12 +113,20 @@ def _run_and_write(
         compensation=options.compensation,
         seed=options.seed,
         patient=options.patient,
+        catheter=options.catheter,
+        conduit=options.conduit,
     )
     cycle_run.check(choice)
     if compiled.is_cold():
-        console.print("Compiling the control core: once for this version, about 30 s")
+        # On stderr: a refusal may still come, and then nothing is on stdout.
+        notice = "Compiling the control core: once for this version, about 30 s"
+        Console(stderr=True, highlight=False).print(notice)
+
+    def tell(line: str) -> None:
+        console.print(line, soft_wrap=True)
+
     with console.status("Preparing"):  # turns on a terminal, silent elsewhere
-        prepared = interruptible(lambda: cycle_run.prepare(choice, console.print))
+        prepared = interruptible(lambda: cycle_run.prepare(choice, tell))
         interruptible(lambda: cycle_run.warm_up(prepared))
     pacer = Pacer(pace)
     target_mm = cycle_run.stopping_mm(prepared)

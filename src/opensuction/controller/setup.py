@@ -1,6 +1,5 @@
 """Settings of the controller from what is known of the machine, the protocol and a calibration."""
 
-import math
 from typing import NamedTuple
 
 from opensuction.control import compensation
@@ -9,11 +8,11 @@ from opensuction.control.head_path import HeadLimits
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
 from opensuction.controller.controller import Settings
+from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.errors import InputError
 from opensuction.procedure import planner
-from opensuction.procedure.plan import Excitation
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
 from opensuction.procedure.site import Site
@@ -28,65 +27,6 @@ CONTACT_S = 2.0
 """Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
-
-
-class MachineProfile(NamedTuple):
-    """A machine as its controller knows it: nominal values, not the twin's truth."""
-
-    supply_v: float
-    head_limit_mm_per_s: float
-    """Head speed that the governor lets through."""
-    head_planned_mm_per_s: float
-    """Head speed that is planned with: friction takes a part of the no-load speed."""
-    acceleration_mm_per_s2: float
-    head_time_constant_s: float
-    settle_mm: float
-    following_mm: float
-    stalled_mm: float
-    """Distance from its command at which the servo overcomes any friction of the head."""
-    cam_open_rad: float
-    cam_rad_per_s: float
-    insertion_p_v_per_mm: float
-    insertion_d_v_s_per_mm: float
-    valve_p_v_per_rad: float
-    valve_d_v_s_per_rad: float
-    excitation: Excitation
-    """Identification of the transmission over the stroke that is used."""
-    transmission: ModifiedDahl
-    """Nominal transmission: bounds the tip where nothing was identified."""
-
-
-EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
-"""Identification: head 0 to 100 mm and back, twice."""
-
-BENCH = MachineProfile(
-    supply_v=24.0,
-    head_limit_mm_per_s=20.0,  # no-load speed of the fastest such machine
-    head_planned_mm_per_s=17.0,  # what the slowest still does against 1 V of friction
-    acceleration_mm_per_s2=200.0,  # 5 N less friction, on 16.4 kg referred mass: 260
-    head_time_constant_s=0.020,
-    settle_mm=0.25,  # 0.1 mm static error of P = 10 V/mm against 1 V of friction, and noise
-    following_mm=8.0,  # the paper's compensator jumps by 2.6 mm and its PD lags 2.4 mm at 18 mm/s
-    stalled_mm=0.11,  # 1 V of friction against 10 V/mm, and two steps of the encoder
-    cam_open_rad=math.radians(30.0),  # paper, section IV-A
-    cam_rad_per_s=math.radians(15.0),  # paper, section IV-A
-    insertion_p_v_per_mm=10.0,  # paper: P = 10
-    insertion_d_v_s_per_mm=0.010,  # paper: D = 10
-    valve_p_v_per_rad=7.0 * 180.0 / math.pi,  # paper: P = 7, per degree
-    valve_d_v_s_per_rad=0.007 * 180.0 / math.pi,  # paper: D = 7, per degree
-    excitation=EXCITATION,
-    transmission=modified_dahl.PUBLISHED,
-)
-"""The paper's bench."""
-
-CLINICAL = BENCH._replace(
-    head_limit_mm_per_s=60.0,  # no-load speed
-    head_planned_mm_per_s=50.0,  # less friction and the sag of a servo under load
-    following_mm=12.0,
-    cam_rad_per_s=math.radians(60.0),  # 0.5 s strokes
-    excitation=Excitation(range_mm=200.0, period_s=25.0, duration_s=50.0),
-)
-"""The bedside machine: the bench with another gear; the tip parks in the connector."""
 
 
 class Feedforward(NamedTuple):

@@ -15,14 +15,19 @@ from opensuction.procedure import clinical
 from opensuction.procedure.clinical import TEMPLATES, Template
 from opensuction.procedure.guideline import Check
 from opensuction.procedure.protocol import PROTOCOLS, Protocol
+from opensuction.settings import machine_file, patient_file
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation import bench, closed_loop, machine_kind, trace
 from opensuction.simulation.bench import Identification, Rig
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.machine_kind import MachineKind
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.trace import Columns
+from opensuction.twin import patient_kind, preset
+from opensuction.twin.catheter import CATHETERS, ROUTES, laid
+from opensuction.twin.patient_kind import PatientKind
 from opensuction.twin.patient_parameter import TABLES
 
 APPROACHES = {"travel": False, "contact": True}
@@ -43,14 +48,19 @@ class Choice(NamedTuple):
     """What a person chose, as names."""
 
     machine: str | None
-    """None: the bench for a protocol that is for the bench only, else the clinical machine."""
+    """Name of a preset or path of a TOML file. None: the bench for a protocol that is for the bench
+    only, else the clinical machine."""
     protocol: str
     """Name of a preset or path of a TOML file."""
     approach: str
     compensation: str
     seed: int
-    patient: str = bench.DEFAULT_PATIENT
-    """Who lies at a clinical machine; the bench has nobody."""
+    patient: str | None = None
+    """Name of a preset or path of a TOML file; None: the default patient, nobody on the bench."""
+    catheter: str | None = None
+    """None: the one for the patient's age, or the machine file's."""
+    conduit: str | None = None
+    """None: the standard one, or the machine file's."""
 
 
 class Prepared(NamedTuple):
@@ -76,12 +86,17 @@ class Progress(NamedTuple):
     vacuum_mmhg: float
 
 
+def is_file(name: str) -> bool:
+    """Whether a name is the path of a file and not a preset."""
+    return name.endswith(".toml")
+
+
 def find_protocol(name: str) -> Protocol | Template:
     """Protocol preset by name, or from a file if the name ends in ``.toml``.
 
     Raises InputError for an unknown name or a file that is not a protocol.
     """
-    if name.endswith(".toml"):
+    if is_file(name):
         return validate(Protocol, load_toml(name), name)
     known: dict[str, Protocol | Template] = {**TEMPLATES, **PROTOCOLS}
     return choose(name, known, "protocol")
@@ -90,31 +105,78 @@ def find_protocol(name: str) -> Protocol | Template:
 def machine_of(choice: Choice) -> str:
     """The machine that was named; else the bench for a protocol that is for the bench only."""
     if choice.machine is not None:
-        choose(choice.machine, bench.PROFILES, "machine")
         return choice.machine
     found = find_protocol(choice.protocol)
     return "bench" if isinstance(found, Protocol) and found.bench_only else "clinical"
 
 
+def patient_of(choice: Choice, on_bench: bool) -> str | None:
+    """The patient that was named, or the default; nobody on the bench."""
+    if on_bench and choice.patient is not None:
+        raise InputError("the bench has no patient: leave --patient out or use --machine clinical")
+    return None if on_bench else choice.patient or bench.DEFAULT_PATIENT
+
+
+def kinds(choice: Choice) -> tuple[MachineKind, PatientKind | None]:
+    """Kinds of machine and patient that were chosen; raises InputError for bad names and files."""
+    name = machine_of(choice)
+    if is_file(name):
+        machine = machine_file.load(name)
+        person = _patient_kind(patient_of(choice, machine.preset == "bench"))
+        for option, given in (("--catheter", choice.catheter), ("--conduit", choice.conduit)):
+            if given is not None:
+                raise InputError(f"{option} is the machine file's to say: change it in {name}")
+        return machine, person
+    choose(name, preset.TABLES, "machine")
+    person = _patient_kind(patient_of(choice, name == "bench"))
+    machine = machine_kind.of_preset(name, None if person is None else person.age)
+    catheter = machine.catheter
+    if choice.catheter is not None:
+        catheter = choose(choice.catheter, CATHETERS, "catheter")
+    route = choice.conduit if choice.conduit is not None else "standard"
+    choose(route, ROUTES, "conduit")
+    return machine_kind.equipped(machine, catheter, laid(route, catheter)), person
+
+
+def _patient_kind(name: str | None) -> PatientKind | None:
+    if name is None:
+        return None
+    if is_file(name):
+        return patient_file.load(name)
+    choose(name, TABLES, "patient")
+    return patient_kind.of_preset(name)
+
+
 def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
     """Refuse unknown names and bad files before anything slow begins; raises InputError."""
     found = find_protocol(choice.protocol)
-    machine = machine_of(choice)
     choose(choice.approach, APPROACHES, "approach")
-    choose(choice.patient, TABLES, "patient")
+    on_bench = kinds(choice)[0].preset == "bench"
     kind = choose(choice.compensation, KIND_OF_NAME, "compensation")
     bench_only = isinstance(found, Protocol) and found.bench_only
-    if bench_only and machine != "bench":
+    if bench_only and not on_bench:
         raise InputError(
             f"protocol '{choice.protocol}' is for the bench only: it breaks a guideline's limit; "
             "use --machine bench or another protocol"
         )
-    if not bench_only and machine == "bench":
+    if not bench_only and on_bench:
         raise InputError(
             f"protocol '{choice.protocol}' is for a patient and the bench has none: use "
             "--machine clinical or --protocol paper"
         )
     return found, kind
+
+
+def heading(choice: Choice) -> str:
+    """What is about to run, in one line."""
+    on_bench = kinds(choice)[0].preset == "bench"
+    person = patient_of(choice, on_bench)
+    who = f", patient {person}" if person is not None else ""
+    return (
+        f"One suction cycle on the digital twin: machine {machine_of(choice)}{who}, protocol "
+        f"{choice.protocol}, approach {choice.approach}, compensation {choice.compensation}, "
+        f"seed {choice.seed}"
+    )
 
 
 def _fitted(
@@ -129,6 +191,8 @@ def _fitted(
     if isinstance(found, Template):
         return clinical.fitted(found, able, rig.site, by_contact)
     if not found.bench_only:
+        clinical.check_catheter(rig.site)
+        clinical.check_depth(found, rig.site, by_contact)
         clinical.enforce(clinical.held_against_guidelines(found, able, rig.site, by_contact))
     return found
 
@@ -140,13 +204,14 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
     """
     found, kind = check(choice)
     by_contact = APPROACHES[choice.approach]
-    rig = bench.rig(machine_of(choice), choice.seed, patient=choice.patient)
+    rig = bench.rig_of(*kinds(choice), choice.seed)
     if by_contact and not rig.machine.has_patient:
         rig = bench.with_carina(rig, CONTACT_CARINA_MM)
     calibration = bench.uncalibrated(rig.profile)
     protocol = _fitted(found, rig, kind, calibration, by_contact)
     # Refuse before the slow part.
     bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
+    tell(heading(choice))
     identification = None
     if kind != CompensationKind.NONE:
         tell("Identifying this machine before use: the head over its stroke, the tip under a laser")

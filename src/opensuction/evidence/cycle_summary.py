@@ -24,6 +24,7 @@ from opensuction.simulation.bench import Identification
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
+from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, Conduit, laid
 
 Json = dict[str, Any]
 SECRETION_SHARE_PERCENT = 80.0
@@ -182,6 +183,24 @@ def _identification(found: Identification | None) -> Json | None:
     }
 
 
+def catheter_name(catheter: Catheter) -> str:
+    """Name of a catheter, or its diameters where it has none."""
+    for name, known in CATHETERS.items():
+        if known == catheter:
+            return name
+    return f"{catheter.outer_mm:g} mm, bore {catheter.bore_mm:g} mm"
+
+
+def conduit_name(catheter: Catheter, conduit: Conduit) -> str:
+    """Name of a conduit for a catheter, or its measures where it has none."""
+    for name in ROUTES:
+        if laid(name, catheter) == conduit:
+            return name
+    return (
+        f"{conduit.length_mm:g} mm, bore {conduit.bore_mm:g} mm, bent by {conduit.bend_rad:g} rad"
+    )
+
+
 def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor: float) -> Json:
     """Everything about one cycle as plain data.
 
@@ -190,7 +209,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
     """
     result = cycle_run.figures(prepared, columns)
     trips, alarms = _trips(result)
-    choice = prepared.choice
+    choice, kind = prepared.choice, prepared.rig.kind
     data: Json = {
         "outcome": "completed" if result.completed else "aborted",
         "version": __version__,
@@ -199,7 +218,9 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "protocol": choice.protocol,
         "approach": choice.approach,
         "compensation": choice.compensation,
-        "patient": choice.patient if prepared.rig.machine.has_patient else None,
+        "patient": cycle_run.patient_of(choice, kind.preset == "bench"),
+        "catheter": catheter_name(kind.catheter),
+        "conduit": conduit_name(kind.catheter, kind.conduit),
         "seed": choice.seed,
         "phases": [
             {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
@@ -252,5 +273,7 @@ def sections(prepared: Prepared) -> dict[str, Json]:
         },
         "Governor limits": settings.limits._asdict() | {"tip": settings.limits.tip._asdict()},
         "Insertion servo": settings.insertion_servo._asdict(),
+        "Catheter": prepared.rig.kind.catheter._asdict(),
+        "Conduit": prepared.rig.kind.conduit._asdict(),
         "Twin (drawn by the seed)": dict(prepared.rig.values),
     }

@@ -9,13 +9,15 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure import planner
-from opensuction.procedure.guideline import GUIDELINES, Check, Planned, checks
+from opensuction.procedure.guideline import GUIDELINES, SOURCES, Check, Planned, checks
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
 from opensuction.procedure.site import Site
 
 TIME_MARGIN_S = 0.4
 """Kept free of the budget: servos settle, and the valve's seal closes a little after the cam."""
+FR_PER_MM = 3.0
+"""Size of a catheter in Fr for each mm of its outer diameter [ISO 8836]."""
 IN_AIRWAY_MARGIN_S = 3.0
 """Time in the airway over the plan that is a fault (DESIGN section 5)."""
 
@@ -76,11 +78,17 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
 
     Raises InputError where age, budget or a guideline forbids it, with the arithmetic.
     """
+    check_catheter(site)
     guideline = GUIDELINES[site.age]
     if site.age not in template.vacuum_mmhg:
         names = ", ".join(age.name.lower() for age in template.vacuum_mmhg)
         raise InputError(f"this protocol is for {names}, the patient is {site.age.name.lower()}")
     travel = site.carina_mm + (template.window_mm if by_contact else -template.stop_short_mm)
+    if travel <= 0.0:
+        raise InputError(
+            f"the tip would stop inside the tube: carina {site.carina_mm:.1f} mm below it - "
+            f"{template.stop_short_mm:g} mm to stop short = {travel:.1f} mm"
+        )
     draft = Protocol(
         travel_mm=travel,
         cap_mm=travel + template.cap_margin_mm,
@@ -101,6 +109,43 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
     )
     enforce(held_against_guidelines(final, abilities, site, by_contact))
     return final
+
+
+def check_catheter(site: Site) -> None:
+    """Refuse a catheter too wide for the tube; raises InputError with the arithmetic."""
+    limit = GUIDELINES[site.age].catheter_ratio
+    ratio = site.catheter_mm / site.tube_mm
+    if ratio >= limit:
+        raise InputError(
+            f"catheter over tube diameter would be {ratio:.3g} = {site.catheter_mm:.3g} mm / "
+            f"{site.tube_mm:g} mm, it should be below {limit:g}: use a catheter under "
+            f"{limit * site.tube_mm:.3g} mm ({FR_PER_MM * limit * site.tube_mm:.3g} Fr) "
+            f"({SOURCES['catheter_ratio']})"
+        )
+
+
+def check_depth(protocol: Protocol, site: Site, by_contact: bool) -> None:
+    """Refuse depths of a protocol file that are not this patient's; raises InputError.
+
+    By travel the tip and its cap stay above the carina; by contact the carina lies in the window,
+    and the cap may be beyond it by the window and the planner's margin.
+    """
+    carina = site.carina_mm
+    window = (ADULT if site.age == AgeGroup.ADULT else PAEDIATRIC).window_mm
+    beyond = window + planner.CAP_MARGIN_MM if by_contact else 0.0
+    if protocol.cap_mm > carina + beyond:
+        sum_of = f" + {beyond:g} = {carina + beyond:.1f} mm" if beyond else ""
+        raise InputError(
+            f"cap_mm {protocol.cap_mm:g} mm is too deep for this patient, whose carina is "
+            f"{carina:.1f} mm{sum_of} below the tube: set cap_mm to at most "
+            f"{carina + beyond:.1f} mm and travel_mm to at most "
+            f"{carina + beyond - planner.CAP_MARGIN_MM:.1f} mm"
+        )
+    if by_contact and protocol.contact_from_mm >= carina:
+        raise InputError(
+            f"contact_from_mm {protocol.contact_from_mm:g} mm is not above this patient's carina "
+            f"at {carina:.1f} mm: touching it would be taken for a fault"
+        )
 
 
 def held_against_guidelines(

@@ -14,7 +14,7 @@ Sections = Mapping[str, Mapping[str, Any]]
 SCRIPTS = ("plot_parts.js", "loop_plot.js", "patient_plots.js", "plots.js")
 """In this order: each uses those before it."""
 
-RUN = ("machine", "protocol", "approach", "compensation", "patient", "seed")
+RUN = ("machine", "protocol", "approach", "compensation", "patient", "catheter", "conduit", "seed")
 """What ran, in the order in which the page says it."""
 SOFTWARE = ("version", "wall_s", "realtime_factor")
 """How it was computed."""

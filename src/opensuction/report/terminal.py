@@ -188,12 +188,16 @@ def _figure_table(summary: Summary) -> Table:
     return table
 
 
+RAN = ("machine", "patient", "protocol", "approach", "compensation")
+"""Keys of the summary that say what ran."""
+
+
 def print_summary(console: Console, summary: Summary, files: Iterable[object] = ()) -> None:
     """Print what happened: outcome, sentences, figures with limits, files that were written."""
     good = completed(summary)
     marks = glyphs(console)
     outcome = f"{marks.done if good else marks.failed} {narrative.outcome(summary)}"
-    ran = [text(summary, key) for key in ("machine", "protocol", "approach", "compensation")]
+    ran = [text(summary, key) for key in RAN]
     what = ", ".join(name for name in ran if name)
     seed = text(summary, "seed")
     console.print()

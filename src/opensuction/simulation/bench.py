@@ -7,23 +7,25 @@ import numpy.typing as npt
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
-from opensuction.controller.setup import Calibration, Feedforward, MachineProfile
+from opensuction.controller.machine_profile import MachineProfile
+from opensuction.controller.setup import Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.identification import modified_dahl as estimator
 from opensuction.identification import servo as servo_estimator
 from opensuction.identification.modified_dahl import Fit
 from opensuction.identification.servo import ServoFit
 from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import IDENTIFY
 from opensuction.procedure.protocol import PAPER, Protocol
 from opensuction.procedure.site import BENCH_SITE, Site
-from opensuction.simulation import trace
+from opensuction.simulation import machine_kind, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.machine_kind import MachineKind
 from opensuction.simulation.trace import Columns
-from opensuction.twin import parameter, patient_preset, preset
+from opensuction.twin import parameter, patient_kind, preset
 from opensuction.twin.machine import Machine
+from opensuction.twin.patient_kind import PatientKind
 
 VELOCITY_WINDOW_S = 0.05
 """Window of the velocity estimate for the servo fit."""
@@ -36,8 +38,6 @@ CONNECTOR_MM = 20.0
 FAST_MM_PER_S = 30.0
 """Speed inside the tube (DESIGN section 5)."""
 DEFAULT_PATIENT = "adult-icu"
-PROFILES = {"bench": setup.BENCH, "clinical": setup.CLINICAL}
-"""Machines by name, as their controllers know them."""
 EXCITING = PAPER._replace(negative_pressure_budget_s=60.0, in_airway_budget_s=60.0)
 """Protocol of an identification run: nobody is on the machine, and the valve stays closed."""
 IDENTIFICATION_RUN = 1
@@ -47,6 +47,8 @@ IDENTIFICATION_RUN = 1
 class Rig(NamedTuple):
     """One machine of the twin: its parameters, its records and how its controller knows it."""
 
+    kind: MachineKind
+    """What it was drawn from."""
     values: dict[str, float]
     machine: Machine
     profile: MachineProfile
@@ -72,16 +74,20 @@ def rig(name: str, seed: int, nominal: bool = False, patient: str = DEFAULT_PATI
     patient: preset of who lies at a clinical machine; the bench has nobody.
     The seed always draws the measurement noise. Raises InputError for an unknown name.
     """
-    if name not in PROFILES:
-        known = ", ".join(sorted(PROFILES))
-        raise InputError(f"machine '{name}' is not known: one of {known}")
-    table = preset.TABLES[name]
-    values = parameter.nominal(table) if nominal else parameter.drawn(table, seed)
-    if name == "bench":
-        return Rig(values, preset.machine(values), setup.BENCH, BENCH_SITE, seed)
-    person = patient_preset.patient(patient, seed, nominal)
-    machine = preset.machine(values, person)
-    return Rig(values, machine, PROFILES[name], bedside(machine), seed)
+    person = None if name == "bench" else patient_kind.of_preset(patient)
+    kind = machine_kind.of_preset(name, None if person is None else person.age)
+    return rig_of(kind, person, seed, nominal)
+
+
+def rig_of(kind: MachineKind, patient: PatientKind | None, seed: int, nominal: bool = False) -> Rig:
+    """One machine of a kind, with a patient of a kind or (the bench) nobody; as `rig`."""
+    values = parameter.nominal(kind.table) if nominal else parameter.drawn(kind.table, seed)
+    person = None if patient is None else patient_kind.drawn(patient, seed, nominal)
+    machine = preset.machine(values, person, kind.catheter, kind.conduit)
+    site = BENCH_SITE._replace(catheter_mm=kind.catheter.outer_mm)
+    if person is not None:
+        site = bedside(machine)
+    return Rig(kind, values, machine, kind.profile, site, seed)
 
 
 def bedside(machine: Machine) -> Site:
@@ -106,7 +112,9 @@ def uncalibrated(profile: MachineProfile) -> Calibration:
 def with_carina(chosen: Rig, carina_mm: float) -> Rig:
     """The same machine without a patient: the rubber carina at a distance from the tube's end."""
     values = {**chosen.values, "carina_mm": carina_mm}
-    return chosen._replace(values=values, machine=preset.machine(values))
+    kind = chosen.kind
+    machine = preset.machine(values, None, kind.catheter, kind.conduit)
+    return chosen._replace(values=values, machine=machine)
 
 
 def assemble(

@@ -1,10 +1,11 @@
 """Every parameter of the twin: value, spread between machines, unit, meaning and source.
 
 `BENCH` is the paper's bench, `CLINICAL` what differs at the bedside; catheters and patients change
-both. This is the one documented place. ``spread`` is the standard deviation over machines; a seed
-draws one machine. Sources: [paper] the paper; [datasheet] Faulhaber 1524T024SR; [calibrated]
-chosen so that the bench reproduces the paper's identification and Table I; [computed] from the
-others; [assumed] no source found.
+both. This is the one documented place; `docs/parameters.md` shows it. ``spread`` is the standard
+deviation over machines; a seed draws one machine. A file may set a value from ``low`` to ``high``;
+these are the project's own judgement of what is plausible. Sources: [paper] the paper; [datasheet]
+Faulhaber 1524T024SR; [calibrated] chosen so that the bench reproduces the paper's identification
+and Table I; [computed] from the others; [assumed] no source found.
 """
 
 import math
@@ -27,159 +28,229 @@ class Parameter(NamedTuple):
     unit: str
     meaning: str
     source: str
+    low: float
+    """Least plausible value: a file may set it from here on."""
+    high: float
+    """Largest plausible value."""
 
 
-def _p(value: float, unit: str, meaning: str, source: str, spread: float = 0.0) -> Parameter:
-    return Parameter(value=value, spread=spread, unit=unit, meaning=meaning, source=source)
+def _p(
+    value: float,
+    unit: str,
+    within: tuple[float, float],
+    meaning: str,
+    source: str,
+    spread: float = 0.0,
+) -> Parameter:
+    low, high = within
+    return Parameter(value, spread, unit, meaning, source, float(low), float(high))
 
 
 BENCH: dict[str, Parameter] = {
     # Insertion axis
-    "supply_v": _p(24.0, "V", "supply of both motors", "[datasheet]"),
+    "supply_v": _p(24.0, "V", (12, 48), "supply of both motors", "[datasheet]"),
     "no_load_mm_per_s": _p(
-        18.8, "mm/s", "head speed at full supply without friction", "[calibrated] Table I", 0.3
+        18.8,
+        "mm/s",
+        (5, 150),
+        "head speed at full supply without friction",
+        "[calibrated] Table I",
+        0.3,
     ),
     "insertion_time_constant_s": _p(
-        0.020, "s", "mechanical time constant of the insertion axis", "[assumed]"
-    ),
-    "moving_mass_kg": _p(
-        16.4, "kg", "inertia of the drive, referred to the head", "[assumed] 0.3 m/s2 at 5 N"
-    ),
-    "insertion_friction_v": _p(
-        0.5,
-        "V",
-        "Coulomb friction of motor, gear and guide, as a voltage",
-        "[assumed] at most 1",
-        0.05,
-    ),
-    "drive_force_n": _p(5.0, "N", "drive current limit, as force at the head", "[assumed]"),
-    "drive_a_per_n": _p(
-        0.0012,
-        "A/N",
-        "motor current for each newton at the head",
-        "[computed] 18.8 mm/s / 24 V / 0.65 gear efficiency",
-    ),
-    "head_encoder_mm": _p(0.005, "mm", "resolution of the head position", "[assumed]"),
-    "gear_backlash_mm": _p(0.10, "mm", "play of gearhead and rack", "[assumed] 0.05 to 0.2"),
-    # Catheter in its conduit
-    "bend_rad": _p(9.6, "rad", "total bend of the conduit", "[calibrated] paper's loop width", 0.5),
-    "clearance_mm": _p(2.0, "mm", "conduit bore less catheter diameter", "[paper] 6.0 - 4.0"),
-    "width_spread_mm": _p(
-        2.0, "mm", "standard deviation of the clearances along the bends", "[calibrated]"
-    ),
-    "stretch_mm": _p(
-        0.2, "mm", "friction-limited elastic stretch, both ways", "[computed] 0.1 N / 1 N per mm"
-    ),
-    "gain": _p(0.949, "mm/mm", "tip travel for each mm of head travel", "[calibrated]", 0.003),
-    "gain_per_100mm": _p(0.01, "1", "change of that gain over 100 mm of depth", "[assumed]", 0.003),
-    "offset_mm": _p(-6.0, "mm", "tip position at head 0 without clearance", "[calibrated]", 0.25),
-    "creep_fast_mm": _p(0.15, "mm", "fast part of the polymer's creep", "[assumed] at most 0.3"),
-    "creep_fast_s": _p(0.5, "s", "its time constant", "[assumed] 0.3 to 10"),
-    "creep_slow_mm": _p(0.10, "mm", "slow part of the polymer's creep", "[assumed]"),
-    "creep_slow_s": _p(5.0, "s", "its time constant", "[assumed]"),
-    # Valve axis
-    "cam_no_load_rad_per_s": _p(
-        math.radians(90.0), "rad/s", "cam speed at full supply without friction", "[assumed]"
-    ),
-    "valve_time_constant_s": _p(0.020, "s", "mechanical time constant of the cam", "[assumed]"),
-    "valve_friction_v": _p(0.5, "V", "Coulomb friction of the cam's drive", "[assumed]"),
-    "valve_force_v": _p(16.0, "V", "current limit of the cam's drive, as a voltage", "[assumed]"),
-    "cam_encoder_rad": _p(math.radians(0.05), "rad", "resolution of the cam angle", "[assumed]"),
-    "cam_stroke_rad": _p(math.radians(30.0), "rad", "cam angle of the full stroke", "[paper]"),
-    "valve_slide_mm": _p(5.0, "mm", "travel of the suction valve (s)", "[paper]"),
-    "valve_seal_mm": _p(0.3, "mm", "travel before the seal opens", "[assumed]"),
-    "spring_preload_v": _p(0.7, "V", "return spring, closed, as a voltage", "[assumed]"),
-    "spring_v_per_rad": _p(1.5, "V/rad", "its rate", "[assumed]"),
-    "cam_stop_rad": _p(math.radians(0.5), "rad", "end stop behind the closed cam", "[assumed]"),
-    # Suction line
-    "pump_free_l_per_min": _p(18.0, "L/min", "free-air flow of the pump", "[paper]"),
-    "pump_occluded_mmhg": _p(560.0, "mmHg", "occluded vacuum of the pump", "[paper]"),
-    "regulator_ml_per_s_per_mmhg": _p(
-        60.0, "mL/s/mmHg", "air let in by the regulator above its set point", "[assumed]"
-    ),
-    "relief_mmhg": _p(150.0, "mmHg", "mechanical relief valve", "[paper] use at most 150"),
-    "relief_ml_per_s_per_mmhg": _p(60.0, "mL/s/mmHg", "air it lets in above", "[assumed]"),
-    "canister_ml": _p(800.0, "mL", "canister and tubing", "[assumed]"),
-    "bore_l_per_min": _p(
-        17.7, "L/min", "free-air flow of 3.5 mm x 2 m at 100 mmHg", "[computed] Blasius"
-    ),
-    "leak_ml_per_s_per_mmhg": _p(0.02, "mL/s/mmHg", "leak of canister and valve", "[assumed]"),
-    # Airway of the bench: a rubber trachea with artificial secretions
-    "carina_mm": _p(100.0, "mm", "tube end to carina; the paper's travel is 90", "[assumed]"),
-    "carina_n_per_mm": _p(0.5, "N/mm", "stiffness of the rubber carina", "[assumed]"),
-    "catheter_n_per_mm": _p(
-        0.9, "N/mm", "axial stiffness of the 2 m catheter", "[computed] 0.59 to 1.18"
-    ),
-    "buckling_n": _p(
-        0.20, "N", "load at which the free tip buckles", "[computed] PVC 0.13 to 0.26", 0.03
-    ),
-    "post_buckling_ratio": _p(0.05, "1", "stiffness left after buckling", "[assumed]"),
-    "switch_n": _p(0.08017, "N", "force that closes the contact switch", "[paper]", 0.001),
-    "switch_open_ratio": _p(0.85, "1", "share of that force at which it opens", "[assumed]"),
-    "switch_bounce_s": _p(0.003, "s", "chatter after closing", "[assumed] 1 to 10 ms"),
-    "switch_bounce_open_ratio": _p(0.3, "1", "share of the chatter that is open", "[assumed]"),
-    "switch_latency_s": _p(0.004, "s", "delay of the switch's line", "[assumed]"),
-    "secretion_ml": _p(3.0, "mL", "secretions in the trachea", "[assumed] 0.5 to 5 a pass", 0.6),
-    "secretion_above_carina_mm": _p(
-        30.0, "mm", "distance from the carina around which they lie", "[assumed]", 5.0
-    ),
-    "secretion_spread_mm": _p(25.0, "mm", "half of the length over which they lie", "[assumed]"),
-    "uptake_ml_per_s_per_mmhg": _p(
-        0.0085,
-        "mL/s/mmHg",
-        "uptake of a 5 cm plug of 1 Pa s (1.2 mL/s at 120 mmHg, with losses)",
-        "[computed]",
-        0.001,
-    ),
-    "reach_mm": _p(15.0, "mm", "distance from which mucus flows to the tip", "[assumed]"),
-    "mucus_share": _p(0.6, "1", "share of the tip that flowing mucus takes", "[assumed]"),
-    # Measurement
-    "laser_noise_mm": _p(0.08, "mm", "laser, target and set-up, RMS", "[assumed] at most 0.1"),
-}
-"""The paper's bench."""
-
-CLINICAL: dict[str, Parameter] = {
-    **BENCH,
-    # Insertion axis: a 1524T024SR, geared to 60 mm/s at its 9800 rpm, gear efficiency 0.65
-    "no_load_mm_per_s": _p(
-        60.0, "mm/s", "head speed at full supply without friction", "[assumed] gearing", 0.8
-    ),
-    "insertion_time_constant_s": _p(
-        0.0128,
-        "s",
-        "mechanical time constant of the insertion axis",
-        "[computed] motor's 8.3 ms / 0.65",
+        0.020, "s", (0.002, 0.2), "mechanical time constant of the insertion axis", "[assumed]"
     ),
     "moving_mass_kg": _p(
         16.4,
         "kg",
+        (0.5, 100),
         "inertia of the drive, referred to the head",
-        "[computed] rotor's 0.56 g cm2 at 0.058 mm/rad",
+        "[assumed] 0.3 m/s2 at 5 N",
     ),
     "insertion_friction_v": _p(
-        0.4,
+        0.5,
         "V",
+        (0.05, 3),
         "Coulomb friction of motor, gear and guide, as a voltage",
-        "[computed] 0.32 V for the motor's 4 mA; guide [assumed]",
+        "[assumed] at most 1",
         0.05,
     ),
-    "drive_a_per_n": _p(
-        0.00385,
-        "A/N",
-        "motor current for each newton at the head",
-        "[computed] 60 mm/s / 24 V / 0.65 gear efficiency",
+    "drive_force_n": _p(
+        5.0, "N", (1, 20), "drive current limit, as force at the head", "[assumed]"
     ),
-    # Valve axis: half the bench's gear ratio, so the same spring takes twice the voltage
+    "drive_a_per_n": _p(
+        0.0012,
+        "A/N",
+        (0.0001, 0.1),
+        "motor current for each newton at the head",
+        "[computed] 18.8 mm/s / 24 V / 0.65 gear efficiency",
+    ),
+    "head_encoder_mm": _p(
+        0.005, "mm", (0.0001, 0.1), "resolution of the head position", "[assumed]"
+    ),
+    "gear_backlash_mm": _p(
+        0.10, "mm", (0, 0.5), "play of gearhead and rack", "[assumed] 0.05 to 0.2"
+    ),
+    # Catheter in its conduit
+    "bend_rad": _p(
+        9.6, "rad", (1, 25), "total bend of the conduit", "[calibrated] paper's loop width", 0.5
+    ),
+    "clearance_mm": _p(
+        2.0, "mm", (0.2, 4), "conduit bore less catheter diameter", "[paper] 6.0 - 4.0"
+    ),
+    "width_spread_mm": _p(
+        2.0, "mm", (0, 3), "standard deviation of the clearances along the bends", "[calibrated]"
+    ),
+    "stretch_mm": _p(
+        0.2,
+        "mm",
+        (0, 2),
+        "friction-limited elastic stretch, both ways",
+        "[computed] 0.1 N / 1 N per mm",
+    ),
+    "gain": _p(
+        0.949, "mm/mm", (0.8, 1.05), "tip travel for each mm of head travel", "[calibrated]", 0.003
+    ),
+    "gain_per_100mm": _p(
+        0.01, "1", (-0.03, 0.03), "change of that gain over 100 mm of depth", "[assumed]", 0.003
+    ),
+    "offset_mm": _p(
+        -6.0, "mm", (-15, 5), "tip position at head 0 without clearance", "[calibrated]", 0.25
+    ),
+    "creep_fast_mm": _p(
+        0.15, "mm", (0, 0.3), "fast part of the polymer's creep", "[assumed] at most 0.3"
+    ),
+    "creep_fast_s": _p(0.5, "s", (0.3, 10), "its time constant", "[assumed] 0.3 to 10"),
+    "creep_slow_mm": _p(0.10, "mm", (0, 0.3), "slow part of the polymer's creep", "[assumed]"),
+    "creep_slow_s": _p(5.0, "s", (0.3, 10), "its time constant", "[assumed]"),
+    # Valve axis
     "cam_no_load_rad_per_s": _p(
-        math.radians(180.0),
+        math.radians(90.0),
         "rad/s",
+        (0.2, 10),
         "cam speed at full supply without friction",
+        "[assumed]",
+    ),
+    "valve_time_constant_s": _p(
+        0.020, "s", (0.002, 0.2), "mechanical time constant of the cam", "[assumed]"
+    ),
+    "valve_friction_v": _p(0.5, "V", (0.05, 3), "Coulomb friction of the cam's drive", "[assumed]"),
+    "valve_force_v": _p(
+        16.0, "V", (2, 48), "current limit of the cam's drive, as a voltage", "[assumed]"
+    ),
+    "cam_encoder_rad": _p(
+        math.radians(0.05), "rad", (0.00001, 0.01), "resolution of the cam angle", "[assumed]"
+    ),
+    "cam_stroke_rad": _p(
+        math.radians(30.0), "rad", (0.1, 1.6), "cam angle of the full stroke", "[paper]"
+    ),
+    "valve_slide_mm": _p(5.0, "mm", (1, 15), "travel of the suction valve (s)", "[paper]"),
+    "valve_seal_mm": _p(0.3, "mm", (0, 2), "travel before the seal opens", "[assumed]"),
+    "spring_preload_v": _p(0.7, "V", (0, 5), "return spring, closed, as a voltage", "[assumed]"),
+    "spring_v_per_rad": _p(1.5, "V/rad", (0, 10), "its rate", "[assumed]"),
+    "cam_stop_rad": _p(
+        math.radians(0.5), "rad", (0, 0.1), "end stop behind the closed cam", "[assumed]"
+    ),
+    # Suction line
+    "pump_free_l_per_min": _p(18.0, "L/min", (2, 60), "free-air flow of the pump", "[paper]"),
+    "pump_occluded_mmhg": _p(560.0, "mmHg", (50, 720), "occluded vacuum of the pump", "[paper]"),
+    "regulator_ml_per_s_per_mmhg": _p(
+        60.0, "mL/s/mmHg", (1, 500), "air let in by the regulator above its set point", "[assumed]"
+    ),
+    "relief_mmhg": _p(
+        150.0, "mmHg", (50, 200), "mechanical relief valve", "[paper] use at most 150"
+    ),
+    "relief_ml_per_s_per_mmhg": _p(
+        60.0, "mL/s/mmHg", (1, 500), "air it lets in above", "[assumed]"
+    ),
+    "canister_ml": _p(800.0, "mL", (50, 4000), "canister and tubing", "[assumed]"),
+    "bore_l_per_min": _p(
+        17.7, "L/min", (0.5, 40), "free-air flow of 3.5 mm x 2 m at 100 mmHg", "[computed] Blasius"
+    ),
+    "leak_ml_per_s_per_mmhg": _p(
+        0.02, "mL/s/mmHg", (0, 5), "leak of canister and valve", "[assumed]"
+    ),
+    # Airway of the bench: a rubber trachea with artificial secretions
+    "carina_mm": _p(
+        100.0, "mm", (5, 130), "tube end to carina; the paper's travel is 90", "[assumed]"
+    ),
+    "carina_n_per_mm": _p(0.5, "N/mm", (0.05, 5), "stiffness of the rubber carina", "[assumed]"),
+    "catheter_n_per_mm": _p(
+        0.9, "N/mm", (0.05, 5), "axial stiffness of the 2 m catheter", "[computed] 0.59 to 1.18"
+    ),
+    "buckling_n": _p(
+        0.20,
+        "N",
+        (0.01, 2),
+        "load at which the free tip buckles",
+        "[computed] PVC 0.13 to 0.26",
+        0.03,
+    ),
+    "post_buckling_ratio": _p(0.05, "1", (0, 1), "stiffness left after buckling", "[assumed]"),
+    "switch_n": _p(
+        0.08017, "N", (0.02, 0.3), "force that closes the contact switch", "[paper]", 0.001
+    ),
+    "switch_open_ratio": _p(
+        0.85, "1", (0.3, 1), "share of that force at which it opens", "[assumed]"
+    ),
+    "switch_bounce_s": _p(0.003, "s", (0, 0.02), "chatter after closing", "[assumed] 1 to 10 ms"),
+    "switch_bounce_open_ratio": _p(
+        0.3, "1", (0, 1), "share of the chatter that is open", "[assumed]"
+    ),
+    "switch_latency_s": _p(0.004, "s", (0, 0.05), "delay of the switch's line", "[assumed]"),
+    "secretion_ml": _p(
+        3.0, "mL", (0, 30), "secretions in the trachea", "[assumed] 0.5 to 5 a pass", 0.6
+    ),
+    "secretion_above_carina_mm": _p(
+        30.0, "mm", (0, 100), "distance from the carina around which they lie", "[assumed]", 5.0
+    ),
+    "secretion_spread_mm": _p(
+        25.0, "mm", (5, 100), "half of the length over which they lie", "[assumed]"
+    ),
+    "uptake_ml_per_s_per_mmhg": _p(
+        0.0085,
+        "mL/s/mmHg",
+        (0.0001, 0.1),
+        "uptake of a 5 cm plug of 1 Pa s (1.2 mL/s at 120 mmHg, with losses)",
+        "[computed]",
+        0.001,
+    ),
+    "reach_mm": _p(15.0, "mm", (1, 50), "distance from which mucus flows to the tip", "[assumed]"),
+    "mucus_share": _p(0.6, "1", (0, 1), "share of the tip that flowing mucus takes", "[assumed]"),
+    # Measurement
+    "laser_noise_mm": _p(
+        0.08, "mm", (0, 1), "laser, target and set-up, RMS", "[assumed] at most 0.1"
+    ),
+}
+"""The paper's bench."""
+
+_GEARED: dict[str, tuple[float, float, str]] = {
+    # Insertion axis: a 1524T024SR, geared to 60 mm/s at its 9800 rpm, gear efficiency 0.65
+    "no_load_mm_per_s": (60.0, 0.8, "[assumed] gearing"),
+    "insertion_time_constant_s": (0.0128, 0.0, "[computed] motor's 8.3 ms / 0.65"),
+    "moving_mass_kg": (16.4, 0.0, "[computed] rotor's 0.56 g cm2 at 0.058 mm/rad"),
+    "insertion_friction_v": (
+        0.4,
+        0.05,
+        "[computed] 0.32 V for the motor's 4 mA; guide [assumed]",
+    ),
+    "drive_a_per_n": (0.00385, 0.0, "[computed] 60 mm/s / 24 V / 0.65 gear efficiency"),
+    # Valve axis: half the bench's gear ratio, so the same spring takes twice the voltage
+    "cam_no_load_rad_per_s": (
+        math.radians(180.0),
+        0.0,
         "[assumed] for 60 deg/s against the spring",
     ),
-    "spring_preload_v": _p(
-        1.4, "V", "return spring, closed, as a voltage", "[computed] bench's at twice the speed"
-    ),
-    "spring_v_per_rad": _p(3.0, "V/rad", "its rate", "[computed] bench's at twice the speed"),
+    "spring_preload_v": (1.4, 0.0, "[computed] bench's at twice the speed"),
+    "spring_v_per_rad": (3.0, 0.0, "[computed] bench's at twice the speed"),
+}
+"""Value, spread and source of what the bedside's faster gears change."""
+
+CLINICAL: dict[str, Parameter] = {
+    name: entry
+    if name not in _GEARED
+    else entry._replace(value=_GEARED[name][0], spread=_GEARED[name][1], source=_GEARED[name][2])
+    for name, entry in BENCH.items()
 }
 """The bedside machine: the bench with faster gears."""
 

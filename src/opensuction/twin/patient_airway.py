@@ -8,6 +8,14 @@ FREE_MM = 90.0
 """Free length for which the tip's buckling load is given: the paper's travel."""
 HOLDING_SHARE = 1.0 / 3.0
 """Share of the tube over which the tip is free too, for the tube holds it loosely; assumed."""
+REPLACED = (
+    "carina_mm",
+    "carina_n_per_mm",
+    "secretion_ml",
+    "secretion_above_carina_mm",
+    "secretion_spread_mm",
+)
+"""Parameters of the bench's rubber trachea that a patient's own take the place of."""
 
 
 def free_length_mm(patient: Patient) -> float:

@@ -62,7 +62,7 @@ def _tube(values: Values) -> Tube:
     return tube.of_size(values["tube_id_mm"], values["tube_length_mm"], tidal / inspiration_s)
 
 
-def _driving_cmh2o(values: Values, inspiration_s: float) -> float:
+def driving_cmh2o(values: Values, inspiration_s: float) -> float:
     """Driving pressure that gives the wanted tidal volume, as the bedside would set it.
 
     The lung fills exponentially after the rise; resistance is taken at the mean flow.
@@ -87,7 +87,7 @@ def _ventilator(values: Values) -> Ventilator:
     inspiration_s = (round(period_s * values["inspiration_ratio"] / DT_S) - 0.5) * DT_S
     return Ventilator(
         peep_cmh2o=values["peep_cmh2o"],
-        driving_cmh2o=_driving_cmh2o(values, inspiration_s),
+        driving_cmh2o=driving_cmh2o(values, inspiration_s),
         period_s=period_s,
         inspiration_s=inspiration_s,
         rise_s=values["rise_s"],

@@ -18,7 +18,7 @@ from opensuction.twin import (
 from opensuction.twin import catheter as catheters
 from opensuction.twin.airway import Airway, AirwayState
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.catheter import BORE_MMHG, Catheter
+from opensuction.twin.catheter import BORE_MMHG, Catheter, Conduit
 from opensuction.twin.contact_switch import ContactSwitch
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
@@ -74,7 +74,7 @@ def load_v_per_n(values: Values) -> float:
     return values["insertion_time_constant_s"] / (values["moving_mass_kg"] * speed_m_per_s_per_v)
 
 
-def conduit(values: Values) -> Transmission:
+def transmission_of(values: Values) -> Transmission:
     """Transmission from its parameters: mean width is bend angle times diametral clearance."""
     mean_width = values["bend_rad"] * values["clearance_mm"]
     return Transmission(
@@ -153,15 +153,20 @@ def _switch(values: Values) -> ContactSwitch:
 
 
 def machine(
-    values: Values, patient: Patient | None = None, catheter: Catheter | None = None
+    values: Values,
+    patient: Patient | None = None,
+    catheter: Catheter | None = None,
+    conduit: Conduit | None = None,
 ) -> Machine:
     """A machine with its airway from a full set of parameters.
 
-    patient: whose airway it is; without one it is the bench's rubber trachea. catheter: with its
-    conduit; the one for the patient's age where none is given, the paper's on the bench.
+    patient: whose airway it is; without one it is the bench's rubber trachea. catheter: the one for
+    the patient's age where none is given, the paper's on the bench. conduit: the standard one for
+    the catheter where none is given.
     """
     chosen = catheter if catheter is not None else catheters.suited(patient)
-    fitted = catheters.fitted(values, chosen)
+    laid = conduit if conduit is not None else catheters.laid("standard", chosen)
+    fitted = catheters.fitted(values, chosen, laid)
     if patient is not None:
         fitted = patient_airway.fitted(fitted, patient)
     return Machine(
@@ -169,7 +174,7 @@ def machine(
         gear_backlash_mm=fitted["gear_backlash_mm"],
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
-        transmission=conduit(fitted),
+        transmission=transmission_of(fitted),
         valve_axis=_valve_axis(fitted),
         valve=_valve(fitted),
         line=_line(fitted),

@@ -1,0 +1,81 @@
+"""What a person may say on the command line, once for every command that takes it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Machine = Annotated[
+    str | None,
+    typer.Option(
+        help="Machine: bench, clinical, or a TOML file. Default: clinical, but bench for the "
+        "protocol paper.",
+        metavar="NAME|FILE",
+        show_default=False,
+    ),
+]
+Patient = Annotated[
+    str | None,
+    typer.Option(
+        help="Patient at a clinical machine: adult-icu, adult-ards, child-10kg, neonate, or a TOML "
+        "file. Default: adult-icu.",
+        metavar="NAME|FILE",
+        show_default=False,
+    ),
+]
+Protocol = Annotated[
+    str,
+    typer.Option(
+        help="Protocol: adult, paediatric, paper (bench only), or a TOML file.",
+        metavar="NAME|FILE",
+    ),
+]
+Catheter = Annotated[
+    str | None,
+    typer.Option(
+        help="Catheter: 6fr, 8fr, 10fr, 12fr or 14fr. Default: 12fr for adults and the bench, 6fr "
+        "for children and neonates.",
+        show_default=False,
+    ),
+]
+Conduit = Annotated[
+    str | None,
+    typer.Option(
+        help="How the conduit is laid: standard, short or looped. Default: standard.",
+        show_default=False,
+    ),
+]
+Approach = Annotated[
+    str,
+    typer.Option(
+        help="How the stopping point is found: travel (a taught length) or contact (the "
+        "switch at the tip closes on the carina)."
+    ),
+]
+Compensation = Annotated[
+    str,
+    typer.Option(
+        help="Compensation of the backlash: none, direct-inverse (the paper's, as printed) "
+        "or exact-inverse."
+    ),
+]
+Seed = Annotated[
+    int,
+    typer.Option(
+        help="Draws the machine, the patient and the measurement noise.", min=0, max=2**32 - 1
+    ),
+]
+Pace = Annotated[
+    float | None,
+    typer.Option(
+        help="Simulated seconds shown in one second; 0 is as fast as it goes. Default: 10 on "
+        "a terminal, else 0.",
+        show_default=False,
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Folder of this run. Default: runs/<time>-<seed>.", show_default=False),
+]
+Force = Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on stdout and nothing else.")]

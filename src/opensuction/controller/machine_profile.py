@@ -1,0 +1,129 @@
+"""A machine as its controller knows it, with the source of each value.
+
+Ranges are what a machine file may set; they are the project's own judgement of what is plausible.
+Tags: [paper]; [computed] from the twin's parameters; [assumed]; [design] the design's own choice.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from annotated_types import Ge, Gt, Le
+
+from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.meaning import Meaning
+from opensuction.procedure.plan import Excitation
+
+
+class MachineProfile(NamedTuple):
+    """What the controller goes by: nominal values, not the twin's truth."""
+
+    supply_v: Annotated[float, Ge(12), Le(48), Meaning("supply of both motors")]
+    head_limit_mm_per_s: Annotated[
+        float, Gt(0), Le(160), Meaning("head speed that the governor lets through")
+    ]
+    head_planned_mm_per_s: Annotated[
+        float,
+        Gt(0),
+        Le(150),
+        Meaning("head speed that is planned with: friction takes a part of the no-load speed"),
+    ]
+    acceleration_mm_per_s2: Annotated[float, Ge(10), Le(5000), Meaning("planned acceleration")]
+    head_time_constant_s: Annotated[
+        float, Ge(0), Le(0.2), Meaning("lead of the servo's feedforward")
+    ]
+    settle_mm: Annotated[
+        float, Ge(0.05), Le(2), Meaning("the head has arrived when it is this near")
+    ]
+    following_mm: Annotated[
+        float, Ge(1), Le(20), Meaning("distance from its command that is a fault of the head")
+    ]
+    stalled_mm: Annotated[
+        float,
+        Ge(0.01),
+        Le(2),
+        Meaning("distance from its command at which the servo overcomes any friction of the head"),
+    ]
+    cam_open_rad: Annotated[float, Ge(0.1), Le(1.6), Meaning("cam angle of the open valve")]
+    cam_rad_per_s: Annotated[float, Ge(0.05), Le(10), Meaning("cam speed of a valve stroke")]
+    insertion_p_v_per_mm: Annotated[float, Ge(1), Le(200), Meaning("P of the insertion axis")]
+    insertion_d_v_s_per_mm: Annotated[float, Ge(0), Le(1), Meaning("D of the insertion axis")]
+    valve_p_v_per_rad: Annotated[float, Ge(10), Le(5000), Meaning("P of the valve axis")]
+    valve_d_v_s_per_rad: Annotated[float, Ge(0), Le(10), Meaning("D of the valve axis")]
+    excitation: Excitation
+    """Identification of the transmission over the stroke that is used."""
+    transmission: ModifiedDahl
+    """Nominal transmission: bounds the tip where nothing was identified."""
+
+
+EXCITATION = Excitation(range_mm=100.0, period_s=20.0, duration_s=40.0)
+"""Identification: head 0 to 100 mm and back, twice."""
+
+BENCH = MachineProfile(
+    supply_v=24.0,
+    head_limit_mm_per_s=20.0,
+    head_planned_mm_per_s=17.0,
+    acceleration_mm_per_s2=200.0,
+    head_time_constant_s=0.020,
+    settle_mm=0.25,
+    following_mm=8.0,
+    stalled_mm=0.11,
+    cam_open_rad=math.radians(30.0),
+    cam_rad_per_s=math.radians(15.0),
+    insertion_p_v_per_mm=10.0,
+    insertion_d_v_s_per_mm=0.010,
+    valve_p_v_per_rad=7.0 * 180.0 / math.pi,
+    valve_d_v_s_per_rad=0.007 * 180.0 / math.pi,
+    excitation=EXCITATION,
+    transmission=modified_dahl.PUBLISHED,
+)
+"""The paper's bench."""
+
+SOURCES: dict[str, str] = {
+    "supply_v": "as the twin's",
+    "head_limit_mm_per_s": "[computed] no-load speed of the fastest such machine",
+    "head_planned_mm_per_s": "[computed] what the slowest still does against 1 V of friction",
+    "acceleration_mm_per_s2": "[computed] 5 N less friction, on 16.4 kg referred mass: 260",
+    "head_time_constant_s": "[assumed] as the twin's",
+    "settle_mm": "[computed] .1 mm static error of P = 10 V/mm against 1 V of friction, and noise",
+    "following_mm": "[computed] the paper's compensator jumps by 2.6 mm and its PD lags 2.4 mm at "
+    "18 mm/s",
+    "stalled_mm": "[computed] 1 V of friction against 10 V/mm, and two steps of the encoder",
+    "cam_open_rad": "[paper] IV-A: 30 deg",
+    "cam_rad_per_s": "[paper] IV-A: 15 deg/s",
+    "insertion_p_v_per_mm": "[paper] P = 10; the unit is ours",
+    "insertion_d_v_s_per_mm": "[paper] D = 10; the unit is ours",
+    "valve_p_v_per_rad": "[paper] P = 7, per degree; the unit is ours",
+    "valve_d_v_s_per_rad": "[paper] D = 7, per degree; the unit is ours",
+}
+"""Where the bench's values come from."""
+
+CLINICAL = BENCH._replace(
+    head_limit_mm_per_s=60.0,
+    head_planned_mm_per_s=50.0,
+    following_mm=12.0,
+    cam_rad_per_s=math.radians(60.0),
+    excitation=Excitation(range_mm=200.0, period_s=25.0, duration_s=50.0),
+)
+"""The bedside machine: the bench with another gear; the tip parks in the connector."""
+
+CLINICAL_SOURCES: dict[str, str] = {
+    "head_limit_mm_per_s": "[assumed] no-load speed",
+    "head_planned_mm_per_s": "[computed] less friction and the sag of a servo under load",
+    "following_mm": "[computed] as the bench's, at the higher speed",
+    "cam_rad_per_s": "[design] .5 s strokes: 60 deg/s",
+}
+"""Where the values come from that differ at the bedside."""
+
+PROFILES = {"bench": BENCH, "clinical": CLINICAL}
+"""Machines by name, as their controllers know them."""
+
+
+def with_gap(profile: MachineProfile, ratio: float) -> MachineProfile:
+    """The same machine with a transmission whose gap is ``ratio`` times as wide.
+
+    A bundle of plays with all widths times r is the same bundle in units of r: the decay goes with
+    1 / r, slope and velocity gain stay.
+    """
+    model = profile.transmission
+    return profile._replace(transmission=model._replace(decay_per_mm=model.decay_per_mm / ratio))

@@ -1,0 +1,122 @@
+"""A machine file: the preset it starts from, its catheter and conduit, and what it changes.
+
+preset = "clinical"
+catheter = "12fr"        # or a section [catheter] with outer_mm and bore_mm
+conduit = "standard"     # or a section [conduit] with bore_mm, length_mm and bend_rad
+[twin]                   # what the machine does: any parameter of the preset
+[controller]             # what its controller goes by
+"""
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any, TypeVar
+
+from opensuction.controller.machine_profile import SOURCES, MachineProfile
+from opensuction.kernel.errors import InputError
+from opensuction.settings.choice import choose
+from opensuction.settings.parameter_section import Table, changed
+from opensuction.settings.toml_file import load_toml
+from opensuction.settings.validation import validate
+from opensuction.settings.wording import dotted, one_line, remedy, shown
+from opensuction.simulation import machine_kind
+from opensuction.simulation.machine_kind import MachineKind
+from opensuction.twin import catheter as catheters
+from opensuction.twin import patient_airway, preset
+from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, Conduit
+
+CHOICES = {
+    "preset": tuple(preset.TABLES),
+    "catheter": (*CATHETERS, "a section [catheter]"),
+    "conduit": (*ROUTES, "a section [conduit]"),
+}
+"""Keys that a machine file must have, and what they take."""
+SECTIONS = ("twin", "controller")
+OF_CONDUIT = ("bend_rad", "clearance_mm")
+"""Parameters of the twin that follow from catheter and conduit."""
+
+Record = TypeVar("Record", bound=tuple[Any, ...])
+
+
+def load(path: str | PathLike[str]) -> MachineKind:
+    """The kind of machine that a file describes.
+
+    Raises InputError of one line for a file that cannot be read, an unknown or missing key, a value
+    out of its range, and a twin and a controller that do not agree, with the arithmetic.
+    """
+    given = load_toml(path)
+    for key in given:
+        if key not in CHOICES and key not in SECTIONS:
+            raise _refusal(path, f"unknown key {dotted('', key)}; {remedy(key, known_keys())}")
+    for key, names in CHOICES.items():
+        if key not in given:
+            raise _refusal(path, f"{key} is missing; give one of {', '.join(names)}")
+    try:
+        name = _chosen(given["preset"], dict.fromkeys(preset.TABLES), "preset")
+        return _kind(name, given, path)
+    except InputError as refused:
+        message = str(refused)
+        raise refused if message.startswith(f"{path}: ") else _refusal(path, message) from None
+
+
+def known_keys() -> tuple[str, ...]:
+    """Keys and sections of a machine file."""
+    return (*CHOICES, *SECTIONS)
+
+
+def _kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
+    start = machine_kind.of_preset(name, None)
+    catheter = _named(Catheter, given["catheter"], "catheter", CATHETERS, path)
+    conduit = _named(
+        Conduit,
+        given["conduit"],
+        "conduit",
+        {route: catheters.laid(route, catheter) for route in ROUTES},
+        path,
+    )
+    kind = start._replace(
+        table=_twin(start, given.get("twin", {}), path),
+        profile=_controller(start.profile, given.get("controller", {}), path),
+    )
+    kind = machine_kind.equipped(kind, catheter, conduit)
+    machine_kind.check(kind)
+    return kind
+
+
+def _chosen(given: object, known: Mapping[str, Any], what: str) -> str:
+    choose(given, known, what)
+    return str(given)
+
+
+def _named(
+    record_type: type[Record], given: object, what: str, known: Mapping[str, Record], path: object
+) -> Record:
+    """One of the known ones by name, or its own section with every key."""
+    if isinstance(given, Mapping):
+        return validate(record_type, given, f"{path}: section {what}")
+    return choose(given, known, what)
+
+
+def _twin(start: MachineKind, given: object, path: object) -> Table:
+    names = given if isinstance(given, Mapping) else ()
+    for name in names:
+        if name in OF_CONDUIT:
+            raise _refusal(path, f"twin.{name} follows from the conduit: give it in [conduit]")
+        if start.preset != "bench" and name in patient_airway.REPLACED:
+            raise _refusal(path, f"twin.{name} is the patient's: give it in a patient file")
+    return changed(start.table, given, "twin", path)
+
+
+def _controller(profile: MachineProfile, given: object, path: object) -> MachineProfile:
+    if not isinstance(given, Mapping):
+        raise _refusal(path, f"controller is {shown(given)}, not a section")
+    for name in given:
+        if name not in SOURCES:
+            raise _refusal(path, f"unknown key controller.{name}; {remedy(name, SOURCES)}")
+    try:
+        return validate(MachineProfile, {**profile._asdict(), **given}, "controller")
+    except InputError as refused:
+        raise _refusal(path, str(refused)) from None
+
+
+def _refusal(path: object, problem: str) -> InputError:
+    return InputError(one_line(f"{path}: {problem}"))

@@ -1,0 +1,86 @@
+"""A section of a file that changes some parameters of a documented table.
+
+A value that a file gives is meant: it is taken as it is, in the table's unit, and not drawn. With a
+spread it is drawn like the table's own: ``{ value = 65.0, spread = 5.0 }``. Parameters that the
+section leaves out keep value and spread.
+"""
+
+from collections.abc import Mapping
+from math import isfinite
+
+from opensuction.kernel.errors import InputError
+from opensuction.settings.limit import plain
+from opensuction.settings.wording import dotted, one_line, remedy, shown
+from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
+
+Table = dict[str, Parameter]
+PAIR = ("value", "spread")
+"""Keys of a value that is drawn."""
+
+
+def changed(table: Table, given: object, section: str, where: object) -> Table:
+    """The table with the values of a section of a file.
+
+    section: its name in messages, "" for the top of the file. where: the file.
+    Raises InputError of one line for a name that the table lacks, and a value that is not a number
+    in the plausible range, whatever the spread draws.
+    """
+    if not isinstance(given, Mapping):
+        raise _refusal(where, f"{section} is {shown(given)}, not a section")
+    found = dict(table)
+    for name, value in given.items():
+        key = dotted(section, name)
+        if name not in table:
+            raise _refusal(where, f"unknown key {key}; {remedy(name, table)}")
+        found[name] = _entry(table[name], value, key, where)
+    return found
+
+
+def _entry(entry: Parameter, given: object, key: str, where: object) -> Parameter:
+    spread = 0.0
+    if isinstance(given, Mapping):
+        for name in given:
+            if name not in PAIR:
+                raise _refusal(where, f"unknown key {dotted(key, name)}; {remedy(name, PAIR)}")
+        for name in PAIR:
+            if name not in given:
+                raise _refusal(where, f"{dotted(key, name)} is missing; give {_wanted(entry)}")
+        spread = _number(entry, given["spread"], f"{key}.spread", where)
+        given = given["value"]
+        if spread < 0.0:
+            raise _refusal(where, f"{key}.spread is {spread:g}, it should be 0 or more")
+    value = _number(entry, given, key, where)
+    reach = SPREAD_LIMIT * spread
+    if not entry.low <= value - reach <= value + reach <= entry.high:
+        drawn = f" +- {SPREAD_LIMIT:g} x {spread:g}" if spread else ""
+        raise _refusal(
+            where, f"{key} is {value:g}{drawn} {_unit(entry)}".rstrip() + f"; give {_wanted(entry)}"
+        )
+    return entry._replace(value=value, spread=spread, source=f"[file] {where}")
+
+
+def _number(entry: Parameter, given: object, key: str, where: object) -> float:
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        raise _refusal(where, f"{key} is {shown(given)}, not a number; give {_wanted(entry)}")
+    if not _is_finite(given):
+        raise _refusal(where, f"{key} is {shown(given)}, not a finite number")
+    return float(given)
+
+
+def _is_finite(given: float) -> bool:
+    try:
+        return isfinite(given)
+    except OverflowError:  # an integer that no float holds
+        return False
+
+
+def _unit(entry: Parameter) -> str:
+    return "" if entry.unit == "1" else entry.unit
+
+
+def _wanted(entry: Parameter) -> str:
+    return f"a number from {plain(entry.low)} to {plain(entry.high)} {_unit(entry)}".rstrip()
+
+
+def _refusal(where: object, problem: str) -> InputError:
+    return InputError(one_line(f"{where}: {problem}"))

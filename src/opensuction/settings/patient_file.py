@@ -1,0 +1,44 @@
+"""A patient file: the preset it starts from, which also gives the age, and what it changes.
+
+preset = "adult-icu"
+weight_kg = 82.0                                # not drawn
+carina_mm = { value = 60.0, spread = 4.0 }      # drawn by the seed
+"""
+
+from os import PathLike
+
+from opensuction.kernel.errors import InputError
+from opensuction.settings.choice import choose
+from opensuction.settings.parameter_section import changed
+from opensuction.settings.toml_file import load_toml
+from opensuction.settings.wording import one_line
+from opensuction.twin import patient_kind
+from opensuction.twin.patient_kind import PatientKind
+from opensuction.twin.patient_parameter import TABLES
+
+
+def load(path: str | PathLike[str]) -> PatientKind:
+    """The kind of patient that a file describes.
+
+    Raises InputError of one line for a file that cannot be read, an unknown or missing key, a value
+    out of its range, and values that do not fit together, with the arithmetic.
+    """
+    given = load_toml(path)
+    if "preset" not in given:
+        raise _refusal(path, f"preset is missing; give one of {', '.join(TABLES)}")
+    name = given.pop("preset")
+    try:
+        choose(name, TABLES, "preset")
+    except InputError as refused:
+        raise _refusal(path, str(refused)) from None
+    start = patient_kind.of_preset(name)
+    kind = start._replace(table=changed(start.table, given, "", path))
+    try:
+        patient_kind.check(kind)
+    except InputError as refused:
+        raise _refusal(path, str(refused)) from None
+    return kind
+
+
+def _refusal(path: object, problem: str) -> InputError:
+    return InputError(one_line(f"{path}: {problem}"))

@@ -1,0 +1,147 @@
+"""A kind of machine: what a name or a file describes, before a seed draws one machine of it.
+
+The twin is what the machine does, the profile what its controller goes by. Where the controller
+must know, the two are held against each other.
+"""
+
+from typing import NamedTuple
+
+from opensuction.controller import machine_profile
+from opensuction.controller.machine_profile import MachineProfile
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.errors import InputError
+from opensuction.twin import catheter as catheters
+from opensuction.twin import parameter, preset
+from opensuction.twin.catheter import Catheter, Conduit
+from opensuction.twin.parameter import Parameter
+
+SPEED_MARGIN = 1.05
+"""The governor's speed limit may be this much over what the fastest machine does."""
+ANGLE_TOLERANCE = 0.01
+"""Share by which the controller's open angle may differ from the cam's stroke."""
+
+
+class MachineKind(NamedTuple):
+    """Twin, controller's profile, catheter and conduit of one kind of machine."""
+
+    preset: str
+    """``bench`` has nobody on it; ``clinical`` has a patient."""
+    table: dict[str, Parameter]
+    profile: MachineProfile
+    catheter: Catheter
+    conduit: Conduit
+
+
+def of_preset(name: str, age: AgeGroup | None) -> MachineKind:
+    """A preset with the catheter for a patient's age (None: the bench) in its standard conduit.
+
+    Raises InputError for an unknown name.
+    """
+    if name not in preset.TABLES:
+        known = ", ".join(sorted(preset.TABLES))
+        raise InputError(f"machine '{name}' is not known: one of {known}")
+    chosen = catheters.PAPER
+    if age is not None:
+        chosen = catheters.CATHETERS[catheters.BY_AGE_GROUP[age]]
+    laid = catheters.laid("standard", chosen)
+    return MachineKind(name, preset.TABLES[name], machine_profile.PROFILES[name], chosen, laid)
+
+
+def equipped(kind: MachineKind, catheter: Catheter, conduit: Conduit) -> MachineKind:
+    """The same machine with another catheter and conduit, and its controller told of the gap.
+
+    Raises InputError where they do not fit each other.
+    """
+    catheters.check(catheter, conduit)
+    known = machine_profile.PROFILES[kind.preset].transmission
+    told = kind.profile._replace(transmission=known)
+    ratio = catheters.gap_ratio(catheter, conduit)
+    return kind._replace(
+        profile=machine_profile.with_gap(told, ratio), catheter=catheter, conduit=conduit
+    )
+
+
+def _least(entry: Parameter) -> float:
+    return entry.value - parameter.SPREAD_LIMIT * entry.spread
+
+
+def _most(entry: Parameter) -> float:
+    return entry.value + parameter.SPREAD_LIMIT * entry.spread
+
+
+def check(kind: MachineKind) -> None:
+    """Refuse a controller that goes by another machine than this one; raises InputError."""
+    _check_supply(kind)
+    _check_head(kind)
+    _check_acceleration(kind)
+    _check_cam(kind)
+
+
+def _check_supply(kind: MachineKind) -> None:
+    given, known = kind.table["supply_v"].value, kind.profile.supply_v
+    if given != known:
+        raise InputError(
+            f"controller.supply_v is {known:g} V and twin.supply_v {given:g} V: give both the same"
+        )
+
+
+def _check_head(kind: MachineKind) -> None:
+    table, profile = kind.table, kind.profile
+    supply, speed, friction = (
+        table[name] for name in ("supply_v", "no_load_mm_per_s", "insertion_friction_v")
+    )
+    slowest = _least(speed) * (1.0 - _most(friction) / supply.value)
+    if profile.head_planned_mm_per_s > slowest:
+        raise InputError(
+            f"controller.head_planned_mm_per_s is {profile.head_planned_mm_per_s:g} mm/s, and the "
+            f"slowest such head does {slowest:.1f} mm/s = {_least(speed):.1f} mm/s without load x "
+            f"(1 - {_most(friction):.2f} V of friction / {supply.value:g} V): plan with less"
+        )
+    fastest = SPEED_MARGIN * _most(speed)
+    if profile.head_limit_mm_per_s > fastest:
+        raise InputError(
+            f"controller.head_limit_mm_per_s is {profile.head_limit_mm_per_s:g} mm/s, and the "
+            f"fastest such head does {_most(speed):.1f} mm/s without load: a limit above "
+            f"{SPEED_MARGIN:g} x {_most(speed):.1f} = {fastest:.1f} mm/s limits nothing"
+        )
+    if profile.head_planned_mm_per_s > profile.head_limit_mm_per_s:
+        raise InputError(
+            f"controller.head_planned_mm_per_s {profile.head_planned_mm_per_s:g} mm/s is above "
+            f"head_limit_mm_per_s {profile.head_limit_mm_per_s:g} mm/s: the governor would hold "
+            "every move back"
+        )
+
+
+def _check_acceleration(kind: MachineKind) -> None:
+    table, wanted = kind.table, kind.profile.acceleration_mm_per_s2
+    values = parameter.nominal(table)
+    per_v = 1000.0 / (values["moving_mass_kg"] * preset.load_v_per_n(values))
+    force, mass = values["drive_force_n"], values["moving_mass_kg"]
+    friction = _most(table["insertion_friction_v"]) * per_v
+    most = 1000.0 * force / mass - friction
+    if wanted > most:
+        raise InputError(
+            f"controller.acceleration_mm_per_s2 is {wanted:g} mm/s^2, and the drive does "
+            f"{most:.0f} = {force:g} N / {mass:g} kg - {friction:.0f} mm/s^2 of friction: plan "
+            "with less"
+        )
+
+
+def _check_cam(kind: MachineKind) -> None:
+    values, profile = parameter.nominal(kind.table), kind.profile
+    stroke, angle = values["cam_stroke_rad"], profile.cam_open_rad
+    if abs(angle - stroke) > ANGLE_TOLERANCE * stroke:
+        raise InputError(
+            f"controller.cam_open_rad is {angle:.4g} rad and twin.cam_stroke_rad {stroke:.4g} rad, "
+            f"so that the valve would open to {100.0 * angle / stroke:.0f} % of its stroke: give "
+            "both the same"
+        )
+    load = values["valve_friction_v"] + values["spring_preload_v"]
+    load += values["spring_v_per_rad"] * stroke
+    most = values["cam_no_load_rad_per_s"] * (1.0 - load / values["supply_v"])
+    if profile.cam_rad_per_s > most:
+        raise InputError(
+            f"controller.cam_rad_per_s is {profile.cam_rad_per_s:.3g} rad/s, and the cam does "
+            f"{most:.3g} rad/s = {values['cam_no_load_rad_per_s']:.3g} rad/s without load x (1 - "
+            f"{load:.2f} V of friction and spring / {values['supply_v']:g} V): plan with less"
+        )

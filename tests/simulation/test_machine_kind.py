@@ -1,0 +1,57 @@
+"""Twin and controller of a machine are held against each other before anything runs."""
+
+import pytest
+
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.errors import InputError
+from opensuction.simulation import bench, machine_kind
+from opensuction.simulation.machine_kind import MachineKind
+from opensuction.twin import catheter, patient_kind
+
+CLINICAL = machine_kind.of_preset("clinical", AgeGroup.ADULT)
+
+
+def twin(name: str, value: float) -> MachineKind:
+    entry = CLINICAL.table[name]._replace(value=value, spread=0.0)
+    return CLINICAL._replace(table={**CLINICAL.table, name: entry})
+
+
+def controller(**values: float) -> MachineKind:
+    return CLINICAL._replace(profile=CLINICAL.profile._replace(**values))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["bench", "clinical"])
+def test_every_preset_agrees_with_its_controller(name: str) -> None:
+    machine_kind.check(machine_kind.of_preset(name, None))
+
+
+@pytest.mark.parametrize(
+    ("kind", "arithmetic"),
+    [
+        (twin("supply_v", 20.0), r"24 V and twin\.supply_v 20 V"),
+        (twin("no_load_mm_per_s", 40.0), r"does 39\.1 mm/s = 40\.0 mm/s .* 0\.53 V .* / 24 V"),
+        (controller(head_limit_mm_per_s=80.0), r"1\.05 x 62\.0 = 65\.1 mm/s"),
+        (controller(head_limit_mm_per_s=45.0), r"50 mm/s is above head_limit_mm_per_s 45 mm/s"),
+        (controller(acceleration_mm_per_s2=500.0), r"202 = 5 N / 16\.4 kg - 103"),
+        (controller(cam_open_rad=0.3), r"57 % of its stroke"),
+        (controller(cam_rad_per_s=3.0), r"2\.69 rad/s = 3\.14 rad/s without load x \(1 - 3\.47 V"),
+        (twin("cam_no_load_rad_per_s", 0.9), r"cam does 0\.77 rad/s"),
+    ],
+)
+def test_a_controller_for_another_machine_is_refused_with_the_arithmetic(
+    kind: MachineKind, arithmetic: str
+) -> None:
+    with pytest.raises(InputError, match=arithmetic):
+        machine_kind.check(kind)
+
+
+@pytest.mark.parametrize("route", catheter.ROUTES)
+def test_the_controller_is_told_of_the_gap_of_its_conduit(route: str) -> None:
+    """The nominal model must be about as wide as what is identified: the governor goes by it."""
+    laid = catheter.laid(route, CLINICAL.catheter)
+    kind = machine_kind.equipped(CLINICAL, CLINICAL.catheter, laid)
+    person = patient_kind.of_preset("adult-icu")
+    found = bench.identify(bench.rig_of(kind, person, 1, nominal=True)).fit.model
+    told = kind.profile.transmission
+    half_width = told.velocity_gain / told.decay_per_mm
+    assert half_width == pytest.approx(found.velocity_gain / found.decay_per_mm, rel=0.15)
