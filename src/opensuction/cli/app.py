@@ -1,18 +1,17 @@
 """The ``opensuction`` command: every error one plain line, every result readable or JSON."""
 
-import os
 import sys
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
 from opensuction import __version__
+from opensuction.cli import interruption, workbench
 from opensuction.kernel.errors import InputError
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 app = typer.Typer(
     name="opensuction",
@@ -103,7 +102,9 @@ def cycle(
         str,
         typer.Option(
             help="Compensation of the backlash: none, direct-inverse (the paper's, as printed) "
-            "or exact-inverse."
+            "or exact-inverse, identified on the twin before use; or a parameter file (TOML) "
+            "that opensuction identify wrote.",
+            metavar="NAME|FILE",
         ),
     ] = "exact-inverse",
     seed: Annotated[
@@ -150,15 +151,11 @@ def cycle(
     try:
         code = command.run(options)
     except KeyboardInterrupt:
-        _leave_interrupted()
+        interruption.leave()
     raise typer.Exit(code)
 
 
-def _leave_interrupted() -> NoReturn:
-    """Exit at once: a compilation in the background knows no interruption."""
-    print("opensuction: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
-    sys.stderr.flush()
-    os._exit(EXIT_INTERRUPTED)
+workbench.register(app)
 
 
 def _refuse(message: str) -> int:
@@ -177,7 +174,7 @@ def main() -> None:
     except typer.TyperException as misused:
         code = _refuse(misused.format_message())
     except KeyboardInterrupt:
-        _leave_interrupted()
+        interruption.leave()
     except BrokenPipeError:
         # The reader went away (a pager, head): what is left has nowhere to go.
         sys.stderr.close()

@@ -13,11 +13,11 @@ RUNS = Path("runs")
 """Where runs go when no folder is named."""
 
 
-def chosen(out: Path | None, seed: int) -> Path:
-    """The named folder, or ``runs/<time>-<seed>`` in UTC."""
+def chosen(out: Path | None, name: int | str) -> Path:
+    """The named folder, or ``runs/<time>-<name>`` in UTC. name: seed or command of the run."""
     if out is not None:
         return out
-    base = RUNS / f"{datetime.now(tz=UTC):%Y%m%dT%H%M%SZ}-{seed}"
+    base = RUNS / f"{datetime.now(tz=UTC):%Y%m%dT%H%M%SZ}-{name}"
     folder, number = base, 2
     while folder.exists():
         folder, number = base.with_name(f"{base.name}-{number}"), number + 1

@@ -1,21 +1,23 @@
 """One cycle as a single HTML page: no network, opens from a disk, prints."""
 
 from collections.abc import Mapping
-from importlib import resources
 from typing import Any, NamedTuple
 
-import jinja2
-from markupsafe import Markup
-
-from opensuction.report import anatomy, figures, narrative, requirement, series, wording
+from opensuction.report import (
+    anatomy,
+    figures,
+    narrative,
+    part,
+    requirement,
+    series,
+    wording,
+)
 from opensuction.report.series import Trace
 from opensuction.report.summary import Summary, completed, flattened, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
 """Tables by title: names and values, which may be nested."""
-
-ROOM = "opensuction.report"
 
 SCRIPTS = ("plot_parts.js", "loop_plot.js", "patient_plots.js", "plots.js")
 """In this order: each uses those before it."""
@@ -58,24 +60,6 @@ def bands(summary: Summary) -> list[PhaseBand]:
         share = round(100.0 * (end - start) / total, 3)
         listed.append(PhaseBand(i, label, meaning, kind, start, end, share))
     return listed
-
-
-def _read(*path: str) -> str:
-    return resources.files(ROOM).joinpath(*path).read_text(encoding="utf-8")
-
-
-def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: _read("template", name)),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["event"] = narrative.event
-    environment.filters["plain"] = wording.plain
-    environment.filters["quantity"] = wording.quantity
-    return environment
 
 
 def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple[str, Any]]]:
@@ -129,10 +113,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "tables": _tables(summary, sections),
         "plots": _plots(summary, trace, phases),
         "disclaimer": wording.DISCLAIMER,
-        "styles": [Markup(_read("vendor", "uPlot.min.css")), Markup(_read("template", "page.css"))],
-        "scripts": [
-            Markup(_read("vendor", "uPlot.iife.min.js")),
-            *(Markup(_read("template", name)) for name in SCRIPTS),
-        ],
+        "styles": part.styles(),
+        "scripts": part.scripts(SCRIPTS),
     }
-    return _environment().get_template("page.html.j2").render(context)
+    return part.environment().get_template("page.html.j2").render(context)
