@@ -4,6 +4,7 @@ summary: the JSON object of ``identify`` or ``compare``; a model: one entry of i
 the object of ``identify`` itself.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from opensuction.report.figures import Figure, Verdict
@@ -14,6 +15,11 @@ DISCLAIMER = (
     "describe the recording that was given, and nothing else."
 )
 """Stands on every report of a recording: only its owner knows whether it is in-silico."""
+
+
+MOST_DECIMALS = 8
+MOST_PLAIN = 1e7
+"""Numbers with more decimals, or larger ones, are written with an exponent."""
 
 
 class Row(NamedTuple):
@@ -68,10 +74,14 @@ def outcome(summary: Summary) -> str:
 def sentences(summary: Summary) -> list[str]:
     """What was found, in plain words."""
     found = best(summary)
-    named = {key: text(summary, "recording", key, "column") for key in ("input", "output")}
+    named = {
+        key: text(summary, "recording", key, "column") or f"the {key}"
+        for key in ("input", "output")
+    }
     words = text(found, "model_words")
+    name = text(found, "model") if words is None else f"{text(found, 'model')}, {words},"
     said = [
-        f"{text(found, 'model')}, {words}, follows {named['output']} from {named['input']} with an "
+        f"{name} follows {named['output']} from {named['input']} with an "
         f"error of {amount(number(found, 'rmse'), text(found, 'rmse_unit') or '')} RMSE, "
         f"{percent(number(found, 'rmse_percent_of_range'))} of the output's range. A straight line "
         f"leaves {percent(number(summary, 'line_rmse_percent_of_range'))}."
@@ -157,28 +167,27 @@ def parameters(model: Summary) -> list[Row]:
     entries = value(model, "parameters")
     shown = []
     for name, entry in (entries or {}).items():
-        ends = value(entry, "ci95")
-        at = number(entry, "value")
-        digits = _digits(at, ends)
+        at, ends = number(entry, "value"), value(entry, "ci95")
+        decimals = _decimals(ends)
         shown.append(
             Row(
                 name=name,
-                value="-" if at is None else _written(at, digits),
+                value="-" if at is None else _written(at, decimals),
                 unit=text(entry, "unit") or "",
-                interval=" to ".join(_written(float(end), digits) for end in ends) if ends else "-",
+                interval=" to ".join(_written(end, decimals) for end in ends) if ends else "-",
             )
         )
     return shown
 
 
-def _digits(at: float | None, ends: Any) -> int:
-    """Significant digits worth writing: two of the interval's half-width, six without one."""
-    if at in (None, 0.0) or not ends or not ends[1] > ends[0]:
-        return 6
-    assert at is not None
-    ratio = abs(at) / (0.5 * (ends[1] - ends[0]))
-    return min(max(len(str(int(ratio))) + 2, 3), 9)
+def _decimals(ends: Any) -> int | None:
+    """Decimals that show two digits of the interval's half-width; None without an interval."""
+    if not ends or not ends[1] > ends[0]:
+        return None
+    return max(1 - math.floor(math.log10(0.5 * (ends[1] - ends[0]))), 0)
 
 
-def _written(number_: float, digits: int) -> str:
-    return f"{number_:.{digits}g}"
+def _written(number_: float, decimals: int | None) -> str:
+    if decimals is None or decimals > MOST_DECIMALS or abs(number_) >= MOST_PLAIN:
+        return f"{number_:.6g}"
+    return f"{number_:.{decimals}f}"

@@ -227,6 +227,8 @@ def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
                 f"was identified with the {what} in {unit or 'no known unit'}; a compensator needs "
                 "head and tip in mm",
             )
+    if identified.about.rmse_unit != recording.output.unit:
+        raise _refusal(path, f"rmse_unit is '{identified.about.rmse_unit}', should be 'mm'")
     for name in given:
         if name not in (*MODIFIED_DAHL, "initial_lag"):
             raise _refusal(path, f"unknown key parameters.{name}; {remedy(name, MODIFIED_DAHL)}")
