@@ -83,3 +83,32 @@ def test_a_retract_moves_all_elements_at_once_and_an_advance_the_narrow_first() 
     # 13 mm forth is inside every slot; 17.5 mm leaves that of 14 mm by 3.5 and of 17 by 0.5.
     assert tip_mm[2] == pytest.approx(tip_mm[1])
     assert tip_mm[3] - tip_mm[2] == pytest.approx((3.5 + 0.5) / 5.0)
+
+
+@given(
+    width_mm=widths,
+    memory=st.floats(-1.0, 1.0),
+    head_mm=st.floats(-100.0, 100.0),
+    target_mm=st.floats(-100.0, 100.0),
+)
+def test_the_inverse_is_the_smallest_move_that_reaches_the_target(
+    width_mm: float, memory: float, head_mm: float, target_mm: float
+) -> None:
+    model = play.Play(width_mm=width_mm, gain=0.95, offset_mm=-6.2)
+    position_mm = play.start_position_mm(model, head_mm, memory)
+    found = play.inverse_step(model, head_mm, position_mm, target_mm)
+    assert found.reached
+    moved = [
+        play.output_mm(model, play.step(width_mm, position_mm, head_mm + share * found.move_mm))
+        for share in (1.0, 0.99)
+    ]
+    # Rounding of numbers around 100.
+    assert moved[0] == pytest.approx(target_mm, abs=1e-12)
+    if abs(found.move_mm) > 1e-9:
+        assert abs(moved[1] - target_mm) > 1e-13
+
+
+def test_a_tip_on_its_target_asks_for_no_move() -> None:
+    model = play.Play(width_mm=20.0, gain=1.0, offset_mm=0.0)
+    assert play.inverse_step(model, 3.0, 7.0, 7.0) == (0.0, True)
+    assert play.inverse_step(model, 3.0, 7.0, float("nan")) == (0.0, False)

@@ -3,14 +3,33 @@
 A play element is a block in a slot of full width w: the head moves the slot, the slot's ends
 move the block. Many elements of different widths side by side round off the corners, as the
 clearance of a catheter that lies against its conduit in many places does.
+
+What one play cannot represent: rounded corners, and any motion of the output inside the gap. So
+it has no continuous inverse; the smallest move that gives a wanted output exists (`inverse_step`).
 Source: paper.txt Fig. 5 (one element); Krasnosel'skii and Pokrovskii, Systems with Hysteresis
 (1989), for the play operator and its superposition.
 """
 
+import math
+from typing import Annotated, NamedTuple
+
 import numpy as np
+from annotated_types import Ge, Gt
 from numpy.typing import NDArray
 
+from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.kernel.compiled import compiled
+
+
+class Play(NamedTuple):
+    """One play element as a model of the transmission, head_mm to tip_mm."""
+
+    width_mm: Annotated[float, Ge(0)]
+    """Full width of the slot: head travel lost at a reversal."""
+    gain: Annotated[float, Gt(0)]
+    """mm of tip per mm of element."""
+    offset_mm: float
+    """Tip position for the element at 0."""
 
 
 @compiled
@@ -37,6 +56,38 @@ def simulate(
         position_mm = step(width_mm, position_mm, head_mm[k])
         positions_mm[k] = position_mm
     return positions_mm
+
+
+@compiled
+def start_position_mm(model: Play, head_mm: float, memory_ratio: float) -> float:
+    """Element after a past summed up in one number.
+
+    memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 in the middle of its
+    slot; between.
+    """
+    return head_mm - 0.5 * memory_ratio * model.width_mm
+
+
+@compiled
+def output_mm(model: Play, position_mm: float) -> float:
+    """Tip position for a position of the element, mm."""
+    return model.gain * position_mm + model.offset_mm
+
+
+@compiled
+def inverse_step(model: Play, head_mm: float, position_mm: float, target_mm: float) -> InverseMove:
+    """Smallest head move that brings the tip to a target; exact, and always there.
+
+    head_mm, position_mm: where the head and the element are. A tip that is on its target asks for
+    no move, wherever in the gap the head is.
+    """
+    goal_mm = (target_mm - model.offset_mm) / model.gain
+    if not math.isfinite(goal_mm):
+        return InverseMove(move_mm=0.0, reached=False)
+    if goal_mm == position_mm:
+        return InverseMove(move_mm=0.0, reached=True)
+    push_mm = math.copysign(0.5 * model.width_mm, goal_mm - position_mm)
+    return InverseMove(move_mm=goal_mm + push_mm - head_mm, reached=True)
 
 
 @compiled

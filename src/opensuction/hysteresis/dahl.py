@@ -1,0 +1,113 @@
+"""The Dahl model of friction before and in sliding, and its exact inverse.
+
+A bristle of stiffness sigma_0 bends with the input until it carries the Coulomb force F_c. Along
+one direction of travel the force approaches that limit as an exponential; each function here is
+that closed form: no integration step, no error, independent of speed.
+
+What it cannot represent: an output that goes on growing with the input (a backlash; the modified
+Dahl model adds the line), a force above F_c, closed minor loops (after a small excursion the
+force does not come back to where it was, it drifts), breakaway (Stribeck) and viscous friction.
+Source: paper.txt eqs. (1) and (2); Dahl, AIAA J. 14 (1976) 1675.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from annotated_types import Gt
+from numpy.typing import NDArray
+
+from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.kernel.compiled import compiled
+
+
+class Dahl(NamedTuple):
+    """Parameters of the Dahl model, displacement in mm to force in N.
+
+    For a recording whose output is no force read the output's unit for N.
+    """
+
+    stiffness_n_per_mm: Annotated[float, Gt(0)]
+    """sigma_0: slope of the force where it is zero."""
+    coulomb_n: Annotated[float, Gt(0)]
+    """F_c: force in sliding, never exceeded."""
+
+
+@compiled
+def saturation_mm(model: Dahl) -> float:
+    """Bristle deflection in sliding, F_c/sigma_0, mm; it is also the length that forgets."""
+    return model.coulomb_n / model.stiffness_n_per_mm
+
+
+@compiled
+def start_deflection_mm(model: Dahl, memory_ratio: float) -> float:
+    """Deflection after a past summed up in one number.
+
+    memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 relaxed; between.
+    """
+    return memory_ratio * saturation_mm(model)
+
+
+@compiled
+def step(model: Dahl, deflection_mm: float, move_mm: float) -> float:
+    """Deflection z after one monotone move of the input, of any size; exact.
+
+    Source: paper.txt eq. (1), integrated in closed form.
+    """
+    # expm1 keeps a small move exact and leaves the deflection untouched by none.
+    length_mm = saturation_mm(model)
+    goal_mm = math.copysign(length_mm, move_mm)
+    return deflection_mm + (deflection_mm - goal_mm) * math.expm1(-abs(move_mm) / length_mm)
+
+
+@compiled
+def output_n(model: Dahl, deflection_mm: float) -> float:
+    """Force for a deflection, N. Source: paper.txt eq. (2)."""
+    return model.stiffness_n_per_mm * deflection_mm
+
+
+@compiled
+def simulate(
+    model: Dahl, input_mm: NDArray[np.float64], deflection_mm: float
+) -> NDArray[np.float64]:
+    """Forces for a whole record of inputs.
+
+    input_mm: shape (n,), finite; each step between samples is one monotone move.
+    deflection_mm: deflection at the first sample. Returns N, shape (n,).
+    """
+    force_n = np.empty(input_mm.size)
+    for k in range(input_mm.size):
+        if k > 0:
+            deflection_mm = step(model, deflection_mm, input_mm[k] - input_mm[k - 1])
+        force_n[k] = output_n(model, deflection_mm)
+    return force_n
+
+
+@compiled
+def is_well_posed(model: Dahl) -> bool:
+    """Whether the force stays bounded and the solution is unique: both parameters above 0."""
+    return model.stiffness_n_per_mm > 0.0 and model.coulomb_n > 0.0
+
+
+@compiled
+def is_monotone(model: Dahl) -> bool:
+    """Whether the force follows the input at once in either direction, below F_c; always."""
+    return is_well_posed(model)
+
+
+@compiled
+def inverse_step(model: Dahl, deflection_mm: float, target_n: float) -> InverseMove:
+    """Move of the input that brings the force to a target; exact.
+
+    A target of F_c or more is met by no finite move and not reached: the move is then 0.
+    Source: paper.txt eqs. (1) and (2), solved for the input.
+    """
+    goal_mm = target_n / model.stiffness_n_per_mm
+    length_mm = saturation_mm(model)
+    if not (abs(goal_mm) < length_mm and math.isfinite(deflection_mm)):
+        return InverseMove(move_mm=0.0, reached=False)
+    direction = math.copysign(1.0, goal_mm - deflection_mm)
+    # The share of the way to saturation that is left afterwards, less one; log1p keeps a small
+    # move exact.
+    left = (deflection_mm - goal_mm) / (direction * length_mm - deflection_mm)
+    return InverseMove(move_mm=-direction * length_mm * math.log1p(left), reached=True)
