@@ -31,6 +31,7 @@ Examples:
   opensuction cycle --protocol paper --compensation none --seed 7
   opensuction cycle --approach contact               stop where the tip touches
   opensuction cycle --protocol my.toml --out run1    a protocol of your own
+  opensuction cycle --protocol paper --compensation bench/identification.toml
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
