@@ -195,7 +195,7 @@ def test_real_recordings_are_identified_as_they_are(tmp_path: Path, run: str, er
 
 
 BAD_OPTIONS = [
-    (("identify",), "file"),
+    (("identify",), "FILE"),
     (("identify", "bench.csv"), "--input"),
     (("identify", "bench.csv", "--input", "head_mm"), "--output"),
     (("identify", "none.csv", *COLUMNS), "no such file"),

@@ -16,7 +16,7 @@ EXIT_BAD_INPUT = 2
 app = typer.Typer(
     name="opensuction",
     help="Automated tracheal suctioning: controller and digital twin. Research software, not a "
-    "medical device, not for use on people or animals; every result is in-silico.",
+    "medical device, not for use on people or animals; every performance claim is in-silico.",
     invoke_without_command=True,
     add_completion=False,
     rich_markup_mode=None,

@@ -42,7 +42,10 @@ Exit status: 0 compared, 2 bad input, 130 interrupted."""
 DEFAULT_MODEL = "modified-dahl"
 """The paper's model, which the compensators use."""
 
-File = Annotated[Path, typer.Argument(help="The recording: CSV or Parquet.", show_default=False)]
+File = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="The recording: CSV or Parquet.", show_default=False),
+]
 Input = Annotated[
     str,
     typer.Option(
@@ -115,7 +118,7 @@ def identify(
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Identify a model of the transmission's hysteresis from a recording of your own.
+    """Fit a model of hysteresis to a recording of your own.
 
     Fits the output to the input, with 95 % intervals, and writes identification.toml (parameters,
     which 'opensuction cycle --compensation' takes), report.html (loop, time and residual plots)
@@ -158,7 +161,7 @@ def compare(
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Identify every model from the same recording, and say which one to take.
+    """Fit every model to a recording, recommend one.
 
     Writes report.html (ranking, and all models in the same plots), comparison.json and a
     parameter file for each model.
