@@ -14,7 +14,7 @@ RUNS = Path("runs")
 
 
 def chosen(out: Path | None, name: int | str) -> Path:
-    """The named folder, or ``runs/<time>-<name>`` in UTC. name: seed or command of the run."""
+    """The named folder, or ``runs/<time>-<name>`` in UTC; a cycle's name is its seed."""
     if out is not None:
         return out
     base = RUNS / f"{datetime.now(tz=UTC):%Y%m%dT%H%M%SZ}-{name}"

@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from opensuction.report import identification_series, identification_words, part
+from markupsafe import Markup
+
+from opensuction.report import html, identification_series, identification_words
 from opensuction.report.identification_series import Curves
 from opensuction.report.summary import Summary, flattened, number, text, value
 
@@ -106,12 +108,11 @@ def render(summary: Summary, curves: Curves) -> str:
         ],
         "tables": _tables(summary),
         "plots": plots,
-        "disclaimer": identification_words.DISCLAIMER,
+        "notice": identification_words.DISCLAIMER,
         "percent": identification_words.percent,
-        "styles": part.styles(("identification.css",)),
-        "scripts": part.scripts(SCRIPTS),
+        "own_style": Markup(html.read("template", "identification.css")),
     }
-    return part.environment().get_template("identification.html.j2").render(context)
+    return html.render("identification.html.j2", SCRIPTS, **context)
 
 
 def _measures(models: list[dict[str, Any]]) -> list[tuple[int, str]]:

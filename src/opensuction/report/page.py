@@ -3,15 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from opensuction.report import (
-    anatomy,
-    figures,
-    narrative,
-    part,
-    requirement,
-    series,
-    wording,
-)
+from opensuction.report import anatomy, figures, html, narrative, requirement, series, wording
 from opensuction.report.series import Trace
 from opensuction.report.summary import Summary, completed, flattened, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
@@ -112,8 +104,5 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "run": [(key, text(summary, key)) for key in RUN if text(summary, key) is not None],
         "tables": _tables(summary, sections),
         "plots": _plots(summary, trace, phases),
-        "disclaimer": wording.DISCLAIMER,
-        "styles": part.styles(),
-        "scripts": part.scripts(SCRIPTS),
     }
-    return part.environment().get_template("page.html.j2").render(context)
+    return html.render("page.html.j2", SCRIPTS, **context)

@@ -1,0 +1,53 @@
+"""What every HTML page of the project is made with: templates, styles and scripts, all inside."""
+
+from importlib import resources
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from opensuction.report import narrative, wording
+
+ROOM = "opensuction.report"
+
+
+def read(*path: str) -> str:
+    """Text of a file of this room."""
+    return resources.files(ROOM).joinpath(*path).read_text(encoding="utf-8")
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: read("template", name)),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["event"] = narrative.event
+    environment.filters["plain"] = wording.plain
+    environment.filters["quantity"] = wording.quantity
+    return environment
+
+
+def render(template: str, scripts: tuple[str, ...], **context: Any) -> str:
+    """A template of ``template/`` filled in, with disclaimer, styles, uPlot and its scripts.
+
+    scripts: files of ``template/`` in the order in which they need one another.
+    """
+    return (
+        _environment()
+        .get_template(template)
+        .render(
+            disclaimer=wording.DISCLAIMER,
+            styles=[
+                Markup(read("vendor", "uPlot.min.css")),
+                Markup(read("template", "page.css")),
+            ],
+            scripts=[
+                Markup(read("vendor", "uPlot.iife.min.js")),
+                *(Markup(read("template", name)) for name in scripts),
+            ],
+            **context,
+        )
+    )
