@@ -122,7 +122,7 @@ def thinned(
 
 
 @compiled
-def _sums(  # noqa: PLR0915 - sums in registers: in an array the pass takes twice as long
+def _sums(  # noqa: PLR0915 - one pass, every sum in a register
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
 ) -> NDArray[np.float64]:
     """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS).
@@ -204,6 +204,26 @@ def _cholesky(gram: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
+def _substituted(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solution of ``lower @ lower.T @ factors = right``, rows without a pivot left at 0."""
+    size = right.size
+    forward, factors = np.zeros(size), np.zeros(size)
+    for i in range(size):
+        if lower[i, i] > 0.0:
+            value = right[i]
+            for m in range(i):
+                value -= lower[i, m] * forward[m]
+            forward[i] = value / lower[i, i]
+    for i in range(size - 1, -1, -1):
+        if lower[i, i] > 0.0:
+            value = forward[i]
+            for m in range(i + 1, size):
+                value -= lower[m, i] * factors[m]
+            factors[i] = value / lower[i, i]
+    return factors
+
+
+@compiled
 def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Solution of symmetric normal equations by Cholesky; dependent columns get a factor of 0.
 
@@ -217,23 +237,8 @@ def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.f
     for i in range(size):
         for j in range(size):
             scaled[i, j] = gram[i, j] / (lengths[i] * lengths[j])
-    lower = _cholesky(scaled)
-    forward, factors = np.zeros(size), np.zeros(size)
-    for i in range(size):
-        if lower[i, i] > 0.0:
-            value = right[i] / lengths[i]
-            for m in range(i):
-                value -= lower[i, m] * forward[m]
-            forward[i] = value / lower[i, i]
-    for i in range(size - 1, -1, -1):
-        if lower[i, i] > 0.0:
-            value = forward[i]
-            for m in range(i + 1, size):
-                value -= lower[m, i] * factors[m]
-            factors[i] = value / lower[i, i]
-    for i in range(size):
-        factors[i] /= lengths[i]
-    return factors
+    factors = _substituted(_cholesky(scaled), right / lengths)
+    return factors / lengths
 
 
 @compiled
