@@ -4,10 +4,11 @@ import pytest
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
 from opensuction.identification.projection import (
     centred,
-    gauss_newton_step,
     least_squares,
     project,
     thinned,
+    trial,
+    turns,
 )
 
 # Strokes of 40 mm with ripples, some of them between two samples that thinning would keep.
@@ -42,13 +43,35 @@ def test_projection_at_the_right_decay_finds_everything_else() -> None:
     assert found.squares == pytest.approx(0.0, abs=1e-15)
 
 
+def test_one_pass_agrees_with_columns_and_residuals() -> None:
+    tip_mm = simulate(PUBLISHED, HEAD, 2.0) + np.random.default_rng(3).normal(0.0, 0.2, HEAD.size)
+    recording = centred(HEAD, tip_mm)
+    for decay_per_mm in (0.002, 0.06, 0.077, 5.0):
+        found = trial(recording.head_mm, recording.tip_mm, decay_per_mm)
+        # Normal equations lose the square of tip over residual: 1e-16 * 1e4.
+        expected = project(recording, decay_per_mm).squares
+        assert found.squares == pytest.approx(expected, rel=1e-9)
+
+
 def test_the_step_points_to_the_optimum_from_both_sides() -> None:
     recording = centred(HEAD, simulate(PUBLISHED, HEAD, 2.0))
     for factor in (0.9, 1.1):
-        found = project(recording, factor * PUBLISHED.decay_per_mm)
-        step = gauss_newton_step(recording, found)
+        found = trial(recording.head_mm, recording.tip_mm, factor * PUBLISHED.decay_per_mm)
         # Gauss-Newton converges quadratically on exact data: a tenth off becomes a hundredth.
-        assert factor * np.exp(step) == pytest.approx(1.0, abs=0.01)
+        assert factor * np.exp(found.step) == pytest.approx(1.0, abs=0.01)
+
+
+def test_turns_are_found_but_for_the_small_ones() -> None:
+    head_mm = np.array([0.0, 0.0, 5.0, 9.0, 8.9, 9.5, 3.0, 3.0, 4.0])
+    assert turns(head_mm, 0.0).tolist() == [3, 4, 5, 7]
+    assert turns(head_mm, 0.5).tolist() == [5, 7]
+    assert turns(np.zeros(5), 0.0).size == 0
+
+
+def test_a_trembling_head_is_thinned_all_the_same() -> None:
+    random = np.random.default_rng(5)
+    head_mm, _ = thinned(HEAD + random.normal(0.0, 0.02, HEAD.size), HEAD, samples=300)
+    assert head_mm.size < 4 * 300 + 2
 
 
 def test_least_squares_of_nearly_equal_columns_keeps_its_digits() -> None:

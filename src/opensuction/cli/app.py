@@ -1,25 +1,21 @@
 """The ``opensuction`` command: every error one plain line, every result readable or JSON."""
 
-import os
 import sys
-from collections.abc import Callable
-from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
 from opensuction import __version__
-from opensuction.cli import option
+from opensuction.cli import interruption, option, study, workbench
 from opensuction.kernel.errors import InputError
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 app = typer.Typer(
     name="opensuction",
     help="Automated tracheal suctioning: controller and digital twin. Research software, not a "
-    "medical device, not for use on people or animals; every result is in-silico.",
+    "medical device, not for use on people or animals; every performance claim is in-silico.",
     invoke_without_command=True,
     add_completion=False,
     rich_markup_mode=None,
@@ -35,6 +31,7 @@ Examples:
   opensuction cycle --approach contact               stop where the tip touches
   opensuction cycle --protocol my.toml --out run1    a protocol of your own
   opensuction cycle --machine my-machine.toml --patient my-patient.toml
+  opensuction cycle --protocol paper --compensation bench/identification.toml
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
@@ -128,56 +125,11 @@ def cycle(
         force=force,
         as_json=as_json,
     )
-    _run(lambda: command.run(options))
+    interruption.carry_out(lambda: command.run(options))
 
 
-REPRODUCE_EXAMPLES = """\b
-Examples:
-  opensuction reproduce                              report.html and reproduce.json under runs/
-  opensuction reproduce --out paper                  in a folder of your own
-  opensuction reproduce --json | jq .table1          Table I, the paper's numbers and ours
-
-\b
-Exit status: 0 every claim holds or is explained, 1 one differs, 2 bad input, 130 interrupted."""
-
-
-@app.command(epilog=REPRODUCE_EXAMPLES)
-def reproduce(
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder. Default: runs/<time>-reproduce.", show_default=False),
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Write into a folder that is not empty.")
-    ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="One JSON object on stdout and nothing else.")
-    ] = False,
-) -> None:
-    """The paper's figures 5 to 11 and tables I and II on the twin, each number beside its own.
-
-    Every claim has a tolerance and a verdict, and says whether the twin was calibrated to it or
-    predicts it.
-    """
-    from opensuction.cli import reproduce as command
-
-    _run(lambda: command.run(command.Options(out=out, force=force, as_json=as_json)))
-
-
-def _run(work: Callable[[], int]) -> NoReturn:
-    """Exit with what a command returns; Ctrl-C leaves at once."""
-    try:
-        code = work()
-    except KeyboardInterrupt:
-        _leave_interrupted()
-    raise typer.Exit(code)
-
-
-def _leave_interrupted() -> NoReturn:
-    """Exit at once: a compilation in the background knows no interruption."""
-    print("opensuction: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
-    sys.stderr.flush()
-    os._exit(EXIT_INTERRUPTED)
+study.register(app)
+workbench.register(app)
 
 
 def _refuse(message: str) -> int:
@@ -196,7 +148,7 @@ def main() -> None:
     except typer.TyperException as misused:
         code = _refuse(misused.format_message())
     except KeyboardInterrupt:
-        _leave_interrupted()
+        interruption.leave()
     except BrokenPipeError:
         # The reader went away (a pager, head): what is left has nowhere to go.
         sys.stderr.close()

@@ -56,7 +56,9 @@ Compensation = Annotated[
     str,
     typer.Option(
         help="Compensation of the backlash: none, direct-inverse (the paper's, as printed) "
-        "or exact-inverse."
+        "or exact-inverse, identified on the twin before use; or a parameter file (TOML) "
+        "that opensuction identify wrote.",
+        metavar="NAME|FILE",
     ),
 ]
 Seed = Annotated[
@@ -79,3 +81,7 @@ Out = Annotated[
 ]
 Force = Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on stdout and nothing else.")]
+StudyOut = Annotated[
+    Path | None,
+    typer.Option(help="Folder. Default: runs/<time>-<command>.", show_default=False),
+]

@@ -15,8 +15,9 @@ from opensuction.procedure import clinical
 from opensuction.procedure.clinical import TEMPLATES, Template
 from opensuction.procedure.guideline import Check
 from opensuction.procedure.protocol import PROTOCOLS, Protocol
-from opensuction.settings import machine_file, patient_file
+from opensuction.settings import identification_file, machine_file, patient_file, plausibility
 from opensuction.settings.choice import choose
+from opensuction.settings.identification_file import Identified
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.simulation import bench, closed_loop, machine_kind, trace
@@ -54,6 +55,7 @@ class Choice(NamedTuple):
     """Name of a preset or path of a TOML file."""
     approach: str
     compensation: str
+    """Name of a compensator, or path of a parameter file that names one and holds its model."""
     seed: int
     patient: str | None = None
     """Name of a preset or path of a TOML file; None: the default patient, nobody on the bench."""
@@ -70,8 +72,12 @@ class Prepared(NamedTuple):
     rig: Rig
     protocol: Protocol
     kind: CompensationKind
+    calibration: Calibration
+    """What the compensation works with: identified before use, from a file, or nominal."""
     identification: Identification | None
-    """None where the compensation needs none."""
+    """None where the compensation needs none, or has its model from a file."""
+    parameter_file: Identified | None
+    """The file that the compensation has its model from."""
     loop: Loop
     start: LoopState
 
@@ -152,7 +158,7 @@ def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
     found = find_protocol(choice.protocol)
     choose(choice.approach, APPROACHES, "approach")
     on_bench = kinds(choice)[0].preset == "bench"
-    kind = choose(choice.compensation, KIND_OF_NAME, "compensation")
+    kind = compensation_of(choice)[0]
     bench_only = isinstance(found, Protocol) and found.bench_only
     if bench_only and not on_bench:
         raise InputError(
@@ -177,6 +183,26 @@ def heading(choice: Choice) -> str:
         f"{choice.protocol}, approach {choice.approach}, compensation {choice.compensation}, "
         f"seed {choice.seed}"
     )
+
+
+def compensation_of(choice: Choice) -> tuple[CompensationKind, Identified | None]:
+    """The compensator that was named, and the parameter file where one was given.
+
+    Raises InputError for an unknown name and for a file whose model no compensator can use.
+    """
+    name = choice.compensation
+    if not name.endswith(".toml"):
+        return choose(name, KIND_OF_NAME, "compensation"), None
+    identified = identification_file.load(name)
+    identification_file.calibration(identified, name)
+    return KIND_OF_NAME[identified.about.compensator], identified
+
+
+def _from_file(choice: Choice, identified: Identified, rig: Rig) -> Calibration:
+    """Calibration of a parameter file, held against the machine that it is to drive."""
+    calibration = identification_file.calibration(identified, choice.compensation)
+    plausibility.check(calibration.model, rig.profile.transmission, choice.compensation)
+    return calibration
 
 
 def _fitted(
@@ -207,19 +233,25 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
     rig = bench.rig_of(*kinds(choice), choice.seed)
     if by_contact and not rig.machine.has_patient:
         rig = bench.with_carina(rig, CONTACT_CARINA_MM)
+    identified = compensation_of(choice)[1]
     calibration = bench.uncalibrated(rig.profile)
+    if identified is not None:
+        tell(f"Compensating with the model of {choice.compensation}")
+        calibration = _from_file(choice, identified, rig)
     protocol = _fitted(found, rig, kind, calibration, by_contact)
     # Refuse before the slow part.
     bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     tell(heading(choice))
     identification = None
-    if kind != CompensationKind.NONE:
+    if kind != CompensationKind.NONE and identified is None:
         tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
         identification = bench.identify(rig)
         calibration = identification.calibration
         protocol = _fitted(found, rig, kind, calibration, by_contact)
     loop, start = bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
-    return Prepared(choice, rig, protocol, kind, identification, loop, start)
+    return Prepared(
+        choice, rig, protocol, kind, calibration, identification, identified, loop, start
+    )
 
 
 def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:
@@ -260,10 +292,9 @@ def _progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progres
 
 def checks(prepared: Prepared) -> list[Check]:
     """The clinical requirements of the paper's section II-A, held against the plan."""
-    calibration = bench.uncalibrated(prepared.rig.profile)
-    if prepared.identification is not None:
-        calibration = prepared.identification.calibration
-    able = setup.abilities(prepared.rig.profile, prepared.kind, calibration, prepared.rig.site)
+    able = setup.abilities(
+        prepared.rig.profile, prepared.kind, prepared.calibration, prepared.rig.site
+    )
     by_contact = APPROACHES[prepared.choice.approach]
     return clinical.held_against_guidelines(prepared.protocol, able, prepared.rig.site, by_contact)
 

@@ -20,7 +20,6 @@ from opensuction.procedure.guideline import GUIDELINES
 from opensuction.procedure.transition import Event
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
-from opensuction.simulation.bench import Identification
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
@@ -149,10 +148,15 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
             "deeper than the tip may go, or needs more than the "
             f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
         )
-    identified = prepared.identification
-    if identified is None or identified.fit.well_posed:
+    if prepared.parameter_file is not None and prepared.parameter_file.servo is None:
+        found.append(
+            "The parameter file holds no servo feedforward, so the head lags behind its command; "
+            "a section servo with velocity_v_s_per_mm and friction_v would add it."
+        )
+    model = prepared.calibration.model
+    if prepared.kind == CompensationKind.NONE or modified_dahl.is_monotone(model):
         return found
-    slope, gain = identified.fit.model.slope, identified.fit.model.velocity_gain
+    slope, gain = model.slope, model.velocity_gain
     sentence = (
         f"The identified model is not monotone (c = {slope:.3f} is not above 2 beta = "
         f"{2 * gain:.3f}): at a reversal it has no continuous inverse"
@@ -164,22 +168,37 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
     return found
 
 
-def _identification(found: Identification | None) -> Json | None:
-    if found is None:
+def _identification(prepared: Prepared) -> Json | None:
+    """What the compensator works with, and where it is from; None for one that needs no model."""
+    found, file = prepared.identification, prepared.parameter_file
+    if found is None and file is None:
         return None
-    model, feedforward = found.fit.model, found.calibration.feedforward
-    return {
+    model, feedforward = prepared.calibration
+    data: Json = {
         "model": "modified-dahl",
         "slope": model.slope,
         "velocity_gain": model.velocity_gain,
         "decay_per_mm": model.decay_per_mm,
         "offset_mm": model.offset_mm,
         "gap_mm": float(modified_dahl.gap_mm(model)),
-        "rmse_mm": found.fit.rmse_mm,
-        "well_posed": found.fit.well_posed,
-        "samples": found.fit.samples,
+        "rmse_mm": None,
+        "well_posed": bool(modified_dahl.is_monotone(model)),
+        "samples": None,
         "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
         "friction_v": feedforward.friction_v,
+        "file": None,
+        "recording": None,
+        "recording_sha256": None,
+    }
+    if found is not None:
+        return data | {"rmse_mm": found.fit.rmse_mm, "samples": found.fit.samples}
+    assert file is not None
+    return data | {
+        "rmse_mm": file.about.rmse,
+        "samples": file.about.recording.fitted_samples,
+        "file": prepared.choice.compensation,
+        "recording": file.about.recording.file,
+        "recording_sha256": file.about.recording.sha256,
     }
 
 
@@ -252,7 +271,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
             "carina_mm": prepared.rig.machine.airway.carina_mm,
             "cap_mm": prepared.protocol.cap_mm,
         },
-        "identification": _identification(prepared.identification),
+        "identification": _identification(prepared),
         "wall_s": wall_s,
         "realtime_factor": realtime_factor,
     }

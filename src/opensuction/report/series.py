@@ -122,7 +122,7 @@ def _edges(summary: Summary, time_s: npt.NDArray[np.float64]) -> list[int]:
     return [int(row) for row in np.searchsorted(time_s, known)]
 
 
-def _listed(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]:
+def listed(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]:
     """Values rounded for JSON; what is not finite becomes null."""
     rounded = np.round(values, decimals) + 0.0  # adding zero turns -0.0 into 0.0
     if np.all(np.isfinite(rounded)):
@@ -138,12 +138,12 @@ def _thinned(
         return {}
     kept = kept_rows(list(series.values()), _edges(summary, time_s), buckets)
     decimals = {entry.name: entry.decimals for entry in (*MACHINE, *PATIENT)}
-    listed: dict[str, list[Any]] = {"time": _listed(time_s[kept], 3)}
+    columns: dict[str, list[Any]] = {"time": listed(time_s[kept], 3)}
     for name, values in series.items():
-        listed[name] = _listed(values[kept], decimals.get(name, 3))
+        columns[name] = listed(values[kept], decimals.get(name, 3))
     if "head" in series:
-        listed["inward"] = directions(series["head"][kept]).astype(int).tolist()
-    return listed
+        columns["inward"] = directions(series["head"][kept]).astype(int).tolist()
+    return columns
 
 
 def machine(summary: Summary, trace: Trace) -> dict[str, list[Any]]:

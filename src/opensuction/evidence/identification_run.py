@@ -1,0 +1,186 @@
+"""Identification of a recording, from names of columns to results: the workbench's two commands."""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.identification import workbench
+from opensuction.identification.workbench import METHODS, MODELS, Labels, Progress, Result
+from opensuction.kernel.errors import InputError
+from opensuction.recording import pair as recorded
+from opensuction.recording import table
+from opensuction.recording.pair import Pair, Span
+from opensuction.recording.table import Table
+from opensuction.settings.choice import choose
+from opensuction.settings.unit import unit_of_column
+from opensuction.settings.wording import one_line
+
+SECONDS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+"""Units of time that a column's name may carry; without one it is in seconds."""
+
+UNKNOWN_UNITS = ("input", "output")
+"""What units are called where a column's name has none: a slope is then in output/input."""
+
+
+class Choice(NamedTuple):
+    """What a person chose."""
+
+    file: Path
+    input: str
+    output: str
+    time: str | None
+    """Column of time; None: samples are evenly spaced."""
+    negate_output: bool
+    input_unit: str | None
+    """None: the one in the column's name."""
+    output_unit: str | None
+    model: str | None
+    """None: all of them are compared."""
+    method: str | None
+    """None: the model's own."""
+    holdout_ratio: float
+    span: Span
+    """Part of the recording that is used."""
+
+
+class Loaded(NamedTuple):
+    """A recording ready to be identified."""
+
+    choice: Choice
+    table: Table
+    pair: Pair
+    labels: Labels
+    """Names and units, ``input`` and ``output`` for units that are not known."""
+
+
+def check(choice: Choice) -> None:
+    """Refuse unknown names and impossible numbers before a file is read; raises InputError."""
+    if choice.model is not None:
+        choose(choice.model, MODELS, "model")
+    if choice.method is not None:
+        choose(choice.method, METHODS, "method")
+    if not 0.0 <= choice.holdout_ratio <= workbench.MOST_HOLDOUT_RATIO:
+        raise InputError(
+            f"--holdout {choice.holdout_ratio:g}: should be from 0 to "
+            f"{workbench.MOST_HOLDOUT_RATIO:g}, the share of the recording that is predicted "
+            "instead of fitted"
+        )
+    _check_span(choice)
+    if choice.input == choice.output:
+        raise InputError(
+            f"--input and --output are both '{choice.input}'; name the column that drives and the "
+            "one that follows"
+        )
+
+
+def _check_span(choice: Choice) -> None:
+    for option, end_s in (("--from", choice.span.from_s), ("--to", choice.span.to_s)):
+        if end_s is None:
+            continue
+        if choice.time is None:
+            raise InputError(f"{option} needs the column of time: give --time")
+        if not math.isfinite(end_s):
+            raise InputError(f"{option} {end_s}: should be a time in seconds")
+
+
+def load(choice: Choice) -> Loaded:
+    """Read the columns that were named.
+
+    Raises InputError for a file that is no table, columns that it does not have, cells that are
+    no numbers, a time that does not rise, and records that cannot show how one follows the other.
+    """
+    check(choice)
+    found = table.opened(choice.file)
+    known = dict.fromkeys(found.names)
+    wanted = [choice.input, choice.output]
+    if choice.time is not None:
+        wanted.append(choice.time)
+    for name in wanted:
+        choose(name, known, f"column in {choice.file}:")
+    columns = table.columns(found, wanted)
+    time_s = None
+    try:
+        if choice.time is not None:
+            time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
+            recorded.check_time(choice.time, time_s)
+        answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
+        pair = recorded.cut(Pair(columns[choice.input], answer, time_s), choice.span)
+        recorded.check(pair, choice.input, choice.output)
+    except InputError as refused:
+        raise _of_file(choice, refused) from None
+    return Loaded(choice, found, pair, labels(choice))
+
+
+def labels(choice: Choice) -> Labels:
+    """Names and units of the columns, as estimators and reports call them."""
+    return Labels(
+        input_name=choice.input,
+        output_name=f"-{choice.output}" if choice.negate_output else choice.output,
+        input_unit=unit(choice.input_unit, choice.input) or UNKNOWN_UNITS[0],
+        output_unit=unit(choice.output_unit, choice.output) or UNKNOWN_UNITS[1],
+    )
+
+
+def unit(given: str | None, column: str) -> str:
+    """The unit that was given, else the one in the column's name; "" where there is none."""
+    return unit_of_column(column) if given is None else given
+
+
+def _of_file(choice: Choice, refused: InputError) -> InputError:
+    return InputError(one_line(f"{choice.file}: {refused}"))
+
+
+def identify(loaded: Loaded) -> Result:
+    """The chosen model, fitted. Raises InputError where the recording does not allow it."""
+    choice, pair = loaded.choice, loaded.pair
+    _check_direction(loaded)
+    try:
+        return workbench.identify(
+            pair.driven,
+            pair.answer,
+            pair.time_s,
+            choice.model or next(iter(MODELS)),
+            choice.method,
+            choice.holdout_ratio,
+            loaded.labels,
+        )
+    except InputError as refused:
+        raise _of_file(choice, refused) from None
+
+
+def compare(loaded: Loaded, progress: Progress | None = None) -> list[Result]:
+    """Every model, best first. progress: told before each model."""
+    choice, pair = loaded.choice, loaded.pair
+    _check_direction(loaded)
+    try:
+        return workbench.compare(
+            pair.driven, pair.answer, pair.time_s, choice.holdout_ratio, loaded.labels, progress
+        )
+    except InputError as refused:
+        raise _of_file(choice, refused) from None
+
+
+def _check_direction(loaded: Loaded) -> None:
+    """Refuse an output that runs against its input, with the option that turns it round."""
+    slope, _ = line(loaded.pair)
+    if slope < 0.0:
+        choice = loaded.choice
+        remedy = "leave out" if choice.negate_output else "add"
+        raise InputError(
+            f"{choice.file}: '{loaded.labels.output_name}' falls where '{choice.input}' rises, and "
+            f"should follow it: {remedy} --negate-output"
+        )
+
+
+def line(pair: Pair) -> tuple[float, float]:
+    """Slope of the straight line through a recording, and the RMSE that it leaves.
+
+    What any model of hysteresis has to beat.
+    """
+    driven = pair.driven - pair.driven.mean()
+    answer = pair.answer - pair.answer.mean()
+    slope = float(driven @ answer / (driven @ driven))
+    rest = answer - slope * driven
+    return slope, float(np.sqrt(rest @ rest / rest.size))

@@ -1,0 +1,1 @@
+"""Recordings from elsewhere: tables of columns (CSV, Parquet), read within a bound of memory."""

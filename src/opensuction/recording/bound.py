@@ -1,0 +1,21 @@
+"""How large a recording may be."""
+
+MOST_SAMPLES = 2_000_000
+"""Samples of a recording: an hour at 500 Hz. Three columns of it take 48 MB, and the slowest
+estimator still answers in minutes (assumed)."""
+
+LARGEST_TEXT_BYTES = 1_000_000_000
+"""Text is read through once, cell by cell: this much takes about half a minute."""
+
+
+def megabytes(size_bytes: int) -> int:
+    """Size in MB for a message, rounded up."""
+    return -(-size_bytes // 1_000_000)
+
+
+def too_many(samples: int) -> str:
+    """What to say of a recording with more samples than the bound."""
+    return (
+        f"has {samples} rows or more, above the limit of {MOST_SAMPLES}; keep every "
+        f"{-(-samples // MOST_SAMPLES)}th row or fewer cycles"
+    )

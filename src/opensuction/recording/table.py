@@ -1,0 +1,121 @@
+"""A recording as a table on disk: what its columns are called, and the numbers in some of them.
+
+Nothing is guessed: a cell that is no number, a missing one, or a file that is something else is
+refused in one line. Only the columns asked for are kept in memory.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from io import BufferedReader
+from pathlib import Path
+from stat import S_ISREG
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.kernel.errors import InputError
+from opensuction.recording import parquet_table, text_table
+from opensuction.recording.bound import LARGEST_TEXT_BYTES, megabytes
+
+KINDS = "a table of columns: CSV text or Parquet"
+
+FOREIGN = {
+    b"PK\x03\x04": "a zip archive or a spreadsheet; export the sheet as CSV",
+    b"\xd0\xcf\x11\xe0": "a spreadsheet of an old kind; export the sheet as CSV",
+    b"\x1f\x8b": "compressed (gzip); unpack it first",
+    b"\x28\xb5\x2f\xfd": "compressed (zstd); unpack it first",
+    b"BZh": "compressed (bzip2); unpack it first",
+    b"\xfd7zXZ": "compressed (xz); unpack it first",
+    b"ARROW1": "an Arrow file; save it as Parquet or CSV",
+    b"\x89HDF": "an HDF5 file; export the columns as CSV or Parquet",
+    b"MATLAB": "a MATLAB file; export the columns as CSV or Parquet",
+    b"\xff\xfe": "UTF-16 text; save it as UTF-8",
+    b"\xfe\xff": "UTF-16 text; save it as UTF-8",
+}
+"""How files begin that people take for tables, and what to do with them."""
+
+LOOKED_AT_BYTES = 65536
+"""Beginning of a file that tells text from everything else."""
+
+
+class Table(NamedTuple):
+    """A file that can be read as a table."""
+
+    path: Path
+    names: tuple[str, ...]
+    """Of the columns, in their order."""
+    parquet: bool
+    size_bytes: int
+    sha256: str
+    """Of the whole file, in hexadecimal: which recording this is, whatever it is called."""
+
+
+def opened(path: Path) -> Table:
+    """What a file holds, its numbers not yet read.
+
+    Raises InputError for a file that is missing, no file, not readable, too large, or no table.
+    """
+    try:
+        status = path.stat()
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; give the path of {KINDS}")
+        if not S_ISREG(status.st_mode):
+            raise InputError(f"{path}: is a device or a pipe; give the path of {KINDS}")
+        with path.open("rb") as file:
+            return _opened(path, file, status.st_size)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of {KINDS}") from None
+    except PermissionError:
+        raise InputError(f"{path}: may not be read; change its permissions") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+
+
+def _opened(path: Path, file: BufferedReader, size_bytes: int) -> Table:
+    head = file.read(LOOKED_AT_BYTES)
+    if not head:
+        raise InputError(f"{path}: is empty; give the path of {KINDS}")
+    parquet = head.startswith(parquet_table.MAGIC)
+    if parquet:
+        names = parquet_table.names(path)
+    else:
+        _refuse_foreign(path, head)
+        if size_bytes > LARGEST_TEXT_BYTES:
+            raise InputError(
+                f"{path}: is {megabytes(size_bytes)} MB, above the limit of "
+                f"{megabytes(LARGEST_TEXT_BYTES)} MB for text; keep only the columns and the "
+                "cycles that matter, or save it as Parquet"
+            )
+        names = text_table.names(path)
+    file.seek(0)
+    return Table(path, names, parquet, size_bytes, hashlib.file_digest(file, "sha256").hexdigest())
+
+
+def _refuse_foreign(path: Path, head: bytes) -> None:
+    for start, what in FOREIGN.items():
+        if head.startswith(start):
+            raise InputError(f"{path}: is {what}")
+    if b"\0" in head:
+        raise InputError(f"{path}: is a binary file; give the path of {KINDS}")
+
+
+def columns(table: Table, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+    """The numbers of some columns by name, each of shape (samples,), all finite.
+
+    wanted: names that the table has, each once in it.
+    Raises InputError for a cell that is empty, no number or not finite, with its line; for a name
+    that two columns share; for more rows than the bound.
+    """
+    for name in wanted:
+        if table.names.count(name) > 1:
+            raise InputError(
+                f"{table.path}: {table.names.count(name)} columns are called '{name}'; rename "
+                "all but one"
+            )
+    read: Any = parquet_table.columns if table.parquet else text_table.columns
+    found: dict[str, NDArray[np.float64]] = read(table.path, tuple(dict.fromkeys(wanted)))
+    return found

@@ -1,0 +1,193 @@
+"""An identification in words and key figures, for page and terminal.
+
+summary: the JSON object of ``identify`` or ``compare``; a model: one entry of its ``models``, or
+the object of ``identify`` itself.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from opensuction.report.figures import Figure, Verdict
+from opensuction.report.summary import Summary, number, rows, text, value
+
+DISCLAIMER = (
+    "Research software, not a medical device: not for use on people or animals. The figures "
+    "describe the recording that was given, and nothing else."
+)
+"""Stands on every report of a recording: only its owner knows whether it is in-silico."""
+
+
+MOST_DECIMALS = 8
+MOST_PLAIN = 1e7
+"""Numbers with more decimals, or larger ones, are written with an exponent."""
+
+
+class Row(NamedTuple):
+    """A parameter in the table: value and interval in as many digits as the interval supports."""
+
+    name: str
+    value: str
+    unit: str
+    interval: str
+
+
+def models(summary: Summary) -> list[Summary]:
+    """Models of a summary, best first; one for the object of ``identify``."""
+    return rows(summary, "models") or [summary]
+
+
+def is_comparison(summary: Summary) -> bool:
+    """Whether models were compared."""
+    return bool(rows(summary, "models"))
+
+
+def best(summary: Summary) -> Summary:
+    """The model that is recommended, else the first."""
+    known = models(summary)
+    return next((model for model in known if value(model, "recommended") is True), known[0])
+
+
+def percent(fraction: float | None) -> str:
+    """Percentage in three digits, or a dash.
+
+    >>> percent(0.2846), percent(None)
+    ('0.285 %', '-')
+    """
+    return "-" if fraction is None else f"{fraction:.3g} %"
+
+
+def amount(number_: float | None, unit: str) -> str:
+    """Number in four digits with its unit, or a dash."""
+    return "-" if number_ is None else f"{number_:.4g} {unit}".strip()
+
+
+def outcome(summary: Summary) -> str:
+    """The result in a line."""
+    found = best(summary)
+    name = text(found, "model") or "model"
+    error = percent(number(found, "rmse_percent_of_range"))
+    if is_comparison(summary):
+        return f"Recommended: {name}, error {error} of the range"
+    return f"{name}: error {error} of the range"
+
+
+def sentences(summary: Summary) -> list[str]:
+    """What was found, in plain words."""
+    found = best(summary)
+    named = {
+        key: text(summary, "recording", key, "column") or f"the {key}"
+        for key in ("input", "output")
+    }
+    words = text(found, "model_words")
+    name = text(found, "model") if words is None else f"{text(found, 'model')}, {words},"
+    said = [
+        f"{name} follows {named['output']} from {named['input']} with an "
+        f"error of {amount(number(found, 'rmse'), text(found, 'rmse_unit') or '')} RMSE, "
+        f"{percent(number(found, 'rmse_percent_of_range'))} of the output's range. A straight line "
+        f"leaves {percent(number(summary, 'line_rmse_percent_of_range'))}."
+    ]
+    if is_comparison(summary):
+        validated = number(found, "cross_validation_percent_of_range")
+        count = len(models(summary))
+        said.insert(
+            0,
+            f"{count} model{'s' if count > 1 else ''} compared on the same samples. Recommended is "
+            "the one that predicts best what it has not seen"
+            + ("." if validated is None else f": {percent(validated)} in cross-validation."),
+        )
+    held = number(found, "holdout_rmse_percent_of_range")
+    if held is not None:
+        samples = int((number(found, "samples") or 0) - (number(found, "fitted_samples") or 0))
+        said.append(f"On the last {samples} samples, which it has not seen, it is {percent(held)}.")
+    said.extend(_gap(found))
+    if value(found, "well_posed") is False:
+        said.append(
+            "The model has no continuous inverse: right after a reversal it first runs the wrong "
+            "way. A compensator has to cross the reversal as a gap."
+        )
+    return said
+
+
+def _gap(model: Summary) -> list[str]:
+    """How far apart the two ways are, of the one model where it is a simple quotient."""
+    gain = number(model, "parameters", "velocity_gain", "value")
+    decay = number(model, "parameters", "decay", "value")
+    if text(model, "model") != "modified-dahl" or gain is None or not decay:
+        return []
+    gap = amount(2.0 * gain / decay, text(model, "rmse_unit") or "")
+    return [f"Over long travels the way there and the way back lie {gap} apart: the gap."]
+
+
+def warnings(model: Summary) -> list[str]:
+    """Warnings of a model."""
+    found = value(model, "warnings")
+    return [str(entry) for entry in found] if isinstance(found, list) else []
+
+
+def figures(summary: Summary) -> list[Figure]:
+    """Key figures of the best model; those that were not computed are left out."""
+    found = best(summary)
+    error = number(found, "rmse_percent_of_range")
+    line = number(summary, "line_rmse_percent_of_range")
+    listed = [
+        ("Error", error, "RMSE, in percent of the output's range"),
+        (
+            "On samples held out",
+            number(found, "holdout_rmse_percent_of_range"),
+            "predicted, not fitted",
+        ),
+        (
+            "Cross-validation",
+            number(found, "cross_validation_percent_of_range"),
+            "blocks left out in turn",
+        ),
+        (
+            "A straight line leaves",
+            line,
+            f"{line / error:.1f} times as much" if line is not None and error else "",
+        ),
+    ]
+    shown = [
+        Figure(name, percent(known), limit, Verdict.NEUTRAL, "")
+        for name, known, limit in listed
+        if known is not None
+    ]
+    posed = value(found, "well_posed")
+    if posed is not None:
+        shown.append(
+            Figure("Continuous inverse", "yes", "", Verdict.GOOD, "")
+            if posed
+            else Figure("Continuous inverse", "no", "", Verdict.NOTICE, "reversals are gaps")
+        )
+    return shown
+
+
+def parameters(model: Summary) -> list[Row]:
+    """Parameters of a model as rows of a table."""
+    entries = value(model, "parameters")
+    shown = []
+    for name, entry in (entries or {}).items():
+        at, ends = number(entry, "value"), value(entry, "ci95")
+        decimals = _decimals(ends)
+        shown.append(
+            Row(
+                name=name,
+                value="-" if at is None else _written(at, decimals),
+                unit=text(entry, "unit") or "",
+                interval=" to ".join(_written(end, decimals) for end in ends) if ends else "-",
+            )
+        )
+    return shown
+
+
+def _decimals(ends: Any) -> int | None:
+    """Decimals that show two digits of the interval's half-width; None without an interval."""
+    if not ends or not ends[1] > ends[0]:
+        return None
+    return max(1 - math.floor(math.log10(0.5 * (ends[1] - ends[0]))), 0)
+
+
+def _written(number_: float, decimals: int | None) -> str:
+    if decimals is None or decimals > MOST_DECIMALS or abs(number_) >= MOST_PLAIN:
+        return f"{number_:.6g}"
+    return f"{number_:.{decimals}f}"

@@ -1,0 +1,248 @@
+"""The parameter file: what an identification found, in TOML, for people and for `cycle`.
+
+It says what was identified from which recording, so that nobody has to trust a number without its
+origin. A compensator takes its model from such a file (`calibration`); what it cannot be sure of
+it refuses.
+"""
+
+import re
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any, Final, NamedTuple
+
+import tomli_w
+from annotated_types import Ge, Gt
+
+from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward
+from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
+from opensuction.kernel.errors import InputError
+from opensuction.settings.choice import choose
+from opensuction.settings.toml_file import load_toml
+from opensuction.settings.validation import validate
+from opensuction.settings.wording import one_line, remedy
+
+FORMAT_VERSION: Final = 1
+"""Raised with every change that older software would misread."""
+
+NO_COMPENSATOR: Final = "none"
+
+COMPENSATOR_OF_MODEL: Final = {"modified-dahl": "exact-inverse"}
+"""The compensator that a model is meant for; models that are not here have none yet."""
+
+COMPENSATORS: Final = {"modified-dahl": ("exact-inverse", "direct-inverse")}
+"""Every compensator that can use a model."""
+
+MODIFIED_DAHL: Final = {
+    "slope": ("slope", "mm/mm"),
+    "velocity_gain": ("velocity_gain", "mm/mm"),
+    "decay": ("decay_per_mm", "1/mm"),
+    "offset": ("offset_mm", "mm"),
+}
+"""Name in a file to field of `ModifiedDahl` and unit; the initial lag is of the recording alone."""
+
+HEAD: Final = """\
+# What `opensuction identify` found in a recording. `opensuction cycle --compensation FILE` runs the
+# compensator named here on this model. Every value has its unit and, where one could be given, the
+# interval that holds the true value with 95 % confidence (an empty list where not).
+# Research software, not a medical device: not for use on people or animals.
+
+"""
+
+_HASH: Final = re.compile(r"[0-9a-f]{64}")
+
+
+class Parameter(NamedTuple):
+    """One identified parameter."""
+
+    value: float
+    unit: str
+    ci95: list[float]
+    """Lower and upper end; empty where no interval could be given."""
+
+
+class Quantity(NamedTuple):
+    """A recorded column as it was used."""
+
+    column: str
+    unit: str
+    negated: bool
+    lowest: float
+    """Of the samples used; the model knows nothing beyond."""
+    highest: float
+
+
+class Source(NamedTuple):
+    """The recording that was identified."""
+
+    file: str
+    sha256: str
+    """Of the whole file."""
+    samples: Annotated[int, Gt(0)]
+    fitted_samples: Annotated[int, Gt(0)]
+    """The rest was held out."""
+    input: Quantity
+    output: Quantity
+
+
+class IdentificationFile(NamedTuple):
+    """A parameter file, the values of its parameters aside."""
+
+    format_version: Annotated[int, Ge(1)]
+    software_version: str
+    date_utc: datetime
+    model: str
+    method: str
+    compensator: str
+    """Which compensator is to use the model; ``none`` where there is none for it."""
+    well_posed: bool
+    """Whether the model has a continuous inverse."""
+    rmse: Annotated[float, Ge(0)]
+    rmse_unit: str
+    rmse_percent_of_range: Annotated[float, Ge(0)]
+    recording: Source
+
+
+class Identified(NamedTuple):
+    """A whole parameter file."""
+
+    about: IdentificationFile
+    parameters: dict[str, Parameter]
+    servo: Feedforward | None
+    """Servo feedforward of the same machine, which a person may add; None: plain PD."""
+
+
+def text(identified: Identified) -> str:
+    """The file as TOML, which `load` reads back as the same record."""
+    about = identified.about._asdict()
+    recording = identified.about.recording
+    about["recording"] = recording._asdict() | {
+        "input": recording.input._asdict(),
+        "output": recording.output._asdict(),
+    }
+    about["parameters"] = {
+        name: parameter._asdict() for name, parameter in identified.parameters.items()
+    }
+    if identified.servo is not None:
+        about["servo"] = identified.servo._asdict()
+    return HEAD + tomli_w.dumps(about)
+
+
+def load(path: Path | str) -> Identified:
+    """A parameter file from disk. Raises InputError of one line for anything that is not one."""
+    content = load_toml(path)
+    _check_version(content, path)
+    parameters = content.pop("parameters", None)
+    servo = content.pop("servo", None)
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise _refusal(path, f"has no section parameters; {_REMEDY}")
+    about = validate(IdentificationFile, content, path)
+    if not _HASH.fullmatch(about.recording.sha256):
+        raise _refusal(path, "recording.sha256 is not a SHA-256 of 64 hexadecimal digits")
+    return Identified(
+        about=about,
+        parameters={
+            name: _parameter(entry, f"{path}: parameters.{name}")
+            for name, entry in parameters.items()
+        },
+        servo=None if servo is None else validate(_Servo, servo, f"{path}: servo").feedforward(),
+    )
+
+
+_REMEDY: Final = "give a file that opensuction identify wrote"
+
+
+class _Servo(NamedTuple):
+    """The section ``servo``, with its ranges."""
+
+    velocity_v_s_per_mm: Annotated[float, Ge(0)]
+    friction_v: Annotated[float, Ge(0)]
+
+    def feedforward(self) -> Feedforward:
+        return Feedforward(*self)
+
+
+def _check_version(content: Mapping[str, Any], path: Path | str) -> None:
+    """Newer files first: what else they hold is not for this software to judge."""
+    version = content.get("format_version")
+    if isinstance(version, bool) or not isinstance(version, int):
+        raise _refusal(path, f"has no format_version, so it is no parameter file; {_REMEDY}")
+    if version > FORMAT_VERSION:
+        by = content.get("software_version", "a newer version")
+        raise _refusal(
+            path,
+            f"has format version {version}, written by opensuction {by}; this version reads up to "
+            f"{FORMAT_VERSION}: update opensuction or identify again",
+        )
+
+
+def _parameter(entry: object, where: str) -> Parameter:
+    parameter = validate(Parameter, entry, where)
+    ends = parameter.ci95
+    if ends and (len(ends) != 2 or not ends[0] <= parameter.value <= ends[1]):
+        raise InputError(
+            one_line(f"{where}.ci95 is {ends}; give a lower and an upper end around the value")
+        )
+    return parameter
+
+
+def calibration(identified: Identified, path: Path | str) -> Calibration:
+    """Model and servo feedforward for a compensator.
+
+    Raises InputError for a model that no compensator uses, other units than millimetres, missing
+    or surplus parameters, values a model cannot have, and a compensator that the model breaks.
+    """
+    about = identified.about
+    known = COMPENSATORS.get(about.model)
+    if known is None:
+        raise _refusal(
+            path,
+            f"holds the model '{about.model}', which no compensator uses yet; identify with "
+            f"--model {' or '.join(COMPENSATORS)}",
+        )
+    choose(about.compensator, dict.fromkeys(known), f"compensator for {about.model}, in {path},")
+    model = _modified_dahl(identified, path)
+    if about.well_posed != is_monotone(model):
+        raise _refusal(
+            path,
+            f"says well_posed = {str(about.well_posed).lower()}, and its parameters say the "
+            "opposite; identify again instead of changing values by hand",
+        )
+    if about.compensator == "direct-inverse" and not about.well_posed:
+        raise _refusal(
+            path,
+            f"the model has no continuous inverse (slope {model.slope:.4g} is not above twice the "
+            f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
+            'compensator to "exact-inverse", which crosses the reversal as a gap',
+        )
+    return Calibration(model=model, feedforward=identified.servo or PLAIN_PD)
+
+
+def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
+    recording, given = identified.about.recording, identified.parameters
+    for what, unit in (("input", recording.input.unit), ("output", recording.output.unit)):
+        if unit != "mm":
+            raise _refusal(
+                path,
+                f"was identified with the {what} in {unit or 'no known unit'}; a compensator needs "
+                "head and tip in mm",
+            )
+    if identified.about.rmse_unit != recording.output.unit:
+        raise _refusal(path, f"rmse_unit is '{identified.about.rmse_unit}', should be 'mm'")
+    for name in given:
+        if name not in (*MODIFIED_DAHL, "initial_lag"):
+            raise _refusal(path, f"unknown key parameters.{name}; {remedy(name, MODIFIED_DAHL)}")
+    values = {}
+    for name, (field, unit) in MODIFIED_DAHL.items():
+        if name not in given:
+            raise _refusal(path, f"parameters.{name} is missing; {_REMEDY}")
+        if given[name].unit != unit:
+            raise _refusal(
+                path, f"parameters.{name}.unit is '{given[name].unit}', should be '{unit}'"
+            )
+        values[field] = given[name].value
+    return validate(ModifiedDahl, values, f"{path}: parameters")
+
+
+def _refusal(path: Path | str, problem: str) -> InputError:
+    return InputError(one_line(f"{path}: {problem}"))

@@ -1,0 +1,111 @@
+"""The report of an identification in a real browser: it draws, it is silent, it fits."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from opensuction.report import identification_page
+from tests.browser.test_report_page import INKED, Opened
+from tests.report import identification_example as example
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.browser
+
+PLOTS = ("loop", "hysteresis", "output", "residual", "autocorrelation")
+
+HAS_COLOUR = """([id, name]) => {
+    const probe = document.createElement("i");
+    probe.style.color = `var(--${name})`;
+    document.body.append(probe);
+    const [r, g, b] = getComputedStyle(probe).color.match(/[0-9]+/g).map(Number);
+    const canvas = document.querySelector(`#${id} canvas`);
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const sought = [r, g, b, 255];
+    for (let i = 0; i < data.length; i += 4)
+        if (sought.every((part, k) => data[i + k] === part)) return true;
+    return false;
+}"""
+"""Whether a plot holds pixels in a colour of the style sheet."""
+
+
+def _open(browser: "Browser", folder: Path, html: str, **context: Any) -> Opened:
+    file = folder / "report.html"
+    file.write_text(html, encoding="utf-8")
+    tab = browser.new_context(**context).new_page()
+    opened = Opened(tab, [], [])
+    tab.on("console", lambda message: opened.complaints.append(message.text))
+    tab.on("pageerror", lambda error: opened.complaints.append(str(error)))
+    tab.on("request", lambda request: opened.requests.append(request.url))
+    tab.goto(file.as_uri())
+    tab.wait_for_selector("#autocorrelation canvas")
+    return opened
+
+
+@pytest.fixture
+def compared(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
+    html = identification_page.render(example.compared(), example.curves())
+    report = _open(chromium, tmp_path, html, viewport={"width": 1400, "height": 900})
+    yield report
+    report.page.context.close()
+
+
+def test_every_plot_is_drawn_without_network_or_complaints(compared: Opened) -> None:
+    for plot in PLOTS:
+        width, height, colours = compared.page.evaluate(INKED, plot)
+        assert width > 300
+        assert height > 150
+        assert colours > 5
+    assert compared.complaints == []
+    elsewhere = [url for url in compared.requests if not url.startswith(("file:", "data:"))]
+    assert elsewhere == []
+
+
+def test_a_chosen_model_appears_in_every_plot_and_goes_again(compared: Opened) -> None:
+    second = compared.page.locator("#chips button").nth(1)
+    for pressed in ("true", "false"):
+        second.click()
+        assert second.get_attribute("aria-pressed") == pressed
+        for plot in PLOTS:
+            drawn = compared.page.evaluate(HAS_COLOUR, [plot, "head"])
+            assert drawn is (pressed == "true"), plot
+    assert compared.complaints == []
+
+
+def test_cursor_reads_output_and_residual_together(compared: Opened) -> None:
+    output = compared.page.locator("#output .u-over")
+    output.scroll_into_view_if_needed()
+    output.hover()
+    compared.page.wait_for_function(
+        "document.querySelector('#residual .u-legend').innerText.includes('mm')"
+    )
+    assert "mm" in compared.page.inner_text("#output .u-legend")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("alone", [True, False])
+def test_phone_shows_everything_without_sideways_scrolling(
+    chromium: "Browser", tmp_path: Path, scheme: str, alone: bool
+) -> None:
+    summary = example.identified() if alone else example.compared()
+    html = identification_page.render(summary, example.curves(example.MODELS[: 1 if alone else 3]))
+    size = {"width": 390, "height": 844}
+    opened = _open(chromium, tmp_path, html, viewport=size, color_scheme=scheme)
+    assert opened.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert "error 0.3 %" in opened.page.inner_text("#outcome")
+    assert opened.complaints == []
+    opened.page.context.close()
+
+
+def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
+    html = identification_page.render(example.compared(), example.curves())
+    opened = _open(chromium, tmp_path, html, color_scheme="dark")
+    paper = "getComputedStyle(document.body).backgroundColor"
+    assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
+    opened.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert opened.page.evaluate(paper) == "rgb(255, 255, 255)"
+    assert opened.complaints == []
+    opened.page.context.close()

@@ -1,0 +1,39 @@
+import numpy as np
+import pytest
+
+from opensuction.kernel.errors import InputError
+from opensuction.recording import pair
+from opensuction.recording.pair import Pair, Span
+
+RAMP = np.arange(20.0)
+
+
+def test_time_must_rise() -> None:
+    pair.check_time("t_s", RAMP)
+    with pytest.raises(InputError, match=r"sample 3 is at 0 s, before the sample above at 1 s"):
+        pair.check_time("t_s", np.array([0.0, 1.0, 0.0, 2.0]))
+    with pytest.raises(InputError, match=r"sample 2 is at 0 s, the same as .* \(2 such in 4\)"):
+        pair.check_time("t_s", np.array([0.0, 0.0, 1.0, 1.0]))
+
+
+def test_a_span_keeps_both_of_its_ends() -> None:
+    inside = pair.cut(Pair(RAMP, 2.0 * RAMP, 0.5 * RAMP), Span(from_s=1.0, to_s=2.0))
+    assert inside.time_s is not None
+    assert inside.time_s.tolist() == [1.0, 1.5, 2.0]
+    assert inside.answer.tolist() == [4.0, 6.0, 8.0]
+
+
+def test_a_span_without_samples_is_refused() -> None:
+    with pytest.raises(InputError, match=r"from 50 to inf s; the recording is from 0 to 19 s"):
+        pair.cut(Pair(RAMP, RAMP, RAMP), Span(from_s=50.0, to_s=None))
+
+
+def test_constant_or_short_records_are_refused() -> None:
+    pair.check(Pair(RAMP, RAMP, None), "head_mm", "tip_mm")
+    still = np.full(20, 3.0)
+    with pytest.raises(InputError, match="'head_mm' is constant at 3 in all 20"):
+        pair.check(Pair(still, RAMP, None), "head_mm", "tip_mm")
+    with pytest.raises(InputError, match="'tip_mm' is constant"):
+        pair.check(Pair(RAMP, still, None), "head_mm", "tip_mm")
+    with pytest.raises(InputError, match="1 sample, at least 12"):
+        pair.check(Pair(RAMP[:1], RAMP[:1], None), "head_mm", "tip_mm")
