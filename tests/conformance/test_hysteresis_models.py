@@ -200,7 +200,6 @@ def test_a_model_that_is_not_monotone_fails_to_follow_a_reversal(case: Case) -> 
 @given(path_mm=paths, memory=memories)
 def test_the_inverse_undoes_the_model(case: Case, path_mm: Array, memory: float) -> None:
     wanted = outputs(case, path_mm, memory)
-    # Dahl: a force near Coulomb's determines the input badly, so the output is what is compared.
     state = start(case.model, case.record, float(path_mm[0]), memory)
     inputs_mm, reached = invert(case.model, case.record, state, wanted)
     if case.monotone:

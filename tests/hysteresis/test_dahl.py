@@ -76,3 +76,10 @@ def test_the_inverse_reaches_every_force_below_coulombs(
 @pytest.mark.parametrize("target_n", [0.5, -0.7, math.inf, math.nan])
 def test_a_force_that_sliding_never_gives_is_not_reached(target_n: float) -> None:
     assert dahl.inverse_step(Dahl(2.0, 0.5), 0.1, target_n) == (0.0, False)
+
+
+@pytest.mark.parametrize("ratio", [-1.0, 0.0, 0.4, 1.0])
+def test_the_force_there_is_asks_for_no_move_even_in_sliding(ratio: float) -> None:
+    model = Dahl(stiffness_n_per_mm=0.3, coulomb_n=0.7)
+    z_mm = dahl.start_deflection_mm(model, ratio)
+    assert dahl.inverse_step(model, z_mm, dahl.output_n(model, z_mm)) == (0.0, True)

@@ -9,9 +9,8 @@ says six parameters and lists seven; the scale of zeta is free, so six of them c
 
 In the direction of travel s the state ``u = s*zeta`` obeys ``du/dd = A - k |u|^m`` with d the
 travel, k = B + D where u > 0 and k = D - B where u < 0: one scalar equation without time, so the
-model is independent of speed. For m = 1 it is solved in closed form. For other m a move is cut
-into Taylor steps, and near the change of sign, where zeta^m has no Taylor series, the travel is
-summed as a series in the state and inverted; each leaves less than `TOLERANCE` of the reach.
+model is independent of speed. ``bouc_wen_growth`` solves it, for m = 1 in closed form, else with
+error control.
 
 What it cannot represent: a gap with corners (a play), an output that depends on where in its
 range the input is, minor loops that close (it drifts in them), and, for D > B as printed in the
@@ -27,27 +26,10 @@ import numpy as np
 from annotated_types import Ge, Gt
 from numpy.typing import NDArray
 
-from opensuction.hysteresis import bracket
+from opensuction.hysteresis import bouc_wen_growth, bracket
+from opensuction.hysteresis.bouc_wen_growth import MOST_TERMS, Growth
 from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.kernel.compiled import compiled
-
-TOLERANCE = 1e-14
-"""Truncation of one step of the state, as a share of its reach. It contracts afterwards."""
-
-MOST_TERMS = 24
-"""Terms of a Taylor step; where they do not suffice the step is shortened."""
-
-MOST_STEPS = 10_000
-"""Bound on the Taylor steps of one move; a long move settles after some tens."""
-
-FARTHEST_SHARE = 0.25
-"""Travel of a Taylor step over the travel to the change of sign: its series then converges."""
-
-SMALL_SHARE = 0.25
-"""Up to this k |u|^m / A the travel is summed as a series in the state: 24 terms at most."""
-
-NEWTON_STEPS = 30
-"""Bound on Newton steps of that series' inverse; 3 are usual."""
 
 
 class BoucWen(NamedTuple):
@@ -161,126 +143,6 @@ def normalised(model: BoucWen) -> BoucWen:
 
 
 @compiled
-def _linear_piece(rate: float, gain: float, state: float, travel: float) -> float:
-    """Solution of ``du/dd = gain + rate*u``."""
-    if rate == 0.0:
-        return state + gain * travel
-    return state + (gain / rate + state) * math.expm1(rate * travel)
-
-
-@compiled
-def _linear_step(model: BoucWen, state: float, travel: float) -> float:
-    """The state ``u`` after a travel for m = 1; closed form, in two pieces at most."""
-    if state < 0.0:
-        rate = model.bend - model.dissipation
-        ratio = rate * state / model.input_gain
-        if ratio <= -1.0:  # beyond the bound of D > B: never back
-            return _linear_piece(rate, model.input_gain, state, travel)
-        crossing = -state / model.input_gain if rate == 0.0 else -math.log1p(ratio) / rate
-        if travel <= crossing:
-            return _linear_piece(rate, model.input_gain, state, travel)
-        state, travel = 0.0, travel - crossing
-    return _linear_piece(-model.dissipation - model.bend, model.input_gain, state, travel)
-
-
-@compiled
-def _bend(model: BoucWen, state: float) -> float:
-    """The factor k of ``du/dd = A - k |u|^m`` on the state's side of zero."""
-    return model.bend + (model.dissipation if state > 0.0 else -model.dissipation)
-
-
-@compiled
-def _travel_from_zero(model: BoucWen, state: float) -> float:
-    """Travel between zero and a state with ``k |u|^m`` well below A; negative before zero.
-
-    ``u/A * sum_j (k |u|^m / A)^j / (1 + j m)``, the integral of ``du / (A - k |u|^m)``.
-    """
-    share = _bend(model, state) * math.pow(abs(state), model.exponent) / model.input_gain
-    power, total = 1.0, 1.0
-    for j in range(1, 64):
-        power *= share
-        total += power / (1.0 + j * model.exponent)
-        if abs(power) < TOLERANCE:
-            break
-    return state * total / model.input_gain
-
-
-@compiled
-def _state_near_zero(model: BoucWen, travel: float) -> float:
-    """Inverse of `_travel_from_zero` by Newton; the slope is the differential equation itself."""
-    state = model.input_gain * travel
-    for _ in range(NEWTON_STEPS):
-        rate = model.input_gain - _bend(model, state) * math.pow(abs(state), model.exponent)
-        correction = (_travel_from_zero(model, state) - travel) * rate
-        state -= correction
-        if not abs(correction) > TOLERANCE * abs(state):
-            break
-    return state
-
-
-@compiled
-def _small_state(model: BoucWen) -> float:
-    """Largest state on either side of zero whose travel `_travel_from_zero` sums quickly."""
-    bend = model.dissipation + abs(model.bend)
-    return math.pow(SMALL_SHARE * model.input_gain / bend, 1.0 / model.exponent)
-
-
-@compiled
-def _taylor_step(
-    model: BoucWen, state: float, travel: float, reach: float, terms: NDArray[np.float64]
-) -> tuple[float, float]:
-    """The state after a first part of the travel, and how long that part was.
-
-    terms: workspace of shape (2, MOST_TERMS): the terms of ``v = |u|`` and of ``p = v^m``, whose
-    series follow one from the other: ``dv = side*(A - k p)``, ``v dp = m p dv``.
-    """
-    side, bend, size = math.copysign(1.0, state), _bend(model, state), abs(state)
-    power = math.pow(size, model.exponent)
-    fastest = max(model.input_gain, abs(model.input_gain - bend * power))
-    part = min(travel, FARTHEST_SHARE * size / fastest)
-    for _ in range(64):  # halvings
-        terms[0, 0], terms[1, 0] = size, power
-        total, small = size, 0
-        for i in range(1, MOST_TERMS):
-            source = (model.input_gain if i == 1 else 0.0) * part - bend * part * terms[1, i - 1]
-            terms[0, i] = side * source / i
-            total += terms[0, i]
-            small = small + 1 if abs(terms[0, i]) < TOLERANCE * reach else 0
-            if small == 2:
-                return side * total, part
-            convolution = 0.0
-            for j in range(i):
-                weight = model.exponent * (i - j) - j
-                convolution += weight * terms[0, i - j] * terms[1, j]
-            terms[1, i] = convolution / (i * size)
-        part *= 0.5
-    return math.nan, part
-
-
-@compiled
-def _curved_step(model: BoucWen, state: float, travel: float, terms: NDArray[np.float64]) -> float:
-    """The state ``u`` after a travel for any m; error-controlled."""
-    reach, small = saturation_mm(model), _small_state(model)
-    for _ in range(MOST_STEPS):
-        if travel <= 0.0:
-            return state
-        long = model.input_gain * travel > FARTHEST_SHARE * abs(state)
-        if long and -small <= state < small:
-            goal = _travel_from_zero(model, state) + travel
-            farthest = _travel_from_zero(model, small)
-            if goal <= farthest:
-                return _state_near_zero(model, goal)
-            state, travel = small, goal - farthest
-        else:
-            state, part = _taylor_step(model, state, travel, reach, terms)
-            travel -= part
-            rest = model.input_gain - _bend(model, state) * math.pow(abs(state), model.exponent)
-            if state > 0.0 and abs(rest) < TOLERANCE * model.input_gain:
-                return state  # saturated: nothing of the travel changes it any more
-    return math.nan
-
-
-@compiled
 def _step(model: BoucWen, memory_mm: float, move_mm: float, terms: NDArray[np.float64]) -> float:
     """`step` with a workspace of shape (2, MOST_TERMS)."""
     if not (math.isfinite(move_mm) and math.isfinite(memory_mm)):
@@ -288,18 +150,22 @@ def _step(model: BoucWen, memory_mm: float, move_mm: float, terms: NDArray[np.fl
     if move_mm == 0.0:
         return memory_mm
     direction = math.copysign(1.0, move_mm)
-    if model.exponent == 1.0:
-        return direction * _linear_step(model, direction * memory_mm, abs(move_mm))
-    return direction * _curved_step(model, direction * memory_mm, abs(move_mm), terms)
+    growth = Growth(
+        gain=model.input_gain,
+        outward=model.bend + model.dissipation,
+        homeward=model.bend - model.dissipation,
+        exponent=model.exponent,
+    )
+    return direction * bouc_wen_growth.step(growth, direction * memory_mm, abs(move_mm), terms)
 
 
 @compiled
 def step(model: BoucWen, memory_mm: float, move_mm: float) -> float:
     """Memory zeta after one monotone move of the input, of any size.
 
-    Closed form for m = 1; otherwise every part of the move is exact to `TOLERANCE` of the
-    saturation. The model must be well posed; a memory that runs away (D > B, start far outside
-    the loop) and input that is not finite give NaN.
+    Closed form for m = 1; otherwise every part of the move is exact to
+    `bouc_wen_growth.TOLERANCE` of the saturation. The model must be well posed; a memory that runs
+    away (D > B, start far outside the loop) and input that is not finite give NaN.
     Source: the standard form of paper.txt eq. (6).
     """
     return _step(model, memory_mm, move_mm, np.empty((2, MOST_TERMS)))

@@ -99,9 +99,12 @@ def is_monotone(model: Dahl) -> bool:
 def inverse_step(model: Dahl, deflection_mm: float, target_n: float) -> InverseMove:
     """Move of the input that brings the force to a target; exact.
 
-    A target of F_c or more is met by no finite move and not reached: the move is then 0.
+    A target of F_c or more is met by no finite move and not reached: the move is then 0. So it is
+    for the force there already is, reached.
     Source: paper.txt eqs. (1) and (2), solved for the input.
     """
+    if target_n == output_n(model, deflection_mm):
+        return InverseMove(move_mm=0.0, reached=True)
     goal_mm = target_n / model.stiffness_n_per_mm
     length_mm = saturation_mm(model)
     if not (abs(goal_mm) < length_mm and math.isfinite(deflection_mm)):
