@@ -3,16 +3,16 @@
 from pathlib import Path
 
 from opensuction.procedure import diagram
-from opensuction.twin import parameter_table, patient_table
+from opensuction.settings import parameter_page
 
 DOCS = Path(__file__).resolve().parent
-TABLES = {
-    "twin.md": parameter_table.machines(),
-    "patient.md": patient_table.markdown(),
-}
 
-for name, table in TABLES.items():
-    page = DOCS / name
-    text = parameter_table.spliced(page.read_text(encoding="utf-8"), table)
-    page.write_text(text, encoding="utf-8")
+
+def example(name: str) -> str:
+    """Text of one of the example files."""
+    return (DOCS / "examples" / name).read_text(encoding="utf-8")
+
+
+parameters = parameter_page.page(example("machine.toml"), example("patient.toml"))
+(DOCS / "parameters.md").write_text(parameters, encoding="utf-8")
 (DOCS / "phases.md").write_text(diagram.page(), encoding="utf-8")
