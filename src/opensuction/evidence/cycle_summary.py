@@ -25,6 +25,14 @@ SECRETION_SHARE_PERCENT = 80.0
 """Share of the secretions below which the report says why there is some left."""
 BUDGET_MARGIN_S = 0.05
 """Timing that exceeds the guideline by less is rounding of a tick or two."""
+ABORT_SENTENCES = {
+    Event.TRIPPED: "a safety limit tripped",
+    Event.ABORT_REQUESTED: "a person asked for it",
+    Event.PHASE_OVERDUE: "the phase '{phase}' took longer than planned",
+    Event.CONTACT_MISPLACED: "the tip touched something too early, or nothing where the carina was "
+    "expected",
+}
+"""Why a cycle is broken off, for every event that can."""
 
 
 def without_nan(value: Any) -> Any:
@@ -81,16 +89,11 @@ def _abort(result: Outcome) -> Json | None:
     if result.abort is None:
         return None
     event, phase, time_s = result.abort
-    sentences = {
-        Event.ABORT_REQUESTED: "a person asked for it",
-        Event.PHASE_OVERDUE: f"the phase '{phase.name.lower()}' took longer than planned",
-        Event.TRIPPED: "a safety limit tripped",
-    }
     name = event.name.lower().replace("_", "-")
     return {
         "event": name,
         "phase": phase.name.lower(),
-        "sentence": sentences[event],
+        "sentence": ABORT_SENTENCES[event].format(phase=phase.name.lower()),
         "time_s": time_s,
     }
 
