@@ -4,18 +4,23 @@ from pathlib import Path
 
 from opensuction.hysteresis import loop_picture, model_table
 from opensuction.procedure import diagram
-from opensuction.twin import parameter_table, patient_table
+from opensuction.report.document import spliced
+from opensuction.settings import parameter_page
 
 DOCS = Path(__file__).resolve().parent
-TABLES = {
-    "twin.md": parameter_table.machines(),
-    "patient.md": patient_table.markdown(),
-    "hysteresis.md": model_table.markdown(),
-}
+TABLES = {"hysteresis.md": model_table.markdown()}
+"""Pages with a table between two marks."""
+
+
+def example(name: str) -> str:
+    """Text of one of the example files."""
+    return (DOCS / "examples" / name).read_text(encoding="utf-8")
+
 
 for name, table in TABLES.items():
     page = DOCS / name
-    text = parameter_table.spliced(page.read_text(encoding="utf-8"), table)
-    page.write_text(text, encoding="utf-8")
+    page.write_text(spliced(page.read_text(encoding="utf-8"), table), encoding="utf-8")
+parameters = parameter_page.page(example("machine.toml"), example("patient.toml"))
+(DOCS / "parameters.md").write_text(parameters, encoding="utf-8")
 (DOCS / "phases.md").write_text(diagram.page(), encoding="utf-8")
 (DOCS / "pictures" / "hysteresis-loops.svg").write_text(loop_picture.svg(), encoding="utf-8")

@@ -32,7 +32,10 @@ def test_every_preset_agrees_with_its_controller(name: str) -> None:
         (twin("no_load_mm_per_s", 40.0), r"does 39\.1 mm/s = 40\.0 mm/s .* 0\.53 V .* / 24 V"),
         (controller(head_limit_mm_per_s=80.0), r"1\.05 x 62\.0 = 65\.1 mm/s"),
         (controller(head_limit_mm_per_s=45.0), r"50 mm/s is above head_limit_mm_per_s 45 mm/s"),
-        (controller(acceleration_mm_per_s2=500.0), r"202 = 5 N / 16\.4 kg - 103"),
+        (
+            controller(acceleration_mm_per_s2=500.0),
+            r"5 N / 16\.4 kg less 103 mm/s\^2 of friction are 202",
+        ),
         (controller(cam_open_rad=0.3), r"57 % of its stroke"),
         (controller(cam_rad_per_s=3.0), r"2\.69 rad/s = 3\.14 rad/s without load x \(1 - 3\.47 V"),
         (twin("cam_no_load_rad_per_s", 0.9), r"cam does 0\.77 rad/s"),

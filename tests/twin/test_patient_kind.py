@@ -40,7 +40,7 @@ def test_presets_and_whatever_is_drawn_from_them_fit_together(name: str) -> None
         (
             "child-10kg",
             {"oxygen_ratio": 0.21, "tidal_ml_per_kg": 4.0},
-            r"39 mmHg = 150 inspired - 863 x 6\.5 / 50",
+            r"38 mmHg = 150 inspired - 863 x 6\.5 / 50",
         ),
         ("adult-icu", {"output_l_per_min_per_kg": 0.03}, r"0\.7 of the 4\.4 mL/min/kg"),
     ],

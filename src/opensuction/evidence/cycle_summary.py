@@ -30,6 +30,15 @@ SECRETION_SHARE_PERCENT = 80.0
 """Share of the secretions below which the report says why there is some left."""
 BUDGET_MARGIN_S = 0.05
 """Timing that exceeds the guideline by less is rounding of a tick or two."""
+ABORT_SENTENCES = {
+    Event.TRIPPED: "a safety limit tripped",
+    Event.ABORT_REQUESTED: "a person asked for it",
+    Event.PHASE_OVERDUE: "the phase '{phase}' took longer than planned",
+    Event.CONTACT_MISPLACED: "the tip touched something before the carina was expected, or "
+    "nothing until the search ended",
+    Event.CHECK_FAILED: "the pre-use test failed: {failed}",
+}
+"""Why a cycle is broken off, for every event that can."""
 
 
 def without_nan(value: Any) -> Any:
@@ -86,19 +95,11 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     if result.abort is None:
         return None
     event, phase, time_s = result.abort
-    failed = CheckItem(int(columns["check_failed"][-1]))
-    sentences = {
-        Event.ABORT_REQUESTED: "a person asked for it",
-        Event.CONTACT_MISPLACED: "the tip touched something before the carina was expected, or "
-        "nothing until the search ended",
-        Event.CHECK_FAILED: f"the pre-use test failed: {SENTENCES[failed]}",
-        Event.PHASE_OVERDUE: f"the phase '{phase.name.lower()}' took longer than planned",
-        Event.TRIPPED: "a safety limit tripped",
-    }
+    failed = SENTENCES[CheckItem(int(columns["check_failed"][-1]))]
     return {
         "event": _name(event),
         "phase": phase.name.lower(),
-        "sentence": sentences[event],
+        "sentence": ABORT_SENTENCES[event].format(phase=phase.name.lower(), failed=failed),
         "time_s": time_s,
     }
 

@@ -23,34 +23,53 @@ IN_AIRWAY_MARGIN_S = 3.0
 
 
 class Template(NamedTuple):
-    """A clinical protocol before it is fitted."""
+    """A clinical protocol before it is fitted; `TEMPLATE_MEANINGS` says what each value is."""
 
     vacuum_mmhg: dict[AgeGroup, float]
-    """Set point by age; an age that is missing is refused."""
     stop_short_mm: float
-    """Travel approach: distance from the carina at which the tip stops."""
     window_mm: float
-    """Contact approach: the carina may be this much nearer or farther than expected."""
     backoff_mm: float
     cap_margin_mm: float
     insertion_mm_per_s: float
     withdrawal_mm_per_s: float
 
 
+TEMPLATE_MEANINGS: dict[str, str] = {
+    "vacuum_mmhg": "set point by age; an age that is missing is refused",
+    "stop_short_mm": "approach by travel: distance from the carina at which the tip stops",
+    "window_mm": "approach by contact: the carina may be this much nearer or farther than expected",
+    "backoff_mm": "approach by contact: distance from the carina at which suction takes place",
+    "cap_margin_mm": "the cap lies this much beyond the deepest stopping point",
+    "insertion_mm_per_s": "speed inwards beyond the tube's end",
+    "withdrawal_mm_per_s": "speed on the way out",
+}
+
 ADULT = Template(
-    vacuum_mmhg={AgeGroup.ADULT: 120.0},  # paper, section II-A: 80 to 120
-    stop_short_mm=10.0,  # ACI: withdraw 1 to 2 cm before suction
-    window_mm=8.0,  # a tube's tip moves by some 20 mm with the neck [K]; taught with it at rest
-    backoff_mm=10.0,  # ACI, as above
-    cap_margin_mm=5.0,  # the planner's least
-    insertion_mm_per_s=10.0,  # paper, section II-A
-    withdrawal_mm_per_s=30.0,  # DESIGN section 5
+    vacuum_mmhg={AgeGroup.ADULT: 120.0},
+    stop_short_mm=10.0,
+    window_mm=8.0,
+    backoff_mm=10.0,
+    cap_margin_mm=5.0,
+    insertion_mm_per_s=10.0,
+    withdrawal_mm_per_s=30.0,
 )
 PAEDIATRIC = ADULT._replace(
-    vacuum_mmhg={AgeGroup.CHILD: 100.0, AgeGroup.NEONATE: 80.0},  # paper 80-100; NTSP 60-80
+    vacuum_mmhg={AgeGroup.CHILD: 100.0, AgeGroup.NEONATE: 80.0},
     window_mm=4.0,
     backoff_mm=8.0,
 )
+
+TEMPLATE_SOURCES: dict[str, str] = {
+    "vacuum_mmhg": "[paper] II-A: adults 80 to 120, children 80 to 100; neonates NTSP 60 to 80 [F]",
+    "stop_short_mm": "[F: ACI] withdraw 1 to 2 cm before suction",
+    "window_mm": "[assumed] a tube's tip moves by some 20 mm with the neck [K]; taught with it at "
+    "rest",
+    "backoff_mm": "[F: ACI] as above; less in a short trachea [assumed]",
+    "cap_margin_mm": "[design] the planner's least",
+    "insertion_mm_per_s": "[paper] II-A: around 10",
+    "withdrawal_mm_per_s": "[design] leaves most of the budget to the dwell",
+}
+"""Where the values of the clinical protocols come from."""
 
 TEMPLATES = {"adult": ADULT, "paediatric": PAEDIATRIC}
 """Clinical protocols by name."""

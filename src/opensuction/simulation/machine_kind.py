@@ -121,9 +121,9 @@ def _check_acceleration(kind: MachineKind) -> None:
     most = 1000.0 * force / mass - friction
     if wanted > most:
         raise InputError(
-            f"controller.acceleration_mm_per_s2 is {wanted:g} mm/s^2, and the drive does "
-            f"{most:.0f} = {force:g} N / {mass:g} kg - {friction:.0f} mm/s^2 of friction: plan "
-            "with less"
+            f"controller.acceleration_mm_per_s2 is {wanted:g} mm/s^2, and {force:g} N / {mass:g} "
+            f"kg less {friction:.0f} mm/s^2 of friction are {most:.0f} mm/s^2: plan with less or "
+            "change the drive"
         )
 
 

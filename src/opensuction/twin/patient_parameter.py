@@ -54,7 +54,7 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
     "carina_mm": _row(
         ((65, 10), (65, 10), (15, 2), (12, 0.8)),
         "mm",
-        (3, 110),
+        (3, 130),
         "lower end of the tube to carina",
         "[K] adult 40 to 90; [F: ATS, secondary] child 10 to 20",
     ),

@@ -1,0 +1,20 @@
+"""What the summary of a cycle says in words and names."""
+
+from opensuction.evidence import cycle_summary
+from opensuction.procedure.transition import BROKEN_OFF
+from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, laid
+
+
+def test_every_event_that_breaks_a_cycle_off_has_its_sentence() -> None:
+    assert set(cycle_summary.ABORT_SENTENCES) == {event for _, event in BROKEN_OFF}
+
+
+def test_catheter_and_conduit_are_named_or_measured() -> None:
+    for name, catheter in CATHETERS.items():
+        assert cycle_summary.catheter_name(catheter) == name
+        for route in ROUTES:
+            assert cycle_summary.conduit_name(catheter, laid(route, catheter)) == route
+    own = Catheter(3.0, 2.5)
+    assert cycle_summary.catheter_name(own) == "3 mm, bore 2.5 mm"
+    longer = laid("short", own)._replace(length_mm=1200.0, bend_rad=8.0)
+    assert cycle_summary.conduit_name(own, longer) == "1200 mm, bore 5 mm, bent by 8 rad"

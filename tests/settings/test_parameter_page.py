@@ -1,0 +1,69 @@
+"""The page of all parameters is what the code runs on."""
+
+from pathlib import Path
+
+import pytest
+
+from opensuction.controller import machine_profile
+from opensuction.procedure import clinical, guideline, protocol
+from opensuction.settings import parameter_page
+from opensuction.twin.catheter import CATHETERS, ROUTES
+from opensuction.twin.parameter import BENCH
+from opensuction.twin.patient_parameter import ROWS
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+TEXT = (DOCS / "parameters.md").read_text(encoding="utf-8")
+TABLES = [line for line in TEXT.splitlines() if line.startswith("| `")]
+NESTED = ("excitation", "transmission")
+"""Records in the profile that no file sets."""
+
+
+def test_the_documentation_holds_the_parameters_as_they_are() -> None:
+    """If this fails: make docs."""
+    examples = [
+        (DOCS / "examples" / name).read_text(encoding="utf-8")
+        for name in ("machine.toml", "patient.toml")
+    ]
+    assert parameter_page.page(*examples) == TEXT
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        BENCH,
+        ROWS,
+        CATHETERS,
+        ROUTES,
+        protocol.Protocol._fields,
+        clinical.Template._fields,
+        guideline.Guideline._fields,
+        [name for name in machine_profile.MachineProfile._fields if name not in NESTED],
+    ],
+)
+def test_every_parameter_has_its_line_with_a_source(names: list[str]) -> None:
+    for name in names:
+        lines = [line for line in TABLES if line.startswith(f"| `{name}` |")]
+        assert lines, name
+        for line in lines:
+            assert len(line.split(" | ")[-1].removesuffix(" |").strip()) >= 3, line
+
+
+def test_every_row_has_as_many_cells_as_its_header() -> None:
+    cells = 0
+    for line in TEXT.splitlines():
+        if line.startswith("|---"):
+            cells = line.count("|")
+        elif line.startswith("| `"):
+            assert line.count("|") == cells, line
+
+
+def test_every_source_of_a_preset_belongs_to_a_value() -> None:
+    assert set(protocol.PAPER_SOURCES) == set(protocol.Protocol._fields)
+    assert set(clinical.TEMPLATE_SOURCES) == set(clinical.Template._fields)
+    assert set(clinical.TEMPLATE_MEANINGS) == set(clinical.Template._fields)
+    changed = {
+        name
+        for name in machine_profile.SOURCES
+        if getattr(machine_profile.CLINICAL, name) != getattr(machine_profile.BENCH, name)
+    }
+    assert set(machine_profile.CLINICAL_SOURCES) == changed

@@ -1,0 +1,51 @@
+"""Patient files: a preset, which gives the age, and what differs from it."""
+
+from pathlib import Path
+
+import pytest
+
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.errors import InputError
+from opensuction.settings import patient_file
+from opensuction.twin import patient_kind
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "p.toml"
+    file.write_text(text)
+    return file
+
+
+def test_the_least_file_is_its_preset(tmp_path: Path) -> None:
+    kind = patient_file.load(written(tmp_path, 'preset = "neonate"\n'))
+    assert kind == patient_kind.of_preset("neonate")
+    assert kind.age == AgeGroup.NEONATE
+
+
+def test_given_values_are_the_patient_s_for_every_seed(tmp_path: Path) -> None:
+    text = 'preset = "adult-icu"\ncarina_mm = 72\nweight_kg = { value = 80, spread = 1.5 }\n'
+    kind = patient_file.load(written(tmp_path, text))
+    drawn = [patient_kind.drawn(kind, seed) for seed in range(10)]
+    assert {patient.carina_mm for patient in drawn} == {72.0}
+    assert len({patient.weight_kg for patient in drawn}) == 10
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("carina_mm = 60\n", "preset is missing; give one of adult-icu"),
+        ('preset = "adult"\n', "unknown preset 'adult'; nearest: adult-icu"),
+        ('preset = "neonate"\ncarina = 12\n', "unknown key carina; nearest: carina_mm"),
+        ('preset = "neonate"\nshunt = 0.7\n', "shunt is 0.7; give a number from 0 to 0.5"),
+        ('preset = "neonate"\nshunt = "low"\n', "shunt is 'low', not a number"),
+        ('preset = "neonate"\ncarina_mm = 65\n', "make a trachea of 85 mm"),
+        ('preset = "adult-icu"\nsecretion_depth_ratio = 1.2\n', "from 0.05 to 1"),
+    ],
+)
+def test_anything_else_is_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
+    file = written(tmp_path, text)
+    with pytest.raises(InputError) as refused:
+        patient_file.load(file)
+    assert str(refused.value).startswith(f"{file}: ")
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
