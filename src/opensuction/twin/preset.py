@@ -9,6 +9,7 @@ from scipy.special import ndtri
 from opensuction.kernel import random_stream
 from opensuction.twin import (
     bedside,
+    bore,
     contact_switch,
     parameter,
     patient_airway,
@@ -18,7 +19,8 @@ from opensuction.twin import (
 from opensuction.twin import catheter as catheters
 from opensuction.twin.airway import Airway, AirwayState
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.catheter import BORE_MMHG, Catheter
+from opensuction.twin.bore import Bore
+from opensuction.twin.catheter import BORE_MMHG, LENGTH_M, Catheter
 from opensuction.twin.contact_switch import ContactSwitch
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
@@ -116,6 +118,16 @@ def _line(values: Values) -> SuctionLine:
     )
 
 
+def _bore(values: Values, catheter: Catheter) -> Bore:
+    diameter = catheter.bore_mm
+    return Bore(
+        volume_ml=0.25 * math.pi * diameter * diameter * LENGTH_M,
+        diameter_mm=diameter,
+        viscosity_pa_s=values["mucus_pa_s"],
+        yield_pa=values["mucus_yield_pa"],
+    )
+
+
 def _valve(values: Values) -> ValveMechanism:
     return ValveMechanism(
         stroke_rad=values["cam_stroke_rad"],
@@ -173,6 +185,7 @@ def machine(
         valve_axis=_valve_axis(fitted),
         valve=_valve(fitted),
         line=_line(fitted),
+        bore=_bore(fitted, chosen),
         airway=_airway(fitted),
         switch=_switch(fitted),
         laser=Laser(noise_mm=fitted["laser_noise_mm"]),
@@ -220,6 +233,7 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
         transmission=moved,
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),
+        bore=bore.EMPTY,
         airway=AirwayState(
             taken_ml=0.0,
             removed_ml=0.0,
