@@ -21,6 +21,8 @@ LEAST_PER_S = 1.0
 """Slower shear thickens no more; [assumed], so that a plug at rest can begin to move."""
 PROFILE = math.pow((3.0 * FLOW_INDEX + 1.0) / (4.0 * FLOW_INDEX), FLOW_INDEX)
 """Steeper flow profile of a thinning fluid at the wall (Rabinowitsch)."""
+UPTAKE_MM = 50.0
+"""Plug whose drag the uptake at the tip already holds (FACTS section 3: a slug of 5 cm)."""
 PA_PER_MMHG = 133.322
 MM3_PER_ML = 1000.0
 
@@ -75,13 +77,16 @@ def holding_mmhg(bore: Bore, mucus_ml: float) -> float:
 def drag_mmhg_s_per_ml(bore: Bore, mucus_ml: float, flow_ml_per_s: float) -> float:
     """Pressure lost for each mL/s beyond that, at the viscosity of a given flow.
 
+    Of the plugs beyond `UPTAKE_MM`: what those take is in the uptake and in the tip's free share.
+
     Hagen and Poiseuille: ``32 eta L v / D^2`` with the viscosity at the wall's shear rate 8 v / D.
     """
     speed_mm_per_s = MM3_PER_ML * max(flow_ml_per_s, 0.0) / area_mm2(bore)
     shear_per_s = max(8.0 * speed_mm_per_s / bore.diameter_mm, LEAST_PER_S)
     thinned = math.pow(shear_per_s / STATED_PER_S, FLOW_INDEX - 1.0)
     viscosity = bore.viscosity_pa_s * PROFILE * thinned
-    length = plug_mm(bore, mucus_ml) / (bore.diameter_mm * bore.diameter_mm)
+    beyond_mm = max(plug_mm(bore, mucus_ml) - UPTAKE_MM, 0.0)
+    length = beyond_mm / (bore.diameter_mm * bore.diameter_mm)
     return 32.0 * viscosity * length * MM3_PER_ML / area_mm2(bore) / PA_PER_MMHG
 
 

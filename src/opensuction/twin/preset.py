@@ -41,6 +41,7 @@ NOISE_PURPOSE = 1000
 """Streams from here on are the measurement noise of run 0, 1, 2, ..."""
 SWITCH_PURPOSE = 1_000_000
 """Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
+HOUR_S = 3600.0
 ML_PER_S = 1000.0 / 60.0
 """mL/s for each L/min."""
 NOBODY = patient_preset.patient("adult-icu", 0, nominal=True)
@@ -192,6 +193,7 @@ def machine(
         patient=patient if patient is not None else NOBODY,
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
+        produced_ml_per_s=_production(fitted, patient),
     )
 
 
@@ -208,6 +210,12 @@ def secretions_ml(values: Values) -> Bins:
         shape[np.floor(middles / BIN_MM) == np.floor(centre / BIN_MM)] = 1.0
         total = max(float(np.sum(shape)), 1.0)
     return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
+
+
+def _production(fitted: Values, patient: Patient | None) -> Bins:
+    """New secretions a second in each bin: they come where secretions lie; none on the bench."""
+    hourly_ml = patient.secretion.production_ml_per_h if patient is not None else 0.0
+    return secretions_ml({**fitted, "secretion_ml": hourly_ml / HOUR_S})
 
 
 def _around(twin: Machine, values: Values) -> BedsideState:
