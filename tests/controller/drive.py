@@ -142,6 +142,7 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
         transmission=transmission,
         valve=valve,
         line=after.line,
+        bore=after.bore,
         airway=airway,
         switch=after.switch,
         seam=after.seam,

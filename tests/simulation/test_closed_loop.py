@@ -53,6 +53,8 @@ GOLDEN_COLUMNS = [
     "truth.tip_vacuum_mmhg",
     "truth.gas_ml_per_s",
     "truth.secretion_removed_ml",
+    "truth.bore_ml",
+    "truth.canister_ml",
     "truth.airway_pressure_cmh2o",
     "truth.lung_volume_ml",
     "truth.lung_volume_loss_ml",

@@ -21,7 +21,7 @@ def outcome(values: Values) -> str:
 @pytest.mark.parametrize("name", BENCH)
 def test_every_entry_has_unit_meaning_and_source(table: dict[str, Parameter], name: str) -> None:
     entry = table[name]
-    assert re.fullmatch(r"[A-Za-z0-9%/]+", entry.unit)
+    assert re.fullmatch(r"[A-Za-z0-9%/ ]+", entry.unit)
     assert len(entry.meaning) > 5
     assert entry.source.startswith(TAGS)
     assert entry.spread >= 0.0

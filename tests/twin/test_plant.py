@@ -19,9 +19,9 @@ def parked(head_mm: float) -> PlantState:
 
 
 def secretion_ml(state: PlantState) -> float:
-    """All there is: in the trachea, less what the tip has taken since its last count, and out."""
+    """All there is: in the trachea, less what the tip took since, in bore and canister."""
     trachea = float(np.sum(state.bedside.secretion_ml)) - state.machine.seam.mucus_ml
-    return trachea + state.machine.airway.removed_ml
+    return trachea + state.machine.bore.mucus_ml + state.machine.bore.canister_ml
 
 
 scripts = st.lists(
@@ -42,6 +42,8 @@ def test_secretions_are_moved_never_made_or_lost(
             state = plant.step(BENCH, state, commands, DT_S)
         assert np.all(state.bedside.secretion_ml >= 0.0)
         # To the rounding of a few thousand subtractions.
+        out = state.machine.bore.mucus_ml + state.machine.bore.canister_ml
+        assert out == pytest.approx(state.machine.airway.removed_ml, rel=1e-10, abs=1e-12)
         assert secretion_ml(state) == pytest.approx(VALUES["secretion_ml"], rel=1e-10)
 
 

@@ -26,7 +26,7 @@ def run(
     pump_on: bool = True,
 ) -> SuctionState:
     for _ in range(round(seconds / DT_S)):
-        state = suction_line.step(line, state, pump_on, setpoint_mmhg, open_ratio, DT_S)
+        state = suction_line.step(line, state, pump_on, setpoint_mmhg, open_ratio, 0.0, DT_S)
     return state
 
 
@@ -93,7 +93,7 @@ def test_vacuum_stays_between_nothing_and_what_pump_and_relief_allow(
     state = SuctionState(vacuum_mmhg=vacuum, gas_ml_per_s=0.0, gas_ml=0.0)
     highest = vacuum
     for _ in range(300):
-        following = suction_line.step(LINE, state, pump_on, setpoint, opened, dt_s)
+        following = suction_line.step(LINE, state, pump_on, setpoint, opened, 0.0, dt_s)
         assert 0.0 <= following.vacuum_mmhg <= max(highest, 155.0)
         assert following.gas_ml >= state.gas_ml
         state = following

@@ -1,8 +1,8 @@
 """The airway below the tube as the tip meets it: carina, and secretions that flow to the tip.
 
 The catheter takes up what lies within reach of its tip, at the rate at which a mucus plug moves
-through the bore. What has been taken up counts as removed. Where secretions lie is the bedside's
-(`opensuction.twin.secretion`).
+through the bore. What has been taken up counts as removed; its way through the bore is followed in
+`opensuction.twin.bore`. Where secretions lie is the bedside's (`opensuction.twin.secretion`).
 """
 
 from typing import NamedTuple

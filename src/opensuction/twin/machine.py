@@ -11,6 +11,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
 from opensuction.twin import (
     airway,
+    bore,
     contact_switch,
     dc_axis,
     laser,
@@ -21,11 +22,13 @@ from opensuction.twin import (
     valve_mechanism,
 )
 from opensuction.twin.airway import Airway, AirwayState
+from opensuction.twin.bore import Bore, BoreState
 from opensuction.twin.contact_switch import ContactSwitch, SwitchState
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
 from opensuction.twin.patient import Patient
 from opensuction.twin.seam import SeamState
+from opensuction.twin.secretion import Bins
 from opensuction.twin.suction_line import SuctionLine, SuctionState
 from opensuction.twin.transmission import Transmission, TransmissionState
 from opensuction.twin.valve_mechanism import ValveMechanism
@@ -45,6 +48,7 @@ class Machine(NamedTuple):
     valve_axis: DcAxis
     valve: ValveMechanism
     line: SuctionLine
+    bore: Bore
     airway: Airway
     switch: ContactSwitch
     laser: Laser
@@ -53,6 +57,8 @@ class Machine(NamedTuple):
     """Whether anybody is there: the bench has only a rubber trachea."""
     catheter_mm: float
     """Outer diameter of the catheter."""
+    produced_ml_per_s: Bins
+    """New secretions in each bin; none on the bench."""
 
 
 class MachineState(NamedTuple):
@@ -64,6 +70,7 @@ class MachineState(NamedTuple):
     transmission: TransmissionState
     valve: AxisMotion
     line: SuctionState
+    bore: BoreState
     airway: AirwayState
     switch: SwitchState
     laser: LaserState
@@ -81,6 +88,11 @@ class Observation(NamedTuple):
     tip_vacuum_mmhg: float
     gas_ml_per_s: float
     secretion_removed_ml: float
+    """Out of the patient: in bore or canister."""
+    bore_ml: float
+    """Mucus in the catheter's bore."""
+    canister_ml: float
+    """Liquid in the canister."""
     airway_pressure_cmh2o: float
     """In the trachea; this and what follows are 0 where there is no patient."""
     lung_volume_ml: float
@@ -105,9 +117,22 @@ def read(machine: Machine, state: MachineState) -> Readings:
 
 
 @compiled
+def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
+    """Vacuum that mucus in the bore takes, the valve being that far open."""
+    return bore.lost_mmhg(
+        machine.bore,
+        state.bore,
+        state.line.vacuum_mmhg,
+        opened * state.airway.free_share * machine.line.bore_ml_per_s_per_root_mmhg,
+        state.line.gas_ml_per_s,
+    )
+
+
+@compiled
 def tip_vacuum_mmhg(machine: Machine, state: MachineState) -> float:
-    """Vacuum that draws mucus at the tip: line vacuum behind the valve's opening."""
-    return state.line.vacuum_mmhg * valve_mechanism.open_ratio(machine.valve, state.valve.position)
+    """Vacuum that draws mucus at the tip: the line's, less the bore's loss, behind the valve."""
+    opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
+    return opened * (state.line.vacuum_mmhg - _lost_mmhg(machine, state, opened))
 
 
 @compiled
@@ -123,6 +148,8 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         tip_vacuum_mmhg=tip_vacuum_mmhg(machine, state),
         gas_ml_per_s=state.line.gas_ml_per_s,
         secretion_removed_ml=state.airway.removed_ml,
+        bore_ml=state.bore.mucus_ml,
+        canister_ml=state.bore.canister_ml,
         airway_pressure_cmh2o=shown.airway_pressure_cmh2o,
         lung_volume_ml=shown.lung_volume_ml,
         lung_volume_loss_ml=shown.lung_volume_loss_ml,
@@ -153,19 +180,21 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     )
     valve = valve_mechanism.stopped(machine.valve, turned)
     opened = valve_mechanism.open_ratio(machine.valve, valve.position)
+    lost = _lost_mmhg(machine, state, opened)
     line = suction_line.step(
         machine.line,
         state.line,
         commands.pump_on,
         commands.vacuum_mmhg,
         opened * state.airway.free_share,
+        lost,
         dt_s,
     )
     touched = airway.step(
         machine.airway,
         state.airway,
         moved.tip_mm,
-        line.vacuum_mmhg * opened,
+        max(line.vacuum_mmhg - lost, 0.0) * opened,
         state.seam.reachable_ml,
         dt_s,
     )
@@ -177,6 +206,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         transmission=moved,
         valve=valve,
         line=line,
+        bore=bore.step(machine.bore, state.bore, touched.taken_ml, line.gas_ml_per_s, dt_s),
         airway=touched,
         switch=contact_switch.step(machine.switch, state.switch, touched.contact_n, dt_s),
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
@@ -193,6 +223,7 @@ def met(state: MachineState, seam: SeamState) -> MachineState:
         transmission=state.transmission,
         valve=state.valve,
         line=state.line,
+        bore=state.bore,
         airway=state.airway,
         switch=state.switch,
         laser=state.laser,

@@ -215,6 +215,12 @@ BENCH: dict[str, Parameter] = {
         "[computed]",
         0.001,
     ),
+    "mucus_pa_s": _p(
+        1.0, "Pa s", (0.02, 10), "viscosity of the mucus at 100 /s", "[assumed] as for uptake"
+    ),
+    "mucus_yield_pa": _p(
+        5.0, "Pa", (0, 200), "stress below which it does not flow", "[assumed] .5 to 50"
+    ),
     "reach_mm": _p(15.0, "mm", (1, 50), "distance from which mucus flows to the tip", "[assumed]"),
     "mucus_share": _p(0.6, "1", (0, 1), "share of the tip that flowing mucus takes", "[assumed]"),
     # Measurement

@@ -30,6 +30,8 @@ class Secretion(NamedTuple):
     spread_mm: float
     """Half of the length over which they lie."""
     viscosity_pa_s: float
+    yield_pa: float
+    """Stress below which they do not flow."""
     production_ml_per_h: float
 
 

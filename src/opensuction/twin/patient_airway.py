@@ -14,6 +14,8 @@ REPLACED = (
     "secretion_ml",
     "secretion_above_carina_mm",
     "secretion_spread_mm",
+    "mucus_pa_s",
+    "mucus_yield_pa",
 )
 """Parameters of the bench's rubber trachea that a patient's own take the place of."""
 
@@ -38,6 +40,8 @@ def fitted(values: dict[str, float], patient: Patient) -> dict[str, float]:
         "carina_n_per_mm": patient.carina_n_per_mm,
         "buckling_n": free * free * values["buckling_n"],
         "secretion_ml": secretion.volume_ml,
+        "mucus_pa_s": secretion.viscosity_pa_s,
+        "mucus_yield_pa": secretion.yield_pa,
         "secretion_above_carina_mm": patient.carina_mm - secretion.depth_mm,
         "secretion_spread_mm": secretion.spread_mm,
         "uptake_ml_per_s_per_mmhg": uptake * UPTAKE_PA_S / secretion.viscosity_pa_s,

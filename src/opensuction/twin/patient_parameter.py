@@ -90,6 +90,7 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
         "at 100 /s",
         "[K] .02 to 1",
     ),
+    "yield_pa": _same(5, "Pa", (0, 200), "stress below which they do not flow", "[K] .5 to 50"),
     "production_ml_per_h": _row(
         ((2, 0.4), (2, 0.4), (0.5, 0.1), (0.2, 0.04)),
         "mL/h",

@@ -135,6 +135,7 @@ def assemble(values: Values, age_group: AgeGroup) -> Patient:
             depth_mm=values["secretion_depth_ratio"] * values["carina_mm"],
             spread_mm=values["secretion_spread_ratio"] * values["carina_mm"],
             viscosity_pa_s=values["viscosity_pa_s"],
+            yield_pa=values["yield_pa"],
             production_ml_per_h=values["production_ml_per_h"],
         ),
         ventilator=_ventilator(values),

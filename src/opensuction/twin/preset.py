@@ -9,6 +9,7 @@ from scipy.special import ndtri
 from opensuction.kernel import random_stream
 from opensuction.twin import (
     bedside,
+    bore,
     contact_switch,
     parameter,
     patient_airway,
@@ -18,7 +19,8 @@ from opensuction.twin import (
 from opensuction.twin import catheter as catheters
 from opensuction.twin.airway import Airway, AirwayState
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.catheter import BORE_MMHG, Catheter, Conduit
+from opensuction.twin.bore import Bore
+from opensuction.twin.catheter import BORE_MMHG, LENGTH_M, Catheter, Conduit
 from opensuction.twin.contact_switch import ContactSwitch
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
@@ -39,6 +41,7 @@ NOISE_PURPOSE = 1000
 """Streams from here on are the measurement noise of run 0, 1, 2, ..."""
 SWITCH_PURPOSE = 1_000_000
 """Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
+HOUR_S = 3600.0
 ML_PER_S = 1000.0 / 60.0
 """mL/s for each L/min."""
 NOBODY = patient_preset.patient("adult-icu", 0, nominal=True)
@@ -116,6 +119,16 @@ def _line(values: Values) -> SuctionLine:
     )
 
 
+def _bore(values: Values, catheter: Catheter) -> Bore:
+    diameter = catheter.bore_mm
+    return Bore(
+        volume_ml=0.25 * math.pi * diameter * diameter * LENGTH_M,
+        diameter_mm=diameter,
+        viscosity_pa_s=values["mucus_pa_s"],
+        yield_pa=values["mucus_yield_pa"],
+    )
+
+
 def _valve(values: Values) -> ValveMechanism:
     return ValveMechanism(
         stroke_rad=values["cam_stroke_rad"],
@@ -178,12 +191,14 @@ def machine(
         valve_axis=_valve_axis(fitted),
         valve=_valve(fitted),
         line=_line(fitted),
+        bore=_bore(fitted, chosen),
         airway=_airway(fitted),
         switch=_switch(fitted),
         laser=Laser(noise_mm=fitted["laser_noise_mm"]),
         patient=patient if patient is not None else NOBODY,
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
+        produced_ml_per_s=_production(fitted, patient),
     )
 
 
@@ -200,6 +215,12 @@ def secretions_ml(values: Values) -> Bins:
         shape[np.floor(middles / BIN_MM) == np.floor(centre / BIN_MM)] = 1.0
         total = max(float(np.sum(shape)), 1.0)
     return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
+
+
+def _production(fitted: Values, patient: Patient | None) -> Bins:
+    """New secretions a second in each bin: they come where secretions lie; none on the bench."""
+    hourly_ml = patient.secretion.production_ml_per_h if patient is not None else 0.0
+    return secretions_ml({**fitted, "secretion_ml": hourly_ml / HOUR_S})
 
 
 def _around(twin: Machine, values: Values) -> BedsideState:
@@ -225,6 +246,7 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
         transmission=moved,
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),
+        bore=bore.EMPTY,
         airway=AirwayState(
             taken_ml=0.0,
             removed_ml=0.0,

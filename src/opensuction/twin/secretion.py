@@ -34,10 +34,18 @@ def within_reach_ml(secretion_ml: Bins, tip_mm: float, reach_mm: float) -> float
 
 
 @compiled
-def remaining_ml(secretion_ml: Bins, tip_mm: float, reach_mm: float, taken_ml: float) -> Bins:
-    """Secretions after a volume was taken at the tip, what lies next to it first.
+def step(
+    secretion_ml: Bins,
+    produced_ml_per_s: Bins,
+    tip_mm: float,
+    reach_mm: float,
+    taken_ml: float,
+    dt_s: float,
+) -> Bins:
+    """Secretions after a volume was taken at the tip, what lies next to it first, and new came.
 
-    taken_ml: at most `within_reach_ml` there. The array given stays as it is.
+    produced_ml_per_s: in each bin, shape (bins,). taken_ml: at most `within_reach_ml` there.
+    The arrays given stay as they are.
     """
     rest = secretion_ml.copy()
     left = taken_ml
@@ -47,4 +55,6 @@ def remaining_ml(secretion_ml: Bins, tip_mm: float, reach_mm: float, taken_ml: f
         part = min(rest[i], left)
         rest[i] -= part
         left -= part
+    for i in range(rest.size):
+        rest[i] += produced_ml_per_s[i] * dt_s
     return rest

@@ -60,15 +60,17 @@ def step(
     pump_on: bool,
     setpoint_mmhg: float,
     open_ratio: float,
+    lost_mmhg: float,
     dt_s: float,
 ) -> SuctionState:
     """Advance the line by one tick.
 
-    setpoint_mmhg: regulator; open_ratio: see `bore_flow_ml_per_s`. Backward Euler in the stiff
-    regulator and relief terms, so that no gain of theirs can make the tick unstable.
+    setpoint_mmhg: regulator; open_ratio: see `bore_flow_ml_per_s`; lost_mmhg: vacuum that mucus in
+    the bore takes. Backward Euler in the stiff regulator and relief terms, so that no gain of
+    theirs can make the tick unstable.
     """
     vacuum = state.vacuum_mmhg
-    drawn = bore_flow_ml_per_s(line, vacuum, open_ratio)
+    drawn = bore_flow_ml_per_s(line, vacuum - lost_mmhg, open_ratio)
     pumped = 0.0
     if pump_on:
         pumped = line.pump_free_ml_per_s * max(1.0 - vacuum / line.pump_occluded_mmhg, 0.0)
