@@ -6,7 +6,7 @@ from opensuction.procedure.transition import ACTIVE, STAY, TRANSITIONS, Event, f
 
 URGENT = (Event.TRIPPED, Event.ABORT_REQUESTED, Event.PHASE_OVERDUE)
 
-NOT_BUILT_YET = {Phase.TEACHING, Phase.OUT_OF_SERVICE}
+NOT_BUILT_YET = {Phase.OUT_OF_SERVICE}
 
 
 def bits(*events: Event) -> int:

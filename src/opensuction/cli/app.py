@@ -106,6 +106,15 @@ def cycle(
             "or exact-inverse."
         ),
     ] = "exact-inverse",
+    taught: Annotated[
+        float | None,
+        typer.Option(
+            help="Way from the tube's lower end to the carina that a person measured, in mm. "
+            "Default: taught by hand on the twin, with a hand's error.",
+            metavar="MM",
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[
         int, typer.Option(help="Draws the machine and its measurement noise.", min=0, max=2**32 - 1)
     ] = 1,
@@ -141,6 +150,7 @@ def cycle(
         patient=patient,
         approach=approach,
         compensation=compensation,
+        taught_mm=taught,
         seed=seed,
         pace=pace,
         out=out,

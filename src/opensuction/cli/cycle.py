@@ -29,6 +29,7 @@ class Options(NamedTuple):
     patient: str
     approach: str
     compensation: str
+    taught_mm: float | None
     seed: int
     pace: float | None
     out: Path | None
@@ -116,6 +117,7 @@ def _run_and_write(
         compensation=options.compensation,
         seed=options.seed,
         patient=options.patient,
+        taught_mm=options.taught_mm,
     )
     cycle_run.check(choice)
     if compiled.is_cold():

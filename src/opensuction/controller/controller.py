@@ -77,6 +77,10 @@ class Outputs(NamedTuple):
     """Item of the pre-use test that is being tested; see `check.CheckItem`."""
     check_failed: int
     """Item of the last pre-use test that failed."""
+    taught: int
+    """What became of the last confirmation; see `teaching.Taught`."""
+    taught_mm: float
+    """Travel length that was taught: tube's lower end to carina; 0 where none was taken."""
 
 
 def start(settings: Settings, head_mm: float) -> State:
@@ -118,14 +122,18 @@ def _lead(
     settings: Settings, state: State, origin: HeadState, demand: Demand, phase: int, dt_s: float
 ) -> HeadState:
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
-    if phase == Phase.HALTED.value:
+    by_hand = phase == Phase.TEACHING.value and not demand.homing
+    if phase == Phase.HALTED.value or by_hand:
         return HeadState(state.governor.head_mm, 0.0, state.compensation.lag_mm)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
         let_through = HeadState(state.governor.head_mm, led.head_mm_per_s, led.lag_mm)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
-        sent = compensation.home(settings.compensation, let_through, home_mm, dt_s)
+        speed = settings.plan.motion.abort_mm_per_s
+        if phase == Phase.TEACHING.value:
+            speed = settings.plan.teaching.home_mm_per_s
+        sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
         if phase == Phase.CHECKING.value:
             # The jog stays within the gap: it moves no tip, though the model has none so sharp.
             return HeadState(sent.head_mm, sent.head_mm_per_s, settings.parked.lag_mm)
@@ -205,6 +213,8 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     if touched:
         head_mm = _head_mm(state, inputs.readings)
         here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
+    if touched or requests.confirm:
+        head_mm = _head_mm(state, inputs.readings)
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
@@ -223,6 +233,7 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     proposal = Setpoints(
         head_mm=led.head_mm,
         head_mm_per_s=led.head_mm_per_s,
+        insertion_on=demand.insertion_on,
         valve_open=demand.valve_open,
         pump_on=demand.pump_on,
         vacuum_mmhg=demand.vacuum_mmhg,
@@ -251,4 +262,6 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         cause=procedure.cause,
         check_item=procedure.check.item,
         check_failed=procedure.check.failed,
+        taught=procedure.teaching.taught,
+        taught_mm=procedure.teaching.taught_mm,
     )

@@ -9,20 +9,24 @@ import numpy as np
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
+from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, START
-from opensuction.procedure import clinical
+from opensuction.procedure import clinical, teaching
 from opensuction.procedure.clinical import TEMPLATES, Template
 from opensuction.procedure.guideline import Check
 from opensuction.procedure.protocol import PROTOCOLS, Protocol
+from opensuction.procedure.teaching import SENTENCES, Taught
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.bench import Identification, Rig
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.trace import Columns
+from opensuction.twin import patient_preset
 from opensuction.twin.patient_parameter import TABLES
 
 APPROACHES = {"travel": False, "contact": True}
@@ -51,6 +55,8 @@ class Choice(NamedTuple):
     seed: int
     patient: str = bench.DEFAULT_PATIENT
     """Who lies at a clinical machine; the bench has nobody."""
+    taught_mm: float | None = None
+    """Travel length that a person measured, tube's lower end to carina; None: taught by hand."""
 
 
 class Prepared(NamedTuple):
@@ -62,6 +68,8 @@ class Prepared(NamedTuple):
     kind: CompensationKind
     identification: Identification | None
     """None where the compensation needs none."""
+    taught_mm: float | None
+    """Carina's depth that the protocol was fitted to; None where it names its own travel."""
     loop: Loop
     start: LoopState
 
@@ -114,7 +122,36 @@ def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
             f"protocol '{choice.protocol}' is for a patient and the bench has none: use "
             "--machine clinical or --protocol paper"
         )
+    if choice.taught_mm is not None:
+        _check_taught(choice.taught_mm, isinstance(found, Template), choice)
     return found, kind
+
+
+def _check_taught(taught_mm: float, fitted: bool, choice: Choice) -> None:
+    """Refuse a length that nothing uses, or that no such patient has."""
+    if not fitted:
+        raise InputError(
+            f"--taught {taught_mm:g} mm would do nothing: protocol '{choice.protocol}' names its "
+            "own travel_mm"
+        )
+    age = patient_preset.patient(choice.patient, choice.seed).age_group
+    teaching.check_plausible(AgeGroup(age), taught_mm, "--taught")
+
+
+def taught(choice: Choice, rig: Rig, calibration: Calibration) -> float:
+    """Depth of the carina as a person measured it, or as a hand teaches it on the rig.
+
+    Raises InputError where what was taught is not taken.
+    """
+    if choice.taught_mm is not None:
+        return choice.taught_mm
+    found = by_hand.teach(rig, calibration)
+    if found.taught != Taught.TAKEN:
+        raise InputError(
+            f"the travel length could not be taught: {SENTENCES[found.taught]}; give it with "
+            "--taught"
+        )
+    return found.taught_mm
 
 
 def _fitted(
@@ -144,17 +181,29 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
     if by_contact and not rig.machine.has_patient:
         rig = bench.with_carina(rig, CONTACT_CARINA_MM)
     calibration = bench.uncalibrated(rig.profile)
-    protocol = _fitted(found, rig, kind, calibration, by_contact)
-    # Refuse before the slow part.
-    bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
-    identification = None
-    if kind != CompensationKind.NONE:
+    fits = isinstance(found, Template)
+    # Refuse before the slow part: nothing is easier to fit than the least plausible depth.
+    least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
+    first = with_depth(rig, least_mm) if fits else rig
+    protocol = _fitted(found, first, kind, calibration, by_contact)
+    bench.assemble(first, protocol, kind, calibration, CYCLE_RUN, by_contact)
+    identification, taught_mm = None, None
+    if kind != CompensationKind.NONE or fits:
         tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
-        identification = bench.identify(rig)
-        calibration = identification.calibration
+        identified = bench.identify(rig)
+        if fits:
+            taught_mm = taught(choice, rig, identified.calibration)
+            rig = with_depth(rig, taught_mm)
+        if kind != CompensationKind.NONE:
+            identification, calibration = identified, identified.calibration
         protocol = _fitted(found, rig, kind, calibration, by_contact)
     loop, start = bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
-    return Prepared(choice, rig, protocol, kind, identification, loop, start)
+    return Prepared(choice, rig, protocol, kind, identification, taught_mm, loop, start)
+
+
+def with_depth(rig: Rig, carina_mm: float) -> Rig:
+    """The same rig, its controller told that the carina is at this depth."""
+    return rig._replace(site=rig.site._replace(carina_mm=carina_mm))
 
 
 def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:

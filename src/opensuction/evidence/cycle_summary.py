@@ -103,6 +103,17 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     }
 
 
+def _teaching(prepared: Prepared) -> Json | None:
+    """Where the protocol's depth comes from, and how far it is from the truth."""
+    if prepared.taught_mm is None:
+        return None
+    by_hand = prepared.choice.taught_mm is None
+    return {
+        "source": "hand" if by_hand else "given",
+        "error_mm": prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
+    }
+
+
 def _check(columns: Columns) -> Json:
     """The pre-use test: whether it was passed, what failed, and each item with its time."""
     failed = CheckItem(int(columns["check_failed"][-1]))
@@ -201,6 +212,8 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "compensation": choice.compensation,
         "patient": choice.patient if prepared.rig.machine.has_patient else None,
         "seed": choice.seed,
+        "taught_mm": prepared.taught_mm,
+        "teaching": _teaching(prepared),
         "phases": [
             {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
             for span in trace.phase_spans(columns)

@@ -11,6 +11,7 @@ from opensuction.twin import (
     bedside,
     contact_switch,
     dc_axis,
+    hand,
     laser,
     patient,
     suction_line,
@@ -21,6 +22,7 @@ from opensuction.twin.airway import Airway, AirwayState
 from opensuction.twin.bedside import SeamState
 from opensuction.twin.contact_switch import ContactSwitch, SwitchState
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
+from opensuction.twin.hand import Hand, HandState
 from opensuction.twin.laser import Laser, LaserState
 from opensuction.twin.patient import Patient, PatientState
 from opensuction.twin.suction_line import SuctionLine, SuctionState
@@ -50,6 +52,8 @@ class Machine(NamedTuple):
     """Whether anybody is there: the bench has only a rubber trachea."""
     catheter_mm: float
     """Outer diameter of the catheter."""
+    hand: Hand
+    """Of a person at the catheter head."""
 
 
 class MachineState(NamedTuple):
@@ -66,6 +70,7 @@ class MachineState(NamedTuple):
     laser: LaserState
     patient: PatientState
     seam: SeamState
+    hand: HandState
 
 
 class Observation(NamedTuple):
@@ -145,6 +150,11 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         machine.load_v_per_n * state.airway.contact_n,
         dt_s,
     )
+    held = state.hand
+    if machine.hand.present and not commands.insertion_on and hand.is_gripping(held):
+        held, insertion = hand.step(
+            machine.hand, held, state.insertion, state.airway.contact_n, dt_s
+        )
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
     turned = dc_axis.step(
@@ -190,4 +200,5 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
         patient=breathing,
         seam=seam,
+        hand=held,
     )

@@ -10,6 +10,7 @@ from opensuction.kernel import random_stream
 from opensuction.twin import (
     bedside,
     contact_switch,
+    hand,
     parameter,
     patient_airway,
     patient_preset,
@@ -176,6 +177,7 @@ def machine(
         patient=patient if patient is not None else NOBODY,
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
+        hand=hand.NOBODY,
     )
 
 
@@ -230,6 +232,7 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
         ),
         patient=breathing,
         seam=bedside.NOTHING_PASSED,
+        hand=hand.AWAY,
     )
 
 
