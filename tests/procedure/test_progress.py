@@ -72,6 +72,8 @@ def test_whoever_aborts_starts_and_resets_nothing() -> None:
             Event.START_REQUESTED,
             Event.IDENTIFY_REQUESTED,
             Event.TEACH_REQUESTED,
+            Event.SERVICE_REQUESTED,
+            Event.SERVICE_ENDED,
             Event.RESET_REQUESTED,
             Event.RECOVERY_REQUESTED,
         }

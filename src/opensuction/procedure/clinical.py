@@ -46,7 +46,7 @@ ADULT = Template(
 )
 PAEDIATRIC = ADULT._replace(
     vacuum_mmhg={AgeGroup.CHILD: 100.0, AgeGroup.NEONATE: 80.0},  # paper 80-100; NTSP 60-80
-    window_mm=4.0,
+    window_mm=6.0,  # 2 mm for the model, and up to 4 that a hand teaches too deep [computed]
     backoff_mm=8.0,
 )
 

@@ -145,6 +145,14 @@ def _is_homing(phase: int) -> bool:
 
 
 @compiled
+def _is_driven(phase: int, bringing: bool) -> bool:
+    """Torque on the insertion drive: not while hands move the head."""
+    if phase == Phase.TEACHING.value:
+        return bringing
+    return phase != Phase.OUT_OF_SERVICE.value
+
+
+@compiled
 def _is_pumping(phase: int, valve_open: bool) -> bool:
     """Pump on: not while parked or halted, where the line vents, so that each check tests it."""
     if phase == Phase.ABORTING.value:
@@ -155,6 +163,7 @@ def _is_pumping(phase: int, valve_open: bool) -> bool:
         and phase != Phase.HALTED.value
         and phase != Phase.IDENTIFYING.value
         and phase != Phase.TEACHING.value
+        and phase != Phase.OUT_OF_SERVICE.value
     )
 
 
@@ -189,7 +198,11 @@ def step(
     phase = transition.follow(state.phase, events)
     arrived_ticks = state.arrived_ticks
     if phase != state.phase:
-        resting = phase == Phase.HALTED.value or phase == Phase.PARKED.value
+        resting = (
+            phase == Phase.HALTED.value
+            or phase == Phase.PARKED.value
+            or phase == Phase.OUT_OF_SERVICE.value
+        )
         reference_mm = plan.motion.park_mm if resting else state.reference_mm
         if phase == Phase.BACKING_OFF.value:
             reference_mm = around.here_mm
@@ -219,7 +232,7 @@ def step(
         direction=_direction(plan, phase, arrived_ticks * dt_s),
         homing=_is_homing(phase) or (phase == Phase.TEACHING.value and taught.bringing),
         jog_mm=plan.check.jog_mm if check.is_jogging(checked.item) else 0.0,
-        insertion_on=phase != Phase.TEACHING.value or taught.bringing,
+        insertion_on=_is_driven(phase, taught.bringing),
         valve_open=valve_open,
         pump_on=pumping,
         vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,

@@ -227,6 +227,20 @@ def phase_limits(
     )
 
 
+def longest_cycle_s(limits: PhaseLimits) -> float:
+    """Longest that a cycle may take before one of its phases is overdue."""
+    return (
+        limits.checking
+        + limits.preloading
+        + limits.inserting
+        + limits.backing_off
+        + limits.opening
+        + limits.suctioning
+        + limits.withdrawing
+        + limits.closing
+    )
+
+
 def plan(
     protocol: Protocol,
     abilities: Abilities,

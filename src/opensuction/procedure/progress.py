@@ -224,7 +224,8 @@ def happened(
     """
     overdue = state.phase_ticks * dt_s > plan.limits_s[state.phase]
     home = is_home(plan.motion, readings)
-    start = requests.start and not requests.abort and plan.travel_known
+    start = requests.start and not requests.abort
+    ended = requests.return_to_service and not requests.abort
     identify = requests.identify and not requests.abort and plan.bench_only
     reset = requests.reset and not requests.abort
     return (
@@ -237,4 +238,7 @@ def happened(
         | _bit(requests.teach and not requests.abort and home, Event.TEACH_REQUESTED.value)
         | _bit(reset and home, Event.RESET_REQUESTED.value)
         | _bit(reset and not home, Event.RECOVERY_REQUESTED.value)
+        | _bit(requests.service and not requests.abort and home, Event.SERVICE_REQUESTED.value)
+        | _bit(ended and home, Event.SERVICE_ENDED.value)
+        | _bit(ended and not home, Event.SERVICE_ENDED_AWAY.value)
     )

@@ -47,6 +47,12 @@ class Event(IntEnum):
     """A person acknowledges a halt with the head at its park position."""
     RECOVERY_REQUESTED = 21
     """The same with the head elsewhere: out first."""
+    SERVICE_REQUESTED = 22
+    """A person wants to change or clean something, with the head at its park position."""
+    SERVICE_ENDED = 23
+    """Hands are off, and the head is at its park position."""
+    SERVICE_ENDED_AWAY = 24
+    """Hands are off, but somebody has moved the head, or it cannot be read."""
 
 
 P = Phase
@@ -70,6 +76,10 @@ NORMAL: dict[tuple[Phase, Event], Phase] = {
     (P.ABORTING, E.CLEARED): P.HALTED,
     (P.HALTED, E.RESET_REQUESTED): P.PARKED,
     (P.HALTED, E.RECOVERY_REQUESTED): P.ABORTING,
+    (P.PARKED, E.SERVICE_REQUESTED): P.OUT_OF_SERVICE,
+    (P.HALTED, E.SERVICE_REQUESTED): P.OUT_OF_SERVICE,
+    (P.OUT_OF_SERVICE, E.SERVICE_ENDED): P.PARKED,
+    (P.OUT_OF_SERVICE, E.SERVICE_ENDED_AWAY): P.HALTED,
 }
 
 ACTIVE = (

@@ -25,10 +25,11 @@ class PhaseSpan(NamedTuple):
     end_s: float
 
 
-def power_up(loop: Loop, machine: MachineState) -> LoopState:
+def power_up(loop: Loop, machine: MachineState, catheter_age_s: float) -> LoopState:
     """Closed loop at its first tick, the machine as given, its head read by the encoder."""
     head_mm = twin.read(loop.machine, machine).head_mm
-    return LoopState(tick=0, controller=controller.start(loop.controller, head_mm), machine=machine)
+    state = controller.start(loop.controller, head_mm, catheter_age_s)
+    return LoopState(tick=0, controller=state, machine=machine)
 
 
 def rows(limit_s: float) -> npt.NDArray[np.float64]:
