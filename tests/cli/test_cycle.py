@@ -130,6 +130,10 @@ BAD = [
     (("cycle", "--protocol", "paediatric"), "adult"),
     (("cycle", "--seed", "-1"), "--seed"),
     (("cycle", "--seed", "1.5"), "--seed"),
+    (("cycle", "--taught", "150"), "50 mm beyond the most plausible"),
+    (("cycle", "--taught", "12"), "18 mm short of the least plausible"),
+    (("cycle", "--taught", "nan"), "--taught"),
+    (("cycle", "--taught", "70", "--protocol", "paper"), "travel_mm"),
     (("cycle", "--pace", "-2"), "--pace"),
     (("cycle", "--pace", "nan"), "--pace"),
     (("cycle", "--nonsense"), "--nonsense"),
@@ -282,6 +286,18 @@ def test_a_ventilated_patient_is_suctioned_within_the_guideline(
     assert all(check["ok"] for check in data["checks"])
     assert 80.0 < data["spo2_nadir_percent"] <= 100.0
     assert data["lung_volume_loss_ml"] > 0.0
+
+
+def test_a_measured_length_is_what_the_cycle_is_fitted_to(tmp_path: Path) -> None:
+    ran = opensuction("cycle", "--taught", "57", "--json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["taught_mm"] == 57.0
+    assert data["teaching"]["source"] == "given"
+    assert data["tip"]["target_mm"] == 47.0  # 10 mm short of it
+    assert data["check"]["passed"] is True
+    assert data["check"]["failed_item"] is None
+    assert len(data["check"]["items"]) == 10
 
 
 def test_help_teaches_with_examples(tmp_path: Path) -> None:

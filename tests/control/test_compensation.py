@@ -10,6 +10,8 @@ from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 
 DT_S = 0.001
+FULL = 1000.0
+"""No slower than the head can."""
 
 
 def chosen(kind: CompensationKind) -> Compensation:
@@ -28,7 +30,7 @@ def test_a_parked_head_stays(kind: CompensationKind) -> None:
     parked = compensation.parked(chosen(kind), 0.0)
     after = compensation.step(chosen(kind), parked, 0.0, 0.0, -1.0, DT_S)
     assert after.head_mm == pytest.approx(parked.head_mm, abs=1e-9)
-    assert compensation.home(chosen(kind), parked, parked.head_mm, DT_S) == parked
+    assert compensation.home(chosen(kind), parked, parked.head_mm, FULL, DT_S) == parked
 
 
 @every_kind
@@ -50,7 +52,7 @@ def test_home_is_reached_from_anywhere_within_the_limits(
     outwards = head >= -3.0
     for tick in range(9000):  # 123 mm at 17 mm/s is 7.3 s
         before = state
-        state = compensation.home(chosen(kind), state, -3.0, DT_S)
+        state = compensation.home(chosen(kind), state, -3.0, FULL, DT_S)
         assert abs(state.head_mm_per_s) <= 17.0
         if tick > 0:
             change = abs(state.head_mm_per_s - before.head_mm_per_s)
@@ -65,7 +67,7 @@ def test_home_is_reached_from_anywhere_within_the_limits(
 def test_homing_keeps_track_of_the_lag() -> None:
     state = HeadState(50.0, 0.0, -modified_dahl.saturation_mm(PUBLISHED))
     for _ in range(5000):
-        state = compensation.home(chosen(CompensationKind.EXACT_INVERSE), state, 0.0, DT_S)
+        state = compensation.home(chosen(CompensationKind.EXACT_INVERSE), state, 0.0, FULL, DT_S)
     start = -modified_dahl.saturation_mm(PUBLISHED)
     # The last tick of the way comes back by 25 nm, at up to 2 beta of lag for each.
     expected = modified_dahl.step(PUBLISHED, start, -50.0)

@@ -29,6 +29,8 @@ from opensuction.twin import machine, plant
 from opensuction.twin.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
+TEACH, CONFIRM, HOME = 16, 32, 64
+SERVICE, CHANGED, RETURN_TO_SERVICE, NOT_NEEDED = 128, 256, 512, 1024
 """Buttons, as bits."""
 
 NAN = float("nan")
@@ -146,6 +148,7 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
         airway=airway,
         switch=after.switch,
         seam=after.seam,
+        hand=after.hand,
         laser=after.laser,
     )
 
@@ -173,6 +176,13 @@ def run(
             identify=pressed & 2 != 0,
             abort=pressed & 4 != 0,
             reset=pressed & 8 != 0,
+            teach=pressed & 16 != 0,
+            confirm=pressed & 32 != 0,
+            home=pressed & 64 != 0,
+            service=pressed & 128 != 0,
+            changed=pressed & 256 != 0,
+            return_to_service=pressed & 512 != 0,
+            not_needed=pressed & 1024 != 0,
         )
         host = Host(overrun=fault == Fault.OVERRUN.value)
         truth = machine.observe(loop.machine, state.machine)

@@ -6,6 +6,7 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
+from opensuction.procedure.upkeep import NEW_CATHETER_S
 from opensuction.simulation import bench
 from opensuction.simulation.closed_loop import DT_S, Loop
 from opensuction.simulation.trace import Columns, phase_spans, power_up
@@ -155,7 +156,7 @@ def test_a_stop_in_the_dwell_keeps_suction_until_the_tip_is_out() -> None:
 def test_powered_up_away_from_home_it_waits_and_a_reset_brings_it_out(head_mm: float) -> None:
     loop, _ = at_rest(EXACT)
     away = preset.parked(loop.machine, rig().values, head_mm, seed=1, run=3)
-    start = power_up(loop, away)
+    start = power_up(loop, away, NEW_CATHETER_S)
     _, columns = simulate(
         EXACT, 66.0, {0.0: START, 1.0: RESET, 20.0: RESET, 21.0: START}, start=start
     )
@@ -175,13 +176,15 @@ def test_powered_up_away_from_home_it_waits_and_a_reset_brings_it_out(head_mm: f
 @pytest.mark.parametrize("head_mm", [NAN, float("inf")])
 def test_powered_up_blind_it_halts(head_mm: float) -> None:
     loop, _ = at_rest(EXACT)
-    assert controller.start(loop.controller, head_mm).procedure.phase == Phase.HALTED
+    assert (
+        controller.start(loop.controller, head_mm, NEW_CATHETER_S).procedure.phase == Phase.HALTED
+    )
 
 
 def test_left_halted_in_the_airway_it_comes_out_by_itself_in_the_end() -> None:
     loop, _ = at_rest(EXACT)
     away = preset.parked(loop.machine, rig().values, 60.0, seed=1, run=3)
-    _, columns = simulate(EXACT, 60.0, {}, start=power_up(loop, away))
+    _, columns = simulate(EXACT, 60.0, {}, start=power_up(loop, away, NEW_CATHETER_S))
     assert phases(columns) == [Phase.HALTED]
     assert {code.name for code in trips(columns)} == {"IN_AIRWAY_TIME"}
     assert columns["truth.head_mm"][-1] == pytest.approx(

@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence import cycle_run
-from opensuction.evidence.cycle_run import APPROACHES, Choice
+from opensuction.evidence.cycle_choice import APPROACHES, Choice
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.trace import Columns
 

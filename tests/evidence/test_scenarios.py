@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from opensuction.evidence import cycle_run, cycle_summary
-from opensuction.evidence.cycle_run import Choice
+from opensuction.evidence.cycle_choice import Choice
 
 FOLDER = Path(__file__).resolve().parents[1] / "scenarios"
 FILES = sorted(FOLDER.glob("*.json"))

@@ -64,13 +64,16 @@ def test_the_check_is_passed_when_every_item_is_and_the_machine_rests() -> None:
 
 
 def test_whoever_aborts_starts_and_resets_nothing() -> None:
-    everything = Requests(start=True, identify=True, abort=True, reset=True)
+    everything = Requests(*[True] * len(Requests._fields))
     for phase in Phase:
         asked = events(phase, requests=everything)
         assert Event.ABORT_REQUESTED in asked
         assert not asked & {
             Event.START_REQUESTED,
             Event.IDENTIFY_REQUESTED,
+            Event.TEACH_REQUESTED,
+            Event.SERVICE_REQUESTED,
+            Event.SERVICE_ENDED,
             Event.RESET_REQUESTED,
             Event.RECOVERY_REQUESTED,
         }

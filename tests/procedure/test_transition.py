@@ -6,8 +6,6 @@ from opensuction.procedure.transition import ACTIVE, STAY, TRANSITIONS, Event, f
 
 URGENT = (Event.TRIPPED, Event.ABORT_REQUESTED, Event.PHASE_OVERDUE)
 
-NOT_BUILT_YET = {Phase.TEACHING, Phase.OUT_OF_SERVICE}
-
 
 def bits(*events: Event) -> int:
     return sum(1 << event for event in events)
@@ -50,8 +48,8 @@ def test_every_active_phase_is_broken_off_whatever_else_happens(
 
 
 def test_active_phases_are_all_but_those_that_wait_or_already_leave() -> None:
-    resting = {Phase.PARKED, Phase.HALTED, Phase.ABORTING}
-    assert set(ACTIVE) == set(Phase) - resting - NOT_BUILT_YET
+    resting = {Phase.PARKED, Phase.HALTED, Phase.ABORTING, Phase.OUT_OF_SERVICE}
+    assert set(ACTIVE) == set(Phase) - resting
 
 
 def reachable(start: Phase) -> set[Phase]:
@@ -66,13 +64,13 @@ def reachable(start: Phase) -> set[Phase]:
 
 
 def test_every_phase_can_be_reached_and_left_again() -> None:
-    for phase in set(Phase) - NOT_BUILT_YET:
-        assert reachable(phase) == set(Phase) - NOT_BUILT_YET, phase
+    for phase in set(Phase):
+        assert reachable(phase) == set(Phase), phase
 
 
-def test_a_halt_ends_only_by_a_persons_reset() -> None:
+def test_a_halt_ends_only_by_a_persons_hand() -> None:
     ways_out = {event for phase, event in TRANSITIONS if phase == Phase.HALTED}
-    assert ways_out == {Event.RESET_REQUESTED, Event.RECOVERY_REQUESTED}
+    assert ways_out == {Event.RESET_REQUESTED, Event.RECOVERY_REQUESTED, Event.SERVICE_REQUESTED}
     assert follow(Phase.HALTED, bits(*(set(Event) - ways_out))) == Phase.HALTED
 
 
@@ -94,3 +92,18 @@ def test_the_tip_goes_in_only_after_check_and_preload() -> None:
 def test_an_abort_ends_halted_never_parked() -> None:
     after = {following for (phase, _), following in TRANSITIONS.items() if phase == Phase.ABORTING}
     assert after == {Phase.HALTED}
+
+
+def test_out_of_service_nothing_happens_until_a_person_ends_it() -> None:
+    ways_out = {event for phase, event in TRANSITIONS if phase == Phase.OUT_OF_SERVICE}
+    assert ways_out == {Event.SERVICE_ENDED, Event.SERVICE_ENDED_AWAY}
+    assert follow(Phase.OUT_OF_SERVICE, bits(*(set(Event) - ways_out))) == Phase.OUT_OF_SERVICE
+
+
+def test_service_and_teaching_begin_only_with_the_tip_out() -> None:
+    before = {
+        after: {phase for (phase, _), following in TRANSITIONS.items() if following == after}
+        for after in (Phase.OUT_OF_SERVICE, Phase.TEACHING)
+    }
+    assert before[Phase.OUT_OF_SERVICE] == {Phase.PARKED, Phase.HALTED}
+    assert before[Phase.TEACHING] == {Phase.PARKED}

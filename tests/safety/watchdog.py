@@ -55,7 +55,12 @@ def sound(head_mm: float) -> Readings:
 def staying(head_mm: float) -> Setpoints:
     """A proposal to stay there with the valve closed."""
     return Setpoints(
-        head_mm=head_mm, head_mm_per_s=0.0, valve_open=False, pump_on=True, vacuum_mmhg=120.0
+        head_mm=head_mm,
+        head_mm_per_s=0.0,
+        insertion_on=True,
+        valve_open=False,
+        pump_on=True,
+        vacuum_mmhg=120.0,
     )
 
 

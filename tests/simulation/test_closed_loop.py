@@ -29,6 +29,7 @@ GOLDEN_COLUMNS = [
     "demand.direction",
     "demand.homing",
     "demand.jog_mm",
+    "demand.insertion_on",
     "demand.valve_open",
     "demand.pump_on",
     "demand.vacuum_mmhg",

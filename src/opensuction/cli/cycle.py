@@ -31,6 +31,7 @@ class Options(NamedTuple):
     conduit: str | None
     approach: str
     compensation: str
+    taught_mm: float | None
     seed: int
     pace: float | None
     out: Path | None
@@ -101,12 +102,12 @@ def _run_and_write(
     options: Options, console: Console, pace: float, staging: Path, began_s: float
 ) -> dict[str, object]:
     # Heavy imports.
-    from opensuction.evidence import cycle_run, cycle_summary
+    from opensuction.evidence import cycle_choice, cycle_run, cycle_summary
     from opensuction.kernel import compiled
     from opensuction.kernel.phase import Phase
     from opensuction.report import page, terminal
 
-    choice = cycle_run.Choice(
+    choice = cycle_choice.Choice(
         machine=options.machine,
         protocol=options.protocol,
         approach=options.approach,
@@ -115,8 +116,9 @@ def _run_and_write(
         patient=options.patient,
         catheter=options.catheter,
         conduit=options.conduit,
+        taught_mm=options.taught_mm,
     )
-    cycle_run.check(choice)
+    cycle_choice.check(choice)
     if compiled.is_cold():
         # On stderr: a refusal may still come, and then nothing is on stdout.
         notice = "Compiling the control core: once for this version, about 30 s"

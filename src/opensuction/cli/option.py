@@ -61,6 +61,15 @@ Compensation = Annotated[
         metavar="NAME|FILE",
     ),
 ]
+TaughtLength = Annotated[
+    float | None,
+    typer.Option(
+        help="Way from the tube's lower end to the carina that a person measured, in mm. "
+        "Default: taught by hand on the twin, with a hand's error.",
+        metavar="MM",
+        show_default=False,
+    ),
+]
 Seed = Annotated[
     int,
     typer.Option(

@@ -86,15 +86,24 @@ def step(
 
 @compiled
 def home(
-    compensation: Compensation, state: HeadState, park_head_mm: float, dt_s: float
+    compensation: Compensation,
+    state: HeadState,
+    park_head_mm: float,
+    speed_mm_per_s: float,
+    dt_s: float,
 ) -> HeadState:
     """Head command of one tick on the way to its park position, whatever the tip does.
 
+    speed_mm_per_s: no faster than this, nor than the compensation's limits.
     A head that was on its way elsewhere stops at once.
     """
     distance = park_head_mm - state.head_mm
     velocity = state.head_mm_per_s if state.head_mm_per_s * distance > 0.0 else 0.0
-    velocity = head_path.step(compensation.limits, distance, 0.0, velocity, dt_s)
+    limits = HeadLimits(
+        speed_mm_per_s=min(speed_mm_per_s, compensation.limits.speed_mm_per_s),
+        acceleration_mm_per_s2=compensation.limits.acceleration_mm_per_s2,
+    )
+    velocity = head_path.step(limits, distance, 0.0, velocity, dt_s)
     move = velocity * dt_s
     return HeadState(
         head_mm=state.head_mm + move,

@@ -17,10 +17,11 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure import cycle, progress
+from opensuction.procedure import cycle, progress, upkeep
 from opensuction.procedure.cycle import Demand
 from opensuction.procedure.plan import Plan
 from opensuction.procedure.progress import ProcedureState, Surroundings
+from opensuction.procedure.upkeep import Refusal, Service, Upkeep
 from opensuction.safety import governor
 from opensuction.safety.governor import GovernorState, Verdict
 from opensuction.safety.limits import Limits
@@ -32,6 +33,7 @@ class Settings(NamedTuple):
     """Everything the controller is set to for one run."""
 
     plan: Plan
+    service: Service
     compensation: Compensation
     parked: HeadState
     """Compensator with the head at its park position."""
@@ -45,6 +47,7 @@ class State(NamedTuple):
     """Everything the controller remembers."""
 
     procedure: ProcedureState
+    upkeep: Upkeep
     compensation: HeadState
     insertion_servo: ServoState
     valve_servo: ServoState
@@ -77,11 +80,21 @@ class Outputs(NamedTuple):
     """Item of the pre-use test that is being tested; see `check.CheckItem`."""
     check_failed: int
     """Item of the last pre-use test that failed."""
+    taught: int
+    """What became of the last confirmation; see `teaching.Taught`."""
+    taught_mm: float
+    """Travel length that was taught: tube's lower end to carina; 0 where none was taken."""
+    refusal: int
+    """Why the last start was refused; see `upkeep.Refusal`."""
+    assessment_due: bool
+    """A person shall look at the patient, and start a cycle or find none needed."""
+    catheter_age_s: float
 
 
-def start(settings: Settings, head_mm: float) -> State:
+def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     """State at power-up with the head read at ``head_mm``.
 
+    catheter_age_s: since the catheter's first use; not known (nan) is over its life.
     With the head away from its park position, or not known (nan), the machine halts: a reset then
     withdraws it first.
     """
@@ -95,6 +108,7 @@ def start(settings: Settings, head_mm: float) -> State:
         led = led._replace(head_mm=watch.head_mm)
     return State(
         procedure=procedure,
+        upkeep=upkeep.start(catheter_age_s),
         compensation=led,
         insertion_servo=ServoState(error=0.0, velocity=0.0),
         valve_servo=ServoState(error=0.0, velocity=0.0),
@@ -118,14 +132,18 @@ def _lead(
     settings: Settings, state: State, origin: HeadState, demand: Demand, phase: int, dt_s: float
 ) -> HeadState:
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
-    if phase == Phase.HALTED.value:
+    by_hand = not demand.insertion_on
+    if phase == Phase.HALTED.value or by_hand:
         return HeadState(state.governor.head_mm, 0.0, state.compensation.lag_mm)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
         let_through = HeadState(state.governor.head_mm, led.head_mm_per_s, led.lag_mm)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
-        sent = compensation.home(settings.compensation, let_through, home_mm, dt_s)
+        speed = settings.plan.motion.abort_mm_per_s
+        if phase == Phase.TEACHING.value:
+            speed = settings.plan.teaching.home_mm_per_s
+        sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
         if phase == Phase.CHECKING.value:
             # The jog stays within the gap: it moves no tip, though the model has none so sharp.
             return HeadState(sent.head_mm, sent.head_mm_per_s, settings.parked.lag_mm)
@@ -147,9 +165,15 @@ def _actuate(
     allowed: Setpoints,
     verdict: Verdict,
     seen: Watch,
+    in_service: bool,
     dt_s: float,
 ) -> tuple[ServoState, ServoState, Commands]:
-    """Servos of both axes on the setpoints that were let through."""
+    """Servos of both axes on the setpoints that were let through.
+
+    in_service: otherwise hands are in the machine, and nothing moves, not even to withdraw.
+    """
+    insertion_on = verdict.insertion_on and in_service
+    valve_on = verdict.valve_on and in_service
     cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
         settings.insertion_servo,
@@ -164,11 +188,11 @@ def _actuate(
     )
     commands = Commands(
         head_mm=allowed.head_mm,
-        insertion_v=insertion_v if verdict.insertion_on else 0.0,
-        insertion_on=verdict.insertion_on,
+        insertion_v=insertion_v if insertion_on else 0.0,
+        insertion_on=insertion_on,
         cam_rad=cam,
-        valve_v=valve_v if verdict.valve_on else 0.0,
-        valve_on=verdict.valve_on,
+        valve_v=valve_v if valve_on else 0.0,
+        valve_on=valve_on,
         pump_on=allowed.pump_on,
         vacuum_mmhg=allowed.vacuum_mmhg,
     )
@@ -181,6 +205,7 @@ def _acknowledged(settings: Settings, state: State) -> State:
     watch = governor.reset(settings.limits, state.governor)
     return State(
         procedure=state.procedure,
+        upkeep=state.upkeep,
         compensation=HeadState(watch.head_mm, 0.0, settings.parked.lag_mm),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
@@ -192,12 +217,36 @@ def _acknowledged(settings: Settings, state: State) -> State:
 
 
 @compiled
+def _granted(requests: Requests, start: bool) -> Requests:
+    """The same requests with the start that was granted, a person's or the clock's."""
+    return Requests(
+        start=start,
+        identify=requests.identify,
+        abort=requests.abort,
+        reset=requests.reset,
+        teach=requests.teach,
+        confirm=requests.confirm,
+        home=requests.home,
+        service=requests.service,
+        changed=requests.changed,
+        return_to_service=requests.return_to_service,
+        not_needed=requests.not_needed,
+    )
+
+
+@compiled
 def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
     """One tick of the controller; no clock, no I/O, nothing hidden."""
     dt_s = inputs.dt_s
     requests = inputs.requests
-    if state.procedure.phase == Phase.HALTED.value and requests.reset and not requests.abort:
+    before = state.procedure.phase
+    cleared = (before == Phase.HALTED.value and requests.reset) or (
+        before == Phase.OUT_OF_SERVICE.value and requests.return_to_service
+    )
+    if cleared and not requests.abort:
         state = _acknowledged(settings, state)
+    asked = upkeep.is_asked(settings.service, state.upkeep, before, requests)
+    refused = upkeep.refusal(settings.service, state.upkeep, before, settings.plan.travel_known)
     touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
         inputs.readings
     )
@@ -205,6 +254,8 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     if touched:
         head_mm = _head_mm(state, inputs.readings)
         here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
+    if touched or requests.confirm:
+        head_mm = _head_mm(state, inputs.readings)
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
@@ -215,7 +266,12 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         tip_mm=tip_mm,
     )
     procedure, demand = cycle.step(
-        settings.plan, state.procedure, inputs.readings, requests, around, dt_s
+        settings.plan,
+        state.procedure,
+        inputs.readings,
+        _granted(requests, asked and refused == Refusal.NONE.value),
+        around,
+        dt_s,
     )
     from_here = touched and procedure.phase == Phase.BACKING_OFF.value
     origin = here if from_here else state.compensation
@@ -223,6 +279,7 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     proposal = Setpoints(
         head_mm=led.head_mm,
         head_mm_per_s=led.head_mm_per_s,
+        insertion_on=demand.insertion_on,
         valve_open=demand.valve_open,
         pump_on=demand.pump_on,
         vacuum_mmhg=demand.vacuum_mmhg,
@@ -231,10 +288,18 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         settings.limits, state.governor, proposal, inputs.readings, inputs.host.overrun, dt_s
     )
     insertion, valve_state, commands = _actuate(
-        settings, state, allowed, verdict, watch.watch, dt_s
+        settings,
+        state,
+        allowed,
+        verdict,
+        watch.watch,
+        procedure.phase != Phase.OUT_OF_SERVICE.value,
+        dt_s,
     )
+    kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
     following = State(
         procedure=procedure,
+        upkeep=kept,
         compensation=led,
         insertion_servo=insertion,
         valve_servo=valve_state,
@@ -251,4 +316,9 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         cause=procedure.cause,
         check_item=procedure.check.item,
         check_failed=procedure.check.failed,
+        taught=procedure.teaching.taught,
+        taught_mm=procedure.teaching.taught_mm,
+        refusal=kept.refusal,
+        assessment_due=upkeep.is_prompting(settings.service, kept, procedure.phase),
+        catheter_age_s=kept.catheter_age_s,
     )

@@ -15,7 +15,9 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure import planner
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
+from opensuction.procedure.schedule import ON_REQUEST_ONLY, Schedule
 from opensuction.procedure.site import Site
+from opensuction.procedure.upkeep import LIFE_S, Service
 from opensuction.safety import limits as bounds
 from opensuction.safety.limits import Limits
 
@@ -215,8 +217,14 @@ def settings(
     held = limits(profile, protocol, calibration.model, parked.head_mm, site, stays_on_carina)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
     _check_cap(chosen, protocol, float(bounds.head_cap_mm(held.tip, held.cap_mm)))
+    service = Service(
+        life_s=LIFE_S,
+        cycle_s=planner.longest_cycle_s(plan.limits_s),
+        schedule=ON_REQUEST_ONLY,
+    )
     return Settings(
         plan=plan,
+        service=service,
         compensation=chosen,
         parked=parked,
         insertion_servo=insertion,
@@ -226,3 +234,8 @@ def settings(
         ),
         limits=held,
     )
+
+
+def scheduled(settings: Settings, schedule: Schedule) -> Settings:
+    """The same settings with cycles that begin, or are asked for, by the clock."""
+    return settings._replace(service=settings.service._replace(schedule=schedule))

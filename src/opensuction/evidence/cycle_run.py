@@ -6,33 +6,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
+from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
+from opensuction.evidence import compensation_choice, cycle_choice
+from opensuction.evidence.cycle_choice import APPROACHES, Choice
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, START
-from opensuction.procedure import clinical
-from opensuction.procedure.clinical import TEMPLATES, Template
+from opensuction.procedure import clinical, teaching
+from opensuction.procedure.clinical import Template
 from opensuction.procedure.guideline import Check
-from opensuction.procedure.protocol import PROTOCOLS, Protocol
-from opensuction.settings import identification_file, machine_file, patient_file, plausibility
-from opensuction.settings.choice import choose
+from opensuction.procedure.protocol import Protocol
+from opensuction.procedure.teaching import SENTENCES, Taught
 from opensuction.settings.identification_file import Identified
-from opensuction.settings.toml_file import load_toml
-from opensuction.settings.validation import validate
-from opensuction.simulation import bench, closed_loop, machine_kind, trace
+from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.bench import Identification, Rig
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
-from opensuction.simulation.machine_kind import MachineKind
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.trace import Columns
-from opensuction.twin import patient_kind, preset
-from opensuction.twin.catheter import CATHETERS, ROUTES, laid
-from opensuction.twin.patient_kind import PatientKind
-from opensuction.twin.patient_parameter import TABLES
 
-APPROACHES = {"travel": False, "contact": True}
-"""Ways to find the stopping point, and whether it is the contact switch that does."""
 CONTACT_CARINA_MM = 65.0
 """Distance at which the bench's rubber carina stands for the contact approach (paper, Table II)."""
 CYCLE_RUN = 2
@@ -43,26 +36,6 @@ AFTERMATH_S = 90.0
 """How long a patient is followed after the cycle."""
 PIECE_S = 0.05
 """Simulated time between two reports of progress."""
-
-
-class Choice(NamedTuple):
-    """What a person chose, as names."""
-
-    machine: str | None
-    """Name of a preset or path of a TOML file. None: the bench for a protocol that is for the bench
-    only, else the clinical machine."""
-    protocol: str
-    """Name of a preset or path of a TOML file."""
-    approach: str
-    compensation: str
-    """Name of a compensator, or path of a parameter file that names one and holds its model."""
-    seed: int
-    patient: str | None = None
-    """Name of a preset or path of a TOML file; None: the default patient, nobody on the bench."""
-    catheter: str | None = None
-    """None: the one for the patient's age, or the machine file's."""
-    conduit: str | None = None
-    """None: the standard one, or the machine file's."""
 
 
 class Prepared(NamedTuple):
@@ -78,6 +51,8 @@ class Prepared(NamedTuple):
     """None where the compensation needs none, or has its model from a file."""
     parameter_file: Identified | None
     """The file that the compensation has its model from."""
+    taught_mm: float | None
+    """Carina's depth that the protocol was fitted to; None where it names its own travel."""
     loop: Loop
     start: LoopState
 
@@ -92,117 +67,20 @@ class Progress(NamedTuple):
     vacuum_mmhg: float
 
 
-def is_file(name: str) -> bool:
-    """Whether a name is the path of a file and not a preset."""
-    return name.endswith(".toml")
+def taught(choice: Choice, rig: Rig, calibration: Calibration) -> float:
+    """Depth of the carina as a person measured it, or as a hand teaches it on the rig.
 
-
-def find_protocol(name: str) -> Protocol | Template:
-    """Protocol preset by name, or from a file if the name ends in ``.toml``.
-
-    Raises InputError for an unknown name or a file that is not a protocol.
+    Raises InputError where what was taught is not taken.
     """
-    if is_file(name):
-        return validate(Protocol, load_toml(name), name)
-    known: dict[str, Protocol | Template] = {**TEMPLATES, **PROTOCOLS}
-    return choose(name, known, "protocol")
-
-
-def machine_of(choice: Choice) -> str:
-    """The machine that was named; else the bench for a protocol that is for the bench only."""
-    if choice.machine is not None:
-        return choice.machine
-    found = find_protocol(choice.protocol)
-    return "bench" if isinstance(found, Protocol) and found.bench_only else "clinical"
-
-
-def patient_of(choice: Choice, on_bench: bool) -> str | None:
-    """The patient that was named, or the default; nobody on the bench."""
-    if on_bench and choice.patient is not None:
-        raise InputError("the bench has no patient: leave --patient out or use --machine clinical")
-    return None if on_bench else choice.patient or bench.DEFAULT_PATIENT
-
-
-def kinds(choice: Choice) -> tuple[MachineKind, PatientKind | None]:
-    """Kinds of machine and patient that were chosen; raises InputError for bad names and files."""
-    name = machine_of(choice)
-    if is_file(name):
-        machine = machine_file.load(name)
-        person = _patient_kind(patient_of(choice, machine.preset == "bench"))
-        for option, given in (("--catheter", choice.catheter), ("--conduit", choice.conduit)):
-            if given is not None:
-                raise InputError(f"{option} is the machine file's to say: change it in {name}")
-        return machine, person
-    choose(name, preset.TABLES, "machine")
-    person = _patient_kind(patient_of(choice, name == "bench"))
-    machine = machine_kind.of_preset(name, None if person is None else person.age)
-    catheter = machine.catheter
-    if choice.catheter is not None:
-        catheter = choose(choice.catheter, CATHETERS, "catheter")
-    route = choice.conduit if choice.conduit is not None else "standard"
-    choose(route, ROUTES, "conduit")
-    return machine_kind.equipped(machine, catheter, laid(route, catheter)), person
-
-
-def _patient_kind(name: str | None) -> PatientKind | None:
-    if name is None:
-        return None
-    if is_file(name):
-        return patient_file.load(name)
-    choose(name, TABLES, "patient")
-    return patient_kind.of_preset(name)
-
-
-def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
-    """Refuse unknown names and bad files before anything slow begins; raises InputError."""
-    found = find_protocol(choice.protocol)
-    choose(choice.approach, APPROACHES, "approach")
-    on_bench = kinds(choice)[0].preset == "bench"
-    kind = compensation_of(choice)[0]
-    bench_only = isinstance(found, Protocol) and found.bench_only
-    if bench_only and not on_bench:
+    if choice.taught_mm is not None:
+        return choice.taught_mm
+    found = by_hand.teach(rig, calibration)
+    if found.taught != Taught.TAKEN:
         raise InputError(
-            f"protocol '{choice.protocol}' is for the bench only: it breaks a guideline's limit; "
-            "use --machine bench or another protocol"
+            f"the travel length could not be taught: {SENTENCES[found.taught]}; give it with "
+            "--taught"
         )
-    if not bench_only and on_bench:
-        raise InputError(
-            f"protocol '{choice.protocol}' is for a patient and the bench has none: use "
-            "--machine clinical or --protocol paper"
-        )
-    return found, kind
-
-
-def heading(choice: Choice) -> str:
-    """What is about to run, in one line."""
-    on_bench = kinds(choice)[0].preset == "bench"
-    person = patient_of(choice, on_bench)
-    who = f", patient {person}" if person is not None else ""
-    return (
-        f"One suction cycle on the digital twin: machine {machine_of(choice)}{who}, protocol "
-        f"{choice.protocol}, approach {choice.approach}, compensation {choice.compensation}, "
-        f"seed {choice.seed}"
-    )
-
-
-def compensation_of(choice: Choice) -> tuple[CompensationKind, Identified | None]:
-    """The compensator that was named, and the parameter file where one was given.
-
-    Raises InputError for an unknown name and for a file whose model no compensator can use.
-    """
-    name = choice.compensation
-    if not name.endswith(".toml"):
-        return choose(name, KIND_OF_NAME, "compensation"), None
-    identified = identification_file.load(name)
-    identification_file.calibration(identified, name)
-    return KIND_OF_NAME[identified.about.compensator], identified
-
-
-def _from_file(choice: Choice, identified: Identified, rig: Rig) -> Calibration:
-    """Calibration of a parameter file, held against the machine that it is to drive."""
-    calibration = identification_file.calibration(identified, choice.compensation)
-    plausibility.check(calibration.model, rig.profile.transmission, choice.compensation)
-    return calibration
+    return found.taught_mm
 
 
 def _fitted(
@@ -223,35 +101,65 @@ def _fitted(
     return found
 
 
+def _refuse_early(
+    found: Protocol | Template,
+    rig: Rig,
+    kind: CompensationKind,
+    calibration: Calibration,
+    by_contact: bool,
+) -> None:
+    """Refuse before the slow part what no taught depth can make possible.
+
+    Nothing is easier to fit than the least plausible depth. Raises InputError.
+    """
+    least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
+    first = with_depth(rig, least_mm) if isinstance(found, Template) else rig
+    protocol = _fitted(found, first, kind, calibration, by_contact)
+    bench.assemble(first, protocol, kind, calibration, CYCLE_RUN, by_contact)
+
+
 def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Prepared:
-    """Draw the machine, identify it where the compensation needs that, and plan the cycle.
+    """Draw the machine, identify it and teach it where that is needed, and plan the cycle.
 
     tell: called with a line of progress. Raises InputError for bad names, files and plans.
     """
-    found, kind = check(choice)
+    found, kind = cycle_choice.check(choice)
     by_contact = APPROACHES[choice.approach]
-    rig = bench.rig_of(*kinds(choice), choice.seed)
+    rig = bench.rig_of(*cycle_choice.kinds(choice), choice.seed)
     if by_contact and not rig.machine.has_patient:
         rig = bench.with_carina(rig, CONTACT_CARINA_MM)
-    identified = compensation_of(choice)[1]
+    file = compensation_choice.chosen(choice.compensation)[1]
     calibration = bench.uncalibrated(rig.profile)
-    if identified is not None:
+    if file is not None:
+        calibration = compensation_choice.calibration(
+            file, choice.compensation, rig.profile.transmission
+        )
+    _refuse_early(found, rig, kind, calibration, by_contact)
+    tell(cycle_choice.heading(choice))
+    identification, taught_mm, known = None, None, calibration
+    if file is not None:
         tell(f"Compensating with the model of {choice.compensation}")
-        calibration = _from_file(choice, identified, rig)
-    protocol = _fitted(found, rig, kind, calibration, by_contact)
-    # Refuse before the slow part.
-    bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
-    tell(heading(choice))
-    identification = None
-    if kind != CompensationKind.NONE and identified is None:
+    elif kind != CompensationKind.NONE or isinstance(found, Template):
         tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
         identification = bench.identify(rig)
-        calibration = identification.calibration
-        protocol = _fitted(found, rig, kind, calibration, by_contact)
+        known = identification.calibration
+    if isinstance(found, Template):
+        taught_mm = taught(choice, rig, known)
+        rig = with_depth(rig, taught_mm)
+    if kind == CompensationKind.NONE:
+        identification = None
+    else:
+        calibration = known
+    protocol = _fitted(found, rig, kind, calibration, by_contact)
     loop, start = bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(
-        choice, rig, protocol, kind, calibration, identification, identified, loop, start
+        choice, rig, protocol, kind, calibration, identification, file, taught_mm, loop, start
     )
+
+
+def with_depth(rig: Rig, carina_mm: float) -> Rig:
+    """The same rig, its controller told that the carina is at this depth."""
+    return rig._replace(site=rig.site._replace(carina_mm=carina_mm))
 
 
 def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:

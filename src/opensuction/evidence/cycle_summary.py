@@ -11,7 +11,7 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
-from opensuction.evidence import cycle_run
+from opensuction.evidence import cycle_choice, cycle_run
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
@@ -101,6 +101,17 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
         "phase": phase.name.lower(),
         "sentence": ABORT_SENTENCES[event].format(phase=phase.name.lower(), failed=failed),
         "time_s": time_s,
+    }
+
+
+def _teaching(prepared: Prepared) -> Json | None:
+    """Where the protocol's depth comes from, and how far it is from the truth."""
+    if prepared.taught_mm is None:
+        return None
+    by_hand = prepared.choice.taught_mm is None
+    return {
+        "source": "hand" if by_hand else "given",
+        "error_mm": prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
     }
 
 
@@ -234,14 +245,16 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "outcome": "completed" if result.completed else "aborted",
         "version": __version__,
         "in_silico": True,
-        "machine": cycle_run.machine_of(choice),
+        "machine": cycle_choice.machine_of(choice),
         "protocol": choice.protocol,
         "approach": choice.approach,
         "compensation": choice.compensation,
-        "patient": cycle_run.patient_of(choice, kind.preset == "bench"),
+        "patient": cycle_choice.patient_of(choice, kind.preset == "bench"),
         "catheter": catheter_name(kind.catheter),
         "conduit": conduit_name(kind.catheter, kind.conduit),
         "seed": choice.seed,
+        "taught_mm": prepared.taught_mm,
+        "teaching": _teaching(prepared),
         "phases": [
             {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
             for span in trace.phase_spans(columns)

@@ -6,7 +6,7 @@ import numpy as np
 
 from opensuction.evidence import cycle_run
 from opensuction.evidence.claim import Claim
-from opensuction.evidence.cycle_run import Choice
+from opensuction.evidence.cycle_choice import Choice
 from opensuction.kernel.phase import Phase
 from opensuction.report.sheet import Curve, Plot, Section, Table
 from opensuction.simulation.outcome import Outcome

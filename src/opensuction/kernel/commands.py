@@ -13,6 +13,8 @@ class Setpoints(NamedTuple):
     """Catheter head position (u_FF)."""
     head_mm_per_s: float
     """Velocity that belongs to it; the feedforward uses it."""
+    insertion_on: bool
+    """Torque of the insertion drive; off, a hand may move the head."""
     valve_open: bool
     """Cam towards open or towards closed, at the machine's cam speed."""
     pump_on: bool

@@ -14,6 +14,20 @@ class Requests(NamedTuple):
     """Stop and come out, whatever is going on."""
     reset: bool
     """Leave HALTED after the cause has been dealt with."""
+    teach: bool
+    """Let a person move the catheter (PARKED only)."""
+    confirm: bool
+    """Teaching: the tip is at the carina."""
+    home: bool
+    """Teaching: the drive shall bring the head home."""
+    service: bool
+    """Everything off for catheter change or cleaning (PARKED, or HALTED with the head home)."""
+    changed: bool
+    """Out of service: the catheter is a new one."""
+    return_to_service: bool
+    """Out of service: hands are off, the machine may be used."""
+    not_needed: bool
+    """The assessment that was due found nothing to suction."""
 
 
 class Host(NamedTuple):
@@ -23,9 +37,28 @@ class Host(NamedTuple):
     """The previous tick ended after its deadline."""
 
 
-NO_REQUESTS = Requests(start=False, identify=False, abort=False, reset=False)
-START = Requests(start=True, identify=False, abort=False, reset=False)
-IDENTIFY = Requests(start=False, identify=True, abort=False, reset=False)
-ABORT = Requests(start=False, identify=False, abort=True, reset=False)
-RESET = Requests(start=False, identify=False, abort=False, reset=True)
+NO_REQUESTS = Requests(
+    start=False,
+    identify=False,
+    abort=False,
+    reset=False,
+    teach=False,
+    confirm=False,
+    home=False,
+    service=False,
+    changed=False,
+    return_to_service=False,
+    not_needed=False,
+)
+START = NO_REQUESTS._replace(start=True)
+IDENTIFY = NO_REQUESTS._replace(identify=True)
+ABORT = NO_REQUESTS._replace(abort=True)
+RESET = NO_REQUESTS._replace(reset=True)
+TEACH = NO_REQUESTS._replace(teach=True)
+CONFIRM = NO_REQUESTS._replace(confirm=True)
+HOME = NO_REQUESTS._replace(home=True)
+SERVICE = NO_REQUESTS._replace(service=True)
+CHANGED = NO_REQUESTS._replace(changed=True)
+RETURN_TO_SERVICE = NO_REQUESTS._replace(return_to_service=True)
+NOT_NEEDED = NO_REQUESTS._replace(not_needed=True)
 HEALTHY_HOST = Host(overrun=False)

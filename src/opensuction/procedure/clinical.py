@@ -55,7 +55,7 @@ ADULT = Template(
 )
 PAEDIATRIC = ADULT._replace(
     vacuum_mmhg={AgeGroup.CHILD: 100.0, AgeGroup.NEONATE: 80.0},
-    window_mm=4.0,
+    window_mm=6.0,
     backoff_mm=8.0,
 )
 
@@ -63,7 +63,7 @@ TEMPLATE_SOURCES: dict[str, str] = {
     "vacuum_mmhg": "[paper] II-A: adults 80 to 120, children 80 to 100; neonates NTSP 60 to 80 [F]",
     "stop_short_mm": "[F: ACI] withdraw 1 to 2 cm before suction",
     "window_mm": "[assumed] a tube's tip moves by some 20 mm with the neck [K]; taught with it at "
-    "rest",
+    "rest; children: 2 mm for the model and up to 4 that a hand teaches too deep [computed]",
     "backoff_mm": "[F: ACI] as above; less in a short trachea [assumed]",
     "cap_margin_mm": "[design] the planner's least",
     "insertion_mm_per_s": "[paper] II-A: around 10",

@@ -12,11 +12,12 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
-from opensuction.procedure import check, progress, transition
+from opensuction.procedure import check, progress, teaching, transition
 from opensuction.procedure import plan as plans
 from opensuction.procedure.check import CheckState
 from opensuction.procedure.plan import Excitation, Plan
 from opensuction.procedure.progress import ProcedureState, Surroundings
+from opensuction.procedure.teaching import TeachingState
 from opensuction.procedure.transition import Event
 
 INWARDS = 1.0
@@ -35,6 +36,8 @@ class Demand(NamedTuple):
     """The head goes to its park position, whatever the model makes of the reference."""
     jog_mm: float
     """Homing: this far inwards of it, for the pre-use test."""
+    insertion_on: bool
+    """Torque of the insertion drive; off while a hand moves the head."""
     valve_open: bool
     pump_on: bool
     vacuum_mmhg: float
@@ -42,12 +45,24 @@ class Demand(NamedTuple):
 
 def parked(plan: Plan) -> ProcedureState:
     """Ready for a cycle, tip at its parked reference."""
-    return _enter(Phase.PARKED.value, transition.STAY, plan.motion.park_mm, False, check.untested())
+    return _enter(
+        Phase.PARKED.value,
+        transition.STAY,
+        plan.motion.park_mm,
+        False,
+        check.untested(),
+        teaching.untaught(),
+    )
 
 
 @compiled
 def _enter(
-    phase: int, cause: int, reference_mm: float, valve_open: bool, tested: CheckState
+    phase: int,
+    cause: int,
+    reference_mm: float,
+    valve_open: bool,
+    tested: CheckState,
+    taught: TeachingState,
 ) -> ProcedureState:
     return ProcedureState(
         phase=phase,
@@ -59,6 +74,7 @@ def _enter(
         arrived_ticks=0,
         valve_open=valve_open,
         check=tested,
+        teaching=taught,
     )
 
 
@@ -129,6 +145,14 @@ def _is_homing(phase: int) -> bool:
 
 
 @compiled
+def _is_driven(phase: int, bringing: bool) -> bool:
+    """Torque on the insertion drive: not while hands move the head."""
+    if phase == Phase.TEACHING.value:
+        return bringing
+    return phase != Phase.OUT_OF_SERVICE.value
+
+
+@compiled
 def _is_pumping(phase: int, valve_open: bool) -> bool:
     """Pump on: not while parked or halted, where the line vents, so that each check tests it."""
     if phase == Phase.ABORTING.value:
@@ -138,6 +162,8 @@ def _is_pumping(phase: int, valve_open: bool) -> bool:
         and phase != Phase.CHECKING.value
         and phase != Phase.HALTED.value
         and phase != Phase.IDENTIFYING.value
+        and phase != Phase.TEACHING.value
+        and phase != Phase.OUT_OF_SERVICE.value
     )
 
 
@@ -165,18 +191,27 @@ def step(
     checked = state.check
     if state.phase == Phase.CHECKING.value:
         checked = progress.tested(plan, checked, readings, around, dt_s)
+    taught = state.teaching
+    if state.phase == Phase.TEACHING.value:
+        taught = progress.taught(plan, taught, readings, requests, around)
     events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks = state.arrived_ticks
     if phase != state.phase:
-        resting = phase == Phase.HALTED.value or phase == Phase.PARKED.value
+        resting = (
+            phase == Phase.HALTED.value
+            or phase == Phase.PARKED.value
+            or phase == Phase.OUT_OF_SERVICE.value
+        )
         reference_mm = plan.motion.park_mm if resting else state.reference_mm
         if phase == Phase.BACKING_OFF.value:
             reference_mm = around.here_mm
         cause = transition.taken(state.phase, events)
         checked = _tested(state, checked, phase, cause)
         was_open = state.valve_open and state.phase != Phase.CHECKING.value
-        state = _enter(phase, cause, reference_mm, was_open and not resting, checked)
+        if phase == Phase.TEACHING.value:
+            taught = teaching.begun()
+        state = _enter(phase, cause, reference_mm, was_open and not resting, checked, taught)
     reference, velocity = _reference(plan, state, state.phase_ticks * dt_s)
     arrived = (
         phase == Phase.OPENING.value
@@ -195,8 +230,9 @@ def step(
         reference_mm=reference,
         reference_mm_per_s=velocity,
         direction=_direction(plan, phase, arrived_ticks * dt_s),
-        homing=_is_homing(phase),
+        homing=_is_homing(phase) or (phase == Phase.TEACHING.value and taught.bringing),
         jog_mm=plan.check.jog_mm if check.is_jogging(checked.item) else 0.0,
+        insertion_on=_is_driven(phase, taught.bringing),
         valve_open=valve_open,
         pump_on=pumping,
         vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,
@@ -212,6 +248,7 @@ def step(
             arrived_ticks=arrived_ticks,
             valve_open=valve_open,
             check=checked,
+            teaching=taught,
         ),
         demand,
     )

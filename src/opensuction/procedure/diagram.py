@@ -1,6 +1,7 @@
 """The page on phases in the documentation, drawn from the table of transitions."""
 
 from opensuction.kernel.phase import Phase
+from opensuction.procedure.check import ITEMS, ORDER
 from opensuction.procedure.transition import ACTIVE, BROKEN_OFF, NORMAL, Event
 
 Table = dict[tuple[Phase, Event], Phase]
@@ -9,7 +10,7 @@ PAGE = """# Phases
 
 Generated from `opensuction.procedure.transition`: do not edit. A test compares the two.
 
-One suction cycle and how it ends when all is well:
+One suction cycle, teaching and service, and how they end when all is well:
 
 {normal}
 What breaks off any of {active}, and what stops the machine for good:
@@ -19,6 +20,15 @@ One transition is taken a tick. Of the events of that tick the first in this ord
 knows is taken; one that it does not know changes nothing:
 
 {events}
+
+CHECKING is a test of these items in this order; the first that fails ends it:
+
+{items}
+
+TEACHING lets go of the head: a person pushes the catheter to the carina, confirms, and draws it
+back or asks the drive to. OUT_OF_SERVICE drives nothing, not even a withdrawal: hands are in the
+machine. A cycle starts only from PARKED, by a person or by the clock, and with a catheter whose
+24 h last until its end.
 """
 
 
@@ -45,4 +55,5 @@ def page() -> str:
         active=", ".join(phase.name for phase in ACTIVE),
         broken=mermaid(BROKEN_OFF),
         events="\n".join(f"{event + 1}. {_words(event)}" for event in Event),
+        items="\n".join(f"{place}. {ITEMS[item]}" for place, item in enumerate(ORDER, start=1)),
     )

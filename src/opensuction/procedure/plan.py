@@ -6,6 +6,7 @@ from opensuction.control.profile import Profile
 from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
 from opensuction.procedure.check import CheckPlan
+from opensuction.procedure.teaching import TeachingPlan
 
 TUBE_END_MM = 0.0
 """Lower end of the tube: the origin of every depth."""
@@ -72,6 +73,7 @@ class Plan(NamedTuple):
     motion: Motion
     contact: ContactSearch
     check: CheckPlan
+    teaching: TeachingPlan
     excitation: Excitation
     preload_s: float
     """Time given to the head to take up the gap before insertion."""
@@ -83,6 +85,8 @@ class Plan(NamedTuple):
     cam_open_rad: float
     bench_only: bool
     """Nobody is on the machine: it may be identified."""
+    travel_known: bool
+    """Whether a cycle may start: not under the plan that a person teaches with."""
     limits_s: PhaseLimits
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from opensuction.control import profile, staged_path
 from opensuction.kernel.errors import InputError
 from opensuction.procedure import plan as plans
+from opensuction.procedure import teaching
 from opensuction.procedure.check import CheckPlan, ItemLimits
 from opensuction.procedure.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
 from opensuction.procedure.protocol import Protocol
@@ -226,6 +227,20 @@ def phase_limits(
     )
 
 
+def longest_cycle_s(limits: PhaseLimits) -> float:
+    """Longest that a cycle may take before one of its phases is overdue."""
+    return (
+        limits.checking
+        + limits.preloading
+        + limits.inserting
+        + limits.backing_off
+        + limits.opening
+        + limits.suctioning
+        + limits.withdrawing
+        + limits.closing
+    )
+
+
 def plan(
     protocol: Protocol,
     abilities: Abilities,
@@ -251,6 +266,7 @@ def plan(
             backoff_mm=protocol.backoff_mm,
         ),
         check=testing,
+        teaching=teaching.plan(site.age),
         excitation=excitation,
         preload_s=times.preload,
         dwell_s=times.dwell,
@@ -258,5 +274,6 @@ def plan(
         vacuum_mmhg=protocol.vacuum_mmhg,
         cam_open_rad=abilities.cam_open_rad,
         bench_only=protocol.bench_only,
+        travel_known=True,
         limits_s=phase_limits(times, abilities, excitation, testing),
     )

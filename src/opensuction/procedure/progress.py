@@ -1,14 +1,16 @@
 """What has happened in a cycle: readings and requests turned into the events of a tick."""
 
+import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
-from opensuction.procedure import check
+from opensuction.procedure import check, teaching
 from opensuction.procedure.check import CheckItem, CheckSeen, CheckState
 from opensuction.procedure.plan import ContactSearch, Motion, Plan
+from opensuction.procedure.teaching import TeachingState
 from opensuction.procedure.transition import Event
 
 OPEN_SHARE = 0.95
@@ -36,6 +38,7 @@ class ProcedureState(NamedTuple):
     """Ticks since the reference reached the target."""
     valve_open: bool
     check: CheckState
+    teaching: TeachingState
 
 
 class Surroundings(NamedTuple):
@@ -50,7 +53,7 @@ class Surroundings(NamedTuple):
     here_mm: float
     """Reference at which the head would be where it was measured; used on contact."""
     tip_mm: float
-    """Estimated tip, pushed in to the measured head; used on contact."""
+    """Estimated tip, pushed in to the measured head; used on contact and to teach."""
 
 
 @compiled
@@ -145,6 +148,27 @@ def tested(
 
 
 @compiled
+def taught(
+    plan: Plan,
+    state: TeachingState,
+    readings: Readings,
+    requests: Requests,
+    around: Surroundings,
+) -> TeachingState:
+    """Teaching one tick on."""
+    return teaching.step(
+        plan.teaching,
+        state,
+        requests.confirm and not requests.abort,
+        requests.home,
+        readings.head_valid and math.isfinite(readings.head_mm),
+        readings.head_mm - plan.motion.park_head_mm,
+        is_home(plan.motion, readings),
+        around.tip_mm,
+    )
+
+
+@compiled
 def _progress(
     plan: Plan,
     state: ProcedureState,
@@ -178,6 +202,9 @@ def _progress(
         return _bit((home and resting and closed) or around.powerless, Event.CLEARED.value)
     if phase == Phase.IDENTIFYING.value:
         return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED.value)
+    if phase == Phase.TEACHING.value:
+        over = teaching.is_over(plan.teaching, state.teaching, dt_s)
+        return _bit(over, Event.TEACHING_ENDED.value)
     return _inside(plan, state, readings, around, settled, dt_s)
 
 
@@ -198,6 +225,7 @@ def happened(
     overdue = state.phase_ticks * dt_s > plan.limits_s[state.phase]
     home = is_home(plan.motion, readings)
     start = requests.start and not requests.abort
+    ended = requests.return_to_service and not requests.abort
     identify = requests.identify and not requests.abort and plan.bench_only
     reset = requests.reset and not requests.abort
     return (
@@ -207,6 +235,10 @@ def happened(
         | _bit(overdue, Event.PHASE_OVERDUE.value)
         | _bit(start, Event.START_REQUESTED.value)
         | _bit(identify, Event.IDENTIFY_REQUESTED.value)
+        | _bit(requests.teach and not requests.abort and home, Event.TEACH_REQUESTED.value)
         | _bit(reset and home, Event.RESET_REQUESTED.value)
         | _bit(reset and not home, Event.RECOVERY_REQUESTED.value)
+        | _bit(requests.service and not requests.abort and home, Event.SERVICE_REQUESTED.value)
+        | _bit(ended and home, Event.SERVICE_ENDED.value)
+        | _bit(ended and not home, Event.SERVICE_ENDED_AWAY.value)
     )

@@ -38,12 +38,21 @@ class Event(IntEnum):
     CLEARED = 14
     """Out of the airway with the valve closed, or nothing left that may move."""
     EXCITATION_ENDED = 15
-    START_REQUESTED = 16
-    IDENTIFY_REQUESTED = 17
-    RESET_REQUESTED = 18
+    TEACHING_ENDED = 16
+    """The head is home again after a person had moved it."""
+    START_REQUESTED = 17
+    IDENTIFY_REQUESTED = 18
+    TEACH_REQUESTED = 19
+    RESET_REQUESTED = 20
     """A person acknowledges a halt with the head at its park position."""
-    RECOVERY_REQUESTED = 19
+    RECOVERY_REQUESTED = 21
     """The same with the head elsewhere: out first."""
+    SERVICE_REQUESTED = 22
+    """A person wants to change or clean something, with the head at its park position."""
+    SERVICE_ENDED = 23
+    """Hands are off, and the head is at its park position."""
+    SERVICE_ENDED_AWAY = 24
+    """Hands are off, but somebody has moved the head, or it cannot be read."""
 
 
 P = Phase
@@ -62,9 +71,15 @@ NORMAL: dict[tuple[Phase, Event], Phase] = {
     (P.CLOSING, E.VALVE_CLOSED): P.PARKED,
     (P.PARKED, E.IDENTIFY_REQUESTED): P.IDENTIFYING,
     (P.IDENTIFYING, E.EXCITATION_ENDED): P.PARKED,
+    (P.PARKED, E.TEACH_REQUESTED): P.TEACHING,
+    (P.TEACHING, E.TEACHING_ENDED): P.PARKED,
     (P.ABORTING, E.CLEARED): P.HALTED,
     (P.HALTED, E.RESET_REQUESTED): P.PARKED,
     (P.HALTED, E.RECOVERY_REQUESTED): P.ABORTING,
+    (P.PARKED, E.SERVICE_REQUESTED): P.OUT_OF_SERVICE,
+    (P.HALTED, E.SERVICE_REQUESTED): P.OUT_OF_SERVICE,
+    (P.OUT_OF_SERVICE, E.SERVICE_ENDED): P.PARKED,
+    (P.OUT_OF_SERVICE, E.SERVICE_ENDED_AWAY): P.HALTED,
 }
 
 ACTIVE = (
@@ -77,6 +92,7 @@ ACTIVE = (
     P.WITHDRAWING,
     P.CLOSING,
     P.IDENTIFYING,
+    P.TEACHING,
 )
 """Phases in which the machine does something that can be broken off."""
 

@@ -80,6 +80,20 @@ def _check(summary: Summary) -> str:
     return _with_stop(f"The pre-use test failed: {said}")
 
 
+def _teaching(summary: Summary) -> str:
+    """Where the depth of the carina came from, and how far it was off."""
+    taught = number(summary, "taught_mm")
+    if taught is None:
+        return ""
+    how = "given" if text(summary, "teaching", "source") == "given" else "taught by hand"
+    said = f"The way from the tube's end to the carina was {how}: {quantity(taught, 'mm')}"
+    error = number(summary, "teaching", "error_mm")
+    if error is not None:
+        side = "more" if error >= 0.0 else "less"
+        said += f", {quantity(abs(error), 'mm')} {side} than it is"
+    return f"{said}."
+
+
 def _depth(summary: Summary) -> str:
     deepest = number(summary, "tip", "deepest_mm")
     if deepest is None:
@@ -194,5 +208,16 @@ def _faults(summary: Summary) -> str:
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
-    told = (_ending, _check, _depth, _contact, _stop, _suction, _secretion, _patient, _faults)
+    told = (
+        _ending,
+        _check,
+        _teaching,
+        _depth,
+        _contact,
+        _stop,
+        _suction,
+        _secretion,
+        _patient,
+        _faults,
+    )
     return [sentence for tell in told if (sentence := tell(summary))]

@@ -167,8 +167,13 @@ def _narrow(
     valve_open = proposal.valve_open and not cut and (state.valve_open or not advancing)
     held = valve_open or seen.lasting.sucking > 0.0
     vacuum = 0.0 if cut else min(proposal.vacuum_mmhg, limits.vacuum_mmhg)
-    if reaction == Reaction.TORQUE_OFF.value:
-        head, velocity = seen.head_mm, 0.0  # nothing is driven; a start begins from where it is
+    released = not proposal.insertion_on and reaction != Reaction.WITHDRAW.value
+    driven = reaction != Reaction.TORQUE_OFF.value and not released
+    if not driven:
+        head, velocity = seen.head_mm, 0.0  # a start begins from where it is
+        changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
+        if released and reaction == Reaction.PASS.value and changed:
+            reaction = Reaction.CAP.value
     elif reaction == Reaction.WITHDRAW.value:
         head, velocity = _withdrawn(limits, state.head_mm, seen, dt_s)
     else:
@@ -185,6 +190,7 @@ def _narrow(
     allowed = Setpoints(
         head_mm=head,
         head_mm_per_s=velocity,
+        insertion_on=driven,
         valve_open=valve_open,
         pump_on=proposal.pump_on and not cut,
         vacuum_mmhg=vacuum,
@@ -214,7 +220,7 @@ def step(
         reaction=reaction,
         trips=trips,
         deepest_mm=bounds.deepest_mm(limits.tip, seen.foremost_mm),
-        insertion_on=reaction != Reaction.TORQUE_OFF.value,
+        insertion_on=allowed.insertion_on,
         valve_on=not trips >> Trip.CAM_READING_INVALID.value & 1,
     )
     forced = reaction == Reaction.WITHDRAW.value and (

@@ -13,7 +13,7 @@ from opensuction.kernel.meaning import Meaning
 from opensuction.procedure import clinical, guideline, protocol
 from opensuction.settings.limit import in_words, limit_of, plain
 from opensuction.settings.unit import unit_of
-from opensuction.twin import catheter, parameter, patient_airway, patient_kind
+from opensuction.twin import catheter, hand, parameter, patient_airway, patient_kind
 from opensuction.twin.parameter import Parameter
 from opensuction.twin.patient_parameter import PRESETS, ROWS
 
@@ -42,6 +42,7 @@ def page(machine_example: str, patient_example: str) -> str:
             "misspelt keys are refused, and so is what does not fit together.\n",
             _machines(machine_example),
             _patients(patient_example),
+            _hands(),
             _protocols(),
             _guidelines(),
         )
@@ -98,6 +99,26 @@ def _patients(example: str) -> str:
             _consistency_table(),
         )
     )
+
+
+def _hands() -> str:
+    return "\n".join(
+        (
+            "## The hand that teaches\n",
+            "A person pushes the catheter to the carina to measure the travel length; a seed "
+            "draws each. No file sets them.\n",
+            hand_table(),
+        )
+    )
+
+
+def hand_table() -> str:
+    """How people push the catheter when they teach the travel length."""
+    rows = (
+        (f"`{name}`", _cell(entry), entry.unit, _range(entry), entry.meaning, entry.source)
+        for name, entry in hand.PARAMETERS.items()
+    )
+    return _table(("parameter", "value", *COLUMNS), rows)
 
 
 def _protocols() -> str:

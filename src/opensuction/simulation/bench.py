@@ -19,6 +19,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import IDENTIFY
 from opensuction.procedure.protocol import PAPER, Protocol
 from opensuction.procedure.site import BENCH_SITE, Site
+from opensuction.procedure.upkeep import NEW_CATHETER_S
 from opensuction.simulation import machine_kind, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.machine_kind import MachineKind
@@ -133,7 +134,7 @@ def assemble(
     settings = setup.settings(chosen.profile, protocol, kind, calibration, by_contact, chosen.site)
     loop = Loop(controller=settings, machine=chosen.machine)
     state = preset.parked(chosen.machine, chosen.values, settings.parked.head_mm, chosen.seed, run)
-    return loop, trace.power_up(loop, state)
+    return loop, trace.power_up(loop, state, NEW_CATHETER_S)
 
 
 def excite(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Columns:

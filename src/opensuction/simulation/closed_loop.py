@@ -106,7 +106,11 @@ def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, T
 @compiled
 def is_resting(phase: int) -> bool:
     """Whether a phase waits for a person."""
-    return phase == Phase.PARKED.value or phase == Phase.HALTED.value
+    return (
+        phase == Phase.PARKED.value
+        or phase == Phase.HALTED.value
+        or phase == Phase.OUT_OF_SERVICE.value
+    )
 
 
 @compiled

@@ -27,6 +27,7 @@ def _rested(loop: Loop, state: MachineState, seam: SeamState, span_s: float) -> 
         switch=state.switch,
         laser=state.laser,
         seam=seam,
+        hand=state.hand,
     )
 
 

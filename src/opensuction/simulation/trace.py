@@ -25,12 +25,12 @@ class PhaseSpan(NamedTuple):
     end_s: float
 
 
-def power_up(loop: Loop, plant: PlantState) -> LoopState:
+def power_up(loop: Loop, plant: PlantState, catheter_age_s: float) -> LoopState:
     """Closed loop at its first tick, the plant as given, its head read by the encoder."""
     head_mm = twin.read(loop.machine, plant.machine).head_mm
     return LoopState(
         tick=0,
-        controller=controller.start(loop.controller, head_mm),
+        controller=controller.start(loop.controller, head_mm, catheter_age_s),
         machine=plant.machine,
         bedside=plant.bedside,
     )

@@ -14,6 +14,7 @@ from opensuction.twin import (
     bore,
     contact_switch,
     dc_axis,
+    hand,
     laser,
     patient,
     seam,
@@ -25,6 +26,7 @@ from opensuction.twin.airway import Airway, AirwayState
 from opensuction.twin.bore import Bore, BoreState
 from opensuction.twin.contact_switch import ContactSwitch, SwitchState
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
+from opensuction.twin.hand import Hand, HandState
 from opensuction.twin.laser import Laser, LaserState
 from opensuction.twin.patient import Patient
 from opensuction.twin.seam import SeamState
@@ -59,6 +61,8 @@ class Machine(NamedTuple):
     """Outer diameter of the catheter."""
     produced_ml_per_s: Bins
     """New secretions in each bin; none on the bench."""
+    hand: Hand
+    """Of a person at the catheter head."""
 
 
 class MachineState(NamedTuple):
@@ -75,6 +79,7 @@ class MachineState(NamedTuple):
     switch: SwitchState
     laser: LaserState
     seam: SeamState
+    hand: HandState
 
 
 class Observation(NamedTuple):
@@ -168,6 +173,11 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         machine.load_v_per_n * state.airway.contact_n,
         dt_s,
     )
+    held = state.hand
+    if machine.hand.present and not commands.insertion_on and hand.is_gripping(held):
+        held, insertion = hand.step(
+            machine.hand, held, state.insertion, state.airway.contact_n, dt_s
+        )
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
     turned = dc_axis.step(
@@ -211,6 +221,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         switch=contact_switch.step(machine.switch, state.switch, touched.contact_n, dt_s),
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
         seam=seam.gathered(state.seam, gas_ml, touched.taken_ml),
+        hand=held,
     )
 
 
@@ -228,4 +239,5 @@ def met(state: MachineState, seam: SeamState) -> MachineState:
         switch=state.switch,
         laser=state.laser,
         seam=seam,
+        hand=state.hand,
     )

@@ -11,6 +11,7 @@ from opensuction.twin import (
     bedside,
     bore,
     contact_switch,
+    hand,
     parameter,
     patient_airway,
     patient_preset,
@@ -199,6 +200,7 @@ def machine(
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
         produced_ml_per_s=_production(fitted, patient),
+        hand=hand.NOBODY,
     )
 
 
@@ -262,6 +264,7 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
             stream=random_stream.stream(seed, NOISE_PURPOSE + run),
         ),
         seam=bedside.met(twin, around, moved.tip_mm),
+        hand=hand.AWAY,
     )
     return PlantState(machine=machine, bedside=around)
 

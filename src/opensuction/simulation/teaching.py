@@ -1,0 +1,102 @@
+"""A person teaches the travel length on the twin: hand, machine and controller in the loop.
+
+What is taught is 2 to 4 mm deeper than the carina: the hand presses until it has reacted, and the
+model is 1 mm off the plant. Protocols stop that much nearer to it than their 10 mm.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller.setup import Calibration
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import CONFIRM, NO_REQUESTS, TEACH
+from opensuction.procedure import teaching
+from opensuction.procedure.guideline import GUIDELINES
+from opensuction.procedure.teaching import Taught
+from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation.bench import Rig
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.trace import Columns
+from opensuction.twin import hand
+from opensuction.twin.hand import HandStage
+
+TEACHING_RUN = 3
+"""Number of the noise stream and of the person; identification and cycles have others."""
+LIMIT_S = 90.0
+"""No teaching lasts longer: the governor's time in the airway ends it before."""
+PIECE_S = 0.1
+"""Simulated at once while nothing is felt; shorter than any person's reaction."""
+FINE_S = 0.02
+"""How finely in time the button is pressed once something is."""
+VACUUM_MMHG = 80.0
+"""Set point of the plan; the pump stays off."""
+
+
+class Teaching(NamedTuple):
+    """What came of it."""
+
+    taught: Taught
+    taught_mm: float
+    """Taught length; nan where none was taken."""
+    columns: Columns
+    home: bool
+    """Whether the machine is parked again."""
+
+
+def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
+    """Closed loop of a rig ready to be taught, a person at the catheter head.
+
+    Depth is limited by the plausible range, for the carina is not known yet, and time in the
+    airway by the guideline; no cycle can be started.
+    """
+    age = chosen.site.age
+    loop, state = bench.assemble(
+        chosen,
+        teaching.protocol(age, VACUUM_MMHG),
+        CompensationKind.EXACT_INVERSE,
+        calibration,
+        TEACHING_RUN,
+    )
+    settings = loop.controller
+    limits = settings.limits._replace(in_airway_s=GUIDELINES[age].in_airway_s)
+    plan = settings.plan._replace(travel_known=False)
+    person = hand.drawn(settings.parked.head_mm, -chosen.site.park_mm, chosen.seed, TEACHING_RUN)
+    return (
+        loop._replace(
+            controller=settings._replace(limits=limits, plan=plan),
+            machine=loop.machine._replace(hand=person),
+        ),
+        state._replace(machine=state.machine._replace(hand=hand.PUSHING)),
+    )
+
+
+def teach(chosen: Rig, calibration: Calibration) -> Teaching:
+    """The travel length that a person teaches on a rig, and how it went.
+
+    calibration: the controller's model of the transmission, found before.
+    """
+    loop, state = assemble(chosen, calibration)
+    table = trace.rows(LIMIT_S)
+    done, confirmed, requests = 0, False, TEACH
+    while done < len(table):
+        felt = state.machine.hand.felt_s > 0.0 and not confirmed
+        piece = round((FINE_S if felt else PIECE_S) / DT_S)
+        state, ticks = closed_loop.run(loop, state, requests, table[done : done + piece])
+        done += ticks
+        requests = NO_REQUESTS
+        person = state.machine.hand
+        waited = person.stage == HandStage.HOLDING and person.stage_s >= loop.machine.hand.confirm_s
+        if waited and not confirmed:
+            requests, confirmed = CONFIRM, True
+        if closed_loop.is_resting(state.controller.procedure.phase):
+            break
+    found = state.controller.procedure.teaching
+    taken = found.taught == Taught.TAKEN
+    return Teaching(
+        taught=Taught(found.taught),
+        taught_mm=float(found.taught_mm) if taken else float(np.nan),
+        columns=trace.by_name(table[:done]),
+        home=state.controller.procedure.phase == Phase.PARKED,
+    )

@@ -1,0 +1,115 @@
+"""Catheter change, catheter life and schedule on the twin."""
+
+import numpy as np
+import pytest
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller import setup
+from opensuction.kernel.phase import Phase
+from opensuction.procedure import schedule, upkeep
+from opensuction.procedure.schedule import Schedule, ScheduleMode, ScheduleState
+from opensuction.procedure.upkeep import LIFE_S, Refusal
+from opensuction.simulation.closed_loop import Loop, LoopState
+from tests.controller.drive import (
+    CHANGED,
+    NOT_NEEDED,
+    RESET,
+    RETURN_TO_SERVICE,
+    SERVICE,
+    START,
+    Fault,
+    at_rest,
+    during,
+    phases,
+    simulate,
+)
+from tests.controller.invariant import assert_held
+
+EXACT = CompensationKind.EXACT_INVERSE
+
+
+def aged(age_s: float) -> LoopState:
+    """The bench with a catheter that has been in use."""
+    _, start = at_rest(EXACT)
+    return start._replace(controller=start.controller._replace(upkeep=upkeep.start(age_s)))
+
+
+def clocked(mode: ScheduleMode, waited_s: float) -> tuple[Loop, LoopState]:
+    """The bench on a schedule of an hour, of which some has passed."""
+    loop, start = at_rest(EXACT)
+    hourly: Schedule = schedule.schedule(mode, 3600.0)
+    kept = start.controller.upkeep._replace(schedule=ScheduleState(waited_s, waited_s))
+    return (
+        loop._replace(controller=setup.scheduled(loop.controller, hourly)),
+        start._replace(controller=start.controller._replace(upkeep=kept)),
+    )
+
+
+@pytest.mark.parametrize("left_s", [-1.0, 0.0, 20.0])
+def test_a_catheter_at_its_end_starts_nothing_until_it_is_changed(left_s: float) -> None:
+    buttons = {0.0: START, 1.0: SERVICE, 2.0: START, 2.5: CHANGED}
+    buttons |= {3.0: RETURN_TO_SERVICE, 3.5: START}
+    state, columns = simulate(EXACT, 4.0, buttons, start=aged(LIFE_S - left_s))
+    assert phases(columns) == [
+        Phase.PARKED,
+        Phase.OUT_OF_SERVICE,
+        Phase.PARKED,
+        Phase.CHECKING,
+    ]
+    assert state.controller.upkeep.catheter_age_s == pytest.approx(1.5, abs=0.01)
+    assert state.controller.upkeep.refusal == Refusal.NONE
+
+
+def test_out_of_service_everything_is_off_whatever_breaks() -> None:
+    for fault in (Fault.HEAD_NAN, Fault.CONTACT_CLOSED, Fault.VACUUM_HIGH, Fault.OVERRUN):
+        buttons = {0.0: SERVICE, 1.0: START, 5.0: RETURN_TO_SERVICE, 6.0: START}
+        state, columns = simulate(EXACT, 7.0, buttons, during(fault, 0.5, 4.0))
+        serviced = columns["phase"] == Phase.OUT_OF_SERVICE
+        for name in ("insertion_on", "insertion_v", "valve_on", "valve_v", "pump_on"):
+            assert not columns[f"commands.{name}"][serviced].any(), name
+        assert np.ptp(columns["truth.head_mm"][serviced]) < 0.01
+        # A person has ended it: what tripped meanwhile is acknowledged.
+        assert phases(columns) == [Phase.OUT_OF_SERVICE, Phase.PARKED, Phase.CHECKING]
+        assert state.controller.upkeep.refusal == Refusal.NONE
+
+
+def test_service_begins_only_with_the_tip_out() -> None:
+    _, columns = simulate(EXACT, 20.0, {0.0: START, 12.0: SERVICE})
+    assert Phase.OUT_OF_SERVICE not in phases(columns)
+
+
+def test_a_timed_cycle_begins_by_itself_and_the_next_an_interval_later() -> None:
+    loop, start = clocked(ScheduleMode.TIMED, 3598.0)
+    state, columns = simulate(EXACT, 50.0, {}, start=start, loop=loop)
+    assert phases(columns)[:2] == [Phase.PARKED, Phase.CHECKING]
+    assert phases(columns)[-2:] == [Phase.CLOSING, Phase.PARKED]
+    assert columns["time_s"][np.argmax(columns["phase"] == Phase.CHECKING)] == pytest.approx(
+        2.0, abs=0.01
+    )
+    assert state.controller.upkeep.schedule.since_cycle_s == pytest.approx(48.0, abs=0.01)
+    assert_held(columns, loop)
+
+
+def test_the_clock_starts_nothing_halted_out_of_service_or_with_a_spent_catheter() -> None:
+    loop, start = clocked(ScheduleMode.TIMED, 3601.0)
+    spent = start.controller.upkeep._replace(catheter_age_s=LIFE_S)
+    old = start._replace(controller=start.controller._replace(upkeep=spent))
+    state, columns = simulate(EXACT, 1.0, {}, start=old, loop=loop)
+    assert phases(columns) == [Phase.PARKED]
+    assert state.controller.upkeep.refusal == Refusal.CATHETER_LIFE_OVER
+    _, columns = simulate(EXACT, 20.0, {0.0: SERVICE, 9.0: RETURN_TO_SERVICE}, start=start)
+    # Without the schedule of the loop: a request for service comes before any clock.
+    assert phases(columns) == [Phase.OUT_OF_SERVICE, Phase.PARKED]
+    broken = during(Fault.CONTACT_CLOSED, 0.0, 8.0)
+    _, columns = simulate(EXACT, 20.0, {15.0: RESET}, broken, start=start, loop=loop)
+    assert phases(columns)[-2:] == [Phase.HALTED, Phase.PARKED]
+
+
+def test_a_prompt_waits_for_a_person() -> None:
+    loop, start = clocked(ScheduleMode.PROMPT, 3601.0)
+    state, columns = simulate(EXACT, 2.0, {}, start=start, loop=loop)
+    assert phases(columns) == [Phase.PARKED]
+    service, kept = loop.controller.service, state.controller.upkeep
+    assert upkeep.is_prompting(service, kept, int(Phase.PARKED))
+    state, _ = simulate(EXACT, 1.0, {0.5: NOT_NEEDED}, start=state, loop=loop)
+    assert not upkeep.is_prompting(service, state.controller.upkeep, int(Phase.PARKED))
