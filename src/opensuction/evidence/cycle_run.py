@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
+from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
+from opensuction.evidence import compensation_choice
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.procedure import clinical
 from opensuction.procedure.clinical import TEMPLATES, Template
 from opensuction.procedure.guideline import Check
 from opensuction.procedure.protocol import PROTOCOLS, Protocol
-from opensuction.settings import identification_file, plausibility
 from opensuction.settings.choice import choose
 from opensuction.settings.identification_file import Identified
 from opensuction.settings.toml_file import load_toml
@@ -109,7 +109,7 @@ def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
     machine = machine_of(choice)
     choose(choice.approach, APPROACHES, "approach")
     choose(choice.patient, TABLES, "patient")
-    kind = compensation_of(choice)[0]
+    kind, _ = compensation_choice.chosen(choice.compensation)
     bench_only = isinstance(found, Protocol) and found.bench_only
     if bench_only and machine != "bench":
         raise InputError(
@@ -122,26 +122,6 @@ def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
             "--machine clinical or --protocol paper"
         )
     return found, kind
-
-
-def compensation_of(choice: Choice) -> tuple[CompensationKind, Identified | None]:
-    """The compensator that was named, and the parameter file where one was given.
-
-    Raises InputError for an unknown name and for a file whose model no compensator can use.
-    """
-    name = choice.compensation
-    if not name.endswith(".toml"):
-        return choose(name, KIND_OF_NAME, "compensation"), None
-    identified = identification_file.load(name)
-    identification_file.calibration(identified, name)
-    return KIND_OF_NAME[identified.about.compensator], identified
-
-
-def _from_file(choice: Choice, identified: Identified, rig: Rig) -> Calibration:
-    """Calibration of a parameter file, held against the machine that it is to drive."""
-    calibration = identification_file.calibration(identified, choice.compensation)
-    plausibility.check(calibration.model, rig.profile.transmission, choice.compensation)
-    return calibration
 
 
 def _fitted(
@@ -170,11 +150,13 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
     rig = bench.rig(machine_of(choice), choice.seed, patient=choice.patient)
     if by_contact and not rig.machine.has_patient:
         rig = bench.with_carina(rig, CONTACT_CARINA_MM)
-    identified = compensation_of(choice)[1]
+    _, identified = compensation_choice.chosen(choice.compensation)
     calibration = bench.uncalibrated(rig.profile)
     if identified is not None:
         tell(f"Compensating with the model of {choice.compensation}")
-        calibration = _from_file(choice, identified, rig)
+        calibration = compensation_choice.calibration(
+            identified, choice.compensation, rig.profile.transmission
+        )
     protocol = _fitted(found, rig, kind, calibration, by_contact)
     # Refuse before the slow part.
     bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
