@@ -24,11 +24,11 @@ to 0. Source: von Neumann, Ann. Math. Stat. 12 (1941) 367."""
 FEWEST_STEPS = 100
 """Steps of an encoder in a range from which a gap of a few percent can still be seen."""
 
-CLIPPED_SHARE = 0.02
+CLIPPED_SHARE = 0.005
 """Share of samples at one extreme of the output, while the input travels, that looks clipped."""
 
 CLIPPED_TRAVEL = 0.02
-"""Least travel of the input during such a rest, as a share of its range."""
+"""Least outward travel of the input during such rests, as a share of its range."""
 
 UNEVEN_SHARE = 0.1
 """Deviation of a sampling interval from the usual one that is told."""
@@ -127,19 +127,23 @@ def of_recording(
 
 
 def _clipped(input_: Array, output: Array, names: Names) -> list[str]:
-    """Whether the output rests at an extreme while the input travels."""
+    """Whether the output rests at an extreme while the input travels on outwards.
+
+    On the way back it may rest there: that is the gap.
+    """
     said = []
-    travel = np.abs(np.diff(input_, prepend=input_[0]))
-    for word, extreme in (("highest", output.max()), ("lowest", output.min())):
+    moves = np.diff(input_, prepend=input_[0])
+    ends = (("highest", output.max(), moves), ("lowest", output.min(), -moves))
+    for word, extreme, outward in ends:
         there = output == extreme
-        both = there & np.concatenate([[False], there[:-1]])
-        travelled = float(travel[both].sum())
+        both = there & np.concatenate([[False], there[:-1]]) & (outward > 0.0)
+        travelled = float(outward[both].sum())
         enough = travelled > CLIPPED_TRAVEL * float(np.ptp(input_))
         if enough and np.count_nonzero(both) > CLIPPED_SHARE * output.size:
             said.append(
                 f"Clipped: {names.output_name} stays at its {word} value ({extreme:g}) while "
-                f"{names.input_name} travels {travelled:.3g} {names.input_unit}; the sensor may be "
-                "at its end."
+                f"{names.input_name} travels on by {travelled:.3g} {names.input_unit}; the sensor "
+                "may be at its end."
             )
     return said
 
@@ -150,11 +154,11 @@ def autocorrelation(rest: Array) -> Array:
     about = rest - rest.mean()
     power = float(about @ about)
     if not power > 0.0:
-        return np.eye(1, lags + 1)[0]
+        return np.eye(1, lags + 1, dtype=np.float64).ravel()
     size = 2 ** math.ceil(math.log2(2 * rest.size))
     spectrum = np.fft.rfft(about, size)
     products: Array = np.fft.irfft(np.abs(spectrum) ** 2, size)[: lags + 1]
-    return products / power
+    return np.asarray(products / power, dtype=np.float64)
 
 
 def of_residuals(
@@ -176,8 +180,8 @@ def of_residuals(
         last = f"{below[0]}" if below.size else f"more than {correlations.size - 1}"
         said.append(
             f"Neighbouring residuals are alike (correlation {correlations[1]:.2f}, for {last} "
-            "samples): drift, filtered noise, or something the model leaves out. The intervals "
-            "allow for it."
+            "samples): drift, filtered noise, or something the model leaves out. Intervals, "
+            "where given, allow for it."
         )
     if held_out.size:
         fitted, predicted = math.sqrt(np.mean(rest**2)), math.sqrt(np.mean(held_out**2))

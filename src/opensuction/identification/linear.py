@@ -82,19 +82,19 @@ def products(columns: Array, target: Array) -> Products:
 
 def solve_free(gram: Array, right: Array) -> Array:
     """Least squares from a Gram matrix; the smallest solution where it is singular."""
-    found: Array = np.linalg.lstsq(gram, right, rcond=1e-14)[0]
-    return found
+    found = np.linalg.lstsq(gram, right, rcond=1e-14)[0]
+    return np.asarray(found, dtype=np.float64)
 
 
 def solve_nonnegative(gram: Array, right: Array) -> Array:
     """Least squares with factors >= 0, from a Gram matrix by its Cholesky triangle."""
-    lengths: Array = np.sqrt(np.diag(gram))
+    lengths = np.sqrt(np.diag(gram))
     lengths[lengths == 0.0] = 1.0
     scaled = gram / np.outer(lengths, lengths)
     triangle = np.linalg.cholesky(scaled + JITTER * right.size * np.eye(right.size)).T
     aim = np.linalg.solve(triangle.T, right / lengths)
-    found: Array = nnls(triangle, aim, maxiter=50 * right.size)[0] / lengths
-    return found
+    found = nnls(triangle, aim, maxiter=50 * right.size)[0]
+    return np.asarray(found / lengths, dtype=np.float64)
 
 
 Solve = Callable[[Array, Array], Array]
@@ -142,8 +142,8 @@ def linearised(jacobian: Array, rest: Array) -> float:
     """Cross-validation error of a fitted nonlinear model, one Gauss-Newton step for each block.
 
     jacobian: shape (p, n), without the rows of the state at the first sample: that is known from
-    the first block alone. rest: residuals, shape (n,). The step is what leaving a block out changes;
-    for a linear model it is exact.
+    the first block alone. rest: residuals, shape (n,). The step is what leaving a block out
+    changes; for a linear model it is exact.
     """
     lengths = np.sqrt(np.einsum("ij,ij->i", jacobian, jacobian))
     columns = jacobian[lengths > 0.0] / lengths[lengths > 0.0, None]

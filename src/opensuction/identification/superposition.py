@@ -72,7 +72,9 @@ class Superposition(NamedTuple):
     cross_validation: float
     """Error of the blocks left out, in units of the output."""
     used: int
-    """Factors that are not zero."""
+    """Factors that are not zero, the offset included."""
+    nonnegative: bool
+    """Whether its weights were held at 0 or above: then it never moves the wrong way."""
 
 
 def fit_generalised(input_: Array, output: Array) -> Superposition:
@@ -110,6 +112,7 @@ def fit_generalised(input_: Array, output: Array) -> Superposition:
         well_posed=bool(generalised.is_monotone(model)),
         cross_validation=found.cross_validation,
         used=found.used,
+        nonnegative=False,
     )
 
 
@@ -146,6 +149,7 @@ def fit_prandtl_ishlinskii(input_: Array, output: Array) -> Superposition:
         well_posed=bool(generalised.is_monotone(model)),
         cross_validation=found.cross_validation,
         used=found.used,
+        nonnegative=True,
     )
 
 
@@ -185,6 +189,7 @@ def fit_preisach(input_: Array, output: Array) -> Superposition:
         well_posed=bool(preisach.is_monotone(model)),
         cross_validation=found.cross_validation,
         used=found.used,
+        nonnegative=True,
     )
 
 
