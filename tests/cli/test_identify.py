@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
+from opensuction.identification.workbench import METHODS, MODELS
 from tests.cli.command import opensuction
 from tests.cli.test_cycle import assert_refused
 
@@ -274,6 +275,13 @@ def test_interruption_exits_130_and_leaves_nothing(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert words.strip() == "opensuction: interrupted; nothing was written"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long.csv"]
+
+
+def test_help_names_every_model_and_method(tmp_path: Path) -> None:
+    words = opensuction("identify", "--help", cwd=tmp_path).stdout.replace("-\n", "-")
+    words = "".join(words.split())
+    for name in (*MODELS, *METHODS):
+        assert name in words
 
 
 @pytest.mark.parametrize("command", ["identify", "compare"])

@@ -70,6 +70,11 @@ def test_header_with_commas_in_names_and_semicolons_between(file: Path) -> None:
     assert read(file) == {"Kopf, mm": [1.5], "Spitze, mm": [2.5]}
 
 
+def test_names_cannot_speak_to_the_terminal(file: Path) -> None:
+    file.write_text("a\x1b[31m,b\nx,2\n")
+    assert "\x1b" not in refusal(file)
+
+
 def test_hash_is_of_the_whole_file(file: Path) -> None:
     file.write_text(LAYOUTS["commas"])
     assert table.opened(file).sha256 == hashlib.sha256(file.read_bytes()).hexdigest()

@@ -52,6 +52,15 @@ def test_comparison_ranks_and_marks_what_is_recommended() -> None:
     assert shown == [example.MODELS[0]]
 
 
+def test_a_model_worse_than_a_line_does_not_shrink_the_others_bars() -> None:
+    models = [example.model(name, place) for place, name in enumerate(example.MODELS)]
+    models[2] |= {"rmse_percent_of_range": 12.0}  # a straight line leaves 9.8
+    html = page.render(example.compared(models=models), example.curves())
+    widths = [float(width) for width in re.findall(r'<i style="width: ([0-9.]+)%', html)]
+    assert max(widths) == 100.0
+    assert widths[0] == pytest.approx(100.0 * 0.3 / 0.8, abs=0.01)  # 0.8: worst that beats it
+
+
 def test_one_model_has_no_ranking() -> None:
     assert 'id="ranking"' not in alone()
     assert 'id="chips"' not in alone()

@@ -68,6 +68,7 @@ def _identify_and_write(
     """The JSON object, and the names of the files that were written."""
     # Heavy imports, after the first line is out.
     from opensuction.evidence import identification_run, identification_summary
+    from opensuction.kernel import compiled
     from opensuction.recording.pair import Span
     from opensuction.report import identification_page, identification_series
     from opensuction.settings import identification_file
@@ -86,6 +87,8 @@ def _identify_and_write(
         span=Span(options.from_s, options.to_s),
     )
     loaded = interruptible(lambda: identification_run.load(choice))
+    if compiled.is_cold():
+        console.print("Compiling the estimators: once for this version, about a minute")
     began_s = time.perf_counter()
     results = _fitted(loaded, console)
     seconds = time.perf_counter() - began_s

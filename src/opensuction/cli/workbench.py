@@ -101,10 +101,18 @@ def identify(
     time: Time = None,
     negate_output: NegateOutput = False,
     model: Annotated[
-        str, typer.Option(help="Model of the hysteresis; 'opensuction compare' tries them all.")
+        str,
+        typer.Option(
+            help="Model of the hysteresis: modified-dahl (the paper's; the only one that a cycle "
+            "can be compensated with), dahl, bouc-wen, prandtl-ishlinskii, preisach, generalised."
+        ),
     ] = DEFAULT_MODEL,
     method: Annotated[
-        str | None, typer.Option(help="Way to fit it. Default: the model's own.")
+        str | None,
+        typer.Option(
+            help="Way to fit it: variable-projection, genetic-algorithm (the paper's), "
+            "differential-evolution, non-negative, regularised. Default: the model's own."
+        ),
     ] = None,
     holdout: Holdout = 0.0,
     from_: From = None,

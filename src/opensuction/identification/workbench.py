@@ -11,27 +11,59 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from opensuction.hysteresis import modified_dahl
-from opensuction.identification import modified_dahl as modified_dahl_estimator
+from opensuction.identification import diagnosis, nonlinear, superposition
+from opensuction.identification.candidate import Candidate, of_superposition, of_vector
+from opensuction.identification.diagnosis import Names
+from opensuction.identification.family import FAMILIES
 from opensuction.identification.record import checked, checked_pair
+from opensuction.identification.search import SEARCHES, search
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
 
 MODELS = {
     "modified-dahl": "straight line plus a Dahl state (the paper's model, eqs. 3 and 4)",
+    "dahl": "friction that saturates, without a line (eqs. 1 and 2)",
+    "bouc-wen": "line plus a Bouc-Wen state, standard form (eqs. 5 and 6)",
+    "prandtl-ishlinskii": "plays of known widths, weights at least 0",
+    "preisach": "a triangle of relays, weights at least 0",
+    "generalised": "Dahl states, plays and a polynomial envelope",
 }
 """Models that can be identified, and what they are."""
 
 METHODS = {
     "variable-projection": "linear parameters solved exactly, a global search over the others",
+    "genetic-algorithm": "the paper's way: a genetic algorithm, then Nelder-Mead",
+    "differential-evolution": "differential evolution, then Nelder-Mead",
+    "non-negative": "least squares with weights at least 0, complexity by cross-validation",
+    "regularised": "least squares with a penalty, complexity by cross-validation",
 }
 """Ways to identify them, and what they are."""
 
-METHODS_OF_MODEL = {"modified-dahl": ("variable-projection",)}
+_NONLINEAR = ("variable-projection", *SEARCHES)
+
+METHODS_OF_MODEL = {
+    "modified-dahl": _NONLINEAR,
+    "dahl": _NONLINEAR,
+    "bouc-wen": _NONLINEAR,
+    "prandtl-ishlinskii": ("non-negative",),
+    "preisach": ("non-negative",),
+    "generalised": ("regularised",),
+}
 """Which methods a model can be identified by; the first is its default."""
 
-LEAST_SAMPLES = modified_dahl_estimator.LEAST_SAMPLES
+SUPERPOSITIONS = {
+    "prandtl-ishlinskii": superposition.fit_prandtl_ishlinskii,
+    "preisach": superposition.fit_preisach,
+    "generalised": superposition.fit_generalised,
+}
+
+LEAST_SAMPLES = 40
+"""Fewest samples to fit: two for each block of a cross-validation."""
+
+AS_GOOD = 1.02
+"""Of models whose cross-validation error is within 2 % of the least, the one with the fewest
+parameters is recommended: such differences are chance."""
 
 MOST_HOLDOUT_RATIO = 0.9
 """Largest share that can be held out; the rest must still show the hysteresis."""
@@ -47,6 +79,7 @@ class Labels(NamedTuple):
     output_name: str = "output"
     input_unit: str = "mm"
     output_unit: str = "mm"
+    time_name: str = "time"
 
 
 class Estimate(NamedTuple):
@@ -72,8 +105,7 @@ class Result(NamedTuple):
     holdout_rmse_percent_of_range: float
     """Of the samples held out, which no parameter has seen; not a number without them."""
     cross_validation_percent_of_range: float
-    """Mean error on blocks of the fitted samples left out in turn; not a number where the model
-    was identified alone."""
+    """Root mean square error on blocks of the fitted samples, each predicted from the others."""
     well_posed: bool
     """Whether the model has a continuous inverse, so that it can drive a compensator."""
     warnings: tuple[str, ...]
@@ -109,41 +141,100 @@ def identify(
     Raises InputError, in one line, for what cannot be identified.
     """
     chosen = _checked_method(model, method)
-    driven, answer = checked_pair(
-        (labels.input_name, labels.output_name), input_, output, LEAST_SAMPLES
-    )
-    if time_s is not None:
-        checked("time", time_s, driven.size)
+    return _identified(_checked(input_, output, time_s, holdout_ratio, labels), model, chosen)
+
+
+class _Recording(NamedTuple):
+    """A checked recording."""
+
+    input_: Array
+    output: Array
+    fitted_samples: int
+    names: Names
+    labels: Labels
+    warnings: tuple[str, ...]
+
+
+def _checked(
+    input_: ArrayLike,
+    output: ArrayLike,
+    time_s: ArrayLike | None,
+    holdout_ratio: float,
+    labels: Labels,
+) -> _Recording:
+    """The recording, fit to be fitted. Raises InputError."""
+    names = Names(labels.input_name, labels.output_name, labels.input_unit)
+    driven, answer = checked_pair(names[:2], input_, output, LEAST_SAMPLES)
     fitted_samples = _fitted_samples(driven.size, holdout_ratio)
-    found = modified_dahl_estimator.fit(driven[:fitted_samples], answer[:fitted_samples])
-    fitted = modified_dahl.simulate(found.model, driven, found.lag_mm)
-    rest = answer - fitted
-    range_ = float(np.ptp(answer))
-    nan = math.nan
-    gain_unit = f"{labels.output_unit}/{labels.input_unit}"
+    time = None
+    if time_s is not None:
+        time = checked(labels.time_name, time_s, driven.size)
+        if time.size != driven.size:
+            raise InputError(f"{labels.time_name} has {time.size} samples, not {driven.size}")
+        diagnosis.check_time(time, labels.time_name)
+    begin_in, begin_out = driven[:fitted_samples], answer[:fitted_samples]
+    diagnosis.check(begin_in, begin_out, names)
+    warnings = diagnosis.of_recording(
+        begin_in, begin_out, None if time is None else time[:fitted_samples], names
+    )
+    return _Recording(driven, answer, fitted_samples, names, labels, warnings)
+
+
+def _candidate(recording: _Recording, model: str, method: str) -> Candidate:
+    """The model fitted to the first part of the recording."""
+    count = recording.fitted_samples
+    input_, output = recording.input_[:count], recording.output[:count]
+    if model in SUPERPOSITIONS:
+        return of_superposition(SUPERPOSITIONS[model](input_, output))
+    if method in SEARCHES:
+        vector = search(method, FAMILIES[model], input_, output)
+        return of_vector(FAMILIES[model], vector, True, input_, output)
+    try:
+        found = nonlinear.FITS[model](input_, output)
+    except InputError as refused:
+        message = str(refused).replace("head_mm", recording.names.input_name)
+        raise InputError(message.replace("tip_mm", recording.names.output_name)) from None
+    return of_vector(FAMILIES[model], found.vector, found.determined, input_, output)
+
+
+def _identified(recording: _Recording, model: str, method: str) -> Result:
+    """The fitted model with its scores, intervals and warnings."""
+    found = _candidate(recording, model, method)
+    labels, count, output = recording.labels, recording.fitted_samples, recording.output
+    fitted = found.simulate(recording.input_)
+    rest = output - fitted
+    range_ = float(np.ptp(output))
+    correlations = diagnosis.autocorrelation(rest[:count])
+    said = diagnosis.of_residuals(output[:count], rest[:count], rest[count:], correlations)
+    units = {"{in}": labels.input_unit, "{out}": labels.output_unit}
+    rmse = _rms(rest[:count])
     return Result(
         model=model,
-        method=chosen,
+        method=method,
         parameters={
-            "slope": Estimate(found.model.slope, gain_unit, nan, nan),
-            "velocity_gain": Estimate(found.model.velocity_gain, gain_unit, nan, nan),
-            "decay": Estimate(found.model.decay_per_mm, f"1/{labels.input_unit}", nan, nan),
-            "offset": Estimate(found.model.offset_mm, labels.output_unit, nan, nan),
-            "initial_lag": Estimate(found.lag_mm, labels.output_unit, nan, nan),
+            each.name: Estimate(each.value, _unit(each.unit, units), each.low, each.high)
+            for each in found.estimates
         },
-        rmse=found.rmse_mm,
-        rmse_percent_of_range=100.0 * found.rmse_mm / range_,
-        holdout_rmse_percent_of_range=_rms(rest[fitted_samples:]) * 100.0 / range_,
-        cross_validation_percent_of_range=nan,
+        rmse=rmse,
+        rmse_percent_of_range=100.0 * rmse / range_,
+        holdout_rmse_percent_of_range=100.0 * _rms(rest[count:]) / range_,
+        cross_validation_percent_of_range=100.0 * found.cross_validation / range_,
         well_posed=found.well_posed,
-        warnings=(),
-        samples=driven.size,
-        fitted_samples=fitted_samples,
+        warnings=(*recording.warnings, *found.warnings, *said),
+        samples=output.size,
+        fitted_samples=count,
         fitted=fitted,
-        autocorrelation=np.ones(1),
+        autocorrelation=correlations,
         output_unit=labels.output_unit,
         recommended=False,
     )
+
+
+def _unit(pattern: str, units: dict[str, str]) -> str:
+    """A unit with the recording's own in place of {in} and {out}."""
+    for place, unit in units.items():
+        pattern = pattern.replace(place, unit)
+    return pattern
 
 
 def compare(
@@ -156,15 +247,27 @@ def compare(
 ) -> list[Result]:
     """Identify every model from the same recording, best first; one is recommended.
 
-    Arguments as `identify`. A model that cannot be identified is left out; InputError is raised
-    where none can.
+    Arguments as `identify`; progress is told before each model. The order is that of the error in
+    cross-validation, on the fitted samples alone. A model that cannot be identified from this
+    recording is left out. Raises InputError where none can.
     """
-    results = []
+    recording = _checked(input_, output, time_s, holdout_ratio, labels)
+    results, refusals = [], []
     for done, model in enumerate(MODELS):
         if progress is not None:
             progress(model, done, len(MODELS))
-        results.append(identify(input_, output, time_s, model, None, holdout_ratio, labels))
-    return [results[0]._replace(recommended=True), *results[1:]]
+        try:
+            results.append(_identified(recording, model, METHODS_OF_MODEL[model][0]))
+        except InputError as refused:
+            refusals.append(refused)
+    if not results:
+        raise refusals[0]
+    results.sort(key=lambda result: result.cross_validation_percent_of_range)
+    bound = AS_GOOD * results[0].cross_validation_percent_of_range
+    good = [each for each in results if each.cross_validation_percent_of_range <= bound]
+    chosen = min(good or results, key=lambda each: len(each.parameters))
+    rest = [each for each in results if each is not chosen]
+    return [chosen._replace(recommended=True), *rest]
 
 
 def _checked_method(model: str, method: str | None) -> str:

@@ -44,7 +44,7 @@ def check_time(name: str, time_s: Array) -> None:
     row = int(bad[0])
     what = "the same as" if steps[row] == 0.0 else "before"
     raise InputError(
-        f"column '{name}': sample {row + 2} is at {time_s[row + 1]:g} s, {what} the sample above "
+        f"column {name!r}: sample {row + 2} is at {time_s[row + 1]:g} s, {what} the sample above "
         f"at {time_s[row]:g} s ({bad.size} such in {time_s.size}); time should rise: sort the "
         "rows and remove those given twice"
     )
@@ -76,6 +76,6 @@ def check(pair: Pair, input_name: str, output_name: str) -> None:
     for name, values in ((input_name, pair.driven), (output_name, pair.answer)):
         if not np.ptp(values) > 0.0:
             raise InputError(
-                f"column '{name}' is constant at {values[0]:g} in all {values.size} samples; "
+                f"column {name!r} is constant at {values[0]:g} in all {values.size} samples; "
                 "record a motion to and fro"
             )

@@ -84,7 +84,7 @@ def _numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
         or pyarrow.types.is_floating(kind)
         or pyarrow.types.is_decimal(kind)
     ):
-        raise InputError(f"{path}: column '{name}' holds {kind}, should hold numbers")
+        raise InputError(f"{path}: column {name!r} holds {kind}, should hold numbers")
     # Not safe, so that integers beyond 2**53 are rounded instead of refused.
     values = column.cast(pyarrow.float64(), safe=False).to_numpy(zero_copy_only=False)
     numbers: NDArray[np.float64] = np.ascontiguousarray(values, dtype=np.float64) / ticks
@@ -92,7 +92,7 @@ def _numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
     if bad.size:
         what = "missing" if column[int(bad[0])].as_py() is None else str(numbers[bad[0]])
         raise InputError(
-            f"{path}: row {bad[0] + 1}, column '{name}': {what}, should be a number ({bad.size} "
+            f"{path}: row {bad[0] + 1}, column {name!r}: {what}, should be a number ({bad.size} "
             f"such in {numbers.size}); fill or remove them"
         )
     return numbers

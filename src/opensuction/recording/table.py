@@ -113,7 +113,7 @@ def columns(table: Table, wanted: Sequence[str]) -> dict[str, NDArray[np.float64
     for name in wanted:
         if table.names.count(name) > 1:
             raise InputError(
-                f"{table.path}: {table.names.count(name)} columns are called '{name}'; rename "
+                f"{table.path}: {table.names.count(name)} columns are called {name!r}; rename "
                 "all but one"
             )
     read: Any = parquet_table.columns if table.parquet else text_table.columns

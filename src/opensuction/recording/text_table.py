@@ -168,7 +168,7 @@ class _Parser:
             value = math.nan
         if math.isfinite(value) and "_" not in cell:
             return value
-        where = f"{self._path}: line {number}, column '{self._layout.names[place]}'"
+        where = f"{self._path}: line {number}, column {self._layout.names[place]!r}"
         if cell.strip().lower() in MISSING:
             what = f"{cell.strip()!r} is" if cell.strip() else "an empty cell is"
             raise InputError(f"{where}: {what} no number; fill it or remove the line")

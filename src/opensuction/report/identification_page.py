@@ -83,7 +83,6 @@ def render(summary: Summary, curves: Curves) -> str:
         "output_label": _axis(summary, "output"),
         "unit": text(summary, "recording", "output", "unit") or "",
     }
-    errors = [error for model in models for error in model["errors"] if error is not None]
     context = {
         "title": "Models compared" if len(models) > 1 else "Identification",
         "outcome": identification_words.outcome(summary),
@@ -93,7 +92,7 @@ def render(summary: Summary, curves: Curves) -> str:
         "figures": identification_words.figures(summary),
         "models": models,
         "best": best,
-        "most": max(errors, default=1.0) or 1.0,
+        "most": _full_bar(models, number(summary, "line_rmse_percent_of_range")),
         "measures": _measures(models),
         "few": FEW_PARAMETERS,
         "run": [
@@ -113,6 +112,16 @@ def render(summary: Summary, curves: Curves) -> str:
         "own_style": Markup(html.read("template", "identification.css")),
     }
     return html.render("identification.html.j2", SCRIPTS, **context)
+
+
+def _full_bar(models: list[dict[str, Any]], line: float | None) -> float:
+    """Error of a full bar: the largest of the models that beat a straight line, if any does.
+
+    One model that fits badly would make all the others' bars too short to tell apart.
+    """
+    errors = [error for model in models for error in model["errors"] if error is not None]
+    better = [error for error in errors if line is not None and error < line]
+    return max(better or errors, default=1.0) or 1.0
 
 
 def _measures(models: list[dict[str, Any]]) -> list[tuple[int, str]]:

@@ -100,11 +100,6 @@ def sentences(summary: Summary) -> list[str]:
         samples = int((number(found, "samples") or 0) - (number(found, "fitted_samples") or 0))
         said.append(f"On the last {samples} samples, which it has not seen, it is {percent(held)}.")
     said.extend(_gap(found))
-    if value(found, "well_posed") is False:
-        said.append(
-            "The model has no continuous inverse: right after a reversal it first runs the wrong "
-            "way. A compensator has to cross the reversal as a gap."
-        )
     return said
 
 

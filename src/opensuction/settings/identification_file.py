@@ -49,6 +49,9 @@ HEAD: Final = """\
 
 """
 
+_INTERVAL: Final = re.compile(r"^ci95 = \[\n +(\S+),\n +(\S+),\n\]$", re.MULTILINE)
+"""An interval as the writer lays it out, over four lines; one is easier to read."""
+
 _HASH: Final = re.compile(r"[0-9a-f]{64}")
 
 
@@ -125,7 +128,7 @@ def text(identified: Identified) -> str:
     }
     if identified.servo is not None:
         about["servo"] = identified.servo._asdict()
-    return HEAD + tomli_w.dumps(about)
+    return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(about))
 
 
 def load(path: Path | str) -> Identified:
