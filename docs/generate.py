@@ -3,10 +3,12 @@
 from pathlib import Path
 
 from opensuction.procedure import diagram
+from opensuction.safety import alarm_table
 from opensuction.twin import parameter_table, patient_table
 
 DOCS = Path(__file__).resolve().parent
 TABLES = {
+    "alarms.md": alarm_table.markdown(),
     "twin.md": parameter_table.machines(),
     "patient.md": patient_table.markdown(),
 }

@@ -53,11 +53,11 @@ def test_every_condition_sounds_with_its_own_priority() -> None:
 
 
 def test_a_bit_that_no_condition_has_is_a_high_alarm() -> None:
-    state, signals = alarm.step(SETTINGS, alarm_state.start(), 1 << 20, False, RELEASED, DT_S)
+    state, signals = alarm.step(SETTINGS, alarm_state.start(), 1 << 17, False, RELEASED, DT_S)
     assert signals.audible == Priority.HIGH
-    assert signals.first == 20
+    assert signals.first == 17
     _, later = alarm.step(SETTINGS, state, 0, True, RELEASED, DT_S)
-    assert later.latched == 1 << 20
+    assert later.latched == 1 << 17
 
 
 def test_bits_beyond_the_word_do_not_disturb() -> None:

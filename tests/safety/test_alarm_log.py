@@ -159,10 +159,13 @@ def test_a_log_without_room_is_refused(capacity: int) -> None:
     [
         ({"version": 2}, "version is 2; this software reads 1"),
         ({"version": None}, "version is None"),
-        ({"entries": [[0.0, 38, "BURNT"]]}, "cannot be read"),
-        ({"entries": [[0.0, 38]]}, "cannot be read"),
+        ({"entries": [[0.0, int(C.SPO2_LOW), "BURNT"]]}, "cannot be read"),
+        ({"entries": [[0.0, int(C.SPO2_LOW)]]}, "cannot be read"),
         ({"capacity": "many"}, "cannot be read"),
-        ({"entries": [[1.0, 38, "RAISED"], [0.5, 38, "ENDED"]]}, "out of order"),
+        (
+            {"entries": [[1.0, int(C.SPO2_LOW), "RAISED"], [0.5, int(C.SPO2_LOW), "ENDED"]]},
+            "out of order",
+        ),
         ({"time_s": -1.0}, "out of order"),
         ({"lost": -1}, "holds 2 of 10 entries and has lost -1"),
         ({"capacity": 1}, "holds 2 of 1 entries"),

@@ -59,12 +59,12 @@ PRIORITIES: dict[tuple[Harm, Onset], Priority] = {
 }
 """Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
 
-OWN = 22
+OWN = 20
 """First number that is no trip's: a trip's condition has the trip's own number, so that the
-governor's bit mask of trips is at once a mask of conditions. Numbers 16 to 21 are kept for trips.
+governor's bit mask of trips is at once a mask of conditions. Numbers 16 to 19 are kept for trips.
 """
 WORD = 53
-"""Conditions in one mask. A mask is stored in recordings as a double, exact below 2^53."""
+"""Conditions that a mask can hold. Recordings store it as a double, exact below 2^53."""
 
 
 class Condition(IntEnum):
@@ -86,37 +86,36 @@ class Condition(IntEnum):
     HEAD_STALLED = 13
     HEAD_RUNAWAY = 14
     TIP_BEYOND_CAP = 15
-    AUTOMATION_STOPPED = 22
-    RECOVERY_NEEDED = 23
-    CATHETER_LIFE_OVER = 24
-    CATHETER_LIFE_ENDING = 25
-    VACUUM_LOST = 26
-    CANISTER_FULL = 27
-    LINE_CLOGGED = 28
-    LINE_LEAKING = 29
-    CARINA_MISSED = 30
-    CONTACT_STUCK_CLOSED = 31
-    CONTACT_STUCK_OPEN = 32
-    VALVE_STUCK_OPEN = 33
-    VALVE_STUCK_CLOSED = 34
-    PUMP_RUNAWAY = 35
-    CATHETER_JAMMED = 36
-    TIP_DETACHED = 37
-    SPO2_LOW = 38
-    HEART_RATE_LOW = 39
-    AIRWAY_PRESSURE_LOW = 40
-    AIRWAY_PRESSURE_HIGH = 41
-    LUNG_VOLUME_LOST = 42
-    CIRCUIT_DISCONNECTED = 43
-    MONITOR_LINK_LOST = 44
-    RECORDER_LOST = 45
-    CONSOLE_LOST = 46
-    RESERVE_ENERGY_USED = 47
-    PATIENT_SETTINGS_UNCONFIRMED = 48
-    MESSAGE_LATE = 49
-    PASS_LIMIT_REACHED = 50
-    CHECK_FAILED = 51
-    WATCHDOG_FIRED = 52
+    AUTOMATION_STOPPED = 20
+    RECOVERY_NEEDED = 21
+    CATHETER_LIFE_OVER = 22
+    CATHETER_LIFE_ENDING = 23
+    VACUUM_LOST = 24
+    CANISTER_FULL = 25
+    LINE_CLOGGED = 26
+    LINE_LEAKING = 27
+    CARINA_MISSED = 28
+    CONTACT_STUCK_CLOSED = 29
+    CONTACT_STUCK_OPEN = 30
+    VALVE_STUCK_OPEN = 31
+    VALVE_STUCK_CLOSED = 32
+    PUMP_RUNAWAY = 33
+    CATHETER_JAMMED = 34
+    TIP_DETACHED = 35
+    SPO2_LOW = 36
+    HEART_RATE_LOW = 37
+    AIRWAY_PRESSURE_UNSAFE = 38
+    LUNG_VOLUME_LOST = 39
+    CIRCUIT_DISCONNECTED = 40
+    MONITOR_LINK_LOST = 41
+    RECORDER_LOST = 42
+    CONSOLE_LOST = 43
+    RESERVE_ENERGY_USED = 44
+    PATIENT_SETTINGS_UNCONFIRMED = 45
+    MESSAGE_LATE = 46
+    PASS_LIMIT_REACHED = 47
+    CHECK_FAILED = 48
+    WATCHDOG_FIRED = 49
 
 
 class Kind(NamedTuple):
@@ -184,15 +183,14 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.CARINA_MISSED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
     C.CONTACT_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, False, 0.1, ESCALATES_S, True),
     C.CONTACT_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, True),
-    C.VALVE_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.2, 0.0, True),
+    C.VALVE_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.2, 0.0, False),
     C.VALVE_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, True, 0.2, ESCALATES_S, True),
     C.PUMP_RUNAWAY: Kind(H.REVERSIBLE, O.IMMEDIATE, True, 0.2, 0.0, False),
     C.CATHETER_JAMMED: Kind(H.DEATH, O.PROMPT, True, 0.1, 0.0, False),
     C.TIP_DETACHED: Kind(H.DEATH, O.IMMEDIATE, True, 0.0, 0.0, False),
     C.SPO2_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
     C.HEART_RATE_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.AIRWAY_PRESSURE_LOW: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
-    C.AIRWAY_PRESSURE_HIGH: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
+    C.AIRWAY_PRESSURE_UNSAFE: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
     C.LUNG_VOLUME_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 0.5, ESCALATES_S, False),
     C.CIRCUIT_DISCONNECTED: Kind(H.DEATH, O.IMMEDIATE, False, 1.0, 0.0, False),
     C.MONITOR_LINK_LOST: Kind(H.DEATH, O.DELAYED, False, 2.0, ESCALATES_S, False),

@@ -91,13 +91,9 @@ OWN_TEXTS: dict[Condition, Text] = {
     ),
     C.SPO2_LOW: Text("oxygen saturation is below its limit", "Look at the patient. Give oxygen."),
     C.HEART_RATE_LOW: Text("heart rate is below its limit", "Look at the patient. Stop suction."),
-    C.AIRWAY_PRESSURE_LOW: Text(
-        "airway pressure is below its limit",
-        "Look at the patient. Check the circuit; lower the vacuum.",
-    ),
-    C.AIRWAY_PRESSURE_HIGH: Text(
-        "airway pressure is above its limit",
-        "Look at the patient. Check tube and catheter for blockage.",
+    C.AIRWAY_PRESSURE_UNSAFE: Text(
+        "airway pressure is outside its limits",
+        "Look at the patient. Check circuit and tube; lower the vacuum.",
     ),
     C.LUNG_VOLUME_LOST: Text(
         "suction has taken more lung volume than its limit",
