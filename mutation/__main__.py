@@ -70,7 +70,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m mutation", description=__doc__)
     parser.add_argument("modules", nargs="*", help="as safety.trip; none: all", metavar="MODULE")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
-    parser.add_argument("--most", type=int, help="stop after so many mutants of each module")
+    parser.add_argument("--every", type=int, default=1, help="try only each so many-th mutant")
     parser.add_argument("--least", type=float, default=0.0, help="lowest score accepted, percent")
     parser.add_argument("--out", type=Path, help="file for the JSON, instead of stdout")
     options = parser.parse_args()
@@ -87,7 +87,7 @@ def main() -> int:
     campaign.prepare()
     results = []
     for name in chosen:
-        result = campaign.run(target(name), options.workers, tell, options.most)
+        result = campaign.run(target(name), options.workers, tell, options.every)
         results.append(result)
         tell(
             f"{name}: {result.killed} of {result.mutants} noticed, "

@@ -311,6 +311,14 @@ def test_a_pause_ends_with_its_cause() -> None:
     assert rows[-1].signals.pause_left_s == 0.0
 
 
+def test_what_begins_after_an_answered_alarm_may_be_paused_at_once() -> None:
+    both = wrong(C.SPO2_LOW, C.HEART_RATE_LOW)
+    pressed = [press(SPO2, "audio_pause"), press(SPO2, "acknowledge")]
+    rows = run([SPO2, *pressed, both, press(both, "audio_pause")])
+    assert rows[-2].signals.audible == Priority.HIGH
+    assert rows[-1].signals.audible == Priority.NONE
+
+
 def test_a_pause_cannot_be_taken_in_advance_or_by_a_stuck_button() -> None:
     rows = run([press(QUIET, "audio_pause"), QUIET, SPO2])
     assert rows[-1].signals.audible == Priority.HIGH
