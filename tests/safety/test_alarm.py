@@ -266,15 +266,18 @@ def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> Non
     assert signals.pause_left_s == LONGEST_PAUSE_S
 
 
-def test_pressing_again_ends_the_pause_and_a_whole_burst_sounds_before_the_next() -> None:
-    press_pause = press(SPO2, "audio_pause")
-    rows = run([SPO2, press_pause, SPO2, press_pause, *[SPO2, press_pause] * 8])
-    audible = [bool(row.signals.audible) for row in rows]
-    assert audible[:4] == [True, False, False, True]
-    sounding = audible[3:].index(False) if False in audible[3:] else None
-    assert sounding is not None
-    assert sounding * DT_S >= AUDIBLE_S
-    assert sounding * DT_S <= AUDIBLE_S + 2 * DT_S
+@pytest.mark.parametrize("dt_s", [0.5, 0.1, 0.001])
+def test_pressing_again_ends_the_pause_and_a_whole_burst_sounds_before_the_next(
+    dt_s: float,
+) -> None:
+    pressed = press(SPO2, "audio_pause")
+    heard = round(AUDIBLE_S / dt_s)
+    for waited, granted in ((2, False), (heard - 1, False), (heard, True), (heard + 1, True)):
+        rows = run([SPO2, pressed, SPO2, pressed, *[SPO2] * (waited - 1), pressed, SPO2], dt_s)
+        audible = [bool(row.signals.audible) for row in rows]
+        assert audible[:3] == [True, False, False]
+        assert all(audible[3:-2])
+        assert audible[-2:] == [not granted] * 2
 
 
 @pytest.mark.parametrize(
