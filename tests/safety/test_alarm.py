@@ -240,6 +240,12 @@ def test_an_audio_pause_silences_and_counts_down() -> None:
     assert rows[-1].signals.pause_left_s == 0.0
 
 
+def test_the_first_alarm_after_a_quiet_time_may_be_paused_at_once() -> None:
+    rows = run([*lasting(QUIET, 5.0), SPO2, press(SPO2, "audio_pause")])
+    assert rows[-2].signals.audible == Priority.HIGH
+    assert rows[-1].signals.audible == Priority.NONE
+
+
 def test_a_pause_of_a_millisecond_controller_is_not_a_tick_too_long() -> None:
     rows = run([SPO2, press(SPO2, "audio_pause"), *[SPO2] * 121000], dt_s=0.001)
     assert sum(row.signals.audible == Priority.NONE for row in rows) == 120000
