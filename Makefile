@@ -12,7 +12,7 @@ ENVIRONMENT := .venv/.environment-$(shell { pwd; $(PYTHON) -V; cat requirements.
 PACKAGE := .venv/.package-$(shell cksum < pyproject.toml | cut -d' ' -f1)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test check bench soak docs lock clean
+.PHONY: help setup run test check bench soak mutate docs lock clean
 
 help: ## list these targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-14s %s\n", $$1, $$2}'
@@ -37,8 +37,12 @@ docs: $(PACKAGE) ## write anew what the documentation takes from the code
 bench: $(PACKAGE) ## speed of the core
 	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)
 
-soak: $(PACKAGE) ## the long tests
+soak: $(PACKAGE) ## the long tests, and all mutants
 	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m soak $(ARGS)
+	@$(BIN)/python -m mutation --out mutation-score.json
+
+mutate: $(PACKAGE) ## mistakes that no test notices; choose modules with ARGS="safety.trip"
+	@$(BIN)/python -m mutation --out mutation-score.json $(ARGS)
 
 lock: ## pin every dependency anew; UPGRADE=1 takes newer versions
 	@command -v $(UV) > /dev/null || { echo "make lock needs uv: pip install uv, or give its path as UV=..." >&2; exit 1; }

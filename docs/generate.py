@@ -5,10 +5,11 @@ from pathlib import Path
 from opensuction.hysteresis import loop_picture, model_table
 from opensuction.procedure import diagram
 from opensuction.report.document import spliced
+from opensuction.safety import alarm_table
 from opensuction.settings import parameter_page
 
 DOCS = Path(__file__).resolve().parent
-TABLES = {"hysteresis.md": model_table.markdown()}
+TABLES = {"alarms.md": alarm_table.markdown(), "hysteresis.md": model_table.markdown()}
 """Pages with a table between two marks."""
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -24,6 +24,15 @@ REQUIRED = "OPENSUCTION_REQUIRE_COMPONENTS"
 # every time: a test that fails for one person fails for all; the long run draws new ones.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None)
 settings.register_profile("soak", deadline=None, max_examples=5000, print_blob=True)
+# A mutant only has to be noticed: the failing example need not be made small first.
+settings.register_profile(
+    "mutation",
+    deadline=None,
+    derandomize=True,
+    database=None,
+    max_examples=50,
+    phases=(Phase.explicit, Phase.generate),
+)
 settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", "suite"))
 
 

@@ -1,0 +1,42 @@
+"""What the alarms add to a tick: with nothing wrong, and with alarms sounding."""
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from benchmarks.conftest import Tell
+from benchmarks.timing import best_s
+from opensuction.kernel.compiled import compiled
+from opensuction.safety import alarm, alarm_state
+from opensuction.safety.alarm_condition import Condition, mask
+from opensuction.safety.alarm_state import RELEASED, Settings, State
+
+SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
+TICKS = 200_000
+WRONG = {
+    "nothing": set[Condition](),
+    "one": {Condition.SPO2_LOW},
+    "three": {Condition.SPO2_LOW, Condition.AUTOMATION_STOPPED, Condition.HEAD_STALLED},
+}
+
+
+@compiled
+def _run(settings: Settings, state: State, conditions: npt.NDArray[np.int64]) -> int:
+    """Ticks with these conditions; the sum keeps the compiler from dropping them."""
+    total = 0
+    for holding in conditions:
+        state, signals = alarm.step(settings, state, holding, False, RELEASED, 0.001)
+        total += signals.first + signals.audible
+    return total
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_alarm_tick(benchmark: BenchmarkFixture, tell: Tell, wrong: str) -> None:
+    conditions = np.full(TICKS, mask(WRONG[wrong]), dtype=np.int64)
+    shortest_s = best_s(
+        benchmark, lambda: _run(SETTINGS, alarm_state.start(), conditions), rounds=15
+    )
+    tick_ns = shortest_s / TICKS * 1e9
+    benchmark.extra_info["ns_per_tick"] = tick_ns
+    tell(f"alarms, {wrong} wrong: {tick_ns:.0f} ns a tick")

@@ -1,0 +1,104 @@
+"""``python -m mutation``: which mistakes in the safety code would no test notice?
+
+Progress on stderr, one JSON object on stdout or in a file. Exit 1 if a module's score is below
+``--least``.
+"""
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+
+from mutation import campaign
+from mutation.campaign import ROOT, Result, Target
+
+ALARM_TESTS = ("tests/safety/test_alarm.py", "tests/safety/test_alarm_*.py")
+SOUND_TESTS = ("tests/safety/test_*_signal.py", "tests/safety/test_alarm_table.py")
+GOVERNOR_TESTS = ("tests/safety/test_governor*.py",)
+EXTRA: dict[str, tuple[str, ...]] = {
+    "safety.alarm": ALARM_TESTS,
+    "safety.alarm_condition": ALARM_TESTS,
+    "safety.alarm_state": ALARM_TESTS,
+    "safety.alarm_text": ("tests/safety/test_alarm_condition.py",),
+    "safety.limits": GOVERNOR_TESTS,
+    "safety.signal_value": SOUND_TESTS,
+    "safety.trip": GOVERNOR_TESTS,
+    "safety.watch": GOVERNOR_TESTS,
+    "procedure.transition": ("tests/procedure/test_diagram.py",),
+}
+"""Tests of a module beyond those of its own name."""
+
+
+def target(short: str) -> Target:
+    """A module by room and name, as ``safety.trip``, with the tests that mirror it."""
+    room, name = short.split(".")
+    patterns = [f"tests/{room}/test_{name}.py", f"tests/{room}/test_{name}_*.py"]
+    return Target(f"opensuction.{short}", (*patterns, *EXTRA.get(short, ())))
+
+
+def everything() -> list[str]:
+    """Every module of safety, and the table of transitions."""
+    sources = sorted((ROOT / "src" / "opensuction" / "safety").glob("[!_]*.py"))
+    return [*(f"safety.{source.stem}" for source in sources), "procedure.transition"]
+
+
+def as_json(results: list[Result]) -> str:
+    """The whole campaign as one JSON object."""
+    mutants = sum(result.mutants for result in results)
+    killed = sum(result.killed for result in results)
+    modules = [
+        {
+            **result._asdict(),
+            "survivors": [survivor._asdict() for survivor in result.survivors],
+            "score_percent": round(result.score_percent, 1),
+            "seconds": round(result.seconds, 1),
+        }
+        for result in results
+    ]
+    summary = {
+        "mutants": mutants,
+        "killed": killed,
+        "score_percent": round(100.0 * killed / mutants, 1) if mutants else None,
+        "modules": modules,
+    }
+    return json.dumps(summary, indent=2)
+
+
+def main() -> int:
+    """Run the campaign."""
+    parser = argparse.ArgumentParser(prog="python -m mutation", description=__doc__)
+    parser.add_argument("modules", nargs="*", help="as safety.trip; none: all", metavar="MODULE")
+    parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--every", type=int, default=1, help="try only each so many-th mutant")
+    parser.add_argument("--least", type=float, default=0.0, help="lowest score accepted, percent")
+    parser.add_argument("--out", type=Path, help="file for the JSON, instead of stdout")
+    options = parser.parse_args()
+    chosen = options.modules or everything()
+    known = everything()
+    unknown = [name for name in chosen if name not in known]
+    if unknown:
+        parser.error(f"unknown module {unknown[0]}; one of {', '.join(known)}")
+
+    def tell(line: str) -> None:
+        print(line, file=sys.stderr, flush=True)  # noqa: T201
+
+    out = options.out.resolve() if options.out else None
+    campaign.prepare()
+    results = []
+    for name in chosen:
+        result = campaign.run(target(name), options.workers, tell, options.every)
+        results.append(result)
+        tell(
+            f"{name}: {result.killed} of {result.mutants} noticed, "
+            f"{result.score_percent:.1f} %, {result.seconds:.0f} s"
+        )
+    if out:
+        out.write_text(as_json(results) + "\n", encoding="utf-8")
+    else:
+        print(as_json(results))  # noqa: T201
+    return int(any(result.score_percent < options.least for result in results))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

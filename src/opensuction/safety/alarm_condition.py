@@ -1,0 +1,245 @@
+"""What can alarm a person: every condition, how urgent it is, and how its alarm behaves.
+
+Sentences and remedies stand in `opensuction.safety.alarm_text`; `alarm` decides what is signalled.
+IEC 60601-1-8 gives the words and the matrix; which harm and which onset belong to a condition is
+this project's own judgement from its list of hazards, and so are all times (assumed).
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.safety.trip import Trip
+
+
+class Priority(IntEnum):
+    """How soon somebody must act."""
+
+    NONE = 0
+    LOW = 1
+    """Be aware."""
+    MEDIUM = 2
+    """Act promptly."""
+    HIGH = 3
+    """Act at once."""
+
+
+class Harm(IntEnum):
+    """What may come of it if nobody acts."""
+
+    MINOR = 0
+    """Discomfort, or an injury that heals by itself."""
+    REVERSIBLE = 1
+    DEATH = 2
+    """Death or an injury that stays."""
+
+
+class Onset(IntEnum):
+    """How soon the harm may come."""
+
+    DELAYED = 0
+    """Not within minutes."""
+    PROMPT = 1
+    """Not at once, but too soon to wait with a manual correction."""
+    IMMEDIATE = 2
+
+
+PRIORITIES: dict[tuple[Harm, Onset], Priority] = {
+    (Harm.DEATH, Onset.IMMEDIATE): Priority.HIGH,
+    (Harm.DEATH, Onset.PROMPT): Priority.HIGH,
+    (Harm.DEATH, Onset.DELAYED): Priority.MEDIUM,
+    (Harm.REVERSIBLE, Onset.IMMEDIATE): Priority.HIGH,
+    (Harm.REVERSIBLE, Onset.PROMPT): Priority.MEDIUM,
+    (Harm.REVERSIBLE, Onset.DELAYED): Priority.LOW,
+    (Harm.MINOR, Onset.IMMEDIATE): Priority.MEDIUM,
+    (Harm.MINOR, Onset.PROMPT): Priority.LOW,
+    (Harm.MINOR, Onset.DELAYED): Priority.LOW,
+}
+"""Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
+
+OWN = 20
+"""First number that is no trip's: a trip's condition has the trip's own number, so that the
+governor's bit mask of trips is at once a mask of conditions. Numbers 16 to 19 are kept for trips.
+"""
+WORD = 53
+"""Conditions that a mask can hold. Recordings store it as a double, exact below 2^53."""
+
+
+class Condition(IntEnum):
+    """What can be wrong, the governor's trips first. Never renumber: recordings hold these."""
+
+    PROPOSAL_INVALID = 0
+    HEAD_READING_INVALID = 1
+    HEAD_OVERSPEED = 2
+    HEAD_NOT_FOLLOWING = 3
+    CAM_READING_INVALID = 4
+    VACUUM_READING_INVALID = 5
+    VACUUM_EXCEEDED = 6
+    NEGATIVE_PRESSURE_TIME = 7
+    IN_AIRWAY_TIME = 8
+    CONTACT_TIME = 9
+    CONTACT_READING_INVALID = 10
+    LATE_TICKS = 11
+    WITHDRAWAL_TIME = 12
+    HEAD_STALLED = 13
+    HEAD_RUNAWAY = 14
+    TIP_BEYOND_CAP = 15
+    AUTOMATION_STOPPED = 20
+    RECOVERY_NEEDED = 21
+    CATHETER_LIFE_OVER = 22
+    CATHETER_LIFE_ENDING = 23
+    VACUUM_LOST = 24
+    CANISTER_FULL = 25
+    LINE_CLOGGED = 26
+    LINE_LEAKING = 27
+    CARINA_MISSED = 28
+    CONTACT_STUCK_CLOSED = 29
+    CONTACT_STUCK_OPEN = 30
+    VALVE_STUCK_OPEN = 31
+    VALVE_STUCK_CLOSED = 32
+    PUMP_RUNAWAY = 33
+    CATHETER_JAMMED = 34
+    TIP_DETACHED = 35
+    SPO2_LOW = 36
+    HEART_RATE_LOW = 37
+    AIRWAY_PRESSURE_UNSAFE = 38
+    LUNG_VOLUME_LOST = 39
+    CIRCUIT_DISCONNECTED = 40
+    MONITOR_LINK_LOST = 41
+    RECORDER_LOST = 42
+    CONSOLE_LOST = 43
+    RESERVE_ENERGY_USED = 44
+    PATIENT_SETTINGS_UNCONFIRMED = 45
+    MESSAGE_LATE = 46
+    PASS_LIMIT_REACHED = 47
+    CHECK_FAILED = 48
+    WATCHDOG_FIRED = 49
+
+
+class Kind(NamedTuple):
+    """How the alarm of a condition behaves."""
+
+    harm: Harm
+    onset: Onset
+    latching: bool
+    """Shown and sounded until a person resets, although the condition has ended."""
+    delay_s: float
+    """How long the condition must hold without a break before it is an alarm."""
+    escalates_s: float
+    """Unanswered for so long, its priority rises by one; 0: it never does."""
+    planned: bool
+    """A consequence of planned work (catheter change, cleaning), which then raises no alarm."""
+
+    @property
+    def priority(self) -> Priority:
+        """By the standard's matrix."""
+        return PRIORITIES[self.harm, self.onset]
+
+
+def _trip(harm: Harm, onset: Onset, escalates_s: float = 0.0) -> Kind:
+    """A trip: the governor has waited already and holds it itself until a reset."""
+    return Kind(harm, onset, True, 0.0, escalates_s, planned=False)
+
+
+H = Harm
+O = Onset  # noqa: E741
+ESCALATES_S = 120.0
+"""A medium alarm that nobody answers for so long becomes a high one (assumed)."""
+HOUR_S = 3600.0
+
+TRIP_KINDS: dict[Trip, Kind] = {
+    Trip.PROPOSAL_INVALID: _trip(H.DEATH, O.PROMPT),
+    Trip.HEAD_READING_INVALID: _trip(H.DEATH, O.PROMPT),
+    Trip.HEAD_OVERSPEED: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.HEAD_NOT_FOLLOWING: _trip(H.DEATH, O.PROMPT),
+    Trip.CAM_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.VACUUM_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.VACUUM_EXCEEDED: _trip(H.REVERSIBLE, O.IMMEDIATE),
+    Trip.NEGATIVE_PRESSURE_TIME: _trip(H.DEATH, O.PROMPT),
+    Trip.IN_AIRWAY_TIME: _trip(H.DEATH, O.PROMPT),
+    Trip.CONTACT_TIME: _trip(H.REVERSIBLE, O.IMMEDIATE),
+    Trip.CONTACT_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.LATE_TICKS: _trip(H.DEATH, O.PROMPT),
+    Trip.WITHDRAWAL_TIME: _trip(H.DEATH, O.PROMPT),
+    Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT),
+    Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE),
+}
+"""The priority of each is that of `trip.KINDS`; a test keeps the two in step."""
+
+C = Condition
+OWN_KINDS: dict[Condition, Kind] = {
+    #                                 harm, onset, latching, delay s, escalates s, planned
+    C.AUTOMATION_STOPPED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, True),
+    C.RECOVERY_NEEDED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),
+    C.CATHETER_LIFE_OVER: Kind(H.REVERSIBLE, O.PROMPT, False, 0.0, 0.0, True),
+    C.CATHETER_LIFE_ENDING: Kind(H.REVERSIBLE, O.DELAYED, False, 0.0, HOUR_S, True),
+    C.VACUUM_LOST: Kind(H.DEATH, O.DELAYED, False, 0.5, ESCALATES_S, True),
+    C.CANISTER_FULL: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
+    C.LINE_CLOGGED: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
+    C.LINE_LEAKING: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
+    C.CARINA_MISSED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
+    C.CONTACT_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, False, 0.1, ESCALATES_S, True),
+    C.CONTACT_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, True),
+    C.VALVE_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.2, 0.0, False),
+    C.VALVE_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, True, 0.2, ESCALATES_S, True),
+    C.PUMP_RUNAWAY: Kind(H.REVERSIBLE, O.IMMEDIATE, True, 0.2, 0.0, False),
+    C.CATHETER_JAMMED: Kind(H.DEATH, O.PROMPT, True, 0.1, 0.0, False),
+    C.TIP_DETACHED: Kind(H.DEATH, O.IMMEDIATE, True, 0.0, 0.0, False),
+    C.SPO2_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
+    C.HEART_RATE_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
+    C.AIRWAY_PRESSURE_UNSAFE: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
+    C.LUNG_VOLUME_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 0.5, ESCALATES_S, False),
+    C.CIRCUIT_DISCONNECTED: Kind(H.DEATH, O.IMMEDIATE, False, 1.0, 0.0, False),
+    C.MONITOR_LINK_LOST: Kind(H.DEATH, O.DELAYED, False, 2.0, ESCALATES_S, False),
+    C.RECORDER_LOST: Kind(H.MINOR, O.DELAYED, False, 2.0, 0.0, False),
+    C.CONSOLE_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 2.0, ESCALATES_S, False),
+    C.RESERVE_ENERGY_USED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),
+    C.PATIENT_SETTINGS_UNCONFIRMED: Kind(H.REVERSIBLE, O.DELAYED, False, 0.0, 0.0, True),
+    C.MESSAGE_LATE: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, True),
+    C.PASS_LIMIT_REACHED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, False),
+    C.CHECK_FAILED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, True),
+    C.WATCHDOG_FIRED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
+}
+
+KINDS: dict[Condition, Kind] = {
+    **{Condition(int(trip)): kind for trip, kind in TRIP_KINDS.items()},
+    **OWN_KINDS,
+}
+"""Every condition."""
+
+UNKNOWN = Kind(Harm.DEATH, Onset.IMMEDIATE, True, 0.0, 0.0, planned=False)
+"""A bit that no condition has is a mistake of the software: as urgent as can be, never lost."""
+
+_ROWS = [KINDS[Condition(bit)] if bit in set(Condition) else UNKNOWN for bit in range(WORD)]
+
+DELAY_S = np.array([kind.delay_s for kind in _ROWS])
+ESCALATES_AFTER_S = np.array([kind.escalates_s for kind in _ROWS])
+"""Times of the table for the compiled step, shape (``WORD``,)."""
+
+
+def _bits(chosen: Callable[[Kind], bool]) -> int:
+    return sum(1 << bit for bit, kind in enumerate(_ROWS) if chosen(kind))
+
+
+KNOWN = 2**WORD - 1
+"""Every bit of a mask."""
+HIGHS = _bits(lambda kind: kind.priority == Priority.HIGH)
+MEDIUMS = _bits(lambda kind: kind.priority == Priority.MEDIUM)
+LOWS = _bits(lambda kind: kind.priority == Priority.LOW)
+"""Masks of the conditions of each priority."""
+LATCHING = _bits(lambda kind: kind.latching)
+PLANNED = _bits(lambda kind: kind.planned)
+"""Masks of the conditions that latch, and of those that planned work brings about."""
+
+
+def mask(conditions: set[Condition]) -> int:
+    """Bit mask of some conditions."""
+    return sum(1 << condition for condition in conditions)
+
+
+def members(conditions: int) -> list[int]:
+    """Numbers of the conditions in a bit mask, in order."""
+    return [bit for bit in range(WORD) if conditions >> bit & 1]

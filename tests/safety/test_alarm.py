@@ -1,0 +1,390 @@
+from typing import Literal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.errors import InputError
+from opensuction.safety import alarm, alarm_state
+from opensuction.safety.alarm_condition import KINDS, Condition, Priority, mask
+from opensuction.safety.alarm_state import (
+    AUDIBLE_S,
+    LONGEST_PAUSE_S,
+    NOTHING,
+    RELEASED,
+    SILENT,
+    Buttons,
+)
+from tests.safety.annunciator import DT_S, SETTINGS, Tick, lasting, run, wrong
+
+C = Condition
+QUIET = Tick()
+SPO2 = wrong(C.SPO2_LOW)
+STOPPED = wrong(C.AUTOMATION_STOPPED)
+RUNAWAY = wrong(C.HEAD_RUNAWAY)
+
+
+def press(tick: Tick, name: Literal["acknowledge", "audio_pause", "reset"]) -> Tick:
+    return Tick(
+        tick.conditions,
+        acknowledge=name == "acknowledge",
+        audio_pause=name == "audio_pause",
+        reset=name == "reset",
+    )
+
+
+def test_nothing_wrong_says_nothing() -> None:
+    assert {row.signals for row in run(lasting(QUIET, 5.0))} == {SILENT}
+
+
+def test_a_condition_without_a_delay_sounds_in_its_first_tick() -> None:
+    row = run([SPO2])[0]
+    assert row.present == {C.SPO2_LOW}
+    assert row.signals.priority == row.signals.audible == Priority.HIGH
+    assert row.signals.first == C.SPO2_LOW
+    assert row.signals.latched == row.signals.acknowledged == row.signals.escalated == 0
+
+
+def test_every_condition_sounds_with_its_own_priority() -> None:
+    for condition, kind in KINDS.items():
+        last = run(lasting(wrong(condition), 4.0))[-1].signals
+        assert last.audible == last.priority == kind.priority, condition
+        assert last.first == condition
+
+
+def test_a_bit_that_no_condition_has_is_a_high_alarm() -> None:
+    state, signals = alarm.step(SETTINGS, alarm_state.start(), 1 << 17, False, RELEASED, DT_S)
+    assert signals.audible == Priority.HIGH
+    assert signals.first == 17
+    _, later = alarm.step(SETTINGS, state, 0, True, RELEASED, DT_S)
+    assert later.latched == 1 << 17
+
+
+def test_bits_beyond_the_word_do_not_disturb() -> None:
+    _, signals = alarm.step(SETTINGS, alarm_state.start(), 1 << 60, False, RELEASED, DT_S)
+    assert signals == SILENT
+
+
+def test_a_delayed_condition_waits_for_its_delay_and_not_longer() -> None:
+    # Ticks of 1 ms, as in the controller: circuit disconnected for 1 s.
+    rows = run([wrong(C.CIRCUIT_DISCONNECTED)] * 1002, dt_s=0.001)
+    sounding = [index for index, row in enumerate(rows) if row.signals.audible]
+    assert sounding[0] == 1000
+    assert len(sounding) == 2
+
+
+def test_a_condition_that_breaks_off_begins_its_delay_anew() -> None:
+    almost = lasting(wrong(C.CIRCUIT_DISCONNECTED), 1.0)
+    rows = run([*almost, QUIET, *almost, QUIET, *almost])
+    assert not any(row.signals.audible for row in rows)
+    # And another condition all the while does not lend it its time.
+    rows = run([*almost, SPO2, *almost])
+    assert all(C.CIRCUIT_DISCONNECTED not in row.present for row in rows)
+
+
+def test_a_present_condition_is_not_delayed_again_by_another_that_waits() -> None:
+    both = wrong(C.SPO2_LOW, C.CIRCUIT_DISCONNECTED)
+    rows = run([SPO2, *lasting(both, 1.5)])
+    assert all(C.SPO2_LOW in row.present for row in rows)
+    assert rows[-1].present == {C.SPO2_LOW, C.CIRCUIT_DISCONNECTED}
+
+
+def test_what_does_not_latch_ends_with_its_condition() -> None:
+    assert run([SPO2, QUIET])[-1].signals == SILENT
+
+
+def test_what_latches_sounds_until_a_person_resets() -> None:
+    rows = run([RUNAWAY, *lasting(QUIET, 300.0), press(QUIET, "reset"), QUIET])
+    for row in rows[1:-2]:
+        assert row.signals.present == 0
+        assert row.signals.latched == mask({C.HEAD_RUNAWAY})
+        assert row.signals.priority == row.signals.audible == Priority.HIGH
+        assert row.signals.first == C.HEAD_RUNAWAY
+    assert rows[-2].signals == rows[-1].signals == SILENT
+
+
+def test_a_reset_clears_nothing_that_still_holds() -> None:
+    rows = run([RUNAWAY, press(RUNAWAY, "reset"), RUNAWAY, QUIET])
+    assert rows[2].present == {C.HEAD_RUNAWAY}
+    assert rows[3].signals.latched == mask({C.HEAD_RUNAWAY})
+
+
+def test_a_reset_in_the_tick_in_which_the_cause_ends_clears_it() -> None:
+    # The governor forgets its trips on the same press.
+    assert run([RUNAWAY, press(QUIET, "reset")])[-1].signals == SILENT
+
+
+def test_a_button_held_down_resets_once() -> None:
+    held = press(QUIET, "reset")
+    rows = run([press(RUNAWAY, "reset"), held, held])
+    assert rows[-1].signals.latched == mask({C.HEAD_RUNAWAY})
+
+
+def test_acknowledged_is_silent_but_shown_until_it_ends() -> None:
+    rows = run([SPO2, press(SPO2, "acknowledge"), *lasting(SPO2, 30.0), QUIET, SPO2])
+    for row in rows[1:-2]:
+        assert row.acknowledged == row.present == {C.SPO2_LOW}
+        assert row.signals.priority == Priority.HIGH
+        assert row.signals.audible == Priority.NONE
+        assert row.signals.first == C.SPO2_LOW
+    assert rows[-2].signals == SILENT
+    assert rows[-1].signals.audible == Priority.HIGH
+
+
+def test_another_condition_sounds_although_the_first_is_acknowledged() -> None:
+    both = wrong(C.SPO2_LOW, C.AUTOMATION_STOPPED)
+    rows = run([SPO2, press(SPO2, "acknowledge"), both])
+    assert rows[-1].acknowledged == {C.SPO2_LOW}
+    assert rows[-1].signals.audible == Priority.MEDIUM
+    assert rows[-1].signals.priority == Priority.HIGH
+
+
+def test_an_acknowledged_latched_condition_sounds_when_it_begins_again() -> None:
+    rows = run([RUNAWAY, press(RUNAWAY, "acknowledge"), QUIET, RUNAWAY])
+    assert rows[-2].acknowledged == {C.HEAD_RUNAWAY}
+    assert rows[-2].signals.audible == Priority.NONE
+    assert rows[-1].acknowledged == set()
+    assert rows[-1].signals.audible == Priority.HIGH
+
+
+def test_what_begins_in_the_tick_of_the_press_was_not_acknowledged() -> None:
+    rows = run([SPO2, press(wrong(C.SPO2_LOW, C.HEART_RATE_LOW), "acknowledge")])
+    assert rows[-1].acknowledged == {C.SPO2_LOW}
+    assert rows[-1].signals.audible == Priority.HIGH
+
+
+def test_a_stuck_button_acknowledges_nothing_later() -> None:
+    stuck = press(QUIET, "acknowledge")
+    rows = run([stuck, *lasting(press(SPO2, "acknowledge"), 10.0)])
+    assert all(row.signals.audible == Priority.HIGH for row in rows[1:])
+
+
+def test_what_is_shown_first_is_urgent_then_unanswered_then_present() -> None:
+    medium = wrong(C.AUTOMATION_STOPPED)
+    assert run([wrong(C.AUTOMATION_STOPPED, C.SPO2_LOW)])[-1].signals.first == C.SPO2_LOW
+    low = wrong(C.AUTOMATION_STOPPED, C.CATHETER_LIFE_ENDING)
+    assert run([low])[-1].signals.first == C.AUTOMATION_STOPPED
+    # Of equal priority: acknowledged after unanswered ...
+    rows = run([medium, press(medium, "acknowledge"), wrong(C.AUTOMATION_STOPPED, C.CHECK_FAILED)])
+    assert rows[-1].signals.first == C.CHECK_FAILED
+    # ... and ended after present,
+    rows = run([wrong(C.VACUUM_EXCEEDED), wrong(C.SPO2_LOW)])
+    assert rows[-1].signals.first == C.SPO2_LOW
+    # but an acknowledged high one before an unanswered medium one.
+    rows = run([SPO2, press(SPO2, "acknowledge"), wrong(C.SPO2_LOW, C.CHECK_FAILED)])
+    assert rows[-1].signals.first == C.SPO2_LOW
+    # Of two that differ in nothing, the first of the table, steadily.
+    rows = run([wrong(C.SPO2_LOW, C.HEART_RATE_LOW)] * 3)
+    assert {row.signals.first for row in rows} == {C.SPO2_LOW}
+
+
+def test_a_medium_alarm_that_nobody_answers_becomes_high_after_two_minutes() -> None:
+    rows = run(lasting(STOPPED, 130.0))
+    times = [index * DT_S for index, row in enumerate(rows) if row.signals.escalated]
+    assert times[0] == 120.0
+    assert times[-1] == 129.5
+    for row in rows:
+        raised = bool(row.signals.escalated)
+        assert row.signals.priority == (Priority.HIGH if raised else Priority.MEDIUM)
+        assert row.signals.audible == row.signals.priority
+
+
+def test_a_low_alarm_becomes_medium_and_no_more() -> None:
+    ending = wrong(C.CATHETER_LIFE_ENDING)
+    rows = run(lasting(ending, 3 * 3600.0, dt_s=30.0), dt_s=30.0)
+    assert rows[119].signals.audible == Priority.LOW
+    assert rows[120].signals.audible == Priority.MEDIUM
+    assert rows[-1].signals.audible == Priority.MEDIUM
+
+
+def test_an_answer_stops_the_clock_and_what_was_raised_stays_raised() -> None:
+    answered = [*lasting(STOPPED, 100.0), press(STOPPED, "acknowledge"), *lasting(STOPPED, 300.0)]
+    assert not any(row.signals.escalated for row in run(answered))
+    late = [*lasting(STOPPED, 121.0), press(STOPPED, "acknowledge"), *lasting(STOPPED, 300.0)]
+    rows = run(late)
+    assert rows[-1].signals.priority == Priority.HIGH
+    assert rows[-1].signals.audible == Priority.NONE
+
+
+def test_a_pause_stops_the_clock_only_as_long_as_it_lasts() -> None:
+    rows = run([*lasting(STOPPED, 100.0), press(STOPPED, "audio_pause"), *lasting(STOPPED, 200.0)])
+    escalated = [index * DT_S for index, row in enumerate(rows) if row.signals.escalated]
+    assert escalated[0] == 120.0 + LONGEST_PAUSE_S
+
+
+def test_escalation_begins_anew_with_the_condition() -> None:
+    rows = run([*lasting(STOPPED, 130.0), QUIET, *lasting(STOPPED, 100.0)])
+    assert rows[260].signals == SILENT
+    assert all(row.signals.escalated == 0 for row in rows[260:])
+    rows = run([*lasting(STOPPED, 100.0), QUIET, *lasting(STOPPED, 100.0)])
+    assert all(row.signals.escalated == 0 for row in rows)
+
+
+def test_a_latched_alarm_goes_on_escalating_when_its_condition_flickers() -> None:
+    invalid = wrong(C.CAM_READING_INVALID)
+    rows = run([invalid, QUIET] * 120)
+    assert rows[239].signals.escalated == 0
+    assert run([invalid, QUIET] * 130)[-1].signals.priority == Priority.HIGH
+
+
+def test_an_audio_pause_silences_and_counts_down() -> None:
+    rows = run([SPO2, press(SPO2, "audio_pause"), *lasting(SPO2, 130.0)])
+    silent = [row for row in rows if row.signals.audible == Priority.NONE]
+    assert len(silent) * DT_S == LONGEST_PAUSE_S
+    left = [row.signals.pause_left_s for row in silent]
+    assert left[0] == LONGEST_PAUSE_S
+    assert left == sorted(left, reverse=True)
+    assert left[-1] == DT_S
+    assert all(row.signals.priority == Priority.HIGH for row in rows)
+    assert rows[-1].signals.audible == Priority.HIGH
+    assert rows[-1].signals.pause_left_s == 0.0
+
+
+def test_the_first_alarm_after_a_quiet_time_may_be_paused_at_once() -> None:
+    rows = run([*lasting(QUIET, 5.0), SPO2, press(SPO2, "audio_pause")])
+    assert rows[-2].signals.audible == Priority.HIGH
+    assert rows[-1].signals.audible == Priority.NONE
+
+
+def test_a_pause_of_a_millisecond_controller_is_not_a_tick_too_long() -> None:
+    rows = run([SPO2, press(SPO2, "audio_pause"), *[SPO2] * 121000], dt_s=0.001)
+    assert sum(row.signals.audible == Priority.NONE for row in rows) == 120000
+
+
+def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
+    for pause_s, reminder_s in ((0.0, 60.0), (120.5, 60.0), (float("nan"), 60.0), (120.0, 0.0)):
+        with pytest.raises(InputError, match=r"must be above 0 and at most 120 s"):
+            alarm_state.settings(pause_s, reminder_s)
+    with pytest.raises(InputError, match="reminder interval is 121 s"):
+        alarm_state.settings(120.0, 121.0)
+    short = alarm_state.settings(30.0, 60.0)
+    state, _ = alarm.step(short, alarm_state.start(), mask({C.SPO2_LOW}), False, RELEASED, DT_S)
+    pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
+    _, signals = alarm.step(short, state, mask({C.SPO2_LOW}), False, pause, DT_S)
+    assert signals.pause_left_s == 30.0
+
+
+def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> None:
+    long = SETTINGS._replace(pause_s=1e6)
+    state, _ = alarm.step(long, alarm_state.start(), mask({C.SPO2_LOW}), False, RELEASED, DT_S)
+    pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
+    _, signals = alarm.step(long, state, mask({C.SPO2_LOW}), False, pause, DT_S)
+    assert signals.pause_left_s == LONGEST_PAUSE_S
+
+
+@pytest.mark.parametrize("dt_s", [0.5, 0.1, 0.001])
+def test_pressing_again_ends_the_pause_and_a_whole_burst_sounds_before_the_next(
+    dt_s: float,
+) -> None:
+    pressed = press(SPO2, "audio_pause")
+    heard = round(AUDIBLE_S / dt_s)
+    for waited, granted in ((2, False), (heard - 1, False), (heard, True), (heard + 1, True)):
+        rows = run([SPO2, pressed, SPO2, pressed, *[SPO2] * (waited - 1), pressed, SPO2], dt_s)
+        audible = [bool(row.signals.audible) for row in rows]
+        assert audible[:3] == [True, False, False]
+        assert all(audible[3:-2])
+        assert audible[-2:] == [not granted] * 2
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "breaks"),
+    [
+        (C.AUTOMATION_STOPPED, C.SPO2_LOW, True),
+        (C.CATHETER_LIFE_ENDING, C.AUTOMATION_STOPPED, True),
+        (C.AUTOMATION_STOPPED, C.CHECK_FAILED, False),
+        (C.SPO2_LOW, C.AUTOMATION_STOPPED, False),
+        (C.SPO2_LOW, C.HEART_RATE_LOW, True),
+    ],
+)
+def test_a_pause_is_broken_by_what_is_more_urgent_and_by_every_high_one(
+    first: Condition, second: Condition, breaks: bool
+) -> None:
+    rows = run([wrong(first), press(wrong(first), "audio_pause"), *[wrong(first, second)] * 3])
+    assert [bool(row.signals.audible) for row in rows[2:]] == [breaks] * 3
+    assert (rows[-1].signals.pause_left_s == 0.0) == breaks
+
+
+def test_what_a_pause_silenced_later_counts_for_breaking_it() -> None:
+    low, medium = C.CATHETER_LIFE_ENDING, C.AUTOMATION_STOPPED
+    both = wrong(low, medium)
+    # Paused at medium; the medium one ends; another medium one begins: still paused.
+    rows = run([both, press(both, "audio_pause"), wrong(low), wrong(low, C.CHECK_FAILED)])
+    assert rows[-1].signals.audible == Priority.NONE
+
+
+def test_a_pause_ends_with_its_cause() -> None:
+    rows = run([SPO2, press(SPO2, "audio_pause"), QUIET, SPO2])
+    assert rows[-1].signals.audible == Priority.HIGH
+    acknowledged = press(SPO2, "acknowledge")
+    rows = run([SPO2, press(SPO2, "audio_pause"), acknowledged])
+    assert rows[-1].signals.pause_left_s == 0.0
+
+
+def test_what_begins_after_an_answered_alarm_may_be_paused_at_once() -> None:
+    both = wrong(C.SPO2_LOW, C.HEART_RATE_LOW)
+    pressed = [press(SPO2, "audio_pause"), press(SPO2, "acknowledge")]
+    rows = run([SPO2, *pressed, both, press(both, "audio_pause")])
+    assert rows[-2].signals.audible == Priority.HIGH
+    assert rows[-1].signals.audible == Priority.NONE
+
+
+def test_a_pause_cannot_be_taken_in_advance_or_by_a_stuck_button() -> None:
+    rows = run([press(QUIET, "audio_pause"), QUIET, SPO2])
+    assert rows[-1].signals.audible == Priority.HIGH
+    rows = run([press(SPO2, "audio_pause"), SPO2])
+    assert rows[0].signals.audible == rows[1].signals.audible == Priority.HIGH
+    stuck = lasting(press(SPO2, "audio_pause"), 400.0)
+    silent = sum(row.signals.audible == Priority.NONE for row in run([SPO2, *stuck]))
+    assert silent * DT_S == LONGEST_PAUSE_S
+
+
+@pytest.mark.parametrize("condition", [C.SPO2_LOW, C.PROPOSAL_INVALID, C.CATHETER_LIFE_ENDING])
+def test_a_reminder_sounds_while_something_shown_is_silent(condition: Condition) -> None:
+    tick = wrong(condition)
+    before = run([tick, press(tick, "acknowledge"), Tick(reset=True), QUIET])[-1].state
+    silenced = [tick, press(tick, "acknowledge"), *lasting(tick, 200.0)]
+    rows = run(silenced, state=before)
+    times = [index * DT_S for index, row in enumerate(rows) if row.signals.reminder]
+    assert times == [60.0, 120.0, 180.0]
+    paused = [tick, press(tick, "audio_pause"), *lasting(tick, 300.0)]
+    times = [index * DT_S for index, row in enumerate(run(paused)) if row.signals.reminder]
+    assert times == [60.0, 120.0]
+
+
+def test_nothing_shown_needs_no_reminder() -> None:
+    waiting = [wrong(C.CIRCUIT_DISCONNECTED), wrong(C.MONITOR_LINK_LOST)] * 200
+    assert {row.signals for row in run(waiting)} == {SILENT}
+
+
+def test_an_audible_alarm_needs_no_reminder() -> None:
+    assert not any(row.signals.reminder for row in run(lasting(SPO2, 200.0)))
+    broken = [SPO2, press(SPO2, "acknowledge"), *lasting(SPO2, 50.0)]
+    louder = wrong(C.SPO2_LOW, C.HEART_RATE_LOW)
+    rows = run([*broken, louder, press(louder, "acknowledge"), *lasting(louder, 50.0)])
+    assert not any(row.signals.reminder for row in rows)
+
+
+def test_planned_work_raises_no_alarm_but_silences_no_patient() -> None:
+    brought_about = wrong(
+        C.AUTOMATION_STOPPED, C.CATHETER_LIFE_OVER, C.VACUUM_LOST, C.LINE_LEAKING, C.CHECK_FAILED
+    )
+    work = brought_about._replace(planned_work=True)
+    assert {row.signals for row in run(lasting(work, 600.0))} == {SILENT}
+    patient = work._replace(conditions=work.conditions | {C.SPO2_LOW})
+    assert run([work, patient])[-1].present == {C.SPO2_LOW}
+    # What the work left behind is an alarm as soon as it is over.
+    assert run([work, wrong(C.VACUUM_LOST), *[wrong(C.VACUUM_LOST)] * 2])[-1].present == {
+        C.VACUUM_LOST
+    }
+
+
+def test_most_urgent_of_nothing_is_none() -> None:
+    assert alarm.most_urgent(0, 0) == Priority.NONE
+    assert SILENT.first == NOTHING
+
+
+@given(dt_s=st.sampled_from((0.001, 0.01, 0.1)))
+def test_the_length_of_a_tick_changes_no_delay(dt_s: float) -> None:
+    rows = run(lasting(wrong(C.LUNG_VOLUME_LOST), 0.6, dt_s), dt_s)
+    first = next(index for index, row in enumerate(rows) if row.signals.audible)
+    assert first * dt_s == pytest.approx(0.5)
