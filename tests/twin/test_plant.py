@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
-from opensuction.twin import parameter, plant, preset, seam
+from opensuction.twin import parameter, patient_preset, plant, preset, seam
 from opensuction.twin.plant import PlantState
 
 DT_S = 0.001
@@ -69,3 +69,23 @@ def test_the_tip_finds_what_the_bedside_says_is_there() -> None:
     assert there > 0.5
     assert state.machine.airway.removed_ml == pytest.approx(there, rel=1e-9)
     assert state.machine.seam.reachable_ml == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_is_produced_adds_to_what_there_is() -> None:
+    """At a patient, sucking: trachea, bore and canister hold what was there and what came."""
+    values = parameter.nominal(parameter.CLINICAL)
+    person = patient_preset.patient("adult-icu", 0, nominal=True)
+    busy = person._replace(secretion=person.secretion._replace(production_ml_per_h=720.0))
+    twin = preset.machine(values, busy)
+    state = preset.parked(twin._replace(has_patient=False), values, 45.0, seed=1, run=2)
+    there = secretion_ml(state)
+    body = state.machine
+    opened = body._replace(valve=body.valve._replace(position=math.radians(30.0)))
+    state = state._replace(machine=opened)
+    holding_v = values["spring_preload_v"] + values["spring_v_per_rad"] * math.radians(30.0)
+    sucking = Commands(0.0, 0.0, True, 0.0, holding_v, True, True, 120.0)
+    for _ in range(5000):
+        state = plant.step(twin, state, sucking, DT_S)
+    assert state.machine.bore.canister_ml > 0.5
+    # 0.2 mL/s for 5 s.
+    assert secretion_ml(state) == pytest.approx(there + 1.0, rel=1e-9)
