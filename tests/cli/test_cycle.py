@@ -306,3 +306,40 @@ def test_help_teaches_with_examples(tmp_path: Path) -> None:
     assert "Examples:" in ran.stdout
     assert "exact-inverse" in ran.stdout
     assert opensuction(cwd=tmp_path).returncode == 0
+
+
+def test_a_day_has_its_cycles_in_the_json_and_a_page_of_its_own(tmp_path: Path) -> None:
+    ran = opensuction(
+        "cycle", "--repeat", "3", "--every", "60", "--json", "--out", "day", cwd=tmp_path
+    )
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    day = data["day"]
+    assert data.keys() >= KEYS
+    assert [cycle["outcome"] for cycle in day["cycles"]] == ["completed"] * 3
+    assert [round(cycle["start_min"]) for cycle in day["cycles"]] == [0, 60, 120]
+    assert day["removed_ml"] == pytest.approx(sum(c["removed_ml"] for c in day["cycles"]))
+    assert data["secretion"]["removed_ml"] == pytest.approx(day["cycles"][-1]["removed_ml"])
+    assert sorted(file.name for file in (tmp_path / "day").iterdir()) == [
+        "cycle.json",
+        "day.html",
+        "report.html",
+    ]
+    assert "cycle 3 of 3" in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--repeat", "3"), "needs --every"),
+        (("--every", "60"), "says nothing without --repeat"),
+        (("--repeat", "3", "--every", "5"), "at least 15 min"),
+        (("--repeat", "3", "--every", "60", "--protocol", "paper"), "the bench has none"),
+    ],
+)
+def test_what_is_no_day_is_refused(tmp_path: Path, options: tuple[str, ...], words: str) -> None:
+    ran = opensuction("cycle", *options, cwd=tmp_path)
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert words in ran.stderr
+    assert ran.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

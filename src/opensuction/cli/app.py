@@ -32,6 +32,7 @@ Examples:
   opensuction cycle --protocol my.toml --out run1    a protocol of your own
   opensuction cycle --machine my-machine.toml --patient my-patient.toml
   opensuction cycle --protocol paper --compensation bench/identification.toml
+  opensuction cycle --repeat 6 --every 240           a day: a cycle every four hours
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
@@ -99,6 +100,8 @@ def cycle(
     approach: option.Approach = "travel",
     compensation: option.Compensation = "exact-inverse",
     taught: option.TaughtLength = None,
+    repeat: option.Repeat = 1,
+    every: option.Every = None,
     seed: option.Seed = 1,
     pace: option.Pace = None,
     out: option.Out = None,
@@ -121,6 +124,8 @@ def cycle(
         approach=approach,
         compensation=compensation,
         taught_mm=taught,
+        repeat=repeat,
+        every_min=every,
         seed=seed,
         pace=pace,
         out=out,

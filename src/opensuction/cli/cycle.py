@@ -6,12 +6,15 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rich.console import Console
 
 from opensuction.cli import output_folder
 from opensuction.kernel.errors import InputError
+
+if TYPE_CHECKING:
+    from opensuction.evidence.cycle_run import Prepared
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
@@ -32,6 +35,8 @@ class Options(NamedTuple):
     approach: str
     compensation: str
     taught_mm: float | None
+    repeat: int
+    every_min: float | None
     seed: int
     pace: float | None
     out: Path | None
@@ -100,9 +105,9 @@ def run(options: Options) -> int:
 
 def _run_and_write(
     options: Options, console: Console, pace: float, staging: Path, began_s: float
-) -> dict[str, object]:
+) -> dict[str, Any]:
     # Heavy imports.
-    from opensuction.evidence import cycle_choice, cycle_run, cycle_summary
+    from opensuction.evidence import cycle_choice, cycle_run, cycle_summary, day_run
     from opensuction.kernel import compiled
     from opensuction.kernel.phase import Phase
     from opensuction.report import page, terminal
@@ -119,6 +124,8 @@ def _run_and_write(
         taught_mm=options.taught_mm,
     )
     cycle_choice.check(choice)
+    on_bench = cycle_choice.kinds(choice)[0].preset == "bench"
+    day_run.check(options.repeat, options.every_min, on_bench)
     if compiled.is_cold():
         # On stderr: a refusal may still come, and then nothing is on stdout.
         notice = "Compiling the control core: once for this version, about 30 s"
@@ -130,6 +137,8 @@ def _run_and_write(
     with console.status("Preparing"):  # turns on a terminal, silent elsewhere
         prepared = interruptible(lambda: cycle_run.prepare(choice, tell))
         interruptible(lambda: cycle_run.warm_up(prepared))
+    if options.every_min is not None:
+        return _day(prepared, options, options.every_min, console, staging, began_s)
     pacer = Pacer(pace)
     target_mm = cycle_run.stopping_mm(prepared)
     with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
@@ -149,12 +158,55 @@ def _run_and_write(
     data = cycle_summary.summary(prepared, columns, time.monotonic() - began_s, factor)
     html = page.render(data, columns, cycle_summary.sections(prepared))
     (staging / "report.html").write_text(html, encoding="utf-8")
+    return _written(data, staging, began_s)
+
+
+def _written(data: dict[str, Any], staging: Path, began_s: float) -> dict[str, Any]:
     data["wall_s"] = time.monotonic() - began_s
     (staging / "cycle.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     return data
 
 
-def _summarise(console: Console, data: dict[str, object], folder: Path) -> None:
+def _day(
+    prepared: "Prepared",
+    options: Options,
+    every_min: float,
+    console: Console,
+    staging: Path,
+    began_s: float,
+) -> dict[str, Any]:
+    """Many cycles; the report is the last one's, and the day has a page of its own."""
+    from opensuction.evidence import cycle_run, cycle_summary, day_run, day_summary
+    from opensuction.report import page, sheet
+
+    def tell(cycle: day_run.DayCycle) -> None:
+        found = cycle.outcome
+        console.print(
+            f"cycle {cycle.number} of {options.repeat} at {cycle.start_s / 3600.0:.2f} h: "
+            f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
+            f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
+            f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}",
+            soft_wrap=True,
+        )
+
+    day = interruptible(lambda: day_run.play(prepared, options.repeat, 60.0 * every_min, tell))
+    factor = cycle_run.realtime_factor(prepared)
+    data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
+    html = page.render(data, day.columns, cycle_summary.sections(day.last))
+    (staging / "report.html").write_text(html, encoding="utf-8")
+    sheet_html = sheet.render(day_summary.page(day, options.repeat, every_min))
+    (staging / "day.html").write_text(sheet_html, encoding="utf-8")
+    data["day"] = day_summary.plain(day, options.repeat, every_min)
+    for note in data["day"]["notes"]:
+        console.print(f"Note: {note}", soft_wrap=True)
+    return _written(data, staging, began_s)
+
+
+def _summarise(console: Console, data: dict[str, Any], folder: Path) -> None:
     from opensuction.report import terminal
 
-    terminal.print_summary(console, data, (folder / "report.html", folder / "cycle.json"))
+    files = [folder / "report.html", folder / "cycle.json"]
+    if "day" in data:
+        console.print("The last of these cycles:")
+        files.insert(0, folder / "day.html")
+    terminal.print_summary(console, data, tuple(files))

@@ -70,6 +70,23 @@ TaughtLength = Annotated[
         show_default=False,
     ),
 ]
+Repeat = Annotated[
+    int,
+    typer.Option(
+        help="Cycles of one simulated day: the first on request, the others by the controller's "
+        "clock; secretions gather between them.",
+        min=1,
+        metavar="N",
+    ),
+]
+Every = Annotated[
+    float | None,
+    typer.Option(
+        help="Minutes from the start of one cycle to the next, with --repeat; at least 15.",
+        metavar="MIN",
+        show_default=False,
+    ),
+]
 Seed = Annotated[
     int,
     typer.Option(

@@ -119,6 +119,14 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     )
 
 
+def waited(state: State, duration_s: float) -> State:
+    """The controller after a time parked, in which its host did not step it: its clocks go on.
+
+    Nothing else of it changes by itself while it is parked.
+    """
+    return state._replace(upkeep=upkeep.waited(state.upkeep, duration_s))
+
+
 @compiled
 def _head_mm(state: State, readings: Readings) -> float:
     """Head as it is read in this tick; the last that was known where it is not."""

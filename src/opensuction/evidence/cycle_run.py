@@ -12,7 +12,7 @@ from opensuction.controller.setup import Calibration
 from opensuction.evidence import compensation_choice, cycle_choice
 from opensuction.evidence.cycle_choice import APPROACHES, Choice
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure import clinical, teaching
 from opensuction.procedure.clinical import Template
 from opensuction.procedure.guideline import Check
@@ -163,7 +163,14 @@ def with_depth(rig: Rig, carina_mm: float) -> Rig:
 
 
 def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:
-    """Run the cycle in pieces; ``watch`` hears of each and may take its time.
+    """Run the cycle in pieces; ``watch`` hears of each and may take its time."""
+    return played(prepared, prepared.start, START, watch)[1]
+
+
+def played(
+    prepared: Prepared, state: LoopState, requests: Requests, watch: Callable[[Progress], None]
+) -> tuple[LoopState, Columns]:
+    """Run one cycle from a state of the loop; the state afterwards, and the trace.
 
     A patient is followed for a while longer: saturation is lowest after the catheter is out.
     """
@@ -171,18 +178,20 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:
     table = trace.rows(LIMIT_S + after_s)
     piece = round(PIECE_S / DT_S)
     most = round(LIMIT_S / DT_S)
-    state, done, requests = prepared.start, 0, START
+    done, active = 0, False
     while done < most:
         state, ticks = closed_loop.run(prepared.loop, state, requests, table[done : done + piece])
         requests = NO_REQUESTS
         done += ticks
         watch(_progress(table[done - 1]))
-        if closed_loop.is_resting(state.controller.procedure.phase):
+        resting = closed_loop.is_resting(state.controller.procedure.phase)
+        if resting and active:
             break
+        active = active or not resting
     after = round(after_s / DT_S)
     if after:
-        closed_loop.run(prepared.loop, state, NO_REQUESTS, table[done : done + after])
-    return trace.by_name(table[: done + after])
+        state, _ = closed_loop.run(prepared.loop, state, NO_REQUESTS, table[done : done + after])
+    return state, trace.by_name(table[: done + after])
 
 
 _INDEX = {name: i for i, name in enumerate(COLUMNS)}

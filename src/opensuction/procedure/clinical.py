@@ -46,7 +46,7 @@ TEMPLATE_MEANINGS: dict[str, str] = {
 
 ADULT = Template(
     vacuum_mmhg={AgeGroup.ADULT: 120.0},
-    stop_short_mm=10.0,
+    stop_short_mm=13.0,
     window_mm=8.0,
     backoff_mm=10.0,
     cap_margin_mm=5.0,
@@ -55,13 +55,15 @@ ADULT = Template(
 )
 PAEDIATRIC = ADULT._replace(
     vacuum_mmhg={AgeGroup.CHILD: 100.0, AgeGroup.NEONATE: 80.0},
+    stop_short_mm=10.0,
     window_mm=6.0,
     backoff_mm=8.0,
 )
 
 TEMPLATE_SOURCES: dict[str, str] = {
     "vacuum_mmhg": "[paper] II-A: adults 80 to 120, children 80 to 100; neonates NTSP 60 to 80 [F]",
-    "stop_short_mm": "[F: ACI] withdraw 1 to 2 cm before suction",
+    "stop_short_mm": "[F: ACI] withdraw 1 to 2 cm before suction, and for adults the 2 to 3 mm "
+    "that a hand teaches too deep [computed]; a child's trachea leaves no room for them",
     "window_mm": "[assumed] a tube's tip moves by some 20 mm with the neck [K]; taught with it at "
     "rest; children: 2 mm for the model and up to 4 that a hand teaches too deep [computed]",
     "backoff_mm": "[F: ACI] as above; less in a short trachea [assumed]",

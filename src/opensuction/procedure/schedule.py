@@ -79,6 +79,14 @@ def restarted() -> ScheduleState:
     return ScheduleState(since_cycle_s=0.0, since_assessment_s=0.0)
 
 
+def waited(state: ScheduleState, duration_s: float) -> ScheduleState:
+    """After a time in which nothing happened."""
+    return ScheduleState(
+        since_cycle_s=state.since_cycle_s + duration_s,
+        since_assessment_s=state.since_assessment_s + duration_s,
+    )
+
+
 @compiled
 def starts(chosen: Schedule, state: ScheduleState) -> bool:
     """Whether a cycle shall start by itself."""

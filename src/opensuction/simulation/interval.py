@@ -12,6 +12,9 @@ from opensuction.twin import bedside, suction_line
 from opensuction.twin.machine import MachineState
 from opensuction.twin.seam import TICKS, SeamState
 
+STEP_S = TICKS * DT_S
+"""Time passes in steps of the bedside."""
+
 
 @compiled
 def _rested(loop: Loop, state: MachineState, seam: SeamState, span_s: float) -> MachineState:
@@ -36,9 +39,10 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     """The closed loop after a time at rest; for a machine that is parked.
 
     duration_s: rounded to steps of the bedside (10 ms). Its tick goes on, so that time does; the
-    controller remembers nothing of it. Mucus in the bore stays there.
+    controller's clocks are its caller's to move (`controller.waited`). Mucus in
+    the bore stays there.
     """
-    span_s = TICKS * DT_S
+    span_s = STEP_S
     steps = round(duration_s / span_s)
     if steps < 1:
         return state

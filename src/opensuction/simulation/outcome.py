@@ -134,7 +134,9 @@ def outcome(
     resting = np.isin(trace["phase"], (Phase.PARKED, Phase.HALTED))
     closed = any(span.phase == Phase.CLOSING for span in spans)
     opened = (trace["truth.valve_open_ratio"] > 0.0) & (trace["phase"] != Phase.CHECKING)
-    removed = float(trace["truth.secretion_removed_ml"][-1])
+    removed = float(
+        trace["truth.secretion_removed_ml"][-1] - trace["truth.secretion_removed_ml"][0]
+    )
     return Outcome(
         completed=closed and spans[-1].phase == Phase.PARKED,
         target_mm=target_mm,
