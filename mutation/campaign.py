@@ -189,12 +189,16 @@ def run(target: Target, workers: int, tell: Callable[[str], None], every: int = 
             time.sleep(POLL_S)
 
     source = target.path().read_text(encoding="utf-8")
-    for mutant in itertools.islice(mutants(source), 0, None, every):
-        counted += 1
-        settle(workers - 1)
-        running[_forked(target, mutant.tree)] = _Running(
-            Survivor(mutant.line, mutant.column, mutant.change), time.monotonic() + limit_s
-        )
-    settle(0)
+    try:
+        for mutant in itertools.islice(mutants(source), 0, None, every):
+            counted += 1
+            settle(workers - 1)
+            running[_forked(target, mutant.tree)] = _Running(
+                Survivor(mutant.line, mutant.column, mutant.change), time.monotonic() + limit_s
+            )
+        settle(0)
+    finally:  # interrupted: leave no process behind
+        for child in running:
+            os.kill(child, signal.SIGKILL)
     seconds = time.monotonic() - begin_s
     return Result(target.module, counted, killed, timed_out, tuple(sorted(survivors)), seconds)

@@ -120,6 +120,18 @@ def test_a_log_survives_storage(history: list[Tick]) -> None:
     assert back._replace(last=log.last) == log
 
 
+def test_a_log_that_is_just_full_survives_storage() -> None:
+    log = written([wrong(C.SPO2_LOW), Tick()], capacity=3)
+    assert len(log.entries) == log.capacity
+    assert alarm_log.loaded(alarm_log.stored(log)).entries == log.entries
+
+
+def test_the_last_second_of_a_pause_is_still_a_pause() -> None:
+    paused = wrong(C.SPO2_LOW)._replace(audio_pause=True)
+    history = [wrong(C.SPO2_LOW), paused, *lasting(wrong(C.SPO2_LOW), 130.0)]
+    assert written(history).entries[-1] == Entry(120.5, NOTHING, Event.PAUSE_ENDED)
+
+
 def test_after_power_up_what_still_holds_is_raised_once_more() -> None:
     log = alarm_log.loaded(alarm_log.stored(written([wrong(C.SPO2_LOW)])))
     log = alarm_log.restarted(log, 30.0)
