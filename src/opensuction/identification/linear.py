@@ -82,8 +82,11 @@ def products(columns: Array, target: Array) -> Products:
 
 def solve_free(gram: Array, right: Array) -> Array:
     """Least squares from a Gram matrix; the smallest solution where it is singular."""
-    found = np.linalg.lstsq(gram, right, rcond=1e-14)[0]
-    return np.asarray(found, dtype=np.float64)
+    lengths = np.sqrt(np.maximum(np.diag(gram), 0.0))
+    lengths[lengths == 0.0] = 1.0
+    scaled = gram / np.outer(lengths, lengths)
+    found = np.linalg.lstsq(scaled, right / lengths, rcond=1e-14)[0]
+    return np.asarray(found / lengths, dtype=np.float64)
 
 
 def solve_nonnegative(gram: Array, right: Array) -> Array:
