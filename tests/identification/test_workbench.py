@@ -163,3 +163,8 @@ def test_a_time_that_goes_back_is_refused() -> None:
     back[7] = back[5]
     with pytest.raises(InputError, match="time: does not advance at sample 7"):
         identify(HEAD, TIP, back)
+
+
+def test_too_little_left_to_fit_is_refused() -> None:
+    with pytest.raises(InputError, match="leaves 20 of 200 samples to fit, at least 40"):
+        identify(HEAD[:200], TIP[:200], holdout_ratio=0.9)
