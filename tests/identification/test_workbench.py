@@ -2,10 +2,14 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
-from opensuction.identification.workbench import Labels, compare, identify
+from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
+from opensuction.identification.workbench import MODELS, Labels, compare, identify
 from opensuction.kernel.errors import InputError
+from tests.identification.plant import paper_plant
+
+Array = NDArray[np.float64]
 
 HEAD = 50.0 * (1.0 - np.cos(np.linspace(0.0, 8.0 * math.pi, 1200)))
 TIP = simulate(PUBLISHED, HEAD, 2.0)
@@ -59,3 +63,108 @@ def test_impossible_choices_are_refused_in_one_line(
     with pytest.raises(InputError, match=says) as refused:
         identify(HEAD, TIP, None, model, method, holdout_ratio)
     assert "\n" not in str(refused.value)
+
+
+NOISE = np.random.default_rng(1).normal(0.0, 0.1, HEAD.size)
+TIME_S = 0.01 * np.arange(HEAD.size)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_follows_a_backlash_and_repeats_itself(model: str) -> None:
+    found = identify(HEAD, TIP + NOISE, TIME_S, model, None, 0.25)
+    # A line leaves 8 % of the range; Dahl has no line and does not even reach that.
+    bound = {"dahl": 15.0, "preisach": 3.0, "prandtl-ishlinskii": 2.0}.get(model, 0.7)
+    assert found.rmse_percent_of_range < bound
+    assert found.holdout_rmse_percent_of_range < bound
+    assert found.fitted.shape == HEAD.shape
+    again = identify(HEAD, TIP + NOISE, TIME_S, model, None, 0.25)
+    assert repr(again.parameters) == repr(found.parameters)  # nan is not equal to itself
+
+
+def test_the_true_model_is_recommended_and_its_intervals_hold() -> None:
+    best = compare(HEAD, TIP + NOISE)[0]
+    assert best.recommended
+    assert best.model == "modified-dahl"
+    truth = {"slope": PUBLISHED.slope, "velocity_gain": PUBLISHED.velocity_gain, "initial_lag": 2.0}
+    for name, value in truth.items():
+        assert best.parameters[name].low < value < best.parameters[name].high
+    assert any(warning.startswith("Not invertible") for warning in best.warnings)
+
+
+def test_on_the_papers_excitation_bouc_wen_is_at_or_below_modified_dahl() -> None:
+    head_mm, tip_mm = paper_plant(8000)
+    paper = identify(head_mm, tip_mm, model="modified-dahl")
+    # The paper: .8301 mm and .8009 mm.
+    assert paper.rmse == pytest.approx(0.83, abs=0.05)
+    assert identify(head_mm, tip_mm, model="bouc-wen").rmse <= paper.rmse
+
+
+UNEVEN_S = TIME_S + np.where(np.arange(HEAD.size) > 600, 0.5, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "tip", "time_s", "says"),
+    [
+        (HEAD[:400], TIP[:400], None, "Too few reversals: input turns 2 times"),
+        (np.round(HEAD / 4.0), TIP, None, "Range too small: input covers 25 steps"),
+        (HEAD, np.minimum(TIP, 60.0), None, "Clipped: output stays at its highest value"),
+        (HEAD, TIP, UNEVEN_S, "Uneven sampling: intervals from 0.01 to 0.51 s"),
+        (HEAD, 0.9 * HEAD + NOISE, None, "Not determined"),
+        (0.01 * HEAD, TIP[::-1] * 0.0 + 0.009 * HEAD + NOISE, None, "Uncertain: the interval of"),
+        (HEAD, TIP + np.cumsum(NOISE), None, "Neighbouring residuals are alike"),
+    ],
+)
+def test_weak_recordings_are_named_in_plain_words(
+    head: Array, tip: Array, time_s: Array | None, says: str
+) -> None:
+    found = identify(head, tip, time_s)
+    assert any(warning.startswith(says) for warning in found.warnings), found.warnings
+
+
+def test_a_good_recording_of_an_invertible_model_has_no_warning() -> None:
+    model = ModifiedDahl(1.0, 0.3, 0.1, 0.0)
+    assert identify(HEAD, simulate(model, HEAD, 1.0) + NOISE, TIME_S).warnings == ()
+
+
+STEADY = np.full(HEAD.size, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "tip", "says"),
+    [
+        (STEADY, 40.0 + NOISE, "input: constant at 50"),
+        (STEADY + 0.1 * NOISE, 40.0 + NOISE, "input: trembles within"),
+        (np.minimum(HEAD, 50.0)[:100], TIP[:100], "input: reverses by 0 of a range"),
+        (HEAD, -TIP, "output: moves against input .* negate one of them"),
+    ],
+)
+def test_recordings_that_cannot_tell_are_refused(head: Array, tip: Array, says: str) -> None:
+    for run in (compare, identify):
+        with pytest.raises(InputError, match=says) as refused:
+            run(head, tip)
+        assert "\n" not in str(refused.value)
+
+
+def test_an_output_of_noise_is_said_to_mean_nothing() -> None:
+    for result in compare(HEAD, 40.0 + NOISE):
+        assert any("its parameters mean nothing" in warning for warning in result.warnings)
+
+
+def test_units_and_origin_change_no_score() -> None:
+    one = compare(HEAD, TIP + NOISE, holdout_ratio=0.25)
+    other = compare(1e-6 * HEAD + 7.0, 1e3 * (TIP + NOISE) - 50.0, holdout_ratio=0.25)
+    scores = {each.model: each.cross_validation_percent_of_range for each in one}
+    for each in other:
+        assert each.cross_validation_percent_of_range == pytest.approx(scores[each.model], rel=0.02)
+
+
+def test_a_time_that_goes_back_is_refused() -> None:
+    back = TIME_S.copy()
+    back[7] = back[5]
+    with pytest.raises(InputError, match="time: does not advance at sample 7"):
+        identify(HEAD, TIP, back)
+
+
+def test_too_little_left_to_fit_is_refused() -> None:
+    with pytest.raises(InputError, match="leaves 20 of 200 samples to fit, at least 40"):
+        identify(HEAD[:200], TIP[:200], holdout_ratio=0.9)

@@ -48,6 +48,9 @@ ALIKE_SAMPLES = 0.3
 PREDICTED_FACTOR = 1.5
 """Error of the held-out part over that of the fitted part which is told."""
 
+ROUNDING = 1e-9
+"""Residuals below this share of the output are rounding, and may be alike."""
+
 MOST_LAGS = 200
 """Lags of the autocorrelation that are kept for a plot."""
 
@@ -63,17 +66,25 @@ class Names(NamedTuple):
 def check(input_: Array, output: Array, names: Names) -> None:
     """Refuse what can only be fitted with nonsense.
 
-    Raises InputError for a quantity that does not move, an input that only trembles, and an output
-    whose sign is against the input's.
+    Raises InputError for a quantity that does not move, an input that never reverses or only
+    trembles, and an output whose sign is against the input's.
     """
     for name, record in ((names.input_name, input_), (names.output_name, output)):
         if not np.ptp(record) > 0.0:
             raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    range_ = float(np.ptp(input_))
+    back = float(np.max(np.maximum.accumulate(input_) - input_))
+    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
+    if min(back, forth) < REVERSAL_SHARE * range_:
+        raise InputError(
+            f"{names.input_name}: reverses by {min(back, forth):.4g} of a range of {range_:.4g} "
+            f"{names.input_unit}, at least {REVERSAL_SHARE:.0%} are needed to see a hysteresis"
+        )
     moves = np.diff(input_)
     about = input_ - input_.mean()
     if float(moves @ moves) > TREMBLING * float(about @ about):
         raise InputError(
-            f"{names.input_name}: trembles within {np.ptp(input_):.4g} {names.input_unit} but does "
+            f"{names.input_name}: trembles within {range_:.4g} {names.input_unit} but does "
             "not travel; record a motion to and fro that is larger than the gap"
         )
     correlation = float(np.corrcoef(input_, output)[0, 1])
@@ -175,7 +186,8 @@ def of_residuals(
             f"The model explains {max(explained, 0.0):.0%} of the output's variance: its "
             "parameters mean nothing."
         )
-    if correlations.size > 1 and correlations[1] > ALIKE_SAMPLES:
+    rounding = float(rest.std()) < ROUNDING * float(output.std())
+    if correlations.size > 1 and correlations[1] > ALIKE_SAMPLES and not rounding:
         below = np.flatnonzero(correlations < math.exp(-1.0))
         last = f"{below[0]}" if below.size else f"more than {correlations.size - 1}"
         said.append(
@@ -185,7 +197,7 @@ def of_residuals(
         )
     if held_out.size:
         fitted, predicted = math.sqrt(np.mean(rest**2)), math.sqrt(np.mean(held_out**2))
-        if predicted > PREDICTED_FACTOR * fitted:
+        if predicted > PREDICTED_FACTOR * fitted and not rounding:
             said.append(
                 f"The held-out part is predicted {predicted / max(fitted, 1e-300):.1f} times worse "
                 "than the fitted part: the plant changed, or the model follows noise."
@@ -194,8 +206,17 @@ def of_residuals(
 
 
 def condition(jacobian: Array) -> float:
-    """Condition number of the columns' directions; rows that are all zero do not count."""
+    """Condition number of the columns' directions about their means.
+
+    Without the means, since an origin far away is no fault of the recording; rows that hardly vary
+    (an offset, a parameter at its bound) do not count.
+    """
     lengths = np.sqrt(np.einsum("ij,ij->i", jacobian, jacobian))
-    scaled = jacobian[lengths > 0.0] / lengths[lengths > 0.0, None]
+    about = jacobian - jacobian.mean(axis=1)[:, None]
+    spreads = np.sqrt(np.einsum("ij,ij->i", about, about))
+    varied = spreads > ROUNDING * lengths
+    scaled = about[varied] / spreads[varied, None]
+    if not len(scaled):
+        return math.inf
     sizes = np.sqrt(np.maximum(np.linalg.eigvalsh(scaled @ scaled.T), 0.0))
     return float(sizes.max() / sizes.min()) if sizes.min() > 0.0 else math.inf

@@ -25,6 +25,9 @@ CONFIDENCE = 0.95
 STRONGEST = 0.99999
 """Bound on rho: a correlation time of 100,000 samples, longer than any recording resolves."""
 
+LEAST_PIVOT = 1e-10
+"""A column of which less than this share is its own is dependent on the others."""
+
 LEAST_FREEDOM = 2.0
 """Fewest degrees of freedom: with less, Student's distribution has no useful quantile."""
 
@@ -56,8 +59,9 @@ def spread(jacobian: Array, rest: Array) -> Spread:
     pivots = np.abs(np.diag(triangle))
     nothing = np.full((count, count), math.nan)
     power = float(rest @ rest)
-    if samples <= count or not usable.all() or pivots.min() < 1e-10 or not power > 0.0:
-        exact = power == 0.0 and usable.all() and samples > count
+    dependent = count == 0 or not usable.all() or float(pivots.min()) < LEAST_PIVOT
+    if samples <= count or dependent or not power > 0.0:
+        exact = power == 0.0 and not dependent and samples > count
         covariance = np.zeros((count, count)) if exact else nothing
         return Spread(covariance, np.sqrt(np.diag(covariance)), 0.0, LEAST_FREEDOM)
     correlation = _correlation(basis, rest)

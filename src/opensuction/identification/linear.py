@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from opensuction.kernel.errors import InputError
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
@@ -82,18 +84,30 @@ def products(columns: Array, target: Array) -> Products:
 
 def solve_free(gram: Array, right: Array) -> Array:
     """Least squares from a Gram matrix; the smallest solution where it is singular."""
-    found = np.linalg.lstsq(gram, right, rcond=1e-14)[0]
-    return np.asarray(found, dtype=np.float64)
+    lengths = np.sqrt(np.maximum(np.diag(gram), 0.0))
+    lengths[lengths == 0.0] = 1.0
+    scaled = gram / np.outer(lengths, lengths)
+    found = np.linalg.lstsq(scaled, right / lengths, rcond=1e-14)[0]
+    return np.asarray(found / lengths, dtype=np.float64)
 
 
 def solve_nonnegative(gram: Array, right: Array) -> Array:
-    """Least squares with factors >= 0, from a Gram matrix by its Cholesky triangle."""
+    """Least squares with factors >= 0, from a Gram matrix by its Cholesky triangle.
+
+    Raises InputError where the algorithm does not end.
+    """
     lengths = np.sqrt(np.diag(gram))
     lengths[lengths == 0.0] = 1.0
     scaled = gram / np.outer(lengths, lengths)
-    triangle = np.linalg.cholesky(scaled + JITTER * right.size * np.eye(right.size)).T
-    aim = np.linalg.solve(triangle.T, right / lengths)
-    found = nnls(triangle, aim, maxiter=50 * right.size)[0]
+    try:
+        triangle = np.linalg.cholesky(scaled + JITTER * right.size * np.eye(right.size)).T
+        aim = np.linalg.solve(triangle.T, right / lengths)
+        found = nnls(triangle, aim, maxiter=50 * right.size)[0]
+    except (np.linalg.LinAlgError, RuntimeError) as failed:
+        raise InputError(
+            f"weights of at least 0 were not found in {right.size} columns ({failed}); "
+            "record more varied strokes"
+        ) from None
     return np.asarray(found / lengths, dtype=np.float64)
 
 

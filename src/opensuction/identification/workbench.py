@@ -166,6 +166,11 @@ def _checked(
     names = Names(labels.input_name, labels.output_name, labels.input_unit)
     driven, answer = checked_pair(names[:2], input_, output, LEAST_SAMPLES)
     fitted_samples = _fitted_samples(driven.size, holdout_ratio)
+    if fitted_samples < LEAST_SAMPLES:
+        raise InputError(
+            f"holdout {holdout_ratio:g}: leaves {fitted_samples} of {driven.size} samples to fit, "
+            f"at least {LEAST_SAMPLES} are needed"
+        )
     time = None
     if time_s is not None:
         time = checked(labels.time_name, time_s, driven.size)

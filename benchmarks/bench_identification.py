@@ -1,0 +1,38 @@
+"""Identification of the modified Dahl model: variable projection against searches of everything."""
+
+import time
+
+import numpy as np
+import pytest
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from benchmarks.conftest import Tell
+from benchmarks.timing import best_s
+from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
+from opensuction.identification import modified_dahl
+from opensuction.identification.family import FAMILIES, squares
+from opensuction.identification.search import SEARCHES, search
+from tests.identification.plant import cosine
+
+SAMPLES = 30_000
+
+
+@pytest.mark.parametrize("method", SEARCHES)
+def test_projection_over_search(benchmark: BenchmarkFixture, tell: Tell, method: str) -> None:
+    family = FAMILIES["modified-dahl"]
+    head_mm = cosine(SAMPLES)
+    noise_mm = np.random.default_rng(1).normal(0.0, 0.3, SAMPLES)
+    tip_mm = simulate(PUBLISHED, head_mm, 2.0) + noise_mm
+    squares(family, np.array([*PUBLISHED, 2.0]), head_mm, tip_mm)  # compiled before it is timed
+    begin = time.perf_counter()
+    vector = search(method, family, head_mm, tip_mm)
+    search_s = time.perf_counter() - begin
+    found = modified_dahl.fit(head_mm, tip_mm)
+    mine = squares(family, np.array([*found.model, found.lag_mm]), head_mm, tip_mm)
+    excess = mine / squares(family, vector, head_mm, tip_mm) - 1.0
+    fit_s = best_s(benchmark, lambda: modified_dahl.fit(head_mm, tip_mm), rounds=20)
+    benchmark.extra_info.update(times_faster=search_s / fit_s, excess=excess)
+    tell(
+        f"modified Dahl, {SAMPLES:,} samples: {fit_s * 1e3:.1f} ms, {search_s / fit_s:,.0f} times "
+        f"faster than {method} and Nelder-Mead; sum of squares {excess:+.1e} of theirs"
+    )
