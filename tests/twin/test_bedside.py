@@ -142,15 +142,13 @@ def test_without_a_patient_nobody_breathes() -> None:
 def test_a_patient_changes_nothing_of_machine_and_line() -> None:
     """But for the airway and what lies in it: the same commands move head, cam, gas alike."""
     bench = preset.machine(VALUES)
-    alike = TWIN._replace(
-        airway=bench.airway, bore=bench.bore, produced_ml_per_s=bench.produced_ml_per_s
-    )
+    alike = TWIN._replace(airway=bench.airway, bore=bench.bore)
     one, other = open_at(-20.0, bench), open_at(-20.0)
     body = other.machine
     there = body.seam._replace(reachable_ml=one.machine.seam.reachable_ml)
     other = PlantState(
         machine=body._replace(airway=one.machine.airway, seam=there),
-        bedside=other.bedside._replace(secretion_ml=one.bedside.secretion_ml),
+        bedside=one.bedside._replace(patient=other.bedside.patient),
     )
     forth = SUCTION._replace(insertion_v=12.0)
     for _ in range(2000):

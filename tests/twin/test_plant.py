@@ -77,7 +77,7 @@ def test_what_is_produced_adds_to_what_there_is() -> None:
     person = patient_preset.patient("adult-icu", 0, nominal=True)
     busy = person._replace(secretion=person.secretion._replace(production_ml_per_h=720.0))
     twin = preset.machine(values, busy)
-    state = preset.parked(twin._replace(has_patient=False), values, 45.0, seed=1, run=2)
+    state = preset.parked(twin, values, 45.0, seed=1, run=2)
     there = secretion_ml(state)
     body = state.machine
     opened = body._replace(valve=body.valve._replace(position=math.radians(30.0)))

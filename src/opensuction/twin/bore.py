@@ -81,11 +81,13 @@ def drag_mmhg_s_per_ml(bore: Bore, mucus_ml: float, flow_ml_per_s: float) -> flo
 
     Hagen and Poiseuille: ``32 eta L v / D^2`` with the viscosity at the wall's shear rate 8 v / D.
     """
+    beyond_mm = max(plug_mm(bore, mucus_ml) - UPTAKE_MM, 0.0)
+    if beyond_mm == 0.0:  # most ticks: spares the power
+        return 0.0
     speed_mm_per_s = MM3_PER_ML * max(flow_ml_per_s, 0.0) / area_mm2(bore)
     shear_per_s = max(8.0 * speed_mm_per_s / bore.diameter_mm, LEAST_PER_S)
     thinned = math.pow(shear_per_s / STATED_PER_S, FLOW_INDEX - 1.0)
     viscosity = bore.viscosity_pa_s * PROFILE * thinned
-    beyond_mm = max(plug_mm(bore, mucus_ml) - UPTAKE_MM, 0.0)
     length = beyond_mm / (bore.diameter_mm * bore.diameter_mm)
     return 32.0 * viscosity * length * MM3_PER_ML / area_mm2(bore) / PA_PER_MMHG
 

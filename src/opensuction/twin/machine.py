@@ -30,7 +30,6 @@ from opensuction.twin.hand import Hand, HandState
 from opensuction.twin.laser import Laser, LaserState
 from opensuction.twin.patient import Patient
 from opensuction.twin.seam import SeamState
-from opensuction.twin.secretion import Bins
 from opensuction.twin.suction_line import SuctionLine, SuctionState
 from opensuction.twin.transmission import Transmission, TransmissionState
 from opensuction.twin.valve_mechanism import ValveMechanism
@@ -59,8 +58,6 @@ class Machine(NamedTuple):
     """Whether anybody is there: the bench has only a rubber trachea."""
     catheter_mm: float
     """Outer diameter of the catheter."""
-    produced_ml_per_s: Bins
-    """New secretions in each bin; none on the bench."""
     hand: Hand
     """Of a person at the catheter head."""
 

@@ -199,7 +199,6 @@ def machine(
         patient=patient if patient is not None else NOBODY,
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
-        produced_ml_per_s=_production(fitted, patient),
         hand=hand.NOBODY,
     )
 
@@ -219,18 +218,22 @@ def secretions_ml(values: Values) -> Bins:
     return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
 
 
-def _production(fitted: Values, patient: Patient | None) -> Bins:
-    """New secretions a second in each bin: they come where secretions lie; none on the bench."""
-    hourly_ml = patient.secretion.production_ml_per_h if patient is not None else 0.0
-    return secretions_ml({**fitted, "secretion_ml": hourly_ml / HOUR_S})
-
-
 def _around(twin: Machine, values: Values) -> BedsideState:
-    """The bedside before use: the patient breathes quietly, all secretions lie there."""
-    if not twin.has_patient:  # nobody waits for the bench
-        return BedsideState(patient_preset.unsettled(twin.patient), secretions_ml(values))
-    fitted = patient_airway.fitted(values, twin.patient)
-    return BedsideState(patient_preset.at_rest(twin.patient), secretions_ml(fitted))
+    """The bedside before use: the patient breathes quietly, all secretions lie there.
+
+    New secretions come where the others lie; on the bench, where nobody waits, none do.
+    """
+    person = twin.patient
+    fitted, hourly_ml, breathing = values, 0.0, patient_preset.unsettled(person)
+    if twin.has_patient:
+        fitted = patient_airway.fitted(values, person)
+        hourly_ml = person.secretion.production_ml_per_h
+        breathing = patient_preset.at_rest(person)
+    return BedsideState(
+        patient=breathing,
+        secretion_ml=secretions_ml(fitted),
+        produced_ml_per_s=secretions_ml({**fitted, "secretion_ml": hourly_ml / HOUR_S}),
+    )
 
 
 def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> PlantState:
