@@ -130,7 +130,7 @@ def test_exact_inverse_stays_within_a_millimetre_on_the_nominal_machine() -> Non
 @pytest.mark.parametrize("kind", [CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE])
 def test_published_parameters_run_too(kind: CompensationKind) -> None:
     """Second row of Table I, without tolerance: another machine's parameters."""
-    calibration = Calibration(modified_dahl.PUBLISHED, nominal().calibration.feedforward)
+    calibration = setup.nominal(modified_dahl.PUBLISHED, nominal().calibration.feedforward)
     found = nominal_cycle(kind, calibration)
     assert found.completed
     assert np.isfinite([found.rmse_mm, found.peak_error_mm]).all()

@@ -115,11 +115,11 @@ def _lead(
 ) -> HeadState:
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
     if phase == Phase.HALTED.value:
-        return HeadState(state.governor.head_mm, 0.0, state.compensation.lag_mm)
+        return compensation.held(state.compensation, state.governor.head_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
-        let_through = HeadState(state.governor.head_mm, led.head_mm_per_s, led.lag_mm)
+        let_through = compensation.held(led, state.governor.head_mm, led.head_mm_per_s)
         park_head_mm = settings.plan.motion.park_head_mm
         return compensation.home(settings.compensation, let_through, park_head_mm, dt_s)
     return compensation.step(
@@ -128,6 +128,7 @@ def _lead(
         demand.reference_mm,
         demand.reference_mm_per_s,
         demand.direction,
+        demand.starts_in_s,
         dt_s,
     )
 
@@ -173,7 +174,7 @@ def _acknowledged(settings: Settings, state: State) -> State:
     watch = governor.reset(settings.limits, state.governor)
     return State(
         procedure=state.procedure,
-        compensation=HeadState(watch.head_mm, 0.0, settings.parked.lag_mm),
+        compensation=compensation.held(settings.parked, watch.head_mm, 0.0),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
         cam_rad=state.cam_rad,

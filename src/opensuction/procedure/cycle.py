@@ -19,6 +19,8 @@ from opensuction.procedure.progress import ProcedureState, Surroundings
 
 INWARDS = 1.0
 OUTWARDS = -1.0
+NOT_ANNOUNCED_S = -1.0
+"""The tip's next motion lies further ahead than the gap needs."""
 
 
 class Demand(NamedTuple):
@@ -29,6 +31,8 @@ class Demand(NamedTuple):
     reference_mm_per_s: float
     direction: float
     """Of the tip's next motion: +1 towards the carina, -1 back."""
+    starts_in_s: float
+    """Time until that motion begins; 0 while it lasts, below 0 where none is announced."""
     homing: bool
     """The head goes to its park position, whatever the model makes of the reference."""
     valve_open: bool
@@ -73,7 +77,8 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
     if state.phase == Phase.INSERTING.value:
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
     if state.phase == Phase.BACKING_OFF.value:
-        return profile.at(plans.back_off(motion, state.start_mm, plan.contact.backoff_mm), time_s)
+        way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
+        return profile.at(way, time_s - plan.gap_lead_s)  # the head crosses the gap first
     if state.phase == Phase.WITHDRAWING.value:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
     if state.phase == Phase.ABORTING.value:
@@ -97,16 +102,26 @@ def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
 
 
 @compiled
-def _direction(plan: Plan, phase: int, arrived_s: float) -> float:
-    """Direction of the tip's next motion; it turns when the way back's gap is to be crossed."""
-    if phase == Phase.PRELOADING.value or phase == Phase.INSERTING.value:
-        return INWARDS
-    backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
-    if backing or phase == Phase.WITHDRAWING.value:
-        return OUTWARDS
+def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tuple[float, float]:
+    """Direction of the tip's next motion and the time until it begins: see `Demand`.
+
+    time_s: since the phase began. arrived_s: since the reference reached the target. The direction
+    turns when the way back's gap is to be crossed.
+    """
+    if phase == Phase.PRELOADING.value:
+        return INWARDS, max(plan.preload_s - time_s, 0.0)
+    if phase == Phase.INSERTING.value:
+        return INWARDS, 0.0
+    if phase == Phase.BACKING_OFF.value:
+        return OUTWARDS, max(plan.gap_lead_s - time_s, 0.0)
     if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
-        return INWARDS if arrived_s < plan.dwell_s - plan.gap_lead_s else OUTWARDS
-    return INWARDS if phase == Phase.BACKING_OFF.value else OUTWARDS
+        if plan.contact.enabled and plan.contact.backoff_mm > 0.0:
+            return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
+        left_s = plan.dwell_s - arrived_s
+        if left_s > plan.gap_lead_s:
+            return INWARDS, NOT_ANNOUNCED_S
+        return OUTWARDS, max(left_s, 0.0)
+    return OUTWARDS, 0.0
 
 
 @compiled
@@ -159,10 +174,14 @@ def step(
     arrived_ticks = arrived_ticks + 1 if arrived else 0
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
     pumping = _is_pumping(phase, valve_open)
+    direction, starts_in_s = _next_motion(
+        plan, phase, state.phase_ticks * dt_s, arrived_ticks * dt_s
+    )
     demand = Demand(
         reference_mm=reference,
         reference_mm_per_s=velocity,
-        direction=_direction(plan, phase, arrived_ticks * dt_s),
+        direction=direction,
+        starts_in_s=starts_in_s,
         homing=_is_homing(phase),
         valve_open=valve_open,
         pump_on=pumping,

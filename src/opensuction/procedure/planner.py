@@ -34,6 +34,8 @@ class Abilities(NamedTuple):
     """Head travel that takes up the gap before insertion; 0 without compensation."""
     gap_out_mm: float
     """Head travel that takes it up before the way back."""
+    turn_mm: float
+    """Head travel of a turn whether it is prepared or not; at least ``gap_out_mm``."""
 
 
 class Timeline(NamedTuple):
@@ -89,7 +91,8 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site = BENCH_SITE) 
         stroke=stroke,
         dwell=protocol.dwell_s,
         withdrawal=withdrawal,
-        back_off=crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm),
+        back_off=crossing_s(abilities, abilities.turn_mm)
+        + float(profile.duration_s(plans.back_off(moves, 0.0, protocol.backoff_mm))),
         negative_pressure=protocol.dwell_s + withdrawal + stroke,
         in_airway=insertion + protocol.dwell_s + withdrawal,
     )

@@ -9,7 +9,9 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration, Feedforward, MachineProfile
 from opensuction.hysteresis import modified_dahl
+from opensuction.identification import branch_curve
 from opensuction.identification import modified_dahl as estimator
+from opensuction.identification import prandtl_ishlinskii as play_estimator
 from opensuction.identification import servo as servo_estimator
 from opensuction.identification.modified_dahl import Fit
 from opensuction.identification.servo import ServoFit
@@ -100,7 +102,7 @@ def bedside(machine: Machine) -> Site:
 
 def uncalibrated(profile: MachineProfile) -> Calibration:
     """What is known without an identification: nominal transmission, plain PD."""
-    return Calibration(model=profile.transmission, feedforward=setup.PLAIN_PD)
+    return setup.nominal(profile.transmission, setup.PLAIN_PD)
 
 
 def with_carina(chosen: Rig, carina_mm: float) -> Rig:
@@ -168,6 +170,9 @@ def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
             feedforward=Feedforward(
                 velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
             ),
+            plays=play_estimator.fit(head, laser).model,
+            width=branch_curve.parallel(head, laser),
+            table=branch_curve.table(head, laser),
         ),
         fit=found,
         servo=servo,
