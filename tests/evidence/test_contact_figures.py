@@ -29,7 +29,9 @@ CLOSING_N = 0.08017
 """Fig. 10."""
 
 each_distance = pytest.mark.parametrize("distance_mm", DISTANCES_MM)
-each_kind = pytest.mark.parametrize("kind", [CompensationKind.NONE, CompensationKind.EXACT_INVERSE])
+each_kind = pytest.mark.parametrize(
+    "kind", [CompensationKind.NONE, CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW]
+)
 
 
 @cache

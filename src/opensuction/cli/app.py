@@ -102,8 +102,8 @@ def cycle(
     compensation: Annotated[
         str,
         typer.Option(
-            help="Compensation of the backlash: none, direct-inverse (the paper's, as printed) "
-            "or exact-inverse."
+            help="Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
+            "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii or preview."
         ),
     ] = "exact-inverse",
     seed: Annotated[

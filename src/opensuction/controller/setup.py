@@ -63,6 +63,8 @@ class MachineProfile(NamedTuple):
     following_mm: float
     stalled_mm: float
     """Distance from its command at which the servo overcomes any friction of the head."""
+    contact_latency_s: float
+    """Delay of the contact switch's line, nominal."""
     cam_open_rad: float
     cam_rad_per_s: float
     insertion_p_v_per_mm: float
@@ -87,6 +89,7 @@ BENCH = MachineProfile(
     settle_mm=0.25,  # 0.1 mm static error of P = 10 V/mm against 1 V of friction, and noise
     following_mm=8.0,  # the paper's compensator jumps by 2.6 mm and its PD lags 2.4 mm at 18 mm/s
     stalled_mm=0.11,  # 1 V of friction against 10 V/mm, and two steps of the encoder
+    contact_latency_s=0.004,  # assumed, as the twin's
     cam_open_rad=math.radians(30.0),  # paper, section IV-A
     cam_rad_per_s=math.radians(15.0),  # paper, section IV-A
     insertion_p_v_per_mm=10.0,  # paper: P = 10

@@ -10,7 +10,7 @@ from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.evidence import cycle_run
 from opensuction.evidence.cycle_run import Prepared
-from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.procedure.guideline import GUIDELINES
 from opensuction.procedure.transition import Event
 from opensuction.safety.trip import KINDS
@@ -109,7 +109,8 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
             f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
         )
     identified = prepared.identification
-    if identified is None or identified.fit.well_posed:
+    on_dahl = prepared.kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
+    if identified is None or identified.fit.well_posed or not on_dahl:
         return found
     slope, gain = identified.fit.model.slope, identified.fit.model.velocity_gain
     sentence = (
@@ -127,6 +128,7 @@ def _identification(found: Identification | None) -> Json | None:
     if found is None:
         return None
     model, feedforward = found.fit.model, found.calibration.feedforward
+    plays = found.plays.model
     return {
         "model": "modified-dahl",
         "slope": model.slope,
@@ -139,6 +141,16 @@ def _identification(found: Identification | None) -> Json | None:
         "samples": found.fit.samples,
         "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
         "friction_v": feedforward.friction_v,
+        "plays": {
+            "thresholds_mm": plays.thresholds_mm.tolist(),
+            "weights": plays.weights.tolist(),
+            "slope": plays.slope,
+            "offset_mm": plays.offset_mm,
+            "curvature_per_mm": plays.curvature_per_mm,
+            "gap_mm": prandtl_ishlinskii.gap_mm(plays),
+            "rmse_mm": found.plays.rmse_mm,
+            "well_posed": found.plays.well_posed,
+        },
     }
 
 

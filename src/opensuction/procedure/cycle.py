@@ -112,10 +112,13 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
         return INWARDS, max(plan.preload_s - time_s, 0.0)
     if phase == Phase.INSERTING.value:
         return INWARDS, 0.0
+    backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
     if phase == Phase.BACKING_OFF.value:
+        if not backing:
+            return INWARDS, NOT_ANNOUNCED_S
         return OUTWARDS, max(plan.gap_lead_s - time_s, 0.0)
     if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
-        if plan.contact.enabled and plan.contact.backoff_mm > 0.0:
+        if backing:
             return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
         left_s = plan.dwell_s - arrived_s
         if left_s > plan.gap_lead_s:

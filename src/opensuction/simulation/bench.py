@@ -14,6 +14,7 @@ from opensuction.identification import modified_dahl as estimator
 from opensuction.identification import prandtl_ishlinskii as play_estimator
 from opensuction.identification import servo as servo_estimator
 from opensuction.identification.modified_dahl import Fit
+from opensuction.identification.prandtl_ishlinskii import PrandtlIshlinskiiFit
 from opensuction.identification.servo import ServoFit
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
@@ -61,6 +62,7 @@ class Identification(NamedTuple):
 
     calibration: Calibration
     fit: Fit
+    plays: PrandtlIshlinskiiFit
     servo: ServoFit
     head_mm: npt.NDArray[np.float64]
     """Encoder, shape (n,)."""
@@ -157,6 +159,7 @@ def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
     head = columns["readings.head_mm"][during]
     laser = columns["truth.laser_mm"][during]
     found = estimator.fit(head, laser)
+    plays = play_estimator.fit(head, laser)
     velocity = servo_estimator.velocity_mm_per_s(head, DT_S, VELOCITY_WINDOW_S)
     servo = servo_estimator.fit_feedforward(
         columns["commands.insertion_v"][during],
@@ -170,11 +173,12 @@ def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
             feedforward=Feedforward(
                 velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
             ),
-            plays=play_estimator.fit(head, laser).model,
+            plays=plays.model,
             width=branch_curve.parallel(head, laser),
             table=branch_curve.table(head, laser),
         ),
         fit=found,
+        plays=plays,
         servo=servo,
         head_mm=head,
         laser_mm=laser,
