@@ -25,6 +25,7 @@ GOLDEN_COLUMNS = [
     "demand.reference_mm",
     "demand.reference_mm_per_s",
     "demand.direction",
+    "demand.starts_in_s",
     "demand.homing",
     "demand.valve_open",
     "demand.pump_on",
