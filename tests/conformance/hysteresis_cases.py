@@ -15,6 +15,7 @@ from opensuction.hysteresis.generalised import Generalised
 from opensuction.hysteresis.hysteresis_model import HysteresisModel, Ranges, Record
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play import Play
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
 
 LOW_MM, HIGH_MM = 0.0, 100.0
@@ -89,6 +90,24 @@ CASES: dict[str, Case] = {
         "bouc-wen", PASSIVE._replace(exponent=1.0, memory_gain=-0.8), 600.0, False, -1, False
     ),
     "play": Case("play", Play(20.0, 0.95, -6.2), 20.0, True, -1, False),
+    "prandtl-ishlinskii": Case(
+        "prandtl-ishlinskii",
+        PrandtlIshlinskii(
+            np.array([4.0, 9.0, 10.5, 13.0]), np.array([0.1, 0.3, 0.35, 0.1]), 0.1, -6.2, 0.0
+        ),
+        26.0,
+        True,
+        -1,
+        True,
+    ),
+    "prandtl-ishlinskii, with a gap": Case(
+        "prandtl-ishlinskii",
+        PrandtlIshlinskii(np.array([7.0, 10.0]), np.array([0.4, 0.5]), 0.0, -6.2, 0.0),
+        20.0,
+        True,
+        -1,
+        False,
+    ),
     "preisach": Case("preisach", _preisach(12, 0.9, 2.0), 101.0, True, -1, True),
     "preisach, with gaps": Case("preisach", _preisach(9, 1.5, 0.0), 101.0, True, -1, False),
     "generalised": Case(

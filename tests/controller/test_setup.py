@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from opensuction.control.compensation import CompensationKind
+from opensuction.control.compensation import FED_FORWARD, LOOKS_AHEAD, CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.controller import Settings
 from opensuction.controller.machine_profile import BENCH
@@ -14,7 +14,7 @@ from opensuction.procedure.protocol import PAPER, Protocol
 from opensuction.procedure.site import BENCH_SITE
 from opensuction.safety import limits as bounds
 
-FOUND = Calibration(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
+FOUND = setup.nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 
 
 def settings(protocol: Protocol, kind: CompensationKind, calibration: Calibration) -> Settings:
@@ -59,18 +59,19 @@ def test_a_cap_that_would_stop_the_head_short_is_refused_with_what_would_do() ->
 
 
 def test_the_papers_schemes_get_the_papers_servo() -> None:
-    for kind in (CompensationKind.NONE, CompensationKind.DIRECT_INVERSE):
+    for kind in set(CompensationKind) - set(FED_FORWARD):
         servo = settings(PAPER, kind, FOUND).insertion_servo
         assert (servo.proportional_v, servo.derivative_v_s) == (10.0, 0.010)
         assert (servo.velocity_v_s, servo.friction_v, servo.time_constant_s) == (0.0, 0.0, 0.0)
-    servo = settings(PAPER, CompensationKind.EXACT_INVERSE, FOUND).insertion_servo
-    assert (servo.velocity_v_s, servo.friction_v) == (1.28, 0.5)
+    for kind in FED_FORWARD:
+        servo = settings(PAPER, kind, FOUND).insertion_servo
+        assert (servo.velocity_v_s, servo.friction_v) == (1.28, 0.5)
 
 
-def test_only_the_exact_inverse_crosses_the_gap_ahead_of_time() -> None:
+def test_only_the_kinds_that_look_ahead_cross_the_gap_ahead_of_time() -> None:
     for kind in CompensationKind:
         plan = settings(PAPER, kind, FOUND).plan
-        crosses = kind == CompensationKind.EXACT_INVERSE
+        crosses = kind in LOOKS_AHEAD
         assert (plan.preload_s > 0.0) == crosses
         assert (plan.gap_lead_s > 0.0) == crosses
 
@@ -83,7 +84,7 @@ def test_a_forced_withdrawal_has_time_from_the_deepest_point() -> None:
 
 
 def test_an_uncalibrated_machine_is_bounded_by_its_nominal_transmission() -> None:
-    calibration = Calibration(BENCH.transmission, PLAIN_PD)
+    calibration = setup.nominal(BENCH.transmission, PLAIN_PD)
     limits = settings(PAPER, CompensationKind.NONE, calibration).limits
     gap = modified_dahl.gap_mm(PUBLISHED)
     assert limits.tip == bounds.tip_bounds(PUBLISHED.slope, PUBLISHED.offset_mm, gap)

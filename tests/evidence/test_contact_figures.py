@@ -22,7 +22,9 @@ from opensuction.simulation.trace import Columns
 DISTANCES_MM = tuple(STOPPED_MM)
 
 each_distance = pytest.mark.parametrize("distance_mm", DISTANCES_MM)
-each_kind = pytest.mark.parametrize("kind", [CompensationKind.NONE, CompensationKind.EXACT_INVERSE])
+each_kind = pytest.mark.parametrize(
+    "kind", [CompensationKind.NONE, CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW]
+)
 
 
 @cache

@@ -23,6 +23,7 @@ BEDSIDE = Abilities(
     gap_in_mm=16.5,
     gap_out_mm=16.5,
     jog_mm=2.0,
+    turn_mm=16.5,
 )
 PAPER_VALVE = BEDSIDE._replace(cam_rad_per_s=math.radians(15.0))
 GROWN = Site(

@@ -22,8 +22,9 @@ BENCH = Abilities(
     gap_in_mm=0.0,
     gap_out_mm=0.0,
     jog_mm=2.0,
+    turn_mm=0.0,
 )
-WITH_GAP = BENCH._replace(gap_in_mm=16.5, gap_out_mm=16.5)
+WITH_GAP = BENCH._replace(gap_in_mm=16.5, gap_out_mm=16.5, turn_mm=16.5)
 
 
 def planned(protocol: Protocol, abilities: Abilities = BENCH, by_contact: bool = False) -> Plan:

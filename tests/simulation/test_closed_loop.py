@@ -27,6 +27,7 @@ GOLDEN_COLUMNS = [
     "demand.reference_mm",
     "demand.reference_mm_per_s",
     "demand.direction",
+    "demand.starts_in_s",
     "demand.homing",
     "demand.jog_mm",
     "demand.insertion_on",

@@ -55,8 +55,9 @@ Approach = Annotated[
 Compensation = Annotated[
     str,
     typer.Option(
-        help="Compensation of the backlash: none, direct-inverse (the paper's, as printed) "
-        "or exact-inverse, identified on the twin before use; or a parameter file (TOML) "
+        help="Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
+        "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii or preview, identified on the "
+        "twin before use; or a parameter file (TOML) "
         "that opensuction identify wrote.",
         metavar="NAME|FILE",
     ),

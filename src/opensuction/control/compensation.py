@@ -7,12 +7,15 @@ it once more.
 from enum import IntEnum
 from typing import NamedTuple
 
-from opensuction.control import direct_inverse, exact_inverse, head_path
+from opensuction.control import direct_inverse, exact_inverse, head_path, lookup_table, preview
 from opensuction.control.direct_inverse import EstimatedLag
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
-from opensuction.hysteresis import modified_dahl
+from opensuction.control.lookup_table import Curves
+from opensuction.control.preview import RunIn
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.compiled import compiled
 
 
@@ -25,30 +28,77 @@ class CompensationKind(IntEnum):
     """The paper's scheme as printed (Fig. 7(b), eqs. (7) and (8))."""
     EXACT_INVERSE = 2
     """The same model solved exactly; the gap is crossed while the tip stands still."""
+    GAP_WIDTH = 3
+    """One backlash width, added once the reference turns: a `Curves` of two parallel lines."""
+    LOOKUP_TABLE = 4
+    """Recorded curves, one for each direction, changed once the reference turns."""
+    PRANDTL_ISHLINSKII = 5
+    """Plays inverted exactly, without knowing what comes next."""
+    PREVIEW = 6
+    """The same with the reference known ahead: gap crossed before it moves, start prepared."""
 
 
 KIND_OF_NAME = {
     "none": CompensationKind.NONE,
     "direct-inverse": CompensationKind.DIRECT_INVERSE,
     "exact-inverse": CompensationKind.EXACT_INVERSE,
+    "gap-width": CompensationKind.GAP_WIDTH,
+    "lookup-table": CompensationKind.LOOKUP_TABLE,
+    "prandtl-ishlinskii": CompensationKind.PRANDTL_ISHLINSKII,
+    "preview": CompensationKind.PREVIEW,
 }
+
+LOOKS_AHEAD = (CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW)
+"""Kinds that cross the gap before the reference moves; the procedure plans the time for it."""
+ON_PLAYS = (CompensationKind.PRANDTL_ISHLINSKII, CompensationKind.PREVIEW)
+"""Kinds on the Prandtl-Ishlinskii model."""
+ON_CURVES = (CompensationKind.GAP_WIDTH, CompensationKind.LOOKUP_TABLE)
+"""Kinds on a curve for each direction."""
+FED_FORWARD = (*LOOKS_AHEAD, CompensationKind.PRANDTL_ISHLINSKII)
+"""Kinds whose servo gets velocity and friction feedforward; the others keep the paper's PD."""
 
 
 class Compensation(NamedTuple):
     """Which compensator, on which model, within which limits."""
 
     kind: int
-    model: ModifiedDahl
     limits: HeadLimits
+    model: ModifiedDahl
+    plays: PrandtlIshlinskii
+    curves: Curves
+    """Of the kind that uses them: parallel lines for `GAP_WIDTH`."""
+    run_in: RunIn
 
 
 def parked(compensation: Compensation, reference_mm: float) -> HeadState:
     """State after a long retract that ended with the tip on ``reference_mm``."""
     lag = float(modified_dahl.saturation_mm(compensation.model))
     head = reference_mm
-    if compensation.kind != CompensationKind.NONE:
+    if compensation.kind in ON_PLAYS:
+        head = float(prandtl_ishlinskii.saturated_head_mm(compensation.plays, reference_mm, -1.0))
+    elif compensation.kind in ON_CURVES:
+        inner, head = lookup_table.branches_mm(compensation.curves, reference_mm)
+        lag = 0.5 * (inner - head)
+    elif compensation.kind != CompensationKind.NONE:
         head = (reference_mm - lag - compensation.model.offset_mm) / compensation.model.slope
-    return HeadState(head_mm=head, head_mm_per_s=0.0, lag_mm=lag)
+    return HeadState(
+        head_mm=head,
+        head_mm_per_s=0.0,
+        lag_mm=lag,
+        plays_mm=prandtl_ishlinskii.retracted_positions_mm(compensation.plays, head),
+    )
+
+
+def inserted_head_mm(compensation: Compensation, tip_mm: float) -> float:
+    """Head with the tip at a depth that was reached by a long way in."""
+    if compensation.kind in ON_PLAYS:
+        return float(prandtl_ishlinskii.saturated_head_mm(compensation.plays, tip_mm, 1.0))
+    if compensation.kind in ON_CURVES:
+        return float(lookup_table.branches_mm(compensation.curves, tip_mm)[0])
+    if compensation.kind == CompensationKind.NONE:
+        return tip_mm
+    lag = float(modified_dahl.saturation_mm(compensation.model))
+    return (tip_mm + lag - compensation.model.offset_mm) / compensation.model.slope
 
 
 @compiled
@@ -58,12 +108,14 @@ def step(
     reference_mm: float,
     reference_mm_per_s: float,
     direction: float,
+    starts_in_s: float,
     dt_s: float,
 ) -> HeadState:
     """Head command of one tick.
 
     reference_mm, reference_mm_per_s: desired tip motion (y_r). direction: +1.0 when the tip's
-    next motion is towards the carina, -1.0 when it is back.
+    next motion is towards the carina, -1.0 when it is back. starts_in_s: time until it begins, 0
+    while it lasts, below 0 where none is announced.
     """
     if compensation.kind == CompensationKind.EXACT_INVERSE.value:
         return exact_inverse.step(
@@ -75,13 +127,71 @@ def step(
             direction,
             dt_s,
         )
+    if compensation.kind == CompensationKind.PREVIEW.value:
+        return preview.lead(
+            compensation.plays,
+            compensation.limits,
+            compensation.run_in,
+            state,
+            (reference_mm, reference_mm_per_s),
+            (direction, starts_in_s),
+            dt_s,
+        )
+    return _unprepared(compensation, state, reference_mm, reference_mm_per_s, dt_s)
+
+
+@compiled
+def _unprepared(
+    compensation: Compensation,
+    state: HeadState,
+    reference_mm: float,
+    reference_mm_per_s: float,
+    dt_s: float,
+) -> HeadState:
+    """Head command of the kinds that know only where the reference is and goes now."""
     if compensation.kind == CompensationKind.DIRECT_INVERSE.value:
         printed = direct_inverse.step(
             compensation.model, EstimatedLag(state.head_mm, state.lag_mm), reference_mm
         )
         velocity = (printed.head_mm - state.head_mm) / dt_s
-        return HeadState(printed.head_mm, velocity, printed.lag_mm)
-    return HeadState(reference_mm, reference_mm_per_s, state.lag_mm)
+        return HeadState(printed.head_mm, velocity, printed.lag_mm, state.plays_mm)
+    if compensation.kind == CompensationKind.PRANDTL_ISHLINSKII.value:
+        return preview.follow(
+            compensation.plays,
+            compensation.limits,
+            state,
+            reference_mm,
+            reference_mm_per_s,
+            dt_s,
+        )
+    if compensation.kind != CompensationKind.NONE.value:
+        return lookup_table.step(
+            compensation.curves,
+            compensation.limits,
+            state,
+            reference_mm,
+            reference_mm_per_s,
+            dt_s,
+        )
+    return HeadState(reference_mm, reference_mm_per_s, state.lag_mm, state.plays_mm)
+
+
+@compiled
+def held(state: HeadState, head_mm: float, head_mm_per_s: float) -> HeadState:
+    """The same memory with the head elsewhere: where it was let through or read to be."""
+    return HeadState(head_mm, head_mm_per_s, state.lag_mm, state.plays_mm)
+
+
+@compiled
+def moved(compensation: Compensation, state: HeadState, head_mm: float, speed: float) -> HeadState:
+    """State once the head has gone somewhere for another reason than the tip, at a speed, mm/s."""
+    move = head_mm - state.head_mm
+    lag, plays = state.lag_mm, state.plays_mm
+    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
+        plays = prandtl_ishlinskii.step(compensation.plays, plays, head_mm)
+    elif compensation.kind <= CompensationKind.EXACT_INVERSE.value:
+        lag = modified_dahl.step(compensation.model, lag, move)
+    return HeadState(head_mm, speed, lag, plays)
 
 
 @compiled
@@ -104,12 +214,7 @@ def home(
         acceleration_mm_per_s2=compensation.limits.acceleration_mm_per_s2,
     )
     velocity = head_path.step(limits, distance, 0.0, velocity, dt_s)
-    move = velocity * dt_s
-    return HeadState(
-        head_mm=state.head_mm + move,
-        head_mm_per_s=velocity,
-        lag_mm=modified_dahl.step(compensation.model, state.lag_mm, move),
-    )
+    return moved(compensation, state, state.head_mm + velocity * dt_s, velocity)
 
 
 @compiled
@@ -129,9 +234,12 @@ def stopped(
     compensation: Compensation, state: HeadState, reading_mm: float
 ) -> tuple[HeadState, float]:
     """State with the head stopped where it was measured, and the tip position this gives, mm."""
-    move = reading_mm - state.head_mm
-    lag = modified_dahl.step(compensation.model, state.lag_mm, move)
+    there = moved(compensation, state, reading_mm, 0.0)
     tip = reading_mm
-    if compensation.kind != CompensationKind.NONE.value:
-        tip = modified_dahl.output_mm(compensation.model, reading_mm, lag)
-    return HeadState(reading_mm, 0.0, lag), tip
+    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
+        tip = prandtl_ishlinskii.output_mm(compensation.plays, there.plays_mm, reading_mm)
+    elif compensation.kind >= CompensationKind.GAP_WIDTH.value:
+        tip = lookup_table.tip_mm(compensation.curves, reading_mm, there.lag_mm > 0.0)
+    elif compensation.kind != CompensationKind.NONE.value:
+        tip = modified_dahl.output_mm(compensation.model, reading_mm, there.lag_mm)
+    return there, tip

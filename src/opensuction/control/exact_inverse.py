@@ -8,6 +8,9 @@ tip stands still.
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from opensuction.control import head_path
 from opensuction.control.head_path import HeadLimits
 from opensuction.hysteresis import modified_dahl
@@ -20,11 +23,14 @@ for an instant."""
 
 
 class HeadState(NamedTuple):
-    """Commanded head and the model's lag there."""
+    """Commanded head and what the models remember there, whichever of them is in use."""
 
     head_mm: float
     head_mm_per_s: float
     lag_mm: float
+    """Of the modified Dahl model; of the curves half the gap, above 0 on the way out."""
+    plays_mm: NDArray[np.float64]
+    """Positions of the Prandtl-Ishlinskii plays, shape (n,); never written, only replaced."""
 
 
 @compiled
@@ -60,4 +66,5 @@ def step(
         head_mm=state.head_mm + move,
         head_mm_per_s=velocity,
         lag_mm=modified_dahl.step(model, state.lag_mm, move),
+        plays_mm=state.plays_mm,
     )

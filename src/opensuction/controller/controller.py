@@ -142,11 +142,11 @@ def _lead(
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
     by_hand = not demand.insertion_on
     if phase == Phase.HALTED.value or by_hand:
-        return HeadState(state.governor.head_mm, 0.0, state.compensation.lag_mm)
+        return compensation.held(state.compensation, state.governor.head_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
-        let_through = HeadState(state.governor.head_mm, led.head_mm_per_s, led.lag_mm)
+        let_through = compensation.held(led, state.governor.head_mm, led.head_mm_per_s)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
         speed = settings.plan.motion.abort_mm_per_s
         if phase == Phase.TEACHING.value:
@@ -154,7 +154,7 @@ def _lead(
         sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
         if phase == Phase.CHECKING.value:
             # The jog stays within the gap: it moves no tip, though the model has none so sharp.
-            return HeadState(sent.head_mm, sent.head_mm_per_s, settings.parked.lag_mm)
+            return compensation.held(settings.parked, sent.head_mm, sent.head_mm_per_s)
         return sent
     return compensation.step(
         settings.compensation,
@@ -162,6 +162,7 @@ def _lead(
         demand.reference_mm,
         demand.reference_mm_per_s,
         demand.direction,
+        demand.starts_in_s,
         dt_s,
     )
 
@@ -214,7 +215,7 @@ def _acknowledged(settings: Settings, state: State) -> State:
     return State(
         procedure=state.procedure,
         upkeep=state.upkeep,
-        compensation=HeadState(watch.head_mm, 0.0, settings.parked.lag_mm),
+        compensation=compensation.held(settings.parked, watch.head_mm, 0.0),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
         cam_rad=state.cam_rad,

@@ -44,6 +44,9 @@ class MachineProfile(NamedTuple):
         Le(2),
         Meaning("distance from its command at which the servo overcomes any friction of the head"),
     ]
+    contact_latency_s: Annotated[
+        float, Ge(0), Le(0.05), Meaning("delay of the contact switch's line, nominal")
+    ]
     cam_open_rad: Annotated[float, Ge(0.1), Le(1.6), Meaning("cam angle of the open valve")]
     cam_rad_per_s: Annotated[float, Ge(0.05), Le(10), Meaning("cam speed of a valve stroke")]
     insertion_p_v_per_mm: Annotated[float, Ge(1), Le(200), Meaning("P of the insertion axis")]
@@ -68,6 +71,7 @@ BENCH = MachineProfile(
     settle_mm=0.25,
     following_mm=8.0,
     stalled_mm=0.11,
+    contact_latency_s=0.004,
     cam_open_rad=math.radians(30.0),
     cam_rad_per_s=math.radians(15.0),
     insertion_p_v_per_mm=10.0,
@@ -89,6 +93,7 @@ SOURCES: dict[str, str] = {
     "following_mm": "[computed] the paper's compensator jumps by 2.6 mm and its PD lags 2.4 mm at "
     "18 mm/s",
     "stalled_mm": "[computed] 1 V of friction against 10 V/mm, and two steps of the encoder",
+    "contact_latency_s": "[assumed] as the twin's",
     "cam_open_rad": "[paper] IV-A: 30 deg",
     "cam_rad_per_s": "[paper] IV-A: 15 deg/s",
     "insertion_p_v_per_mm": "[paper] P = 10; the unit is ours",

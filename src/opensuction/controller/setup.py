@@ -2,17 +2,31 @@
 
 from typing import NamedTuple
 
-from opensuction.control import compensation
-from opensuction.control.compensation import Compensation, CompensationKind
+import numpy as np
+
+from opensuction.control import compensation, preview
+from opensuction.control.compensation import (
+    FED_FORWARD,
+    LOOKS_AHEAD,
+    ON_CURVES,
+    ON_PLAYS,
+    Compensation,
+    CompensationKind,
+)
 from opensuction.control.head_path import HeadLimits
+from opensuction.control.lookup_table import Curves
+from opensuction.control.preview import RunIn
+from opensuction.control.profile import Profile
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
 from opensuction.controller.controller import Settings
 from opensuction.controller.machine_profile import MachineProfile
-from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.procedure import planner
+from opensuction.procedure.plan import TUBE_END_MM
 from opensuction.procedure.planner import Abilities
 from opensuction.procedure.protocol import Protocol
 from opensuction.procedure.schedule import ON_REQUEST_ONLY, Schedule
@@ -29,6 +43,12 @@ CONTACT_S = 2.0
 """Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
+RUN_INS_S = tuple(0.01 * step for step in range(26))
+"""Run-ins that are tried for `preview`: the best of the machines here lie at 0.04 to 0.1 s."""
+REHEARSAL_TICK_S = 0.001
+"""The control loop's own tick."""
+REHEARSED_MM = 90.0
+"""Length of the rehearsed move: longer than what its start needs."""
 
 
 class Feedforward(NamedTuple):
@@ -42,20 +62,51 @@ PLAIN_PD = Feedforward(velocity_v_s_per_mm=0.0, friction_v=0.0)
 
 
 class Calibration(NamedTuple):
-    """What an identification run found."""
+    """What an identification run found; each compensator uses its part of it."""
 
     model: ModifiedDahl
     feedforward: Feedforward
+    plays: PrandtlIshlinskii
+    width: Curves
+    """One backlash width: two parallel lines."""
+    table: Curves
 
 
-def _gaps_mm(kind: int, model: ModifiedDahl) -> tuple[float, float]:
-    """Head travel across the gap, inwards and outwards, that the compensator will ask for."""
-    if kind != CompensationKind.EXACT_INVERSE:
-        return 0.0, 0.0
-    full = float(modified_dahl.saturation_mm(model))
-    return abs(modified_dahl.gap_move(model, full, 1.0)), abs(
-        modified_dahl.gap_move(model, -full, -1.0)
+def nominal(model: ModifiedDahl, feedforward: Feedforward) -> Calibration:
+    """A calibration from the modified Dahl model alone: every other model is its plain backlash."""
+    half_mm = 0.5 * float(modified_dahl.gap_mm(model)) / model.slope
+    middle_mm = -model.offset_mm / model.slope
+    plays = PrandtlIshlinskii(
+        thresholds_mm=np.array([half_mm]),
+        weights=np.array([model.slope]),
+        slope=0.0,
+        offset_mm=model.offset_mm,
+        curvature_per_mm=0.0,
     )
+    tip_mm = np.array([0.0, 1.0])
+    heads_mm = middle_mm + tip_mm / model.slope
+    width = Curves(0.0, 1.0, heads_mm + half_mm, heads_mm - half_mm)
+    return Calibration(model, feedforward, plays, width, width)
+
+
+def _plays_gap_mm(plays: PrandtlIshlinskii) -> float:
+    """Head travel across the gap of the plays after a long travel the other way."""
+    positions = prandtl_ishlinskii.retracted_positions_mm(plays, 0.0)
+    here_mm = prandtl_ishlinskii.output_mm(plays, positions, 0.0)
+    touched_mm = here_mm + preview.TOUCH_MM
+    return float(prandtl_ishlinskii.inverse_step(plays, positions, 0.0, touched_mm))
+
+
+def _gap_mm(chosen: Compensation) -> float:
+    """Head travel across the gap, the same both ways: by the model that the kind is on."""
+    if chosen.kind in ON_PLAYS:
+        return _plays_gap_mm(chosen.plays)
+    if chosen.kind == CompensationKind.EXACT_INVERSE:
+        full = float(modified_dahl.saturation_mm(chosen.model))
+        return abs(float(modified_dahl.gap_move(chosen.model, full, 1.0)))
+    if chosen.kind in ON_CURVES:
+        return float(np.max(chosen.curves.inwards_mm - chosen.curves.outwards_mm))
+    return 0.0
 
 
 JOG_MM = 2.0
@@ -72,7 +123,7 @@ def _jog_mm(model: ModifiedDahl) -> float:
 
 def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tuple[Servo, Servo]:
     lead = profile.head_time_constant_s
-    if kind != CompensationKind.EXACT_INVERSE:
+    if kind not in FED_FORWARD:
         feedforward, lead = PLAIN_PD, 0.0
     insertion = Servo(
         proportional_v=profile.insertion_p_v_per_mm,
@@ -129,10 +180,8 @@ def limits(
 
 def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> None:
     """Refuse a cap that would stop the head short of the target."""
-    model, needed_mm = chosen.model, protocol.travel_mm
-    if chosen.kind != CompensationKind.NONE:
-        lag_mm = float(modified_dahl.saturation_mm(model))
-        needed_mm = (protocol.travel_mm + lag_mm - model.offset_mm) / model.slope
+    model = chosen.model
+    needed_mm = compensation.inserted_head_mm(chosen, protocol.travel_mm)
     if needed_mm > highest_mm:
         least_mm = protocol.cap_mm + model.slope * (needed_mm - highest_mm)
         raise InputError(
@@ -143,17 +192,46 @@ def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> N
         )
 
 
+def _run_in_s(plays: PrandtlIshlinskii, limits: HeadLimits, move: Profile) -> float:
+    """Run-in of `preview` that leaves the smallest tip error at the start of a move."""
+    costs = [
+        float(preview.rehearse(plays, limits, move, run_in_s, REHEARSAL_TICK_S))
+        for run_in_s in RUN_INS_S
+    ]
+    return RUN_INS_S[int(np.argmin(costs))]
+
+
 def compensator(
-    profile: MachineProfile, kind: CompensationKind, calibration: Calibration
+    profile: MachineProfile,
+    kind: CompensationKind,
+    calibration: Calibration,
+    speeds_mm_per_s: tuple[float, float] = (0.0, 0.0),
 ) -> Compensation:
-    """Compensation by kind, on a calibrated (or nominal) model, within the machine's limits."""
+    """Compensation by kind, on a calibrated (or nominal) model, within the machine's limits.
+
+    speeds_mm_per_s: of the tip when it starts inwards and outwards; `preview` prepares for them.
+    """
+    limits = HeadLimits(
+        speed_mm_per_s=profile.head_planned_mm_per_s,
+        acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
+    )
+    run_ins = [0.0, 0.0]
+    if kind == CompensationKind.PREVIEW:
+        run_ins = [
+            _run_in_s(
+                calibration.plays,
+                limits,
+                Profile(0.0, REHEARSED_MM, speed, profile.acceleration_mm_per_s2),
+            )
+            for speed in speeds_mm_per_s
+        ]
     return Compensation(
         kind=int(kind),
+        limits=limits,
         model=calibration.model,
-        limits=HeadLimits(
-            speed_mm_per_s=profile.head_planned_mm_per_s,
-            acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
-        ),
+        plays=calibration.plays,
+        curves=calibration.width if kind == CompensationKind.GAP_WIDTH else calibration.table,
+        run_in=RunIn(*run_ins),
     )
 
 
@@ -162,7 +240,11 @@ def abilities(
 ) -> Abilities:
     """What the planner must know of a machine with its compensation."""
     chosen = compensator(profile, kind, calibration)
-    gap_in, gap_out = _gaps_mm(kind, calibration.model)
+    turn_mm = _gap_mm(chosen)
+    ahead_mm = turn_mm if kind in LOOKS_AHEAD else 0.0
+    if kind == CompensationKind.PREVIEW:
+        # Room for the run-in, wherever its best length turns out to lie.
+        ahead_mm += RUN_INS_S[-1] * profile.head_planned_mm_per_s
     return Abilities(
         head_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
@@ -170,9 +252,10 @@ def abilities(
         settle_mm=profile.settle_mm,
         cam_open_rad=profile.cam_open_rad,
         cam_rad_per_s=profile.cam_rad_per_s,
-        gap_in_mm=gap_in,
-        gap_out_mm=gap_out,
         jog_mm=_jog_mm(calibration.model),
+        gap_in_mm=ahead_mm,
+        gap_out_mm=ahead_mm,
+        turn_mm=max(turn_mm, ahead_mm),
     )
 
 
@@ -209,7 +292,11 @@ def settings(
     """
     if by_contact:
         _check_back_off(kind, protocol)
-    chosen = compensator(profile, kind, calibration)
+    inwards_mm_per_s = protocol.insertion_mm_per_s
+    if site.park_mm < TUBE_END_MM:
+        inwards_mm_per_s = max(inwards_mm_per_s, site.fast_mm_per_s)
+    speeds = (inwards_mm_per_s, protocol.withdrawal_mm_per_s)
+    chosen = compensator(profile, kind, calibration, speeds)
     parked = compensation.parked(chosen, site.park_mm)
     able = abilities(profile, kind, calibration, site)
     insertion, valve = _servos(profile, kind, calibration.feedforward)

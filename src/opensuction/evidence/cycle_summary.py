@@ -13,13 +13,14 @@ from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.evidence import cycle_choice, cycle_run
 from opensuction.evidence.cycle_run import Prepared
-from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.check import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.guideline import GUIDELINES
 from opensuction.procedure.transition import Event
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
+from opensuction.simulation.bench import Identification
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
@@ -166,7 +167,8 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
             "a section servo with velocity_v_s_per_mm and friction_v would add it."
         )
     model = prepared.calibration.model
-    if prepared.kind == CompensationKind.NONE or modified_dahl.is_monotone(model):
+    on_dahl = prepared.kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
+    if not on_dahl or modified_dahl.is_monotone(model):
         return found
     slope, gain = model.slope, model.velocity_gain
     sentence = (
@@ -180,12 +182,27 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
     return found
 
 
+def _plays(found: Identification) -> Json:
+    """The plays that `prandtl-ishlinskii` and `preview` work with."""
+    plays = found.plays.model
+    return {
+        "thresholds_mm": plays.thresholds_mm.tolist(),
+        "weights": plays.weights.tolist(),
+        "slope": plays.slope,
+        "offset_mm": plays.offset_mm,
+        "curvature_per_mm": plays.curvature_per_mm,
+        "gap_mm": prandtl_ishlinskii.gap_mm(plays),
+        "rmse_mm": found.plays.rmse_mm,
+        "well_posed": found.plays.well_posed,
+    }
+
+
 def _identification(prepared: Prepared) -> Json | None:
     """What the compensator works with, and where it is from; None for one that needs no model."""
     found, file = prepared.identification, prepared.parameter_file
     if found is None and file is None:
         return None
-    model, feedforward = prepared.calibration
+    model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
     data: Json = {
         "model": "modified-dahl",
         "slope": model.slope,
@@ -203,7 +220,11 @@ def _identification(prepared: Prepared) -> Json | None:
         "recording_sha256": None,
     }
     if found is not None:
-        return data | {"rmse_mm": found.fit.rmse_mm, "samples": found.fit.samples}
+        return data | {
+            "rmse_mm": found.fit.rmse_mm,
+            "samples": found.fit.samples,
+            "plays": _plays(found),
+        }
     assert file is not None
     return data | {
         "rmse_mm": file.about.rmse,

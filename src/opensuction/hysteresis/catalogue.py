@@ -6,9 +6,10 @@ A new model is one entry here, written in the file of its family, and one case i
 
 from opensuction.hysteresis.duhem_family import BOUC_WEN, DAHL, MODIFIED_DAHL
 from opensuction.hysteresis.hysteresis_model import HysteresisModel
-from opensuction.hysteresis.play_family import GENERALISED, PLAY, PREISACH
+from opensuction.hysteresis.play_family import GENERALISED, PLAY, PRANDTL_ISHLINSKII, PREISACH
 
 CATALOGUE: dict[str, HysteresisModel] = {
-    model.name: model for model in (DAHL, MODIFIED_DAHL, BOUC_WEN, PLAY, PREISACH, GENERALISED)
+    model.name: model
+    for model in (DAHL, MODIFIED_DAHL, BOUC_WEN, PLAY, PRANDTL_ISHLINSKII, PREISACH, GENERALISED)
 }
 """Models by the name a person types."""

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from opensuction.hysteresis import generalised, play, preisach
+from opensuction.hysteresis import generalised, play, prandtl_ishlinskii, preisach
 from opensuction.hysteresis.generalised import Generalised, GeneralisedState
 from opensuction.hysteresis.hysteresis_model import (
     STEEPEST,
@@ -23,6 +23,7 @@ from opensuction.hysteresis.hysteresis_model import (
 )
 from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.hysteresis.play import Play
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach, PreisachState
 
 LEVELS = 20
@@ -74,6 +75,100 @@ PLAY = HysteresisModel(
     ),
     is_well_posed=lambda record: record.width_mm >= 0.0 and record.gain > 0.0,
     is_monotone=lambda record: record.width_mm == 0.0 and record.gain > 0.0,
+)
+
+
+THRESHOLD_SHARES = tuple(0.025 * (j + 1) for j in range(20))
+"""Half widths of a Prandtl-Ishlinskii model's plays to begin with, over the input's range
+[assumed]: full widths up to the range."""
+
+
+def _prandtl_ishlinskii_unfitted(ranges: Ranges) -> PrandtlIshlinskii:
+    return PrandtlIshlinskii(
+        thresholds_mm=np.array(THRESHOLD_SHARES) * ranges.input_mm,
+        weights=np.zeros(len(THRESHOLD_SHARES)),
+        slope=ranges.gain,
+        offset_mm=ranges.output_low_mm - ranges.gain * ranges.input_low_mm,
+        curvature_per_mm=0.0,
+    )
+
+
+def _prandtl_ishlinskii_with_values(record: PrandtlIshlinskii, values: Array) -> PrandtlIshlinskii:
+    plays = record.weights.size
+    return PrandtlIshlinskii(
+        thresholds_mm=record.thresholds_mm,
+        weights=values[:plays].copy(),
+        slope=float(values[plays]),
+        offset_mm=float(values[plays + 1]),
+        curvature_per_mm=record.curvature_per_mm,
+    )
+
+
+def _prandtl_ishlinskii_basis(
+    record: PrandtlIshlinskii, head_mm: Array, positions_mm: Array
+) -> Array:
+    """Each play, the head, and 1; linear only without curvature."""
+    columns = [
+        play.simulate(2.0 * threshold_mm, head_mm, position_mm)
+        for threshold_mm, position_mm in zip(record.thresholds_mm, positions_mm, strict=True)
+    ]
+    return np.column_stack([*columns, head_mm, np.ones(head_mm.size)])
+
+
+def _prandtl_ishlinskii_step(record: PrandtlIshlinskii, place: Place, move_mm: float) -> Place:
+    head_mm = place.head_mm + move_mm
+    return Place(head_mm, prandtl_ishlinskii.step(record, place.memory, head_mm))
+
+
+def _prandtl_ishlinskii_inverse(
+    record: PrandtlIshlinskii, place: Place, target_mm: float
+) -> InverseMove:
+    """Refused for targets that are no number, and for a model that never moves."""
+    if not (math.isfinite(target_mm) and prandtl_ishlinskii.total_slope(record) > 0.0):
+        return InverseMove(move_mm=0.0, reached=False)
+    move_mm = prandtl_ishlinskii.inverse_step(record, place.memory, place.head_mm, target_mm)
+    return InverseMove(move_mm=move_mm, reached=True)
+
+
+def _prandtl_ishlinskii_is_well_posed(record: PrandtlIshlinskii) -> bool:
+    values = np.array([*record.weights, record.slope, record.offset_mm, record.curvature_per_mm])
+    return bool(np.isfinite(values).all() and (record.thresholds_mm >= 0.0).all())
+
+
+PRANDTL_ISHLINSKII = HysteresisModel(
+    name="prandtl-ishlinskii",
+    title="Prandtl-Ishlinskii",
+    source="Krasnosel'skii and Pokrovskii 1989; Kuhnen 2003",
+    cannot="loops whose shape changes with the place in the range, loops that are not symmetric "
+    "under reversal, corners at other widths than its thresholds",
+    inverse="exact, corner by corner",
+    parameters=(
+        ModelParameter("weights", "w_j", "mm/mm", "share of each play"),
+        ModelParameter("slope", "c", "mm/mm", "share of the input itself"),
+        ModelParameter("offset_mm", "y_0", "mm", "output for input and plays at 0"),
+    ),
+    linear=True,
+    rate_independent=True,
+    unfitted=_prandtl_ishlinskii_unfitted,
+    bounds=lambda record, _ranges: bound_rows(
+        *[(0.0, math.inf)] * (record.weights.size + 1), (-math.inf, math.inf)
+    ),
+    values=lambda record: np.array([*record.weights, record.slope, record.offset_mm]),
+    with_values=_prandtl_ishlinskii_with_values,
+    memory=lambda record, head_mm, ratio: head_mm - ratio * record.thresholds_mm,
+    step=_prandtl_ishlinskii_step,
+    output_mm=lambda record, place: prandtl_ishlinskii.output_mm(
+        record, place.memory, place.head_mm
+    ),
+    simulate=prandtl_ishlinskii.simulate,
+    basis=_prandtl_ishlinskii_basis,
+    inverse_step=_prandtl_ishlinskii_inverse,
+    is_well_posed=_prandtl_ishlinskii_is_well_posed,
+    is_monotone=lambda record: (
+        record.slope > 0.0
+        and bool((record.weights >= 0.0).all())
+        and record.curvature_per_mm == 0.0
+    ),
 )
 
 

@@ -22,6 +22,8 @@ from opensuction.procedure.transition import Event
 
 INWARDS = 1.0
 OUTWARDS = -1.0
+NOT_ANNOUNCED_S = -1.0
+"""The tip's next motion lies further ahead than the gap needs."""
 
 
 class Demand(NamedTuple):
@@ -32,6 +34,8 @@ class Demand(NamedTuple):
     reference_mm_per_s: float
     direction: float
     """Of the tip's next motion: +1 towards the carina, -1 back."""
+    starts_in_s: float
+    """Time until that motion begins; 0 while it lasts, below 0 where none is announced."""
     homing: bool
     """The head goes to its park position, whatever the model makes of the reference."""
     jog_mm: float
@@ -96,7 +100,8 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
     if state.phase == Phase.INSERTING.value:
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
     if state.phase == Phase.BACKING_OFF.value:
-        return profile.at(plans.back_off(motion, state.start_mm, plan.contact.backoff_mm), time_s)
+        way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
+        return profile.at(way, time_s - plan.gap_lead_s)  # the head crosses the gap first
     if state.phase == Phase.WITHDRAWING.value:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
     if state.phase == Phase.ABORTING.value:
@@ -123,16 +128,29 @@ def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
 
 
 @compiled
-def _direction(plan: Plan, phase: int, arrived_s: float) -> float:
-    """Direction of the tip's next motion; it turns when the way back's gap is to be crossed."""
-    if phase == Phase.PRELOADING.value or phase == Phase.INSERTING.value:
-        return INWARDS
+def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tuple[float, float]:
+    """Direction of the tip's next motion and the time until it begins: see `Demand`.
+
+    time_s: since the phase began. arrived_s: since the reference reached the target. The direction
+    turns when the way back's gap is to be crossed.
+    """
+    if phase == Phase.PRELOADING.value:
+        return INWARDS, max(plan.preload_s - time_s, 0.0)
+    if phase == Phase.INSERTING.value:
+        return INWARDS, 0.0
     backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
-    if backing or phase == Phase.WITHDRAWING.value:
-        return OUTWARDS
+    if phase == Phase.BACKING_OFF.value:
+        if not backing:
+            return INWARDS, NOT_ANNOUNCED_S
+        return OUTWARDS, max(plan.gap_lead_s - time_s, 0.0)
     if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
-        return INWARDS if arrived_s < plan.dwell_s - plan.gap_lead_s else OUTWARDS
-    return INWARDS if phase == Phase.BACKING_OFF.value else OUTWARDS
+        if backing:
+            return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
+        left_s = plan.dwell_s - arrived_s
+        if left_s > plan.gap_lead_s:
+            return INWARDS, NOT_ANNOUNCED_S
+        return OUTWARDS, max(left_s, 0.0)
+    return OUTWARDS, 0.0
 
 
 @compiled
@@ -226,10 +244,14 @@ def step(
         valve_open = check.is_stroking(checked.item)
         pumping = check.is_pumping(checked.item)
         keeping = check.keeps_vacuum(checked.item)
+    direction, starts_in_s = _next_motion(
+        plan, phase, state.phase_ticks * dt_s, arrived_ticks * dt_s
+    )
     demand = Demand(
         reference_mm=reference,
         reference_mm_per_s=velocity,
-        direction=_direction(plan, phase, arrived_ticks * dt_s),
+        direction=direction,
+        starts_in_s=starts_in_s,
         homing=_is_homing(phase) or (phase == Phase.TEACHING.value and taught.bringing),
         jog_mm=plan.check.jog_mm if check.is_jogging(checked.item) else 0.0,
         insertion_on=_is_driven(phase, taught.bringing),

@@ -8,6 +8,9 @@ from opensuction.kernel.compiled import compiled
 from opensuction.procedure.check import CheckPlan
 from opensuction.procedure.teaching import TeachingPlan
 
+BACK_OFF_SHARE = 0.5
+"""Share of the head's acceleration that the tip's reference uses to back off: a head that comes
+late out of the gap must brake harder than its reference does, or it runs past the end."""
 TUBE_END_MM = 0.0
 """Lower end of the tube: the origin of every depth."""
 
@@ -110,7 +113,7 @@ def back_off(motion: Motion, start_mm: float, distance_mm: float) -> Profile:
         start_mm=start_mm,
         end_mm=start_mm - distance_mm,
         speed_mm_per_s=motion.abort_mm_per_s,
-        acceleration_mm_per_s2=motion.acceleration_mm_per_s2,
+        acceleration_mm_per_s2=BACK_OFF_SHARE * motion.acceleration_mm_per_s2,
     )
 
 

@@ -59,6 +59,8 @@ class Abilities(NamedTuple):
     """Head travel that takes it up before the way back."""
     jog_mm: float
     """Head travel inwards that does not move the parked tip, whatever the gap has become."""
+    turn_mm: float
+    """Head travel of a turn whether it is prepared or not; at least ``gap_out_mm``."""
 
 
 class Timeline(NamedTuple):
@@ -110,7 +112,9 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
     back_off = 0.0
     if by_contact:
-        back_off = crossing_s(abilities, abilities.gap_out_mm + protocol.backoff_mm)
+        back_off = crossing_s(abilities, abilities.turn_mm) + float(
+            profile.duration_s(plans.back_off(moves, 0.0, protocol.backoff_mm))
+        )
     return Timeline(
         preload=crossing_s(abilities, abilities.gap_in_mm),
         insertion=insertion,

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Final, NamedTuple
 import tomli_w
 from annotated_types import Ge, Gt
 
-from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward
+from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward, nominal
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
@@ -218,7 +218,7 @@ def calibration(identified: Identified, path: Path | str) -> Calibration:
             f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
             'compensator to "exact-inverse", which crosses the reversal as a gap',
         )
-    return Calibration(model=model, feedforward=identified.servo or PLAIN_PD)
+    return nominal(model, identified.servo or PLAIN_PD)
 
 
 def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:

@@ -10,9 +10,12 @@ from opensuction.controller import setup
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.setup import Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
+from opensuction.identification import branch_curve
 from opensuction.identification import modified_dahl as estimator
+from opensuction.identification import prandtl_ishlinskii as play_estimator
 from opensuction.identification import servo as servo_estimator
 from opensuction.identification.modified_dahl import Fit
+from opensuction.identification.prandtl_ishlinskii import PrandtlIshlinskiiFit
 from opensuction.identification.servo import ServoFit
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
@@ -62,6 +65,7 @@ class Identification(NamedTuple):
 
     calibration: Calibration
     fit: Fit
+    plays: PrandtlIshlinskiiFit
     servo: ServoFit
     head_mm: npt.NDArray[np.float64]
     """Encoder, shape (n,)."""
@@ -107,7 +111,7 @@ def bedside(machine: Machine) -> Site:
 
 def uncalibrated(profile: MachineProfile) -> Calibration:
     """What is known without an identification: nominal transmission, plain PD."""
-    return Calibration(model=profile.transmission, feedforward=setup.PLAIN_PD)
+    return setup.nominal(profile.transmission, setup.PLAIN_PD)
 
 
 def with_carina(chosen: Rig, carina_mm: float) -> Rig:
@@ -164,6 +168,7 @@ def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
     head = columns["readings.head_mm"][during]
     laser = columns["truth.laser_mm"][during]
     found = estimator.fit(head, laser)
+    plays = play_estimator.fit(head, laser)
     velocity = servo_estimator.velocity_mm_per_s(head, DT_S, VELOCITY_WINDOW_S)
     servo = servo_estimator.fit_feedforward(
         columns["commands.insertion_v"][during],
@@ -177,8 +182,12 @@ def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
             feedforward=Feedforward(
                 velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
             ),
+            plays=plays.model,
+            width=branch_curve.parallel(head, laser),
+            table=branch_curve.table(head, laser),
         ),
         fit=found,
+        plays=plays,
         servo=servo,
         head_mm=head,
         laser_mm=laser,
