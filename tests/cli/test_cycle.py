@@ -294,7 +294,7 @@ def test_a_measured_length_is_what_the_cycle_is_fitted_to(tmp_path: Path) -> Non
     data = json.loads(ran.stdout)
     assert data["taught_mm"] == 57.0
     assert data["teaching"]["source"] == "given"
-    assert data["tip"]["target_mm"] == 47.0  # 10 mm short of it
+    assert data["tip"]["target_mm"] == 44.0  # 10 mm short of it, and 3 that a hand teaches too deep
     assert data["check"]["passed"] is True
     assert data["check"]["failed_item"] is None
     assert len(data["check"]["items"]) == 10

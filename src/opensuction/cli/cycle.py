@@ -123,16 +123,17 @@ def _run_and_write(
         conduit=options.conduit,
         taught_mm=options.taught_mm,
     )
+    # Progress goes to stderr: a refusal may still come, and then nothing is on stdout.
+    progress = Console(stderr=True, highlight=False)
+
+    def tell(line: str) -> None:
+        progress.print(line, soft_wrap=True)
+
     cycle_choice.check(choice)
     on_bench = cycle_choice.kinds(choice)[0].preset == "bench"
     day_run.check(options.repeat, options.every_min, on_bench)
     if compiled.is_cold():
-        # On stderr: a refusal may still come, and then nothing is on stdout.
-        notice = "Compiling the control core: once for this version, about 30 s"
-        Console(stderr=True, highlight=False).print(notice)
-
-    def tell(line: str) -> None:
-        console.print(line, soft_wrap=True)
+        tell("Compiling the control core: once for this version, about 30 s")
 
     with console.status("Preparing"):  # turns on a terminal, silent elsewhere
         prepared = interruptible(lambda: cycle_run.prepare(choice, tell))

@@ -34,6 +34,8 @@ LIMIT_S = 180.0
 """No cycle lasts longer: every phase has a limit of its own."""
 AFTERMATH_S = 90.0
 """How long a patient is followed after the cycle."""
+LEAST_TRAVEL_MM = 1.0
+"""Shortest way below the tube that is worth planning."""
 PIECE_S = 0.05
 """Simulated time between two reports of progress."""
 
@@ -110,10 +112,13 @@ def _refuse_early(
 ) -> None:
     """Refuse before the slow part what no taught depth can make possible.
 
-    Nothing is easier to fit than the least plausible depth. Raises InputError.
+    Nothing is easier to fit than the least depth at which a tip can stop short of the carina.
+    Raises InputError.
     """
-    least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
-    first = with_depth(rig, least_mm) if isinstance(found, Template) else rig
+    first = rig
+    if isinstance(found, Template):
+        least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
+        first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
     protocol = _fitted(found, first, kind, calibration, by_contact)
     bench.assemble(first, protocol, kind, calibration, CYCLE_RUN, by_contact)
 
