@@ -43,7 +43,7 @@ CONTACT_S = 2.0
 """Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
-RUN_INS_S = tuple(0.01 * step for step in range(26))
+RUN_INS_S = tuple(0.01 * step for step in range(16))
 """Run-ins that are tried for `preview`: the best of the machines here lie at 0.04 to 0.1 s."""
 REHEARSAL_TICK_S = 0.001
 """The control loop's own tick."""

@@ -101,7 +101,7 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
     if state.phase == Phase.BACKING_OFF.value:
         way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
-        return profile.at(way, time_s - plan.gap_lead_s)  # the head crosses the gap first
+        return profile.at(way, time_s - plans.back_off_wait_s(plan))  # the gap comes first
     if state.phase == Phase.WITHDRAWING.value:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
     if state.phase == Phase.ABORTING.value:
@@ -142,7 +142,7 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
     if phase == Phase.BACKING_OFF.value:
         if not backing:
             return INWARDS, NOT_ANNOUNCED_S
-        return OUTWARDS, max(plan.gap_lead_s - time_s, 0.0)
+        return OUTWARDS, max(plans.back_off_wait_s(plan) - time_s, 0.0)
     if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
         if backing:
             return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap

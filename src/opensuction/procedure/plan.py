@@ -118,6 +118,16 @@ def back_off(motion: Motion, start_mm: float, distance_mm: float) -> Profile:
 
 
 @compiled
+def back_off_wait_s(plan: Plan) -> float:
+    """Time that the reference of a back-off gives the head to cross the gap.
+
+    The crossing at full speed, without the half of its braking that ends at rest: it goes on.
+    """
+    braking_s = 0.5 * plan.motion.abort_mm_per_s / plan.motion.acceleration_mm_per_s2
+    return max(plan.gap_lead_s - braking_s, 0.0)
+
+
+@compiled
 def way_out(motion: Motion, start_mm: float, speed_mm_per_s: float) -> Profile:
     """Withdrawal to the parked reference."""
     return Profile(
