@@ -202,7 +202,9 @@ def test_the_inverse_undoes_the_model(case: Case, path_mm: Array, memory: float)
     wanted = outputs(case, path_mm, memory)
     state = start(case.model, case.record, float(path_mm[0]), memory)
     inputs_mm, reached = invert(case.model, case.record, state, wanted)
-    if case.monotone:
+    # A Dahl force in sliding stands still while the input moves: it cannot tell how far.
+    told = not np.any((np.diff(path_mm) != 0.0) & (np.diff(wanted) == 0.0))
+    if case.monotone and told:
         assert reached.all()
         # Slopes down to .03: the output's rounding, through the inverse of every move.
         assert inputs_mm == pytest.approx(path_mm, abs=1e-6)
