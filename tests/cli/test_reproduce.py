@@ -60,6 +60,8 @@ def test_tables_hold_the_paper_s_trials_beside_ours(ran: Ran) -> None:
         assert row["error_mm"] == pytest.approx(row["measured_mm"] - row["distance_mm"])
     # Ours beat the paper's on the same machines, every one of them.
     assert all(row["exact_inverse_mm"] < 0.5 * row["after_mm"] for row in first)
+    # A tenth of the paper's error, the contract's figure, on every machine.
+    assert all(row["preview_mm"] <= 0.24 for row in first)
 
 
 def test_page_shows_every_figure_and_table(ran: Ran) -> None:
