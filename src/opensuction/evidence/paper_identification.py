@@ -98,7 +98,7 @@ def claims(found: Fitted) -> list[Claim]:
             "paper's search seems to have stopped (its exponent is 1.009)",
         ),
         Claim(
-            "width of the printed Bouc-Wen parameters' loop, against that of its other model",
+            "loop width of the printed Bouc-Wen numbers, against the other model",
             where,
             float(modified_dahl.gap_mm(PUBLISHED)),
             abs(float(bouc_wen.gap_mm(bouc_wen.PUBLISHED))),
