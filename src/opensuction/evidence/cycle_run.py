@@ -241,8 +241,10 @@ def tracked_span_s(prepared: Prepared) -> float | None:
 
 
 def figures(prepared: Prepared, columns: Columns) -> Outcome:
-    """Figures of the cycle."""
-    secretion_ml = float(np.sum(prepared.start.bedside.secretion_ml))
+    """Figures of the cycle; the share removed is of what was there and what came meanwhile."""
+    bedside = prepared.start.bedside
+    produced_ml = float(np.sum(bedside.produced_ml_per_s)) * columns["time_s"].size * DT_S
+    secretion_ml = float(np.sum(bedside.secretion_ml)) + produced_ml
     return outcome(
         columns,
         stopping_mm(prepared),
