@@ -96,10 +96,14 @@ def test_the_back_off_of_contact_counts_as_time_in_the_airway() -> None:
     # 16.5 mm of gap at 17 mm/s from rest to rest at 200 mm/s2, then 10 mm at half of that.
     assert by_contact.back_off == pytest.approx(16.5 / 17.0 + 0.085 + 10.0 / 17.0 + 0.17)
     assert by_travel.back_off == 0.0
-    assert by_contact.in_airway - by_travel.in_airway == pytest.approx(by_contact.back_off)
-    assert refusal(protocol._replace(in_airway_budget_s=30.0), WITH_GAP, by_contact=True) == (
-        "the catheter would be in the airway for 30.9 s = insertion 10.0 s + back-off 1.8 s + "
-        "dwell 9.0 s + withdrawal 10.0 s; the budget is 30 s"
+    # The way out begins where the back-off ended: 10 mm less at 9 mm/s.
+    assert by_travel.withdrawal - by_contact.withdrawal == pytest.approx(10.0 / 9.0)
+    assert by_contact.in_airway - by_travel.in_airway == pytest.approx(
+        by_contact.back_off - 10.0 / 9.0
+    )
+    assert refusal(protocol._replace(in_airway_budget_s=29.0), WITH_GAP, by_contact=True) == (
+        "the catheter would be in the airway for 29.8 s = insertion 10.0 s + back-off 1.8 s + "
+        "dwell 9.0 s + withdrawal 8.9 s; the budget is 29 s"
     )
 
 

@@ -106,8 +106,10 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
     """Planned durations of a cycle; by contact, of one that finds it only at the search's end."""
     moves = motion(protocol, abilities, site)
     insertion = float(staged_path.duration_s(plans.way_in(moves, site.park_mm)))
+    # By contact suction takes place off the carina, wherever it was found.
+    deepest_mm = protocol.travel_mm - (protocol.backoff_mm if by_contact else 0.0)
     withdrawal = float(
-        profile.duration_s(plans.way_out(moves, protocol.travel_mm, protocol.withdrawal_mm_per_s))
+        profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
     back_off = 0.0
