@@ -151,7 +151,11 @@ def test_what_cannot_be_is_one_line(arguments: tuple[str, ...], words: str, tmp_
         ("--machine", SLOW_CAM.replace('"6fr"', '"14fr"'), "0.549 = 4.67 mm / 8.5 mm"),
         ("--patient", "carina_mm = 60\n", "f.toml: preset is missing"),
         ("--patient", 'preset = "adult-icu"\ncarina_mm = 115\n', "make a trachea of 135 mm"),
-        ("--patient", 'preset = "adult-icu"\ncarina_mm = 9\n', "shorter than any such patient"),
+        (
+            "--patient",
+            'preset = "adult-icu"\ncarina_mm = 9\n',
+            "carina_mm 9 mm is 21 mm short of the least",
+        ),
         ("--patient", 'preset = "adult-icu"\ntube_id_mm = 7.5\n', "0.533 = 4 mm / 7.5 mm"),
         ("--patient", "preset = \n", "f.toml: line 1"),
     ],

@@ -123,6 +123,10 @@ def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
             f"protocol '{choice.protocol}' is for a patient and the bench has none: use "
             "--machine clinical or --protocol paper"
         )
+    person = kinds(choice)[1]
+    if person is not None and isinstance(found, Template):
+        # What a hand would teach of such a carina is not taken either.
+        teaching.check_plausible(person.age, person.table["carina_mm"].value, "carina_mm")
     if choice.taught_mm is not None:
         _check_taught(choice, choice.taught_mm, isinstance(found, Template))
     return found, kind
