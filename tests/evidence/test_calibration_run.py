@@ -5,10 +5,11 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from opensuction.evidence import calibration_file, calibration_run
+from opensuction.evidence import calibration_file, calibration_page, calibration_run
 from opensuction.evidence.calibration_run import VALIDATION_RUN, Calibrated
 from opensuction.evidence.cycle_choice import Choice
 from opensuction.kernel.errors import InputError
+from opensuction.report import sheet
 from opensuction.simulation import bench
 from opensuction.simulation.bench import IDENTIFICATION_RUN, Recording, Rig
 
@@ -88,7 +89,10 @@ def test_a_run_that_was_broken_off_is_refused(sound: Sound) -> None:
     words = reason(judged(sound, cut, sound[2]))
     assert "Time of the first run is 25 s, should be at least 38 s" in words
     nothing = Recording(*(column[:0] for column in sound[1]))
-    assert "Stroke of the first run is 0 mm" in reason(judged(sound, nothing, sound[2]))
+    found = judged(sound, nothing, nothing)
+    assert "Stroke of the first run is 0 mm" in reason(found)
+    data = calibration_file.plain(found, NOW, 1.0, None)
+    assert "Refused" in sheet.render(calibration_page.page(found, data))
 
 
 def test_a_tip_against_the_head_and_a_dead_motor_are_refused(sound: Sound) -> None:

@@ -14,13 +14,13 @@ from opensuction.simulation.closed_loop import DT_S
 def page(calibrated: Calibrated, data: Json) -> Sheet:
     """The page. data: the JSON object of the command."""
     sections = [_verdict(calibrated)]
-    if calibrated.found is None:
-        first = calibrated.first
+    first = calibrated.first
+    if calibrated.found is None and first.head_mm.size:
         loop = Curve("laser", first.laser_mm, "soft", x=first.head_mm)
         sections.append(
             Section("Recording", plots=(Plot("Loop", "Head (mm)", "Tip (mm)", (loop,)),))
         )
-    else:
+    if calibrated.found is not None:
         sections += [_loop(calibrated, calibrated.found), _parameters(data)]
     lead = "Taken: a cycle may be compensated with it."
     if not calibrated.accepted:
@@ -79,7 +79,7 @@ def _loop(calibrated: Calibrated, found: Identification) -> Section:
             Curve("plays", second.laser_mm - plays, "tip"),
         ),
         time_s,
-        "Nothing was fitted to this run. The plays leave little more than the laser's noise.",
+        "Nothing was fitted to this run. What the laser adds of noise is in both.",
     )
     samples = min(first.laser_mm.size, second.laser_mm.size)
     repeated = Plot(
