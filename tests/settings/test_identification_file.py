@@ -113,7 +113,7 @@ def test_a_servo_section_is_checked(tmp_path: Path) -> None:
 
 
 CHANGES = [
-    ("format_version = 1", "format_version = 2", "update opensuction"),
+    ("format_version = 1", "format_version = 3", "update opensuction"),
     ("format_version = 1\n", "", "no format_version"),
     ("format_version = 1", "format_version = true", "no format_version"),
     ("samples = 800\n", "", "recording.samples is missing"),

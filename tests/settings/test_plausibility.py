@@ -1,6 +1,6 @@
 import pytest
 
-from opensuction.controller import machine_profile
+from opensuction.controller import machine_profile, setup
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
 from opensuction.settings import plausibility
@@ -10,8 +10,7 @@ from opensuction.simulation import bench
 def test_every_identified_machine_is_plausible_to_itself() -> None:
     for name in machine_profile.PROFILES:
         rig = bench.rig(name, 1)
-        model = bench.identify(rig).calibration.model
-        plausibility.check(model, rig.profile.transmission, "file")
+        plausibility.check(bench.identify(rig).calibration, rig.profile.transmission, "file")
 
 
 @pytest.mark.parametrize(
@@ -26,5 +25,20 @@ def test_every_identified_machine_is_plausible_to_itself() -> None:
 )
 def test_another_machines_model_is_refused(changes: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words) as raised:
-        plausibility.check(PUBLISHED._replace(**changes), PUBLISHED, "my.toml")
+        plausibility.check(
+            setup.nominal(PUBLISHED._replace(**changes), setup.PLAIN_PD), PUBLISHED, "my.toml"
+        )
     assert str(raised.value).startswith("my.toml: ")
+
+
+def test_plays_and_curves_of_another_machine_are_refused_though_the_model_fits() -> None:
+    own = setup.nominal(PUBLISHED, setup.PLAIN_PD)
+    plausibility.check(own, PUBLISHED, "my.toml")
+    wide = own.plays._replace(thresholds_mm=2.0 * own.plays.thresholds_mm)
+    far = own.table._replace(first_mm=own.table.first_mm + 20.0)
+    for changed, words in (
+        (own._replace(plays=wide), "the gap of the plays is 44.4 mm"),
+        (own._replace(table=far), "the zero of the recording"),
+    ):
+        with pytest.raises(InputError, match=words):
+            plausibility.check(changed, PUBLISHED, "my.toml")

@@ -1,4 +1,6 @@
-"""Options of the commands that show something by many runs on the twin."""
+"""Options of the commands that show or find something by runs of their own on the twin."""
+
+from typing import Annotated
 
 import typer
 
@@ -31,6 +33,72 @@ def reproduce(
     )
 
 
+CALIBRATE_EXAMPLES = """\b
+Examples:
+  opensuction calibrate --machine bench --seed 3 --out bench3
+  opensuction cycle --protocol paper --seed 3 --compensation bench3/calibration.toml
+  opensuction calibrate --patient child-10kg         as set up for a child: tube and catheter
+  opensuction calibrate --compensation exact-inverse --json | jq .validation
+
+\b
+Written: calibration.toml (not for a poor fit; with --force one of an earlier run is removed then),
+recording.csv, report.html, calibrate.json.
+
+\b
+Exit status: 0 calibrated, 1 refused for a poor fit, 2 bad input, 130 interrupted."""
+
+
+def calibrate(
+    machine: Annotated[
+        str,
+        typer.Option(help="Machine: bench, clinical, or a TOML file.", metavar="NAME|FILE"),
+    ] = "clinical",
+    patient: Annotated[
+        str | None,
+        typer.Option(
+            help="Whom a clinical machine is set up for, which says where it parks and with which "
+            "catheter; nobody is on it. Default: adult-icu.",
+            metavar="NAME|FILE",
+            show_default=False,
+        ),
+    ] = None,
+    catheter: option.Catheter = None,
+    conduit: option.Conduit = None,
+    compensation: Annotated[
+        str,
+        typer.Option(
+            help="Compensation that the parameter file names: preview, prandtl-ishlinskii, "
+            "exact-inverse, direct-inverse, lookup-table or gap-width."
+        ),
+    ] = "preview",
+    seed: option.Seed = 1,
+    out: option.StudyOut = None,
+    force: option.Force = False,
+    as_json: option.AsJson = False,
+) -> None:
+    """Calibrate a machine: excite it over its stroke, fit, confirm, write the parameter file.
+
+    Finds hysteresis and the servo's feedforward from one run of the excitation and holds them
+    against a second; a poor fit is refused, with the reason. 'opensuction cycle --compensation'
+    takes the file.
+    """
+    from opensuction.cli import calibrate as command
+
+    options = command.Options(
+        machine=machine,
+        patient=patient,
+        catheter=catheter,
+        conduit=conduit,
+        compensation=compensation,
+        seed=seed,
+        out=out,
+        force=force,
+        as_json=as_json,
+    )
+    interruption.carry_out(lambda: command.run(options))
+
+
 def register(app: typer.Typer) -> None:
     """Add these commands to the ``opensuction`` command."""
     app.command(epilog=REPRODUCE_EXAMPLES)(reproduce)
+    app.command(epilog=CALIBRATE_EXAMPLES)(calibrate)

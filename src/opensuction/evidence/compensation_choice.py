@@ -2,13 +2,17 @@
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller.setup import Calibration
-from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.errors import InputError
 from opensuction.settings import identification_file, plausibility
+from opensuction.settings.calibration_section import Origin
 from opensuction.settings.choice import choose
 from opensuction.settings.identification_file import Identified
+from opensuction.simulation.machine_kind import MachineKind
 
 SUFFIX = ".toml"
 """How the path of a parameter file ends; no compensator's name does."""
+SAME_CATHETER_MM = 0.01
+"""Outer diameters nearer than this are the same catheter: sizes are a third of a mm apart."""
 
 
 def chosen(name: str) -> tuple[CompensationKind, Identified | None]:
@@ -23,12 +27,28 @@ def chosen(name: str) -> tuple[CompensationKind, Identified | None]:
     return KIND_OF_NAME[identified.about.compensator], identified
 
 
-def calibration(identified: Identified, name: str, nominal: ModifiedDahl) -> Calibration:
+def calibration(identified: Identified, name: str, kind: MachineKind) -> Calibration:
     """Calibration of a parameter file, held against the machine that it is to drive.
 
-    name: path of the file, for messages. nominal: the machine's transmission as it was built.
-    Raises InputError for a model that cannot be this machine's.
+    name: path of the file, for messages. kind: what the machine was built as.
+    Raises InputError for a model that cannot be this machine's, and for a machine that was
+    calibrated as another kind or with another catheter.
     """
     found = identification_file.calibration(identified, name)
-    plausibility.check(found.model, nominal, name)
+    if identified.measured is not None:
+        _check_origin(identified.measured.machine, name, kind)
+    plausibility.check(found, kind.profile.transmission, name)
     return found
+
+
+def _check_origin(origin: Origin, name: str, kind: MachineKind) -> None:
+    if origin.preset != kind.preset:
+        raise InputError(
+            f"{name}: was calibrated on a {origin.preset} machine, and this one is {kind.preset}; "
+            "calibrate the machine itself"
+        )
+    if abs(origin.catheter_mm - kind.catheter.outer_mm) > SAME_CATHETER_MM:
+        raise InputError(
+            f"{name}: was calibrated with a catheter of {origin.catheter_mm:.2f} mm, and this "
+            f"machine has one of {kind.catheter.outer_mm:.2f} mm; calibrate it with that catheter"
+        )

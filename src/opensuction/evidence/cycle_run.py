@@ -136,9 +136,7 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
     file = compensation_choice.chosen(choice.compensation)[1]
     calibration = bench.uncalibrated(rig.profile)
     if file is not None:
-        calibration = compensation_choice.calibration(
-            file, choice.compensation, rig.profile.transmission
-        )
+        calibration = compensation_choice.calibration(file, choice.compensation, rig.kind)
     _refuse_early(found, rig, kind, calibration, by_contact)
     tell(cycle_choice.heading(choice))
     identification, taught_mm, known = None, None, calibration

@@ -17,13 +17,15 @@ from annotated_types import Ge, Gt
 from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward, nominal
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.kernel.errors import InputError
+from opensuction.settings import calibration_section
+from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.settings.wording import one_line, remedy
 
-FORMAT_VERSION: Final = 1
-"""Raised with every change that older software would misread."""
+FORMAT_VERSION: Final = 2
+"""Raised with every change that older software would misread. 2: what a calibration measured."""
 
 NO_COMPENSATOR: Final = "none"
 
@@ -31,7 +33,10 @@ COMPENSATOR_OF_MODEL: Final = {"modified-dahl": "exact-inverse"}
 """The compensator that a model is meant for; models that are not here have none yet."""
 
 COMPENSATORS: Final = {"modified-dahl": ("exact-inverse", "direct-inverse")}
-"""Every compensator that can use a model."""
+"""Every compensator that can use a model alone."""
+
+ON_MEASURED: Final = ("preview", "prandtl-ishlinskii", "gap-width", "lookup-table")
+"""Compensators that need what only a calibration of the machine measures."""
 
 MODIFIED_DAHL: Final = {
     "slope": ("slope", "mm/mm"),
@@ -42,9 +47,9 @@ MODIFIED_DAHL: Final = {
 """Name in a file to field of `ModifiedDahl` and unit; the initial lag is of the recording alone."""
 
 HEAD: Final = """\
-# What `opensuction identify` found in a recording. `opensuction cycle --compensation FILE` runs the
-# compensator named here on this model. Every value has its unit and, where one could be given, the
-# interval that holds the true value with 95 % confidence (an empty list where not).
+# What `opensuction identify` or `opensuction calibrate` found. `opensuction cycle --compensation
+# FILE` runs the compensator named here on it. Every parameter has its unit and, where one could be
+# given, the interval that holds the true value with 95 % confidence (an empty list where not).
 # Research software, not a medical device: not for use on people or animals.
 
 """
@@ -113,6 +118,8 @@ class Identified(NamedTuple):
     parameters: dict[str, Parameter]
     servo: Feedforward | None
     """Servo feedforward of the same machine, which a person may add; None: plain PD."""
+    measured: Measured | None = None
+    """What only a calibration of the machine finds; None for a recording of one's own."""
 
 
 def text(identified: Identified) -> str:
@@ -128,6 +135,8 @@ def text(identified: Identified) -> str:
     }
     if identified.servo is not None:
         about["servo"] = identified.servo._asdict()
+    if identified.measured is not None:
+        about |= {name: part._asdict() for name, part in identified.measured._asdict().items()}
     return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(about))
 
 
@@ -137,6 +146,7 @@ def load(path: Path | str) -> Identified:
     _check_version(content, path)
     parameters = content.pop("parameters", None)
     servo = content.pop("servo", None)
+    measured = {name: content.pop(name) for name in Measured._fields if name in content}
     if not isinstance(parameters, Mapping) or not parameters:
         raise _refusal(path, f"has no section parameters; {_REMEDY}")
     about = validate(IdentificationFile, content, path)
@@ -149,10 +159,11 @@ def load(path: Path | str) -> Identified:
             for name, entry in parameters.items()
         },
         servo=None if servo is None else validate(_Servo, servo, f"{path}: servo").feedforward(),
+        measured=validate(Measured, measured, path) if measured else None,
     )
 
 
-_REMEDY: Final = "give a file that opensuction identify wrote"
+_REMEDY: Final = "give a file that opensuction identify or opensuction calibrate wrote"
 
 
 class _Servo(NamedTuple):
@@ -190,7 +201,9 @@ def _parameter(entry: object, where: str) -> Parameter:
 
 
 def calibration(identified: Identified, path: Path | str) -> Calibration:
-    """Model and servo feedforward for a compensator.
+    """What a compensator needs: the model, the servo's feedforward, and what was measured.
+
+    Of a file without measured sections every other model is the plain backlash of its model.
 
     Raises InputError for a model that no compensator uses, other units than millimetres, missing
     or surplus parameters, values a model cannot have, and a compensator that the model breaks.
@@ -203,7 +216,8 @@ def calibration(identified: Identified, path: Path | str) -> Calibration:
             f"holds the model '{about.model}', which no compensator uses yet; identify with "
             f"--model {' or '.join(COMPENSATORS)}",
         )
-    choose(about.compensator, dict.fromkeys(known), f"compensator for {about.model}, in {path},")
+    usable = known if identified.measured is None else (*known, *ON_MEASURED)
+    choose(about.compensator, dict.fromkeys(usable), f"compensator for {about.model}, in {path},")
     model = _modified_dahl(identified, path)
     if about.well_posed != is_monotone(model):
         raise _refusal(
@@ -218,7 +232,23 @@ def calibration(identified: Identified, path: Path | str) -> Calibration:
             f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
             'compensator to "exact-inverse", which crosses the reversal as a gap',
         )
-    return nominal(model, identified.servo or PLAIN_PD)
+    found = nominal(model, identified.servo or PLAIN_PD)
+    return found if identified.measured is None else _measured(found, identified, path)
+
+
+def _measured(found: Calibration, identified: Identified, path: Path | str) -> Calibration:
+    """The calibration with its plays and curves as they were measured."""
+    measured, depths = identified.measured, identified.about.recording.output
+    if measured is None:
+        return found
+    try:
+        return found._replace(
+            plays=calibration_section.plays(measured.plays, depths.lowest, depths.highest),
+            width=calibration_section.curves(measured.gap_width, "gap_width"),
+            table=calibration_section.curves(measured.lookup_table, "lookup_table"),
+        )
+    except InputError as refused:
+        raise _refusal(path, str(refused)) from None
 
 
 def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:

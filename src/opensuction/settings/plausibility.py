@@ -4,7 +4,15 @@ The governor's interval of where the tip can be rests on the identified model, s
 machine, or of a recording with another zero, would move every limit along with the error.
 """
 
-from opensuction.hysteresis.modified_dahl import ModifiedDahl, gap_mm
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.control.lookup_table import Curves
+from opensuction.controller.setup import Calibration
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.settings.wording import one_line
 
@@ -23,36 +31,70 @@ HALF_WAY_MM = 50.0
 """Head position at which the shift is taken: half of the paper's excitation."""
 
 
-def check(model: ModifiedDahl, nominal: ModifiedDahl, where: object) -> None:
-    """Refuse a model that cannot be this machine's; raises InputError.
+class _Shape(NamedTuple):
+    """What all models of a transmission have in common."""
+
+    gap_mm: float
+    """Distance between both ways, mm of tip."""
+    slope: float
+    middle_mm: float
+    """Tip between the way in and the way out, half way in."""
+
+
+def check(found: Calibration, nominal: ModifiedDahl, where: object) -> None:
+    """Refuse a calibration one of whose models cannot be this machine's; raises InputError.
 
     nominal: the machine's transmission as it was built. where: names the source in messages.
     """
-    ratio = float(gap_mm(model)) / float(gap_mm(nominal))
-    shift_mm = _middle_mm(model) - _middle_mm(nominal)
-    problem = ""
-    if not GAP_RATIOS[0] <= ratio <= GAP_RATIOS[1]:
-        least, most = (bound * float(gap_mm(nominal)) for bound in GAP_RATIOS)
-        problem = (
-            f"the gap 2 velocity_gain/decay is {float(gap_mm(model)):.1f} mm, should be from "
-            f"{least:.1f} to {most:.1f} mm"
+    built = _of_model(nominal)
+    shapes = (
+        ("the gap 2 velocity_gain/decay", "parameters.slope", _of_model(found.model)),
+        ("the gap of the plays", "the slope of the plays", _of_plays(found.plays)),
+        ("the gap of gap_width", "the slope of gap_width", _of_curves(found.width)),
+        ("the gap of lookup_table", "the slope of lookup_table", _of_curves(found.table)),
+    )
+    for gap_name, slope_name, shape in shapes:
+        problem = _problem(shape, built, gap_name, slope_name)
+        if problem:
+            raise InputError(
+                one_line(f"{where}: {problem} for this machine; identify the machine itself")
+            )
+
+
+def _problem(shape: _Shape, built: _Shape, gap_name: str, slope_name: str) -> str:
+    least_mm, most_mm = (bound * built.gap_mm for bound in GAP_RATIOS)
+    if not least_mm <= shape.gap_mm <= most_mm:
+        return (
+            f"{gap_name} is {shape.gap_mm:.1f} mm, should be from {least_mm:.1f} to "
+            f"{most_mm:.1f} mm"
         )
-    elif not SLOPES[0] <= model.slope <= SLOPES[1]:
-        problem = (
-            f"parameters.slope is {model.slope:.4g}, should be from {SLOPES[0]} to {SLOPES[1]}"
-        )
-    elif not abs(shift_mm) <= MOST_SHIFT_MM:
-        problem = (
-            f"with the head at {HALF_WAY_MM:g} mm the tip would be at {_middle_mm(model):.1f} mm, "
-            f"should be within {MOST_SHIFT_MM:g} mm of {_middle_mm(nominal):.1f} mm (the zero of "
+    if not SLOPES[0] <= shape.slope <= SLOPES[1]:
+        return f"{slope_name} is {shape.slope:.4g}, should be from {SLOPES[0]} to {SLOPES[1]}"
+    if not abs(shape.middle_mm - built.middle_mm) <= MOST_SHIFT_MM:
+        return (
+            f"with the head at {HALF_WAY_MM:g} mm the tip would be at {shape.middle_mm:.1f} mm, "
+            f"should be within {MOST_SHIFT_MM:g} mm of {built.middle_mm:.1f} mm (the zero of "
             "the recording may be another)"
         )
-    if problem:
-        raise InputError(
-            one_line(f"{where}: {problem} for this machine; identify the machine itself")
-        )
+    return ""
 
 
-def _middle_mm(model: ModifiedDahl) -> float:
-    """Tip between the way in and the way out, half way in."""
-    return model.slope * HALF_WAY_MM + model.offset_mm
+def _of_model(model: ModifiedDahl) -> _Shape:
+    middle_mm = model.slope * HALF_WAY_MM + model.offset_mm
+    return _Shape(float(modified_dahl.gap_mm(model)), model.slope, middle_mm)
+
+
+def _of_plays(model: PrandtlIshlinskii) -> _Shape:
+    slope = float(prandtl_ishlinskii.total_slope(model))
+    inner_mm = slope * HALF_WAY_MM
+    bent = 1.0 + model.curvature_per_mm * inner_mm
+    return _Shape(prandtl_ishlinskii.gap_mm(model), slope, model.offset_mm + inner_mm * bent)
+
+
+def _of_curves(curves: Curves) -> _Shape:
+    """Of the straight line through the middle of both curves."""
+    tip_mm = curves.first_mm + curves.spacing_mm * np.arange(curves.inwards_mm.size)
+    heads_mm = 0.5 * (curves.inwards_mm + curves.outwards_mm)
+    slope, offset_mm = np.polyfit(heads_mm, tip_mm, 1)
+    width_mm = float(np.mean(curves.inwards_mm - curves.outwards_mm))
+    return _Shape(slope * width_mm, float(slope), float(slope * HALF_WAY_MM + offset_mm))

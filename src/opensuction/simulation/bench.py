@@ -60,6 +60,17 @@ class Rig(NamedTuple):
     seed: int
 
 
+class Recording(NamedTuple):
+    """The excitation as it was recorded, one entry a tick of `DT_S`; each of shape (n,)."""
+
+    head_mm: npt.NDArray[np.float64]
+    """Encoder."""
+    laser_mm: npt.NDArray[np.float64]
+    """Tip."""
+    insertion_v: npt.NDArray[np.float64]
+    """Voltage of the insertion motor."""
+
+
 class Identification(NamedTuple):
     """An identification run and what was found in it."""
 
@@ -144,37 +155,55 @@ def assemble(
 def excite(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Columns:
     """Trace of the identification excitation: the head over its stroke and back, twice.
 
-    The rubber trachea is taken off: nothing is in the tip's way.
+    The rubber trachea is taken off: nothing is in the tip's way, and nobody's cap shortens the
+    stroke.
     """
     chosen = with_carina(chosen, NO_CARINA_MM)
     loop, state = assemble(
         chosen, EXCITING, CompensationKind.NONE, uncalibrated(chosen.profile), run
     )
     limit_s = loop.controller.plan.excitation.duration_s + 2.0
-    limits = loop.controller.limits._replace(in_airway_s=limit_s)  # bench: nobody is there
+    # Bench: nobody is there.
+    limits = loop.controller.limits._replace(in_airway_s=limit_s, cap_mm=NO_CARINA_MM)
     loop = loop._replace(controller=loop.controller._replace(limits=limits))
     _, columns = trace.record(loop, state, IDENTIFY, limit_s)
     return columns
 
 
+def recording(chosen: Rig, run: int) -> Recording:
+    """What encoder and laser saw of the identification excitation, and what drove it.
+
+    run: number of the noise stream. Shorter than the excitation where it was broken off.
+    """
+    columns = excite(chosen, run)
+    during = columns["phase"] == Phase.IDENTIFYING
+    return Recording(
+        head_mm=columns["readings.head_mm"][during],
+        laser_mm=columns["truth.laser_mm"][during],
+        insertion_v=columns["commands.insertion_v"][during],
+    )
+
+
 def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
     """Identify transmission and servo of a rig from one excitation.
+
+    Raises InputError if the recording does not determine the model.
+    """
+    return fitted(recording(chosen, run), chosen.profile.supply_v)
+
+
+def fitted(recorded: Recording, supply_v: float) -> Identification:
+    """Transmission and servo from a recording of the excitation.
 
     The model's input is the encoder's head position, not the command.
     Raises InputError if the recording does not determine the model.
     """
-    columns = excite(chosen, run)
-    during = columns["phase"] == Phase.IDENTIFYING
-    head = columns["readings.head_mm"][during]
-    laser = columns["truth.laser_mm"][during]
+    head, laser = recorded.head_mm, recorded.laser_mm
     found = estimator.fit(head, laser)
     plays = play_estimator.fit(head, laser)
     velocity = servo_estimator.velocity_mm_per_s(head, DT_S, VELOCITY_WINDOW_S)
     servo = servo_estimator.fit_feedforward(
-        columns["commands.insertion_v"][during],
-        velocity,
-        SLOWEST_MM_PER_S,
-        chosen.profile.supply_v,
+        recorded.insertion_v, velocity, SLOWEST_MM_PER_S, supply_v
     )
     return Identification(
         calibration=Calibration(
