@@ -141,14 +141,15 @@ def assemble(
     return loop, trace.power_up(loop, state, NEW_CATHETER_S)
 
 
-def excite(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Columns:
+def excite(chosen: Rig, run: int = IDENTIFICATION_RUN, protocol: Protocol = EXCITING) -> Columns:
     """Trace of the identification excitation: the head over its stroke and back, twice.
 
-    The rubber trachea is taken off: nothing is in the tip's way.
+    The rubber trachea is taken off: nothing is in the tip's way. protocol: its cap must let the
+    stroke through.
     """
     chosen = with_carina(chosen, NO_CARINA_MM)
     loop, state = assemble(
-        chosen, EXCITING, CompensationKind.NONE, uncalibrated(chosen.profile), run
+        chosen, protocol, CompensationKind.NONE, uncalibrated(chosen.profile), run
     )
     limit_s = loop.controller.plan.excitation.duration_s + 2.0
     limits = loop.controller.limits._replace(in_airway_s=limit_s)  # bench: nobody is there
@@ -176,21 +177,36 @@ def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
         SLOWEST_MM_PER_S,
         chosen.profile.supply_v,
     )
+    feedforward = Feedforward(
+        velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
+    )
     return Identification(
-        calibration=Calibration(
-            model=found.model,
-            feedforward=Feedforward(
-                velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
-            ),
-            plays=plays.model,
-            width=branch_curve.parallel(head, laser),
-            table=branch_curve.table(head, laser),
-        ),
+        calibration=calibrated(head, laser, found, plays, feedforward),
         fit=found,
         plays=plays,
         servo=servo,
         head_mm=head,
         laser_mm=laser,
+    )
+
+
+def calibrated(
+    head_mm: npt.NDArray[np.float64],
+    laser_mm: npt.NDArray[np.float64],
+    found: Fit,
+    plays: PrandtlIshlinskiiFit,
+    feedforward: Feedforward,
+) -> Calibration:
+    """What every compensator needs, from one recording and the two fits of it.
+
+    Raises InputError where the recording does not show both branches of the loop.
+    """
+    return Calibration(
+        model=found.model,
+        feedforward=feedforward,
+        plays=plays.model,
+        width=branch_curve.parallel(head_mm, laser_mm),
+        table=branch_curve.table(head_mm, laser_mm),
     )
 
 
