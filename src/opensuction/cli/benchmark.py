@@ -35,7 +35,9 @@ def run(options: Options) -> int:
 
         if compiled.is_cold():
             progress.print("Compiling the control core: once for this version, about 30 s")
-        found = interruptible(lambda: benchmark.run(options.seeds, progress.print))
+        found = interruptible(
+            lambda: benchmark.run(options.seeds, lambda line: progress.print(line, soft_wrap=True))
+        )
         data = benchmark.plain(found, time.monotonic() - began_s)
         page = sheet.render(benchmark_page.sheet(found))
         (staging / "report.html").write_text(page, encoding="utf-8")
