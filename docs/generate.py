@@ -1,7 +1,9 @@
 """Writes anew what the documentation takes from the code; tests compare the two."""
 
+import json
 from pathlib import Path
 
+from opensuction.evidence import benchmark_page
 from opensuction.hysteresis import loop_picture, model_table
 from opensuction.procedure import diagram
 from opensuction.report.document import spliced
@@ -9,7 +11,13 @@ from opensuction.safety import alarm_table
 from opensuction.settings import parameter_page
 
 DOCS = Path(__file__).resolve().parent
-TABLES = {"alarms.md": alarm_table.markdown(), "hysteresis.md": model_table.markdown()}
+BENCHMARK = DOCS / "evidence" / "2026-11-21-benchmark.json"
+"""What `opensuction benchmark --json` gave."""
+TABLES = {
+    "alarms.md": alarm_table.markdown(),
+    "benchmark.md": benchmark_page.markdown(json.loads(BENCHMARK.read_text(encoding="utf-8"))),
+    "hysteresis.md": model_table.markdown(),
+}
 """Pages with a table between two marks."""
 
 

@@ -94,6 +94,15 @@ Seed = Annotated[
         help="Draws the machine, the patient and the measurement noise.", min=0, max=2**32 - 1
     ),
 ]
+Seeds = Annotated[
+    int,
+    typer.Option(
+        help="How many machines are drawn for each plant, seeds 101 on.",
+        min=1,
+        max=100,
+        metavar="N",
+    ),
+]
 Pace = Annotated[
     float | None,
     typer.Option(

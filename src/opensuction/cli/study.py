@@ -98,7 +98,35 @@ def calibrate(
     interruption.carry_out(lambda: command.run(options))
 
 
+BENCHMARK_EXAMPLES = """\b
+Examples:
+  opensuction benchmark                              report.html and benchmark.json under runs/
+  opensuction benchmark --seeds 1                    a quick look
+  opensuction benchmark --json | jq '.results[] | select(.plant == "bench")'
+
+\b
+Exit status: 0 done, 2 bad input, 130 interrupted."""
+
+
+def benchmark(
+    seeds: option.Seeds = 5,
+    out: option.StudyOut = None,
+    force: option.Force = False,
+    as_json: option.AsJson = False,
+) -> None:
+    """Every compensator on every plant with fixed seeds: error, peak and head speed of each pair.
+
+    Plants are the twins (bench, bedside, conduits laid otherwise) and the hysteresis models; each
+    is identified by the same excitation before it is compensated.
+    """
+    from opensuction.cli import benchmark as command
+
+    options = command.Options(seeds=seeds, out=out, force=force, as_json=as_json)
+    interruption.carry_out(lambda: command.run(options))
+
+
 def register(app: typer.Typer) -> None:
     """Add these commands to the ``opensuction`` command."""
     app.command(epilog=REPRODUCE_EXAMPLES)(reproduce)
     app.command(epilog=CALIBRATE_EXAMPLES)(calibrate)
+    app.command(epilog=BENCHMARK_EXAMPLES)(benchmark)

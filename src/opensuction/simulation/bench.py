@@ -205,21 +205,36 @@ def fitted(recorded: Recording, supply_v: float) -> Identification:
     servo = servo_estimator.fit_feedforward(
         recorded.insertion_v, velocity, SLOWEST_MM_PER_S, supply_v
     )
+    feedforward = Feedforward(
+        velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
+    )
     return Identification(
-        calibration=Calibration(
-            model=found.model,
-            feedforward=Feedforward(
-                velocity_v_s_per_mm=servo.velocity_v_s_per_mm, friction_v=servo.friction_v
-            ),
-            plays=plays.model,
-            width=branch_curve.parallel(head, laser),
-            table=branch_curve.table(head, laser),
-        ),
+        calibration=calibrated(head, laser, found, plays, feedforward),
         fit=found,
         plays=plays,
         servo=servo,
         head_mm=head,
         laser_mm=laser,
+    )
+
+
+def calibrated(
+    head_mm: npt.NDArray[np.float64],
+    laser_mm: npt.NDArray[np.float64],
+    found: Fit,
+    plays: PrandtlIshlinskiiFit,
+    feedforward: Feedforward,
+) -> Calibration:
+    """What every compensator needs, from one recording and the two fits of it.
+
+    Raises InputError where the recording does not show both branches of the loop.
+    """
+    return Calibration(
+        model=found.model,
+        feedforward=feedforward,
+        plays=plays.model,
+        width=branch_curve.parallel(head_mm, laser_mm),
+        table=branch_curve.table(head_mm, laser_mm),
     )
 
 
