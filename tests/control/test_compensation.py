@@ -28,10 +28,14 @@ CURVES = Curves(0.0, 50.0, np.array([16.0, 69.0, 121.0]), np.array([-4.0, 48.0, 
 
 def chosen(kind: CompensationKind) -> Compensation:
     limits = HeadLimits(17.0, 200.0)
-    return Compensation(int(kind), limits, PUBLISHED, PLAYS, CURVES, RunIn(0.06, 0.06))
+    return compensation.chosen(kind, limits, PUBLISHED, PLAYS, CURVES, RunIn(0.06, 0.06))
 
 
 every_kind = pytest.mark.parametrize("kind", CompensationKind)
+
+
+def parked(kind: CompensationKind, reference_mm: float) -> HeadState:
+    return compensation.parked(chosen(kind), compensation.rest(chosen(kind), reference_mm))
 
 
 def test_every_kind_has_one_name() -> None:
@@ -41,27 +45,27 @@ def test_every_kind_has_one_name() -> None:
 @every_kind
 @pytest.mark.parametrize("starts_in_s", [0.0, -1.0])
 def test_a_parked_head_stays(kind: CompensationKind, starts_in_s: float) -> None:
-    parked = compensation.parked(chosen(kind), 0.0)
-    after = compensation.step(chosen(kind), parked, 0.0, 0.0, -1.0, starts_in_s, DT_S)
-    assert after.head_mm == pytest.approx(parked.head_mm, abs=1e-9)
-    resting = compensation.home(chosen(kind), parked, parked.head_mm, FULL, DT_S)
-    assert resting[:3] == parked[:3]
-    np.testing.assert_array_equal(resting.plays_mm, parked.plays_mm)
+    start = parked(kind, 0.0)
+    after = compensation.step(chosen(kind), start, 0.0, 0.0, -1.0, starts_in_s, DT_S)
+    assert after.head_mm == pytest.approx(start.head_mm, abs=1e-9)
+    resting = compensation.home(chosen(kind), start, start.head_mm, FULL, DT_S)
+    assert resting[:3] == start[:3]
+    np.testing.assert_array_equal(resting.plays_mm, start.plays_mm)
 
 
 @every_kind
 def test_the_compensators_park_the_modelled_tip_on_the_reference(kind: CompensationKind) -> None:
-    parked = compensation.parked(chosen(kind), 0.0)
-    _, tip = compensation.stopped(chosen(kind), parked, parked.head_mm)
+    start = parked(kind, 0.0)
+    _, tip = compensation.stopped(chosen(kind), start, start.head_mm)
     assert tip == pytest.approx(0.0, abs=1e-12)
     if kind == CompensationKind.NONE:
-        assert parked.head_mm == 0.0
+        assert start.head_mm == 0.0
 
 
 @every_kind
 def test_a_long_way_in_ends_with_the_modelled_tip_at_its_depth(kind: CompensationKind) -> None:
     head = compensation.inserted_head_mm(chosen(kind), 80.0)
-    state = compensation.parked(chosen(kind), -60.0)
+    state = parked(kind, -60.0)
     there = compensation.moved(chosen(kind), state, head, 1.0)
     if kind in ON_CURVES:
         there = there._replace(lag_mm=-1.0)

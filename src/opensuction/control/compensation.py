@@ -7,6 +7,9 @@ it once more.
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from opensuction.control import direct_inverse, exact_inverse, head_path, lookup_table, preview
 from opensuction.control.direct_inverse import EstimatedLag
 from opensuction.control.exact_inverse import HeadState
@@ -58,43 +61,117 @@ FED_FORWARD = (*LOOKS_AHEAD, CompensationKind.PRANDTL_ISHLINSKII)
 """Kinds whose servo gets velocity and friction feedforward; the others keep the paper's PD."""
 
 
+class PlaysLine(NamedTuple):
+    """Scalars of a `PrandtlIshlinskii` model."""
+
+    slope: float
+    offset_mm: float
+    curvature_per_mm: float
+
+
+class CurvesGrid(NamedTuple):
+    """Depths of the entries of `Curves`."""
+
+    first_mm: float
+    spacing_mm: float
+
+
 class Compensation(NamedTuple):
     """Which compensator, on which model, within which limits."""
 
     kind: int
     limits: HeadLimits
     model: ModifiedDahl
-    plays: PrandtlIshlinskii
-    curves: Curves
-    """Of the kind that uses them: parallel lines for `GAP_WIDTH`."""
+    table: NDArray[np.float64]
+    """What the kind has of arrays, in one, shape (2, n): thresholds and weights of the plays, or
+    heads inwards and outwards of the curves. Every array carried costs each tick of each kind."""
+    plays: PlaysLine
+    curves: CurvesGrid
     run_in: RunIn
 
 
-def parked(compensation: Compensation, reference_mm: float) -> HeadState:
-    """State after a long retract that ended with the tip on ``reference_mm``."""
+class Rest(NamedTuple):
+    """Where a long retract ended; the plays' positions follow from it."""
+
+    head_mm: float
+    lag_mm: float
+
+
+def chosen(
+    kind: CompensationKind,
+    limits: HeadLimits,
+    model: ModifiedDahl,
+    plays: PrandtlIshlinskii,
+    curves: Curves,
+    run_in: RunIn,
+) -> Compensation:
+    """A compensation with the arrays that its kind needs.
+
+    curves: of the kind that uses them: parallel lines for `GAP_WIDTH`.
+    """
+    table = np.empty((2, 0))
+    if kind in ON_PLAYS:
+        table = np.array([plays.thresholds_mm, plays.weights])
+    elif kind in ON_CURVES:
+        table = np.array([curves.inwards_mm, curves.outwards_mm])
+    return Compensation(
+        kind=int(kind),
+        limits=limits,
+        model=model,
+        table=table,
+        plays=PlaysLine(plays.slope, plays.offset_mm, plays.curvature_per_mm),
+        curves=CurvesGrid(curves.first_mm, curves.spacing_mm),
+        run_in=run_in,
+    )
+
+
+@compiled
+def plays_of(compensation: Compensation) -> PrandtlIshlinskii:
+    """The plays of a kind that is on them."""
+    line = compensation.plays
+    return PrandtlIshlinskii(
+        compensation.table[0],
+        compensation.table[1],
+        line.slope,
+        line.offset_mm,
+        line.curvature_per_mm,
+    )
+
+
+@compiled
+def curves_of(compensation: Compensation) -> Curves:
+    """The curves of a kind that is on them."""
+    grid = compensation.curves
+    return Curves(grid.first_mm, grid.spacing_mm, compensation.table[0], compensation.table[1])
+
+
+def rest(compensation: Compensation, reference_mm: float) -> Rest:
+    """Head and lag after a long retract that ended with the tip on ``reference_mm``."""
     lag = float(modified_dahl.saturation_mm(compensation.model))
     head = reference_mm
     if compensation.kind in ON_PLAYS:
-        head = float(prandtl_ishlinskii.saturated_head_mm(compensation.plays, reference_mm, -1.0))
+        head = float(
+            prandtl_ishlinskii.saturated_head_mm(plays_of(compensation), reference_mm, -1.0)
+        )
     elif compensation.kind in ON_CURVES:
-        inner, head = lookup_table.branches_mm(compensation.curves, reference_mm)
+        inner, head = lookup_table.branches_mm(curves_of(compensation), reference_mm)
         lag = 0.5 * (inner - head)
     elif compensation.kind != CompensationKind.NONE:
         head = (reference_mm - lag - compensation.model.offset_mm) / compensation.model.slope
-    return HeadState(
-        head_mm=head,
-        head_mm_per_s=0.0,
-        lag_mm=lag,
-        plays_mm=prandtl_ishlinskii.retracted_positions_mm(compensation.plays, head),
-    )
+    return Rest(head_mm=head, lag_mm=lag)
+
+
+def parked(compensation: Compensation, at: Rest) -> HeadState:
+    """State of a head at rest after a long retract."""
+    return rested(compensation, at, HeadState(0.0, 0.0, 0.0, np.empty(0)), at.head_mm, 0.0)
 
 
 def inserted_head_mm(compensation: Compensation, tip_mm: float) -> float:
     """Head with the tip at a depth that was reached by a long way in."""
     if compensation.kind in ON_PLAYS:
-        return float(prandtl_ishlinskii.saturated_head_mm(compensation.plays, tip_mm, 1.0))
+        return float(prandtl_ishlinskii.saturated_head_mm(plays_of(compensation), tip_mm, 1.0))
     if compensation.kind in ON_CURVES:
-        return float(lookup_table.branches_mm(compensation.curves, tip_mm)[0])
+        return float(lookup_table.branches_mm(curves_of(compensation), tip_mm)[0])
     if compensation.kind == CompensationKind.NONE:
         return tip_mm
     lag = float(modified_dahl.saturation_mm(compensation.model))
@@ -129,7 +206,7 @@ def step(
         )
     if compensation.kind == CompensationKind.PREVIEW.value:
         return preview.lead(
-            compensation.plays,
+            plays_of(compensation),
             compensation.limits,
             compensation.run_in,
             state,
@@ -157,7 +234,7 @@ def _unprepared(
         return HeadState(printed.head_mm, velocity, printed.lag_mm, state.plays_mm)
     if compensation.kind == CompensationKind.PRANDTL_ISHLINSKII.value:
         return preview.follow(
-            compensation.plays,
+            plays_of(compensation),
             compensation.limits,
             state,
             reference_mm,
@@ -166,7 +243,7 @@ def _unprepared(
         )
     if compensation.kind != CompensationKind.NONE.value:
         return lookup_table.step(
-            compensation.curves,
+            curves_of(compensation),
             compensation.limits,
             state,
             reference_mm,
@@ -174,6 +251,20 @@ def _unprepared(
             dt_s,
         )
     return HeadState(reference_mm, reference_mm_per_s, state.lag_mm, state.plays_mm)
+
+
+@compiled
+def rested(
+    compensation: Compensation, at: Rest, state: HeadState, head_mm: float, head_mm_per_s: float
+) -> HeadState:
+    """State with the memory of a long retract, wherever the head is said to be.
+
+    state: gives the plays' positions of a kind that has none.
+    """
+    plays = state.plays_mm
+    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
+        plays = prandtl_ishlinskii.retracted_positions_mm(plays_of(compensation), at.head_mm)
+    return HeadState(head_mm, head_mm_per_s, at.lag_mm, plays)
 
 
 @compiled
@@ -188,7 +279,7 @@ def moved(compensation: Compensation, state: HeadState, head_mm: float, speed: f
     move = head_mm - state.head_mm
     lag, plays = state.lag_mm, state.plays_mm
     if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
-        plays = prandtl_ishlinskii.step(compensation.plays, plays, head_mm)
+        plays = prandtl_ishlinskii.step(plays_of(compensation), plays, head_mm)
     elif compensation.kind <= CompensationKind.EXACT_INVERSE.value:
         lag = modified_dahl.step(compensation.model, lag, move)
     return HeadState(head_mm, speed, lag, plays)
@@ -237,9 +328,9 @@ def stopped(
     there = moved(compensation, state, reading_mm, 0.0)
     tip = reading_mm
     if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
-        tip = prandtl_ishlinskii.output_mm(compensation.plays, there.plays_mm, reading_mm)
+        tip = prandtl_ishlinskii.output_mm(plays_of(compensation), there.plays_mm, reading_mm)
     elif compensation.kind >= CompensationKind.GAP_WIDTH.value:
-        tip = lookup_table.tip_mm(compensation.curves, reading_mm, there.lag_mm > 0.0)
+        tip = lookup_table.tip_mm(curves_of(compensation), reading_mm, there.lag_mm > 0.0)
     elif compensation.kind != CompensationKind.NONE.value:
         tip = modified_dahl.output_mm(compensation.model, reading_mm, there.lag_mm)
     return there, tip

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.control import compensation, servo, valve
-from opensuction.control.compensation import Compensation
+from opensuction.control.compensation import Compensation, Rest
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.servo import Servo, ServoState
 from opensuction.control.valve import ValveMotion
@@ -35,8 +35,8 @@ class Settings(NamedTuple):
     plan: Plan
     service: Service
     compensation: Compensation
-    parked: HeadState
-    """Compensator with the head at its park position."""
+    parked: Rest
+    """Where the compensator has the head parked."""
     insertion_servo: Servo
     valve_servo: Servo
     valve_motion: ValveMotion
@@ -101,7 +101,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
     procedure = cycle.parked(settings.plan)
-    led = settings.parked
+    led = compensation.parked(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:
         procedure = procedure._replace(phase=int(Phase.HALTED))
@@ -154,7 +154,9 @@ def _lead(
         sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
         if phase == Phase.CHECKING.value:
             # The jog stays within the gap: it moves no tip, though the model has none so sharp.
-            return compensation.held(settings.parked, sent.head_mm, sent.head_mm_per_s)
+            return compensation.rested(
+                settings.compensation, settings.parked, led, sent.head_mm, sent.head_mm_per_s
+            )
         return sent
     return compensation.step(
         settings.compensation,
@@ -215,7 +217,9 @@ def _acknowledged(settings: Settings, state: State) -> State:
     return State(
         procedure=state.procedure,
         upkeep=state.upkeep,
-        compensation=compensation.held(settings.parked, watch.head_mm, 0.0),
+        compensation=compensation.rested(
+            settings.compensation, settings.parked, state.compensation, watch.head_mm, 0.0
+        ),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
         cam_rad=state.cam_rad,

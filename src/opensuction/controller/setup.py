@@ -100,12 +100,13 @@ def _plays_gap_mm(plays: PrandtlIshlinskii) -> float:
 def _gap_mm(chosen: Compensation) -> float:
     """Head travel across the gap, the same both ways: by the model that the kind is on."""
     if chosen.kind in ON_PLAYS:
-        return _plays_gap_mm(chosen.plays)
+        return _plays_gap_mm(compensation.plays_of(chosen))
     if chosen.kind == CompensationKind.EXACT_INVERSE:
         full = float(modified_dahl.saturation_mm(chosen.model))
         return abs(float(modified_dahl.gap_move(chosen.model, full, 1.0)))
     if chosen.kind in ON_CURVES:
-        return float(np.max(chosen.curves.inwards_mm - chosen.curves.outwards_mm))
+        curves = compensation.curves_of(chosen)
+        return float(np.max(curves.inwards_mm - curves.outwards_mm))
     return 0.0
 
 
@@ -225,13 +226,13 @@ def compensator(
             )
             for speed in speeds_mm_per_s
         ]
-    return Compensation(
-        kind=int(kind),
-        limits=limits,
-        model=calibration.model,
-        plays=calibration.plays,
-        curves=calibration.width if kind == CompensationKind.GAP_WIDTH else calibration.table,
-        run_in=RunIn(*run_ins),
+    return compensation.chosen(
+        kind,
+        limits,
+        calibration.model,
+        calibration.plays,
+        calibration.width if kind == CompensationKind.GAP_WIDTH else calibration.table,
+        RunIn(*run_ins),
     )
 
 
@@ -248,7 +249,7 @@ def abilities(
     return Abilities(
         head_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
-        park_head_mm=compensation.parked(chosen, site.park_mm).head_mm,
+        park_head_mm=compensation.rest(chosen, site.park_mm).head_mm,
         settle_mm=profile.settle_mm,
         cam_open_rad=profile.cam_open_rad,
         cam_rad_per_s=profile.cam_rad_per_s,
@@ -297,7 +298,7 @@ def settings(
         inwards_mm_per_s = max(inwards_mm_per_s, site.fast_mm_per_s)
     speeds = (inwards_mm_per_s, protocol.withdrawal_mm_per_s)
     chosen = compensator(profile, kind, calibration, speeds)
-    parked = compensation.parked(chosen, site.park_mm)
+    parked = compensation.rest(chosen, site.park_mm)
     able = abilities(profile, kind, calibration, site)
     insertion, valve = _servos(profile, kind, calibration.feedforward)
     stays_on_carina = by_contact and protocol.backoff_mm == 0.0
