@@ -149,7 +149,7 @@ def on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> 
     chosen = setup.compensator(profile, kind, calibration, speeds)
     course = ideal_loop.course(plan)
     limits = HeadLimits(profile.head_limit_mm_per_s, profile.acceleration_mm_per_s2)
-    parked = compensation.parked(chosen, BENCH_SITE.park_mm)
+    parked = compensation.parked(chosen, compensation.rest(chosen, BENCH_SITE.park_mm))
     heads = ideal_loop.lead(chosen, limits, parked, course.demand, DT_S)
     tips = plant(np.concatenate(([parked.head_mm], heads)))[1:]
     scored = slice(course.insertion_tick, None)
