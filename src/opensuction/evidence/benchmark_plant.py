@@ -115,7 +115,7 @@ MODELS = (
     ),
     Model(
         "preisach",
-        "fitted to the bench drawn by the seed; its tip moves in steps of a grid",
+        "fitted to the bench drawn by the seed",
         lambda head, tip: superposition.fit_preisach(head, tip).simulate,
     ),
     Model(
