@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.catalogue import CATALOGUE
+from opensuction.hysteresis.dahl import Dahl
 from opensuction.hysteresis.hysteresis_model import (
     HysteresisModel,
     Place,
@@ -196,15 +197,39 @@ def test_a_model_that_is_not_monotone_fails_to_follow_a_reversal(case: Case) -> 
     assert tips[2] >= tips[1]
 
 
+TOLD_SHARE = 1e-6
+"""Least share of F_c left at which a Dahl force tells its input: the slope is as much smaller, and
+roundings of 4e-16 N come back as 1e-8 mm at most."""
+SLIDING_SHARE = 1e-14
+"""Share of F_c below which its roundings decide whether a Dahl force slides."""
+
+
+def is_told(case: Case, path_mm: Array, wanted: Array) -> bool:
+    """Whether the outputs tell every move: no Dahl force ends a move in sliding.
+
+    There alone an output stands still, to rounding, while the input moves on.
+    """
+    if not isinstance(case.record, Dahl):
+        return True
+    direction = np.sign(np.diff(path_mm))
+    left = 1.0 - direction * wanted[1:] / case.record.coulomb_n
+    return bool(np.all(left[direction != 0.0] >= TOLD_SHARE))
+
+
+def is_sliding(case: Case, target: float) -> bool:
+    """Whether a target is F_c but for its rounding: no finite move need meet it."""
+    if not isinstance(case.record, Dahl):
+        return False
+    return abs(target) >= case.record.coulomb_n * (1.0 - SLIDING_SHARE)
+
+
 @every_case
 @given(path_mm=paths, memory=memories)
 def test_the_inverse_undoes_the_model(case: Case, path_mm: Array, memory: float) -> None:
     wanted = outputs(case, path_mm, memory)
     state = start(case.model, case.record, float(path_mm[0]), memory)
     inputs_mm, reached = invert(case.model, case.record, state, wanted)
-    # A Dahl force in sliding stands still while the input moves: it cannot tell how far.
-    told = not np.any((np.diff(path_mm) != 0.0) & (np.diff(wanted) == 0.0))
-    if case.monotone and told:
+    if case.monotone and is_told(case, path_mm, wanted):
         assert reached.all()
         # Slopes down to .03: the output's rounding, through the inverse of every move.
         assert inputs_mm == pytest.approx(path_mm, abs=1e-6)
@@ -212,7 +237,8 @@ def test_the_inverse_undoes_the_model(case: Case, path_mm: Array, memory: float)
     for target_mm in wanted:
         found = case.model.inverse_step(case.record, state, float(target_mm))
         state = case.model.step(case.record, state, found.move_mm)
-        assert found.reached != case.refuses_inverse
+        if not is_sliding(case, float(target_mm)):
+            assert found.reached != case.refuses_inverse
         if found.reached:
             assert case.model.output_mm(case.record, state) == pytest.approx(
                 target_mm, abs=ROUNDING_MM
