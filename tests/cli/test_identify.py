@@ -117,7 +117,7 @@ def test_cycle_refuses_a_parameter_file_that_is_not_of_its_machine(tmp_path: Pat
     arguments = ("cycle", "--compensation", "bench/identification.toml", "--json", "--out", "run")
     original = file.read_text()
     for before, after, words in (
-        ("format_version = 1", "format_version = 7", "format version 7"),
+        ("format_version = 2", "format_version = 7", "format version 7"),
         ('_mm"\nunit = "mm"', '_mm"\nunit = "inch"', "inch"),
         ("[parameters.slope]", "[parameters.slop]", "nearest: slope"),
     ):
