@@ -34,7 +34,7 @@ def run(options: Options) -> int:
         from opensuction.report import sheet
 
         if compiled.is_cold():
-            progress.print("Compiling the control core: once for this version, about 30 s")
+            progress.print("Compiling the control core: once for this version, about a minute")
         found = interruptible(
             lambda: benchmark.run(options.seeds, lambda line: progress.print(line, soft_wrap=True))
         )

@@ -72,7 +72,7 @@ def _calibrate_and_write(options: Options, staging: Path, folder: Path, began_s:
         progress.print(line, soft_wrap=True)
 
     if compiled.is_cold():
-        tell("Compiling the control core: once for this version, about 30 s")
+        tell("Compiling the control core: once for this version, about a minute")
     now = datetime.now(tz=UTC)
     found = interruptible(lambda: calibration_run.run(choice, tell))
     found = calibration_file.confirmed(found, now)

@@ -133,7 +133,7 @@ def _run_and_write(
     on_bench = cycle_choice.kinds(choice)[0].preset == "bench"
     day_run.check(options.repeat, options.every_min, on_bench)
     if compiled.is_cold():
-        tell("Compiling the control core: once for this version, about 30 s")
+        tell("Compiling the control core: once for this version, about a minute")
 
     with console.status("Preparing"):  # turns on a terminal, silent elsewhere
         prepared = interruptible(lambda: cycle_run.prepare(choice, tell))

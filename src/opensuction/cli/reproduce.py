@@ -33,7 +33,7 @@ def run(options: Options) -> int:
         from opensuction.report import sheet
 
         if compiled.is_cold():
-            console.print("Compiling the control core: once for this version, about 30 s")
+            console.print("Compiling the control core: once for this version, about a minute")
         found = interruptible(lambda: reproduction.run(console.print))
         data = reproduction.plain(found, time.monotonic() - began_s)
         (staging / "report.html").write_text(sheet.render(found.sheet), encoding="utf-8")
