@@ -23,7 +23,7 @@ run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--p
 	@$(BIN)/opensuction cycle $(ARGS)
 
 test: $(PACKAGE) ## all tests but the long ones; choose some with ARGS="-k name"
-	@$(BIN)/python -m pytest -m "not soak" $(ARGS)
+	@$(BIN)/python -m pytest -m "not soak" -n auto --dist loadfile -p no:benchmark $(ARGS)
 
 check: $(PACKAGE) ## lint, format, types and the layers of the architecture
 	@$(BIN)/ruff check .
