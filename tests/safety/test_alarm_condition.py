@@ -113,12 +113,14 @@ def test_the_matrix_knows_every_pair_and_never_ranks_worse_harm_or_sooner_onset_
     assert PRIORITIES[Harm.REVERSIBLE, Onset.DELAYED] == Priority.LOW
 
 
+@pytest.mark.requirement("OS-R30")
 def test_priorities_are_those_of_the_hazard_list() -> None:
     assert {c for c in HIGH_IN_THE_HAZARD_LIST if KINDS[c].priority != Priority.HIGH} == set()
     assert {c for c in MEDIUM_IN_THE_HAZARD_LIST if KINDS[c].priority != Priority.MEDIUM} == set()
     assert KINDS[C.CATHETER_LIFE_ENDING].priority == Priority.LOW
 
 
+@pytest.mark.requirement("OS-R35")
 def test_what_threatens_the_patient_is_never_a_consequence_of_planned_work() -> None:
     planned = {code for code, kind in KINDS.items() if kind.planned}
     assert {C.CATHETER_LIFE_OVER, C.CATHETER_LIFE_ENDING, C.AUTOMATION_STOPPED} <= planned
