@@ -63,7 +63,7 @@ class FaultyRun:
             watchdog=drive_watchdog.LISTENING,
             outputs=outputs,
         )
-        self._got, self._sent = link.rings()
+        self._got, self._sent = link.rings(self._between.link)
 
     @property
     def is_abandoned(self) -> bool:
