@@ -35,6 +35,7 @@ class Options(NamedTuple):
     approach: str
     compensation: str
     taught_mm: float | None
+    faults: tuple[str, ...]
     repeat: int
     every_min: float | None
     seed: int
@@ -107,7 +108,14 @@ def _run_and_write(
     options: Options, console: Console, pace: float, staging: Path, began_s: float
 ) -> dict[str, Any]:
     # Heavy imports.
-    from opensuction.evidence import cycle_choice, cycle_run, cycle_summary, day_run
+    from opensuction.evidence import (
+        cycle_choice,
+        cycle_run,
+        cycle_summary,
+        day_run,
+        fault_choice,
+        fault_run,
+    )
     from opensuction.kernel import compiled
     from opensuction.kernel.phase import Phase
     from opensuction.report import page, terminal
@@ -122,6 +130,7 @@ def _run_and_write(
         catheter=options.catheter,
         conduit=options.conduit,
         taught_mm=options.taught_mm,
+        faults=fault_choice.chosen(options.faults, options.approach, options.repeat),
     )
     # Progress goes to stderr: a refusal may still come, and then nothing is on stdout.
     progress = Console(stderr=True, highlight=False)
@@ -154,9 +163,11 @@ def _run_and_write(
             )
             pacer.wait_until(progress.time_s)
 
-        columns = cycle_run.play(prepared, watch)
+        played = fault_run.play(prepared, watch)
+    columns = played.columns
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(prepared, columns, time.monotonic() - began_s, factor)
+    data["faults"] = fault_run.plain(played)
     html = page.render(data, columns, cycle_summary.sections(prepared))
     (staging / "report.html").write_text(html, encoding="utf-8")
     return _written(data, staging, began_s)
@@ -197,6 +208,7 @@ def _day(
     (staging / "report.html").write_text(html, encoding="utf-8")
     sheet_html = sheet.render(day_summary.page(day, options.repeat, every_min))
     (staging / "day.html").write_text(sheet_html, encoding="utf-8")
+    data["faults"] = []
     data["day"] = day_summary.plain(day, options.repeat, every_min)
     for note in data["day"]["notes"]:
         console.print(f"Note: {note}", soft_wrap=True)

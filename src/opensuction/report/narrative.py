@@ -206,9 +206,36 @@ def _faults(summary: Summary) -> str:
     return _with_stop(". ".join(said)) if said else ""
 
 
+def _strength(entry: Summary) -> str:
+    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
+    if strength is None:
+        return ""
+    return f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
+
+
+def _injected_fault(entry: Summary) -> str:
+    """One fault that was injected, and what noticed it."""
+    at_s, name = number(entry, "at_s"), text(entry, "name") or "?"
+    if at_s is None:
+        return f"The fault {name} was to be injected, but its instant never came"
+    said = f"Injected fault: {name}{_strength(entry)} at {quantity(at_s, 's')}"
+    meaning = text(entry, "meaning")
+    if meaning is not None:
+        said += f", {meaning}"
+    sentence, after_s = text(entry, "noticed", "sentence"), number(entry, "noticed", "after_s")
+    if sentence is None or after_s is None:
+        return f"{said}. Nothing noticed it"
+    return f"{said}. It was noticed {quantity(after_s, 's', 3)} later: {sentence}"
+
+
+def _injected(summary: Summary) -> str:
+    return " ".join(_with_stop(_injected_fault(entry)) for entry in rows(summary, "faults"))
+
+
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
     told = (
+        _injected,
         _ending,
         _check,
         _teaching,

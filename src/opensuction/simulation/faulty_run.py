@@ -1,7 +1,6 @@
 """A run of the loop as far as it has come, with faults that are waiting for their instants."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +12,9 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.simulation import closed_loop, linked_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.fault_instant import Injection
 from opensuction.simulation.linked_loop import Between, Linked
-from opensuction.twin import drive_watchdog, fault_effect, link, machine, reading_fault
+from opensuction.twin import drive_watchdog, fault_effect, link, machine, preset, reading_fault
 from opensuction.twin.fault import Fault, Means
 from opensuction.twin.fault_table import KINDS
 from opensuction.twin.link import LinkState
@@ -23,32 +23,6 @@ from opensuction.twin.machine import Machine
 _PHASE = COLUMNS.index("phase")
 HOUR_S = 3600.0
 MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
-
-
-class Instant(NamedTuple):
-    """When a fault comes."""
-
-    phase: Phase | None
-    """None: reckoned from the start; else from the first tick of that phase."""
-    after_s: float
-
-    @property
-    def title(self) -> str:
-        """As the command line writes it."""
-        if self.phase is None:
-            return f"@{self.after_s:g}"
-        return f"@{self.phase.name.lower()}+{self.after_s:g}"
-
-
-AT_START = Instant(phase=None, after_s=0.0)
-
-
-class Injection(NamedTuple):
-    """A fault, when it comes and how strong it is."""
-
-    fault: Fault
-    at: Instant
-    strength: float
 
 
 def is_linked(injections: Sequence[Injection]) -> bool:
@@ -81,6 +55,7 @@ class FaultyRun:
         self._restart_tick: int | None = None
         self._is_linked = is_linked(injections)
         home_mm = loop.controller.limits.park_head_mm
+        loop = loop._replace(machine=preset.racked(loop.machine, home_mm))
         self._linked = Linked(loop, link.healthy(seed), drive_watchdog.of(loop.machine, home_mm))
         outputs: Outputs = linked_loop.silent(linked_loop.blank(Outputs))
         self._between = Between(
@@ -88,7 +63,7 @@ class FaultyRun:
             watchdog=drive_watchdog.LISTENING,
             outputs=outputs,
         )
-        self._got, self._sent = link.rings()
+        self._got, self._sent = link.rings(self._between.link)
 
     @property
     def is_abandoned(self) -> bool:

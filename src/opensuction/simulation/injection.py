@@ -21,7 +21,8 @@ from opensuction.procedure.upkeep import Refusal
 from opensuction.safety import trip
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.faulty_run import AT_START, FaultyRun, Injection
+from opensuction.simulation.fault_instant import AT_START, Injection
+from opensuction.simulation.faulty_run import FaultyRun
 from opensuction.simulation.trace import Columns
 from opensuction.twin import fault_effect
 from opensuction.twin.fault import Means

@@ -98,6 +98,15 @@ def step(
 
 
 @compiled
+def stopped(motion: AxisMotion, least: float, most: float) -> AxisMotion:
+    """Motion of an axis after its end stops, which it hits without a bounce."""
+    if least <= motion.position <= most:
+        return motion
+    end = least if motion.position < least else most
+    return AxisMotion(position=end, velocity=0.0, drive_v=motion.drive_v)
+
+
+@compiled
 def encoder(axis: DcAxis, motion: AxisMotion) -> float:
     """Position as the encoder reports it, rounded to its step."""
     return math.floor(motion.position / axis.encoder_step + 0.5) * axis.encoder_step

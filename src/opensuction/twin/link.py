@@ -78,12 +78,14 @@ def healthy(seed: int) -> Link:
     )
 
 
-def rings() -> tuple[Ring, Ring]:
-    """Empty rings for readings and for commands."""
-    return (
-        np.zeros((RING_TICKS, len(row.columns(Readings)))),
-        np.zeros((RING_TICKS, len(row.columns(Commands)))),
-    )
+def rings(state: LinkState) -> tuple[Ring, Ring]:
+    """Rings for readings and for commands, as if they had always been those of a state."""
+    got = np.zeros((RING_TICKS, len(row.columns(Readings))))
+    sent = np.zeros((RING_TICKS, len(row.columns(Commands))))
+    _write_readings(got[0], state.readings)
+    _write_commands(sent[0], state.commands)
+    got[1:], sent[1:] = got[0], sent[0]
+    return got, sent
 
 
 def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
