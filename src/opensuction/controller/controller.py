@@ -248,27 +248,31 @@ def _granted(requests: Requests, start: bool) -> Requests:
 
 
 @compiled
-def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
-    """One tick of the controller; no clock, no I/O, nothing hidden."""
-    dt_s = inputs.dt_s
-    requests = inputs.requests
+def _attended(settings: Settings, state: State, requests: Requests) -> State:
+    """The state as a person's reset or return to service leaves it, where there was one."""
     before = state.procedure.phase
     cleared = (before == Phase.HALTED.value and requests.reset) or (
         before == Phase.OUT_OF_SERVICE.value and requests.return_to_service
     )
     if cleared and not requests.abort:
-        state = _acknowledged(settings, state)
-    asked = upkeep.is_asked(settings.service, state.upkeep, before, requests)
-    refused = upkeep.refusal(settings.service, state.upkeep, before, settings.plan.travel_known)
-    touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
-        inputs.readings
-    )
+        return _acknowledged(settings, state)
+    return state
+
+
+@compiled
+def _surroundings(
+    settings: Settings, state: State, readings: Readings, touched: bool, confirm: bool
+) -> tuple[HeadState, Surroundings]:
+    """What the procedure learns of the rest, and the head as it is led from where it touched.
+
+    touched: the tip has met something on its way in. confirm: a person says where the tip is.
+    """
     here, here_mm, tip_mm = state.compensation, 0.0, 0.0
     if touched:
-        head_mm = _head_mm(state, inputs.readings)
+        head_mm = _head_mm(state, readings)
         here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
-    if touched or requests.confirm:
-        head_mm = _head_mm(state, inputs.readings)
+    if touched or confirm:
+        head_mm = _head_mm(state, readings)
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
@@ -278,18 +282,13 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         here_mm=here_mm,
         tip_mm=tip_mm,
     )
-    procedure, demand = cycle.step(
-        settings.plan,
-        state.procedure,
-        inputs.readings,
-        _granted(requests, asked and refused == Refusal.NONE.value),
-        around,
-        dt_s,
-    )
-    from_here = touched and procedure.phase == Phase.BACKING_OFF.value
-    origin = here if from_here else state.compensation
-    led = _lead(settings, state, origin, demand, procedure.phase, dt_s)
-    proposal = Setpoints(
+    return here, around
+
+
+@compiled
+def _proposal(led: HeadState, demand: Demand) -> Setpoints:
+    """What procedure and control want together."""
+    return Setpoints(
         head_mm=led.head_mm,
         head_mm_per_s=led.head_mm_per_s,
         insertion_on=demand.insertion_on,
@@ -297,31 +296,15 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         pump_on=demand.pump_on,
         vacuum_mmhg=demand.vacuum_mmhg,
     )
-    watch, allowed, verdict = governor.step(
-        settings.limits, state.governor, proposal, inputs.readings, inputs.host.overrun, dt_s
-    )
-    insertion, valve_state, commands = _actuate(
-        settings,
-        state,
-        allowed,
-        verdict,
-        watch.watch,
-        procedure.phase != Phase.OUT_OF_SERVICE.value,
-        dt_s,
-    )
-    kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
-    following = State(
-        procedure=procedure,
-        upkeep=kept,
-        compensation=led,
-        insertion_servo=insertion,
-        valve_servo=valve_state,
-        cam_rad=commands.cam_rad,
-        governor=watch,
-        tripped=verdict.trips != 0,
-        powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
-    )
-    return following, Outputs(
+
+
+@compiled
+def _outputs(
+    settings: Settings, state: State, commands: Commands, demand: Demand, verdict: Verdict
+) -> Outputs:
+    """What leaves the controller with the state after the tick."""
+    procedure, kept = state.procedure, state.upkeep
+    return Outputs(
         commands=commands,
         demand=demand,
         verdict=verdict,
@@ -335,3 +318,51 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         assessment_due=upkeep.is_prompting(settings.service, kept, procedure.phase),
         catheter_age_s=kept.catheter_age_s,
     )
+
+
+@compiled
+def _decide(
+    settings: Settings, state: State, inputs: Inputs, start: bool
+) -> tuple[ProcedureState, Demand, HeadState]:
+    """Procedure and control: the cycle one tick on, what it asks for, and where the head goes."""
+    readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
+    inserting = state.procedure.phase == Phase.INSERTING.value
+    touched = inserting and progress.is_contact(readings)
+    here, around = _surroundings(settings, state, readings, touched, requests.confirm)
+    procedure, demand = cycle.step(
+        settings.plan, state.procedure, readings, _granted(requests, start), around, dt_s
+    )
+    from_here = touched and procedure.phase == Phase.BACKING_OFF.value
+    origin = here if from_here else state.compensation
+    return procedure, demand, _lead(settings, state, origin, demand, procedure.phase, dt_s)
+
+
+@compiled
+def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
+    """One tick of the controller; no clock, no I/O, nothing hidden."""
+    readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
+    before = state.procedure.phase
+    state = _attended(settings, state, requests)
+    asked = upkeep.is_asked(settings.service, state.upkeep, before, requests)
+    refused = upkeep.refusal(settings.service, state.upkeep, before, settings.plan.travel_known)
+    start = asked and refused == Refusal.NONE.value
+    procedure, demand, led = _decide(settings, state, inputs, start)
+    watch, allowed, verdict = governor.step(
+        settings.limits, state.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
+    )
+    in_service = procedure.phase != Phase.OUT_OF_SERVICE.value
+    insertion, valve_state, commands = _actuate(
+        settings, state, allowed, verdict, watch.watch, in_service, dt_s
+    )
+    following = State(
+        procedure=procedure,
+        upkeep=upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s),
+        compensation=led,
+        insertion_servo=insertion,
+        valve_servo=valve_state,
+        cam_rad=commands.cam_rad,
+        governor=watch,
+        tripped=verdict.trips != 0,
+        powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
+    )
+    return following, _outputs(settings, following, commands, demand, verdict)
