@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
+SOUND = "alarm.wav"
+"""File that lets a person hear the most urgent alarm of a run."""
 POLL_S = 0.1
 """How often a wait looks for Ctrl-C."""
 
@@ -174,9 +176,20 @@ def _run_and_write(
 
 
 def _written(data: dict[str, Any], staging: Path, began_s: float) -> dict[str, Any]:
+    _write_sound(data, staging)
     data["wall_s"] = time.monotonic() - began_s
     (staging / "cycle.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     return data
+
+
+def _write_sound(data: dict[str, Any], staging: Path) -> None:
+    """What was heard of the most urgent alarm, beside the report; nothing where there was none."""
+    from opensuction.report import alarm_sound
+    from opensuction.safety.alarm_condition import Priority
+
+    if data["alarms"]:
+        loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
+        (staging / SOUND).write_bytes(alarm_sound.encoded(loudest))
 
 
 def _day(
@@ -219,6 +232,8 @@ def _summarise(console: Console, data: dict[str, Any], folder: Path) -> None:
     from opensuction.report import terminal
 
     files = [folder / "report.html", folder / "cycle.json"]
+    if data["alarms"]:
+        files.append(folder / SOUND)
     if "day" in data:
         console.print("The last of these cycles:")
         files.insert(0, folder / "day.html")
