@@ -63,7 +63,7 @@ def _tick(
             dt_s=DT_S,
             readings=readings,
             requests=requests,
-            host=Host(overrun=tick < linked.link.late_until_tick),
+            host=Host(overrun=tick < linked.link.late_until_tick, conditions=0),
         )
         decided, outputs = controller.step(loop.controller, state, inputs)
     obeyed, heard = link.command_message(linked.link, between.link, outputs.commands, sent, tick)
@@ -89,6 +89,7 @@ def _tick(
         readings=readings,
         demand=outputs.demand,
         verdict=outputs.verdict,
+        signals=outputs.signals,
         commands=obeyed,
         truth=truth,
     )

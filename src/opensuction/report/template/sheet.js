@@ -7,7 +7,7 @@
   const NARROW_HEIGHT_PX = 240;
   const PRINT_PX = 680; // width of a plot on A4 and Letter
   const MARGIN = 0.05; // of what the curves span, around them
-  const { axis, colour, level } = parts;
+  const { axis, colour, level, mark } = parts;
   let plots = [];
   let printing = false;
 
@@ -66,7 +66,10 @@
     element.replaceChildren();
     const width = printing ? PRINT_PX : element.clientWidth;
     const height = width < NARROW_PX ? NARROW_HEIGHT_PX : HEIGHT_PX;
-    const levels = (u) => plot.levels.forEach(({ value, name }) => level(u, "y", value, name, "soft", "above"));
+    const levels = (u) => {
+      plot.levels.forEach(({ value, name }) => level(u, "y", value, name, "soft", "above"));
+      plot.marks.forEach(({ value, name }, i) => mark(u, value, name, "fault", i));
+    };
     const common = {
       width, height,
       scales: { x: { time: false }, y: { range: padded } },
