@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
 from opensuction.procedure import schedule, upkeep
 from opensuction.procedure.schedule import ScheduleMode, ScheduleState
@@ -19,9 +18,10 @@ from opensuction.safety import alarm_condition
 from opensuction.safety.alarm_condition import Condition, Priority, members
 from opensuction.safety.alarm_episode import Episode, episodes
 from opensuction.safety.alarm_state import LONGEST_PAUSE_S
-from opensuction.simulation import alarm_record
+from opensuction.simulation import alarm_record, trace
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
 from tests.controller.drive import (
     ABORT,
     ACKNOWLEDGE,
@@ -35,6 +35,7 @@ from tests.controller.drive import (
     at_rest,
     during,
     phases,
+    rig,
     simulate,
 )
 
@@ -124,7 +125,8 @@ def test_a_trip_is_an_alarm_in_the_same_tick(fault: Fault, start_s: float) -> No
 )
 def test_a_failed_check_says_what_it_found(fault: Fault, start_s: float, meant: Condition) -> None:
     _, columns = simulate(EXACT, 30.0, {0.0: START, 28.0: RESET}, during(fault, start_s, 27.0))
-    assert conditions(columns) == {C.AUTOMATION_STOPPED, C.CHECK_FAILED, meant}
+    own = {code for code in conditions(columns) if code >= C.AUTOMATION_STOPPED}
+    assert own == {C.AUTOMATION_STOPPED, C.CHECK_FAILED, meant}
     assert phases(columns)[-1] == Phase.PARKED
     assert all(alarm.ended_s == pytest.approx(28.0) for alarm in told(columns))
     assert columns["signals.priority"][-1] == Priority.NONE
@@ -165,7 +167,7 @@ def test_an_audio_pause_lasts_120_s_whoever_presses_what_else() -> None:
 
 
 def test_a_persons_abort_is_no_alarm() -> None:
-    _, columns = simulate(EXACT, 60.0, {0.0: START, 15.0: ABORT})
+    _, columns = simulate(EXACT, 25.0, {0.0: START, 15.0: ABORT})
     assert phases(columns)[-2:] == [Phase.ABORTING, Phase.HALTED]
     assert told(columns) == []
 
@@ -175,7 +177,7 @@ def test_a_cycle_that_is_due_after_an_abort_is_missed_aloud() -> None:
     hourly = schedule.schedule(ScheduleMode.TIMED, 3600.0)
     service = loop.controller.service._replace(schedule=hourly)
     timed = loop._replace(controller=loop.controller._replace(service=service))
-    aborted, columns = simulate(EXACT, 60.0, {0.0: START, 15.0: ABORT}, start=start, loop=timed)
+    aborted, columns = simulate(EXACT, 25.0, {0.0: START, 15.0: ABORT}, start=start, loop=timed)
     assert told(columns) == []
     kept = aborted.controller.upkeep._replace(schedule=ScheduleState(3599.0, 3599.0))
     later = aborted._replace(controller=aborted.controller._replace(upkeep=kept))
@@ -222,9 +224,10 @@ def test_a_spent_catheter_is_an_alarm_until_it_is_changed() -> None:
 
 
 def test_power_up_away_from_home_needs_a_recovery_aloud() -> None:
-    loop, parked = at_rest(EXACT)
-    inside = controller.start(loop.controller, 60.0, 0.0)
-    _, columns = simulate(EXACT, 1.0, {}, start=parked._replace(controller=inside))
+    loop, _ = at_rest(EXACT)
+    inside = preset.parked(rig().machine, rig().values, 60.0, seed=1, run=2)
+    start = trace.power_up(loop, inside, 0.0)
+    _, columns = simulate(EXACT, 1.0, {}, start=start)
     assert [alarm.condition for alarm in told(columns)] == [C.RECOVERY_NEEDED]
     assert columns["signals.audible"].min() == Priority.HIGH
 
