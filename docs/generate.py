@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from opensuction.evidence import benchmark_page, fault_page
+from opensuction.evidence import benchmark_page, fault_page, hazard_page
 from opensuction.hysteresis import loop_picture, model_table
 from opensuction.procedure import diagram
 from opensuction.report.document import spliced
@@ -17,6 +17,7 @@ TABLES = {
     "alarms.md": alarm_table.markdown(),
     "benchmark.md": benchmark_page.markdown(json.loads(BENCHMARK.read_text(encoding="utf-8"))),
     "faults.md": fault_page.markdown(),
+    "hazard-analysis.md": hazard_page.markdown(),
     "hysteresis.md": model_table.markdown(),
 }
 """Pages with a table between two marks."""

@@ -1,0 +1,97 @@
+"""The ``safety-case`` command as its users meet it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import opensuction
+from tests.evidence.hazard_example import FAULT, ROW
+
+KEYS = {
+    "id",
+    "hazard",
+    "fault",
+    "alarm",
+    "priority",
+    "detected_ms",
+    "safe_state",
+    "safe_ms",
+    "ok",
+}
+INTERRUPTED = 130
+
+
+def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(ROW + FAULT)
+    arguments = ("safety-case", "--table", "mine.toml", "--json", "--out", "s")
+    done = opensuction(*arguments, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    data = json.loads(done.stdout)
+    (entry,) = data["hazards"]
+    assert entry.keys() >= KEYS
+    assert entry["ok"] is True
+    assert entry["priority"] == "high"
+    assert 0.0 < entry["detected_ms"] < 2000.0
+    assert entry["detected_ms"] < entry["safe_ms"] < 10000.0
+    assert json.loads((tmp_path / "s" / "safety-case.json").read_text()) == data
+    page = (tmp_path / "s" / "report.html").read_text()
+    assert "1 of 1 hazards answered within their bounds" in page
+    assert "pump-runaway@suctioning" in page
+
+
+def test_a_bound_that_is_broken_is_shown_and_exits_1(tmp_path: Path) -> None:
+    text = ROW.replace("safe_ms = 10000", "safe_ms = 10")
+    (tmp_path / "mine.toml").write_text(text + FAULT)
+    done = opensuction("safety-case", "--table", "mine.toml", "--out", "s", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "0 of 1 hazards within their bounds" in done.stdout
+    assert "bound 10" in done.stderr
+    data = json.loads((tmp_path / "s" / "safety-case.json").read_text())
+    assert "bound 10" in data["hazards"][0]["problems"][0]["problem"]
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        (ROW, "fault"),
+        (ROW + FAULT.replace("pump-runaway", "pump"), "pump"),
+        (ROW + FAULT + ROW + FAULT, "2 times"),
+        ("nonsense", "TOML"),
+    ],
+)
+def test_a_bad_table_is_one_line_and_nothing_is_written(
+    text: str, word: str, tmp_path: Path
+) -> None:
+    (tmp_path / "mine.toml").write_text(text)
+    done = opensuction("safety-case", "--table", "mine.toml", "--out", "s", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "mine.toml" in done.stderr
+    assert word in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+
+
+def test_interrupted_it_leaves_at_once_and_takes_its_workers_along(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "opensuction.cli.app", "safety-case", "--out", "s"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ,
+        text=True,
+    )
+    assert process.stderr is not None
+    process.stderr.readline()  # it has begun
+    process.send_signal(signal.SIGINT)
+    began_s = time.monotonic()
+    process.wait(timeout=30)
+    assert process.returncode == INTERRUPTED
+    assert time.monotonic() - began_s < 10.0  # a second on a quiet machine
+    assert not (tmp_path / "s").exists()
