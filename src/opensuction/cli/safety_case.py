@@ -84,6 +84,8 @@ def _summarise(console: Console, data: dict[str, Any], folder: Path) -> None:
         alarm = (entry["alarm"] or "no expected alarm").replace("_", " ")
         if entry["refused"]:
             alarm = "refused before the start"
+        elif entry["within_limits"]:
+            alarm = "not needed: within every limit"
         elif entry["alarm"]:
             alarm = f"{alarm}, {entry['priority']}"
         table.add_row(

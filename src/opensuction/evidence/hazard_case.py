@@ -121,6 +121,12 @@ class Result(NamedTuple):
         """Whether every bound held."""
         return not self.problem
 
+    @property
+    def answered(self) -> bool:
+        """Whether alarm and safe state came within their bounds, as far as they were owed."""
+        claim = self.case.claim
+        return self.detected_ms <= claim.detected_ms and self.safe_ms <= claim.safe_ms
+
 
 NO_HARM = Harm(0.0, -math.inf, 0.0, 0.0, 0.0)
 
@@ -175,7 +181,21 @@ def _refused(case: Case, message: str) -> Result:
     return Result(case, "", "none", 0.0, 0.0, 0.0, True, NO_HARM, problem, None)
 
 
-def _alarm(case: Case, columns: Columns, found: Injected) -> tuple[str, float]:
+def _signalled(columns: Columns, at_s: float) -> dict[str, float]:
+    """Conditions that are signalled from an instant on and were not before: name and instant."""
+    first = round(at_s / DT_S)
+    present, latched = (columns[f"signals.{name}"] for name in ("present", "latched"))
+    shown = present.astype(np.int64) | latched.astype(np.int64)
+    new = shown[first:] & ~(int(shown[first - 1]) if first > 0 else 0)
+    found: dict[str, float] = {}
+    for bit in alarm_condition.members(int(np.bitwise_or.reduce(new))):
+        tick = first + int(np.argmax(new >> bit & 1))
+        name = Condition(bit).name if bit in set(Condition) else str(bit)
+        found[name] = float(columns["time_s"][tick])
+    return found
+
+
+def _alarm(case: Case, signalled: dict[str, float], found: Injected) -> tuple[str, float]:
     """Which of the expected conditions was signalled first, and when; nan for none."""
     claim = case.claim
     if claim.raised_by == Raiser.DRIVES:
@@ -183,18 +203,11 @@ def _alarm(case: Case, columns: Columns, found: Injected) -> tuple[str, float]:
         if notice is None or notice.detector != Detector.DRIVE:
             return "", math.nan
         return claim.alarm[0], notice.time_s
-    first = round(found.at_s / DT_S)
-    present, latched = (columns[f"signals.{name}"] for name in ("present", "latched"))
-    shown = present.astype(np.int64) | latched.astype(np.int64)
-    known = int(shown[first - 1]) if first > 0 else 0
-    best, best_s = "", math.nan
-    for name in claim.alarm:
-        ticks = np.flatnonzero((shown[first:] & ~known) >> int(Condition[name]) & 1)
-        if ticks.size:
-            time_s = float(columns["time_s"][first + int(ticks[0])])
-            if not best_s <= time_s:
-                best, best_s = name, time_s
-    return best, best_s
+    expected = [name for name in claim.alarm if name in signalled]
+    if not expected:
+        return "", math.nan
+    first = min(expected, key=lambda name: signalled[name])
+    return first, signalled[first]
 
 
 def _safe(claim: Claim, columns: Columns, bounds: SafeBounds) -> Holds:
@@ -229,7 +242,8 @@ def _judged(case: Case, prepared: Prepared, columns: Columns, found: Injected) -
         problem = "the fault's instant never came"
         return Result(case, "", "none", 0.0, math.nan, math.nan, False, NO_HARM, problem, None)
     harm = _harm(columns, round(found.at_s / DT_S), limits.cap_mm, bounds)
-    alarm, alarm_s = _alarm(case, columns, found)
+    signalled = _signalled(columns, found.at_s)
+    alarm, alarm_s = _alarm(case, signalled, found)
     safe_s = safe_state.safe_s(columns, _safe(claim, columns, bounds), found.at_s)
     harmful = [
         words
@@ -250,7 +264,8 @@ def _judged(case: Case, prepared: Prepared, columns: Columns, found: Injected) -
         and harm.in_airway_s <= limits.in_airway_s + OUT_S
     )
     detected_ms, safe_ms = 1000.0 * (alarm_s - found.at_s), 1000.0 * (safe_s - found.at_s)
-    problem = _problem(claim, detected_ms, safe_ms, harmful, within)
+    others = [name.lower() for name in signalled if name not in claim.alarm]
+    problem = _problem(claim, detected_ms, safe_ms, harmful, within, others)
     priority = alarm_condition.KINDS[Condition[alarm]].priority.name.lower() if alarm else "none"
     strip = _strip(columns, found.at_s, max(_or_0(safe_s), _or_0(alarm_s)))
     return Result(
@@ -263,16 +278,21 @@ def _or_0(value: float) -> float:
 
 
 def _problem(
-    claim: Claim, detected_ms: float, safe_ms: float, harmful: list[str], within: bool
+    claim: Claim,
+    detected_ms: float,
+    safe_ms: float,
+    harmful: list[str],
+    within: bool,
+    others: list[str],
 ) -> str:
-    """What of the claim does not hold, in words."""
+    """What of the claim does not hold, in words. others: what else was signalled."""
     found = list(harmful)
     if claim.response == Response.REFUSAL:
         return "the cycle was not refused"
     if claim.response == Response.ALARM_OR_LIMITS and within:
         return ""
     if math.isnan(detected_ms):
-        found.append("no expected alarm")
+        found.append(f"no expected alarm, but {', '.join(others)}" if others else "no alarm")
     elif detected_ms > claim.detected_ms:
         found.append(f"alarm after {detected_ms:.0f} ms, bound {claim.detected_ms:g}")
     if math.isnan(safe_ms):

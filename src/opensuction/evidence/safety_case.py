@@ -69,8 +69,8 @@ def _share(result: Result) -> tuple[bool, bool, float]:
     nearest = max(
         _ratio(result.detected_ms, claim.detected_ms), _ratio(result.safe_ms, claim.safe_ms)
     )
-    answered = not (result.ok and math.isinf(nearest))
-    return not result.ok, answered, nearest if answered else 0.0
+    counts = result.answered or not result.ok
+    return not result.ok, counts, nearest if counts else 0.0
 
 
 def seeds_of(count: int) -> tuple[int, ...]:
@@ -202,6 +202,7 @@ def entry(verdict: Verdict) -> dict[str, Any]:
         "safe_ms": _finite(worst.safe_ms),
         "safe_bound_ms": claim.safe_ms,
         "refused": refused and worst.ok,
+        "within_limits": worst.ok and not worst.answered,
         "ok": verdict.ok,
         "runs": len(verdict.results),
         "broken": sum(not result.ok for result in verdict.results),

@@ -36,11 +36,15 @@ def _name(alarm: str) -> str:
 def _overview(verdict: Verdict) -> tuple[object, ...]:
     worst, row = verdict.worst, verdict.hazard.row
     claim = worst.case.claim
-    refused = claim.response == Response.REFUSAL
+    alarm = _name(worst.alarm)
+    if claim.response == Response.REFUSAL:
+        alarm = "refused before the start"
+    elif worst.ok and not worst.answered:
+        alarm = "not needed: within every limit"
     return (
         row.id,
         row.hazard,
-        "refused before the start" if refused else _name(worst.alarm),
+        alarm,
         worst.priority,
         _time(worst.detected_ms),
         int(claim.detected_ms),
