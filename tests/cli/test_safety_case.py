@@ -1,11 +1,9 @@
 """The ``safety-case`` command as its users meet it."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -42,7 +40,7 @@ def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "s" / "safety-case.json").read_text()) == data
     page = (tmp_path / "s" / "report.html").read_text()
     assert "1 of 1 hazards answered within their bounds" in page
-    assert "pump-runaway@suctioning" in page
+    assert "pump-runaway@opening" in page
 
 
 def test_a_bound_that_is_broken_is_shown_and_exits_1(tmp_path: Path) -> None:
@@ -79,19 +77,16 @@ def test_a_bad_table_is_one_line_and_nothing_is_written(
 
 
 def test_interrupted_it_leaves_at_once_and_takes_its_workers_along(tmp_path: Path) -> None:
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-m", "opensuction.cli.app", "safety-case", "--out", "s"],
         cwd=tmp_path,
-        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=os.environ,
         text=True,
-    )
-    assert process.stderr is not None
-    process.stderr.readline()  # it has begun
-    process.send_signal(signal.SIGINT)
-    began_s = time.monotonic()
-    process.wait(timeout=30)
+    ) as process:
+        assert process.stderr is not None
+        process.stderr.readline()  # it has begun
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()  # ends when it and every worker have gone
     assert process.returncode == INTERRUPTED
-    assert time.monotonic() - began_s < 10.0  # a second on a quiet machine
-    assert not (tmp_path / "s").exists()
+    assert "interrupted" in said
+    assert list(tmp_path.iterdir()) == []

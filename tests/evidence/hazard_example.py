@@ -20,12 +20,12 @@ requirements = ["OS-R07"]
 FAULT = """
 [[hazard.fault]]
 name = "pump-runaway"
-phases = ["suctioning"]
+phases = ["opening"]
 """
 WEAK = """
 [[hazard.fault]]
 name = "pump-weak"
 strengths = [0.7]
-phases = ["opening"]
+phases = ["closing"]
 detected_ms = 500
 """

@@ -31,7 +31,7 @@ def test_a_fault_inherits_what_its_row_demands_and_may_demand_its_own(tmp_path: 
 
 def test_every_strength_phase_instant_and_seed_is_a_run(tmp_path: Path) -> None:
     text = SOUND.replace("strengths = [0.7]", "strengths = [0.7, 0.9]\nafter_s = [0.1, 0.3]")
-    text = text.replace('phases = ["opening"]', 'phases = ["all"]')
+    text = text.replace('phases = ["closing"]', 'phases = ["all"]')
     (one,) = hazard.load(written(tmp_path, text))
     found = hazard_case.cases(one, (1, 2, 3))
     weak = [case for case in found if case.claim.name == "pump-weak"]
@@ -52,9 +52,9 @@ def test_every_strength_phase_instant_and_seed_is_a_run(tmp_path: Path) -> None:
         ("VACUUM_EXCEEDED", "VACUUM_HIGH", ("OS-H01, fault 1", "alarm", "VACUUM_HIGH")),
         ('priority = "high"', 'priority = "medium"', ("OS-H01, fault 1", "priority", "high")),
         ("[0.7]", "[1.7]", ("OS-H01, fault 2", "1.7", "pump-weak")),
-        ('["suctioning"]', '["backing_off"]', ("OS-H01, fault 1", "backing_off", "travel")),
-        ('["suctioning"]', '["set-up"]', ("OS-H01, fault 1", "set-up", "impossible")),
-        ('["suctioning"]', "[]", ("OS-H01, fault 1", "phases")),
+        ('["opening"]', '["backing_off"]', ("OS-H01, fault 1", "backing_off", "travel")),
+        ('["opening"]', '["set-up"]', ("OS-H01, fault 1", "set-up", "impossible")),
+        ('["opening"]', "[]", ("OS-H01, fault 1", "phases")),
         ('"serious"', '"bad"', ("hazard 1", "severity", "bad")),
         ("out-without-suction", "fine", ("OS-H01, fault 1", "safe_state", "fine")),
         ('"OS-R07"', '"OS-R99"', ("OS-H01", "requirements", "OS-R99")),

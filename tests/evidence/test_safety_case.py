@@ -88,4 +88,4 @@ def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> N
     assert marks == [("fault", 15.0), ("alarm", 16.9), ("safe", 27.0)]
     html = sheet.render(page)
     assert "safe after 12000 ms, bound 10000" in html
-    assert "pump-runaway@suctioning+0.2, seed 7" in html
+    assert "pump-runaway@opening+0.2, seed 7" in html
