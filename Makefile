@@ -25,11 +25,12 @@ run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--p
 test: $(PACKAGE) ## all tests but the long ones; choose some with ARGS="-k name"
 	@$(BIN)/python -m pytest -m "not soak" -n auto --dist loadfile -p no:benchmark $(ARGS)
 
-check: $(PACKAGE) ## lint, format, types and the layers of the architecture
+check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazards against tests
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-logo
+	@$(BIN)/python -m traceability
 
 docs: $(PACKAGE) ## write anew what the documentation takes from the code
 	@$(BIN)/python docs/generate.py

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from opensuction.evidence import benchmark_page
+from opensuction.evidence import benchmark_page, fault_page
 from opensuction.hysteresis import loop_picture, model_table
 from opensuction.procedure import diagram
 from opensuction.report.document import spliced
@@ -16,6 +16,7 @@ BENCHMARK = DOCS / "evidence" / "2026-11-21-benchmark.json"
 TABLES = {
     "alarms.md": alarm_table.markdown(),
     "benchmark.md": benchmark_page.markdown(json.loads(BENCHMARK.read_text(encoding="utf-8"))),
+    "faults.md": fault_page.markdown(),
     "hysteresis.md": model_table.markdown(),
 }
 """Pages with a table between two marks."""

@@ -31,6 +31,7 @@ from opensuction.twin.machine import MachineState
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
 TEACH, CONFIRM, HOME = 16, 32, 64
 SERVICE, CHANGED, RETURN_TO_SERVICE, NOT_NEEDED = 128, 256, 512, 1024
+ACKNOWLEDGE, AUDIO_PAUSE = 2048, 4096
 """Buttons, as bits."""
 
 NAN = float("nan")
@@ -183,8 +184,10 @@ def run(
             changed=pressed & 256 != 0,
             return_to_service=pressed & 512 != 0,
             not_needed=pressed & 1024 != 0,
+            acknowledge=pressed & 2048 != 0,
+            audio_pause=pressed & 4096 != 0,
         )
-        host = Host(overrun=fault == Fault.OVERRUN.value)
+        host = Host(overrun=fault == Fault.OVERRUN.value, conditions=0)
         truth = machine.observe(loop.machine, state.machine)
         decided, outputs = controller.step(
             loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)
@@ -206,6 +209,7 @@ def run(
             demand=outputs.demand,
             verdict=outputs.verdict,
             commands=outputs.commands,
+            signals=outputs.signals,
             truth=truth,
         )
         write(table[i], record)

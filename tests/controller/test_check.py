@@ -50,6 +50,7 @@ def test_the_check_moves_no_tip_and_draws_nothing(kind: CompensationKind) -> Non
     assert 6.0 < span.end_s - span.start_s < 7.0  # two strokes of 2 s
 
 
+@pytest.mark.requirement("OS-R20")
 @pytest.mark.parametrize(
     ("fault", "start_s", "item"),
     [
@@ -80,6 +81,7 @@ def test_a_motor_that_does_not_answer_is_named_by_the_item_it_broke_off(fault: F
     assert cause(columns) == Event.TRIPPED
 
 
+@pytest.mark.requirement("OS-R20")
 @pytest.mark.parametrize("times", [2.0, 4.0])
 def test_a_leak_is_found_from_twice_what_a_sound_line_loses(times: float) -> None:
     loop, start = at_rest(EXACT)

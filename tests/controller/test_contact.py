@@ -87,6 +87,7 @@ def start_s(columns: Columns, phase: Phase) -> float:
     return float(columns["time_s"][np.argmax(columns["phase"] == phase)])
 
 
+@pytest.mark.requirement("OS-R21")
 @pytest.mark.parametrize("kind", [NONE, EXACT])
 def test_contact_before_the_window_ends_the_cycle(kind: CompensationKind) -> None:
     # Uncompensated, the reference is 17 mm ahead of the tip.
@@ -96,6 +97,7 @@ def test_contact_before_the_window_ends_the_cycle(kind: CompensationKind) -> Non
     assert columns["truth.contact_n"].max() <= 0.3
 
 
+@pytest.mark.requirement("OS-R21")
 @pytest.mark.parametrize("kind", [NONE, EXACT])
 def test_no_contact_until_the_end_of_the_search_ends_the_cycle(kind: CompensationKind) -> None:
     loop, columns = search(kind, carina_mm=130.0)
@@ -184,6 +186,7 @@ def test_a_bouncing_switch_does_not_confuse_the_phases(protocol: Protocol, secon
     assert columns["truth.contact_n"].max() <= 0.3
 
 
+@pytest.mark.requirement("OS-R20")
 @pytest.mark.parametrize("kind", [NONE, EXACT])
 def test_a_switch_stuck_closed_at_rest_lets_nothing_begin(kind: CompensationKind) -> None:
     _, columns = search(kind, when=during(Fault.CONTACT_CLOSED, 0.0))

@@ -113,6 +113,7 @@ def test_starting_again_and_again_is_one_cycle_after_another() -> None:
     assert_held(columns, loop)
 
 
+@pytest.mark.requirement("OS-R26")
 @every_kind
 @pytest.mark.parametrize("part", range(4))
 def test_a_person_can_stop_it_at_any_time_and_go_on_afterwards(
@@ -152,6 +153,7 @@ def test_a_stop_in_the_dwell_keeps_suction_until_the_tip_is_out() -> None:
     assert np.count_nonzero(inside) * DT_S < 7.0
 
 
+@pytest.mark.requirement("OS-R25")
 @pytest.mark.parametrize("head_mm", [-40.0, -5.0, 2.0, 30.0, 90.0])
 def test_powered_up_away_from_home_it_waits_and_a_reset_brings_it_out(head_mm: float) -> None:
     loop, _ = at_rest(EXACT)

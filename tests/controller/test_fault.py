@@ -120,6 +120,7 @@ def test_a_head_that_cannot_be_seen_is_let_go_with_the_valve_closed(
     assert_recovers(columns)
 
 
+@pytest.mark.requirement("OS-R02")
 @every_way
 def test_a_frozen_encoder_never_takes_the_tip_past_its_cap(
     kind: CompensationKind, start_s: float
@@ -139,6 +140,7 @@ def test_a_frozen_encoder_never_takes_the_tip_past_its_cap(
     assert at(columns, noticed_s + 8.0, "truth.valve_open_ratio") == 0.0
 
 
+@pytest.mark.requirement("OS-R09")
 @at_any_time
 def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_s: float) -> None:
     columns = cycle(Fault.HEAD_JAMMED, start_s)
@@ -154,6 +156,7 @@ def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_
     assert_recovers(columns)
 
 
+@pytest.mark.requirement("OS-R10")
 @at_any_time
 def test_a_drive_that_runs_inwards_loses_its_torque_within_two_millimetres(
     start_s: float,
@@ -172,6 +175,7 @@ def test_a_drive_that_runs_inwards_loses_its_torque_within_two_millimetres(
     assert_recovers(columns)
 
 
+@pytest.mark.requirement("OS-R29")
 @pytest.mark.parametrize("start_s", [18.0, 19.5, 21.0, 27.0, 36.0])
 def test_a_valve_stuck_open_ends_outside_without_vacuum(start_s: float) -> None:
     columns = cycle(Fault.VALVE_OPEN, start_s)
@@ -185,6 +189,7 @@ def test_a_valve_stuck_open_ends_outside_without_vacuum(start_s: float) -> None:
     assert_recovers(columns)
 
 
+@pytest.mark.requirement("OS-R29")
 @pytest.mark.parametrize("start_s", [7.0, 11.0, 17.0])
 def test_a_valve_stuck_closed_breaks_the_cycle_off(start_s: float) -> None:
     columns = cycle(Fault.VALVE_OPEN, start_s)
@@ -209,6 +214,7 @@ def test_a_frozen_cam_ends_outside_without_vacuum(start_s: float) -> None:
     assert phases(columns)[-1] == Phase.PARKED
 
 
+@pytest.mark.requirement("OS-R20")
 @pytest.mark.parametrize(
     "fault",
     [

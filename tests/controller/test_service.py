@@ -45,6 +45,7 @@ def clocked(mode: ScheduleMode, waited_s: float) -> tuple[Loop, LoopState]:
     )
 
 
+@pytest.mark.requirement("OS-R22")
 @pytest.mark.parametrize("left_s", [-1.0, 0.0, 20.0])
 def test_a_catheter_at_its_end_starts_nothing_until_it_is_changed(left_s: float) -> None:
     buttons = {0.0: START, 1.0: SERVICE, 2.0: START, 2.5: CHANGED}

@@ -79,6 +79,7 @@ def test_every_suction_is_completed(kind: CompensationKind, distance_mm: float) 
         assert columns["truth.valve_open_ratio"][columns["phase"] == Phase.SUCTIONING].min() > 0.9
 
 
+@pytest.mark.requirement("OS-R06")
 @each_kind
 @each_distance
 def test_the_carina_feels_at_most_three_tenths_of_a_newton(

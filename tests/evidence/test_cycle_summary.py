@@ -2,11 +2,28 @@
 
 from opensuction.evidence import cycle_summary
 from opensuction.procedure.transition import BROKEN_OFF
+from opensuction.safety.alarm_condition import Condition, Priority
+from opensuction.safety.alarm_episode import Episode
 from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, laid
 
 
 def test_every_event_that_breaks_a_cycle_off_has_its_sentence() -> None:
     assert set(cycle_summary.ABORT_SENTENCES) == {event for _, event in BROKEN_OFF}
+
+
+def test_every_alarm_has_what_a_person_needs() -> None:
+    found = [
+        Episode(int(Condition.HEAD_STALLED), Priority.HIGH, 3.0, None, False, None),
+        Episode(17, Priority.HIGH, 4.0, 5.0, True, 4.5),
+    ]
+    stalled, unknown = cycle_summary.alarms(found)
+    assert stalled["condition"] == "head-stalled"
+    assert stalled["priority"] == "high"
+    assert stalled["sentence"]
+    assert stalled["remedy"]
+    assert (stalled["started_s"], stalled["ended_s"]) == (3.0, None)
+    assert unknown["condition"] == "unknown-17"
+    assert (unknown["latched"], unknown["acknowledged_s"]) == (True, 4.5)
 
 
 def test_catheter_and_conduit_are_named_or_measured() -> None:

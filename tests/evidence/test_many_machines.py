@@ -39,6 +39,7 @@ def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed
         assert figures.trips == (), seed
+        assert figures.alarms == (), seed
         assert figures.deepest_mm <= prepared.protocol.cap_mm, seed
         assert Phase.ABORTING not in columns["phase"], seed
         rmse.append(figures.rmse_mm)
@@ -67,6 +68,7 @@ def test_no_drawn_adult_is_suctioned_beyond_a_limit(approach: str) -> None:
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed
         assert figures.trips == (), seed
+        assert figures.alarms == (), seed
         assert figures.negative_pressure_s <= 15.0, seed
         assert figures.in_airway_s <= 30.0, seed
         assert figures.peak_vacuum_mmhg <= 1.1 * prepared.protocol.vacuum_mmhg, seed

@@ -39,5 +39,6 @@ def test_scenario_comes_out_as_recorded(file: Path) -> None:
     found = cycle_summary.summary(prepared, columns, wall_s=0.0, realtime_factor=1.0)
     assert found["outcome"] == "completed"
     assert found["trips"] == []
+    assert found["alarms"] == []
     for path, (value, tolerance) in scenario["expect"].items():
         assert at(found, path) == pytest.approx(value, abs=tolerance), path

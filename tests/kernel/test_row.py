@@ -112,3 +112,38 @@ def test_the_trace_has_no_two_columns_of_one_name() -> None:
 
     assert len(set(COLUMNS)) == len(COLUMNS)
     assert {"time_s", "phase", "verdict.trips", "commands.insertion_v"} <= set(COLUMNS)
+
+
+class Flat(NamedTuple):
+    tick: int
+    inner: Inner
+    again: Inner
+    speed_mm_per_s: float
+
+
+write_flat, read_flat = row.writer(Flat), row.reader(Flat)
+
+
+@given(
+    tick=st.integers(-(2**53), 2**53),
+    floats=st.tuples(*[st.floats(allow_nan=False)] * 3),
+    closed=st.booleans(),
+)
+def test_a_record_comes_back_from_its_row(
+    tick: int, floats: tuple[float, float, float], closed: bool
+) -> None:
+    first, second, speed = floats
+    record = Flat(tick, Inner(first, closed), Inner(second, not closed), speed)
+    values = np.zeros(len(row.columns(Flat)))
+    write_flat(values, record)
+    assert read_flat(values) == record
+
+
+def test_a_record_is_not_read_from_a_row_that_is_too_short() -> None:
+    with pytest.raises(IndexError, match="a row of Flat has 6 columns"):
+        read_flat(np.zeros(5))
+
+
+def test_no_record_with_an_array_is_read_from_a_row() -> None:
+    with pytest.raises(TypeError, match=r"Outer\.samples"):
+        row.reader(Outer)

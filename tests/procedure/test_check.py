@@ -64,6 +64,7 @@ def test_a_sound_machine_passes_every_item_in_order() -> None:
     assert ticks * DT_S < 2.0  # what waiting alone takes; motion comes on top
 
 
+@pytest.mark.requirement("OS-R20")
 @pytest.mark.parametrize(
     ("item", "seen"),
     [

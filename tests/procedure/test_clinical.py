@@ -82,16 +82,19 @@ def test_the_papers_valve_is_too_slow_for_5_s_and_the_message_reckons_it(site: S
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.requirement("OS-R24")
 def test_a_protocol_for_another_age_is_refused() -> None:
     with pytest.raises(InputError, match="this protocol is for adult, the patient is neonate"):
         clinical.fitted(ADULT, BEDSIDE, NEONATE, by_contact=False)
 
 
+@pytest.mark.requirement("OS-R23")
 def test_a_catheter_too_wide_for_the_tube_is_refused_with_the_ratio() -> None:
     with pytest.raises(InputError, match=r"catheter over tube diameter would be 0\.533"):
         clinical.fitted(ADULT, BEDSIDE, GROWN._replace(tube_mm=7.5), by_contact=False)
 
 
+@pytest.mark.requirement("OS-R24")
 @given(st.floats(30.0, 110.0), st.floats(50.0, 100.0), st.floats(10.0, 40.0), st.booleans())
 def test_whatever_is_fitted_holds_every_guideline(
     carina: float, tube: float, withdrawal: float, by_contact: bool

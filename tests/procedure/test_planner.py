@@ -75,12 +75,14 @@ def test_the_papers_suction_does_not_fit_into_fifteen_seconds() -> None:
     )
 
 
+@pytest.mark.requirement("OS-R04")
 def test_a_budget_is_met_exactly_or_not_at_all() -> None:
     needed = planner.timeline(PAPER, BENCH, BENCH_SITE, by_contact=False).negative_pressure
     planned(PAPER._replace(negative_pressure_budget_s=needed), BENCH)
     refusal(PAPER._replace(negative_pressure_budget_s=needed - 1e-6))
 
 
+@pytest.mark.requirement("OS-R05")
 def test_time_in_the_airway_is_refused_with_its_sum() -> None:
     message = refusal(PAPER._replace(in_airway_budget_s=20.0))
     assert message == (

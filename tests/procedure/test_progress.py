@@ -181,6 +181,7 @@ def test_an_abort_is_over_when_the_head_rests_at_home_and_the_valve_is_closed() 
     ) == {Event.CLEARED}
 
 
+@pytest.mark.requirement("OS-R05")
 def test_every_phase_with_a_limit_becomes_overdue() -> None:
     late = round(100.0 / DT_S)
     overdue = {phase for phase in Phase if Event.PHASE_OVERDUE in events(phase, phase_ticks=late)}

@@ -15,6 +15,7 @@ def confirmed(tip_mm: float, readable: bool = True) -> TeachingState:
     return teaching.step(ADULT, begun, True, False, readable, 100.0, False, tip_mm)
 
 
+@pytest.mark.requirement("OS-R27")
 @given(st.floats(-200.0, 400.0))
 def test_only_a_plausible_length_is_taken(tip_mm: float) -> None:
     found = confirmed(tip_mm)

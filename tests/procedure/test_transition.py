@@ -1,3 +1,4 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,6 +37,7 @@ def test_stopping_outranks_everything() -> None:
     assert tuple(sorted(Event))[:3] == URGENT
 
 
+@pytest.mark.requirement("OS-R26")
 @given(
     phase=st.sampled_from(ACTIVE),
     urgent=st.sampled_from(URGENT),
@@ -68,6 +70,7 @@ def test_every_phase_can_be_reached_and_left_again() -> None:
         assert reachable(phase) == set(Phase), phase
 
 
+@pytest.mark.requirement("OS-R26")
 def test_a_halt_ends_only_by_a_persons_hand() -> None:
     ways_out = {event for phase, event in TRANSITIONS if phase == Phase.HALTED}
     assert ways_out == {Event.RESET_REQUESTED, Event.RECOVERY_REQUESTED, Event.SERVICE_REQUESTED}
@@ -80,6 +83,7 @@ def test_a_cycle_begins_only_from_parked_and_only_by_a_request() -> None:
     ]
 
 
+@pytest.mark.requirement("OS-R20")
 def test_the_tip_goes_in_only_after_check_and_preload() -> None:
     assert [pair for pair, after in TRANSITIONS.items() if after == Phase.INSERTING] == [
         (Phase.PRELOADING, Event.PRELOADED)

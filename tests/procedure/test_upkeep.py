@@ -1,5 +1,6 @@
 """The catheter's life, and who may start when."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,6 +22,7 @@ def refused(state: Upkeep, phase: Phase = Phase.PARKED, known: bool = True) -> R
     return Refusal(upkeep.refusal(SERVICE, state, int(phase), known))
 
 
+@pytest.mark.requirement("OS-R22")
 @given(st.floats(0.0, 2.0 * LIFE_S))
 def test_no_cycle_outlives_the_catheter(age_s: float) -> None:
     code = refused(FRESH._replace(catheter_age_s=age_s))

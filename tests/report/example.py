@@ -12,6 +12,16 @@ TRIP = {
     "sentence": "the line vacuum is above its limit",
     "time_s": 16.9,
 }
+ALARM = {
+    "condition": "vacuum-exceeded",
+    "priority": "high",
+    "sentence": "the line vacuum is above its limit",
+    "remedy": "Check the regulator.",
+    "started_s": 16.9,
+    "ended_s": None,
+    "latched": True,
+    "acknowledged_s": None,
+}
 
 
 def summary(**changes: Any) -> dict[str, Any]:
@@ -72,9 +82,7 @@ def aborted() -> dict[str, Any]:
         {"name": "suctioning", "start_s": 10.5, "end_s": 17.0},
         {"name": "aborting", "start_s": 17.0, "end_s": 24.0},
     ]
-    return summary(
-        outcome="aborted", phases=phases, trips=[TRIP], alarms=[TRIP | {"priority": "high"}]
-    )
+    return summary(outcome="aborted", phases=phases, trips=[TRIP], alarms=[ALARM])
 
 
 def trace(rows: int = 31_501) -> Trace:

@@ -37,7 +37,15 @@ def test_page_says_what_it_is_and_what_happened() -> None:
 def test_aborted_cycle_shows_trip_and_alarm() -> None:
     html = page.render(example.aborted(), example.trace())
     assert "Aborted at 17.0 s" in html
-    assert "16.9 s: the line vacuum is above its limit (high priority)" in html
+    assert "16.9 s: the line vacuum is above its limit" in html
+    row = html.split('<h2 id="alarms">')[1].split("</table>")[0]
+    for said in ("The line vacuum is above its limit", "high", "from 16.9 s on, kept"):
+        assert said in row
+    assert "Check the regulator." in row
+
+
+def test_a_page_without_alarms_has_no_section_for_them() -> None:
+    assert 'id="alarms"' not in page.render(example.summary(), example.trace())
 
 
 def test_text_from_a_summary_is_never_markup() -> None:

@@ -57,6 +57,16 @@ def test_cycle_that_ends_in_an_exception_still_gives_the_terminal_back() -> None
     assert "▶ Inserting" in file.getvalue()
 
 
+def test_each_alarm_is_one_line_with_what_to_do() -> None:
+    console, file = _console(is_terminal=False)
+    terminal.print_summary(console, example.aborted())
+    line = "High alarm, from 16.9 s on: the line vacuum is above its limit. Check the regulator."
+    assert line in " ".join(file.getvalue().split())
+    console, file = _console(is_terminal=False)
+    terminal.print_summary(console, example.summary())
+    assert " alarm, " not in file.getvalue()
+
+
 def test_bar_grows_with_depth_and_marks_target_and_cap() -> None:
     shallow, deep = (depth_bar(tip, 90.0, 95.0, UNICODE) for tip in (10.0, 80.0))
     assert len(shallow) == len(deep)

@@ -45,6 +45,7 @@ def test_a_condition_without_a_delay_sounds_in_its_first_tick() -> None:
     assert row.signals.latched == row.signals.acknowledged == row.signals.escalated == 0
 
 
+@pytest.mark.requirement("OS-R30")
 def test_every_condition_sounds_with_its_own_priority() -> None:
     for condition, kind in KINDS.items():
         last = run(lasting(wrong(condition), 4.0))[-1].signals
@@ -93,6 +94,7 @@ def test_what_does_not_latch_ends_with_its_condition() -> None:
     assert run([SPO2, QUIET])[-1].signals == SILENT
 
 
+@pytest.mark.requirement("OS-R31")
 def test_what_latches_sounds_until_a_person_resets() -> None:
     rows = run([RUNAWAY, *lasting(QUIET, 300.0), press(QUIET, "reset"), QUIET])
     for row in rows[1:-2]:
@@ -103,6 +105,7 @@ def test_what_latches_sounds_until_a_person_resets() -> None:
     assert rows[-2].signals == rows[-1].signals == SILENT
 
 
+@pytest.mark.requirement("OS-R31")
 def test_a_reset_clears_nothing_that_still_holds() -> None:
     rows = run([RUNAWAY, press(RUNAWAY, "reset"), RUNAWAY, QUIET])
     assert rows[2].present == {C.HEAD_RUNAWAY}
@@ -178,6 +181,7 @@ def test_what_is_shown_first_is_urgent_then_unanswered_then_present() -> None:
     assert {row.signals.first for row in rows} == {C.SPO2_LOW}
 
 
+@pytest.mark.requirement("OS-R36")
 def test_a_medium_alarm_that_nobody_answers_becomes_high_after_two_minutes() -> None:
     rows = run(lasting(STOPPED, 130.0))
     times = [index * DT_S for index, row in enumerate(rows) if row.signals.escalated]
@@ -227,6 +231,7 @@ def test_a_latched_alarm_goes_on_escalating_when_its_condition_flickers() -> Non
     assert run([invalid, QUIET] * 130)[-1].signals.priority == Priority.HIGH
 
 
+@pytest.mark.requirement("OS-R32")
 def test_an_audio_pause_silences_and_counts_down() -> None:
     rows = run([SPO2, press(SPO2, "audio_pause"), *lasting(SPO2, 130.0)])
     silent = [row for row in rows if row.signals.audible == Priority.NONE]
@@ -364,6 +369,7 @@ def test_an_audible_alarm_needs_no_reminder() -> None:
     assert not any(row.signals.reminder for row in rows)
 
 
+@pytest.mark.requirement("OS-R35")
 def test_planned_work_raises_no_alarm_but_silences_no_patient() -> None:
     brought_about = wrong(
         C.AUTOMATION_STOPPED, C.CATHETER_LIFE_OVER, C.VACUUM_LOST, C.LINE_LEAKING, C.CHECK_FAILED

@@ -92,6 +92,7 @@ def test_a_full_log_keeps_the_newest_and_counts_the_rest(
     assert short.lost == len(whole.entries) - len(short.entries)
 
 
+@pytest.mark.requirement("OS-R37")
 @settings(max_examples=30)
 @given(history=histories())
 def test_the_log_tells_what_was_present_at_any_time(history: list[Tick]) -> None:
@@ -112,6 +113,7 @@ def test_the_log_tells_what_was_present_at_any_time(history: list[Tick]) -> None
         assert (one.time_s, one.event) <= (other.time_s, other.event)
 
 
+@pytest.mark.requirement("OS-R37")
 @settings(max_examples=30)
 @given(history=histories())
 def test_a_log_survives_storage(history: list[Tick]) -> None:

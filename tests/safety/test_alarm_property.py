@@ -4,6 +4,7 @@ import inspect
 import itertools
 import typing
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,6 +24,7 @@ def lasted(rows: list[Row], last: int, condition: Condition) -> float:
     return (last - begun) * DT_S
 
 
+@pytest.mark.requirement("OS-R30")
 @EXAMPLES
 @given(history=histories())
 def test_a_condition_past_its_delay_is_shown_with_at_least_its_priority(
@@ -51,6 +53,7 @@ def test_a_high_condition_is_silent_only_if_acknowledged_or_paused(history: list
         assert (row.signals.audible > 0) <= bool(unanswered)
 
 
+@pytest.mark.requirement("OS-R33")
 @EXAMPLES
 @given(history=histories())
 def test_nothing_is_acknowledged_that_began_after_the_last_press(history: list[Tick]) -> None:
@@ -88,6 +91,7 @@ def test_no_press_pauses_for_longer_than_allowed_nor_again_before_a_burst_was_he
         assert 0.0 <= row.signals.pause_left_s <= LONGEST_PAUSE_S
 
 
+@pytest.mark.requirement("OS-R32")
 @EXAMPLES
 @given(history=histories(), held=st.sampled_from(["none", "pause", "all"]))
 def test_a_new_high_condition_is_heard_in_its_first_tick_whatever_is_pressed(
@@ -159,6 +163,7 @@ def test_the_state_passed_in_is_not_changed(history: list[Tick], split: int) -> 
     assert once == again == whole[split + 1 :]
 
 
+@pytest.mark.requirement("OS-R34")
 @EXAMPLES
 @given(history=histories())
 def test_a_lost_console_changes_no_other_alarm(history: list[Tick]) -> None:

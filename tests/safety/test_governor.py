@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -99,12 +100,14 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     assert all(math.isfinite(value) for value in flat)
 
 
+@pytest.mark.requirement("OS-R01")
 @given(case=cases)
 def test_valve_and_pump_are_never_on_unless_proposed(case: Case) -> None:
     assert case.proposal.valve_open or not case.allowed.valve_open
     assert case.proposal.pump_on or not case.allowed.pump_on
 
 
+@pytest.mark.requirement("OS-R01")
 @given(case=cases)
 def test_vacuum_is_never_above_the_proposal_nor_the_limit(case: Case) -> None:
     assert 0.0 <= case.allowed.vacuum_mmhg <= LIMITS.vacuum_mmhg
@@ -120,6 +123,7 @@ def test_a_cut_closes_the_valve_stops_the_pump_and_vents(case: Case) -> None:
         assert case.allowed.vacuum_mmhg == 0.0
 
 
+@pytest.mark.requirement("OS-R08")
 @given(case=cases)
 def test_the_head_is_never_driven_in_faster_than_its_limit(case: Case) -> None:
     if case.driven:
@@ -129,6 +133,7 @@ def test_the_head_is_never_driven_in_faster_than_its_limit(case: Case) -> None:
         assert -limit <= case.allowed.head_mm_per_s <= limit
 
 
+@pytest.mark.requirement("OS-R02")
 @given(case=cases)
 def test_the_head_is_never_driven_past_the_cap(case: Case) -> None:
     if case.driven:
@@ -137,6 +142,7 @@ def test_the_head_is_never_driven_past_the_cap(case: Case) -> None:
             assert case.allowed.head_mm < case.before.head_mm
 
 
+@pytest.mark.requirement("OS-R01")
 @given(case=sane_cases)
 def test_the_head_is_never_driven_further_in_than_proposed(case: Case) -> None:
     if case.driven:
@@ -170,6 +176,7 @@ def test_what_is_not_passed_unchanged_is_reported(case: Case) -> None:
     assert (case.allowed == wanted) or case.verdict.reaction >= Reaction.CAP
 
 
+@pytest.mark.requirement("OS-R14")
 @given(case=cases)
 def test_a_trip_stays_until_a_person_resets(case: Case) -> None:
     assert case.verdict.trips & case.before.trips == case.before.trips
@@ -188,6 +195,7 @@ def test_forced_withdrawal_only_goes_out_and_ends_at_the_park_position(case: Cas
             assert case.allowed.head_mm < origin or case.seen.head_mm - origin > 3.9
 
 
+@pytest.mark.requirement("OS-R13")
 @given(case=cases)
 def test_without_torque_nothing_is_driven_and_the_command_waits_at_the_head(case: Case) -> None:
     if not case.driven:
@@ -204,6 +212,7 @@ def test_an_unreadable_cam_is_left_to_its_spring(case: Case) -> None:
     assert case.verdict.valve_on == (not unreadable)
 
 
+@pytest.mark.requirement("OS-R03")
 @given(case=cases)
 def test_the_valve_does_not_open_while_the_head_advances(case: Case) -> None:
     if not case.before.valve_open and case.seen.speed_mm_per_s > 3.0:
@@ -218,12 +227,14 @@ def test_with_the_valve_not_closed_the_command_stays_at_the_anchor(case: Case) -
         assert case.allowed.head_mm <= max(case.seen.anchor_mm + ADVANCE_MM, came_from)
 
 
+@pytest.mark.requirement("OS-R06")
 @given(case=cases)
 def test_in_contact_the_command_is_the_measured_head_in_the_same_tick(case: Case) -> None:
     if case.driven and case.seen.lasting.contact > 0.0:
         assert case.allowed.head_mm <= min(case.before.head_mm, case.seen.head_mm)
 
 
+@pytest.mark.requirement("OS-R03")
 @given(
     targets=st.lists(st.tuples(plausible, st.booleans(), seconds), min_size=1, max_size=4),
 )

@@ -29,6 +29,7 @@ def stay(head_mm: float = PARK_MM) -> Setpoints:
     return staying(head_mm)
 
 
+@pytest.mark.requirement("OS-R13")
 def test_a_head_that_cannot_be_withdrawn_is_let_go_in_the_end() -> None:
     def propose(time_s: float) -> Setpoints:
         return stay(50.0)._replace(head_mm=NAN) if time_s >= AFTER_S else stay(50.0)
@@ -58,6 +59,7 @@ def test_withdrawal_starts_from_where_the_head_is_not_from_a_command_far_ahead()
     assert ticks[0].allowed.head_mm == pytest.approx(50.0 - 20.0 * DT_S)
 
 
+@pytest.mark.requirement("OS-R06")
 def test_contact_stops_the_head_in_the_same_tick() -> None:
     state = at(50.0)._replace(head_mm=51.2)
     ahead = [sound(50.0)._replace(contact_closed=True), sound(50.3)._replace(contact_closed=True)]
@@ -113,6 +115,7 @@ def test_too_high_a_set_point_is_lowered_and_told() -> None:
     assert (tick.allowed.vacuum_mmhg, tick.verdict.reaction) == (150.0, Reaction.CAP)
 
 
+@pytest.mark.requirement("OS-R14")
 def test_a_reset_clears_but_a_cause_that_is_still_there_trips_again_at_once() -> None:
     def broken(*_: float) -> Readings:
         return sound(50.0)._replace(cam_valid=False)

@@ -67,6 +67,7 @@ def test_an_impossible_proposal_withdraws_at_once(wrong: dict[str, Any]) -> None
     expect(run(0.1, propose, state=at(50.0)), Trip.PROPOSAL_INVALID, AFTER_S, Reaction.WITHDRAW)
 
 
+@pytest.mark.requirement("OS-R11")
 @pytest.mark.parametrize(
     ("wrong", "code", "reaction"),
     [
@@ -87,6 +88,7 @@ def test_five_ticks_without_a_reading_are_a_fault(
     expect(faulty(**wrong), code, AFTER_S + 4 * DT_S, reaction)
 
 
+@pytest.mark.requirement("OS-R11")
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -114,6 +116,7 @@ def test_four_ticks_without_a_reading_are_ridden_out_and_change_nothing(
     ]
 
 
+@pytest.mark.requirement("OS-R08")
 def test_a_head_faster_than_half_again_its_limit_loses_its_torque() -> None:
     def report(time_s: float, _head_mm: float) -> Readings:
         return sound(50.0 - 45.0 * max(time_s - AFTER_S, 0.0))
@@ -124,12 +127,14 @@ def test_a_head_faster_than_half_again_its_limit_loses_its_torque() -> None:
     assert tick.time_s == pytest.approx(AFTER_S + 0.011, abs=0.002)
 
 
+@pytest.mark.requirement("OS-R09")
 def test_a_head_that_lags_too_far_for_too_long_is_withdrawn() -> None:
     ticks = run(0.85, lambda t: stay(50.0 + 15.0 * t), lambda t, _: sound(50.0 + t), at(50.0))
     # 8 mm of distance at 14 mm/s, then 0.2 s.
     expect(ticks, Trip.HEAD_NOT_FOLLOWING, 8.0 / 14.0 + 0.2, Reaction.WITHDRAW)
 
 
+@pytest.mark.requirement("OS-R09")
 def test_a_frozen_encoder_or_a_jam_is_noticed_within_a_tenth_of_a_second() -> None:
     def advance(time_s: float) -> Setpoints:
         return stay(50.0 + 9.0 * time_s)
@@ -146,6 +151,7 @@ def test_friction_alone_is_no_stall() -> None:
     assert tripped(run(0.5, lambda _: stay(50.1), lambda *_: sound(50.0), at(50.0))) == set()
 
 
+@pytest.mark.requirement("OS-R10")
 def test_a_head_that_advances_against_its_command_loses_its_torque() -> None:
     def report(time_s: float, _head_mm: float) -> Readings:
         return sound(50.0 + 15.0 * max(time_s - AFTER_S, 0.0))
@@ -154,6 +160,7 @@ def test_a_head_that_advances_against_its_command_loses_its_torque() -> None:
     expect(ticks, Trip.HEAD_RUNAWAY, AFTER_S + 1.0 / 15.0, Reaction.TORQUE_OFF)
 
 
+@pytest.mark.requirement("OS-R10")
 def test_a_runaway_in_the_middle_of_a_withdrawal_is_one_too() -> None:
     def back(time_s: float) -> Setpoints:
         return stay(90.0 - 15.0 * time_s)
@@ -182,6 +189,7 @@ def test_a_stop_from_full_speed_is_no_runaway() -> None:
     assert Trip.HEAD_RUNAWAY not in tripped(run(0.3, propose, report, at(50.0)))
 
 
+@pytest.mark.requirement("OS-R02")
 def test_a_head_carried_past_its_cap_is_withdrawn() -> None:
     start_mm = HEAD_CAP_MM + 0.9
 
@@ -192,6 +200,7 @@ def test_a_head_carried_past_its_cap_is_withdrawn() -> None:
     expect(ticks, Trip.TIP_BEYOND_CAP, 0.05, Reaction.WITHDRAW)
 
 
+@pytest.mark.requirement("OS-R07")
 def test_line_vacuum_over_its_limit_is_cut_after_a_fifth_of_a_second() -> None:
     def report(time_s: float, head_mm: float) -> Readings:
         high = 151.0 if time_s >= AFTER_S else 149.0
@@ -211,6 +220,7 @@ def test_a_line_that_hides_its_vacuum_now_and_then_is_cut_as_soon() -> None:
     assert tick.time_s == pytest.approx(0.2, abs=0.005)
 
 
+@pytest.mark.requirement("OS-R04")
 def test_negative_pressure_is_limited_from_the_valve_leaving_its_seat() -> None:
     def propose(time_s: float) -> Setpoints:
         return stay()._replace(valve_open=time_s >= AFTER_S)
@@ -226,6 +236,7 @@ def test_a_valve_that_does_not_close_counts_as_open(cam_rad: float) -> None:
     expect(ticks, Trip.NEGATIVE_PRESSURE_TIME, 0.5, Reaction.WITHDRAW)
 
 
+@pytest.mark.requirement("OS-R05")
 def test_time_in_the_airway_is_limited() -> None:
     ticks = run(2.2, lambda t: stay(min(PARK_MM + 20.0 * t, PARK_MM + 40.0)))
     # Not before the narrowest gap is taken up: the deepest possible tip stands still until then.
@@ -234,6 +245,7 @@ def test_time_in_the_airway_is_limited() -> None:
     expect(ticks, Trip.IN_AIRWAY_TIME, inside.time_s + 0.8, Reaction.WITHDRAW)
 
 
+@pytest.mark.requirement("OS-R06")
 @pytest.mark.parametrize("bounce", [1, 2, 5, 9])
 def test_contact_is_limited_even_if_the_switch_bounces(bounce: int) -> None:
     def report(time_s: float, head_mm: float) -> Readings:
@@ -252,6 +264,7 @@ def test_a_contact_that_opens_for_ten_milliseconds_is_over() -> None:
     assert Trip.CONTACT_TIME not in tripped(run(1.0, lambda _: stay(), report))
 
 
+@pytest.mark.requirement("OS-R12")
 def test_five_late_ticks_in_a_row_are_a_fault_four_are_not() -> None:
     ticks = run(0.2, lambda _: stay(), overrun=lambda t: t >= AFTER_S - 1e-9)
     expect(ticks, Trip.LATE_TICKS, AFTER_S + 4 * DT_S, Reaction.WITHDRAW)

@@ -29,6 +29,7 @@ def test_the_gap_is_given_in_tip_travel_and_held_in_head_travel() -> None:
     assert (GAP_LEAST, GAP_MOST) == (0.7, 1.3)
 
 
+@pytest.mark.requirement("OS-R02")
 @given(path=paths, share=shares, start=st.floats(-1.0, 1.0))
 def test_no_gap_thought_possible_brings_the_catheter_further(
     path: list[float], share: float, start: float
@@ -84,6 +85,7 @@ def test_advancing_never_lowers_and_drawing_back_never_raises_the_bound(path: li
         foremost, before = after, head
 
 
+@pytest.mark.requirement("OS-R02")
 @given(cap=st.floats(20.0, 130.0), start=st.floats(-60.0, -40.0))
 def test_a_head_below_its_cap_keeps_the_tip_below_its_own(cap: float, start: float) -> None:
     foremost = bounds.anywhere(BOUNDS, start)

@@ -13,6 +13,7 @@ def test_every_identified_machine_is_plausible_to_itself() -> None:
         plausibility.check(bench.identify(rig).calibration, rig.profile.transmission, "file")
 
 
+@pytest.mark.requirement("OS-R28")
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

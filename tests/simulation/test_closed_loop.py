@@ -61,6 +61,7 @@ GOLDEN_COLUMNS = [
     "truth.lung_volume_ml",
     "truth.lung_volume_loss_ml",
     "truth.spo2_percent",
+    "truth.line_vacuum_mmhg",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

@@ -36,6 +36,7 @@ def test_figures_of_a_whole_cycle_fit_together(cycle: Columns) -> None:
     found = of(cycle)
     assert found.completed
     assert found.trips == ()
+    assert found.alarms == ()
     assert found.cycle_s == pytest.approx(cycle["time_s"].size * DT_S)
     assert found.reached_mm <= found.deepest_mm == np.max(cycle["truth.tip_mm"])
     # Dwell 9 s, withdrawal 10 s, closing stroke 2 s; opening and settling take a little.

@@ -1,6 +1,7 @@
 """The ``opensuction`` command: every error one plain line, every result readable or JSON."""
 
 import sys
+import textwrap
 from typing import Annotated
 
 import typer
@@ -8,6 +9,7 @@ import typer
 from opensuction import __version__
 from opensuction.cli import interruption, option, study, workbench
 from opensuction.kernel.errors import InputError
+from opensuction.twin.fault_table import KINDS
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
@@ -22,7 +24,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-CYCLE_EXAMPLES = """\b
+FAULTS = textwrap.fill(
+    ", ".join(fault.title for fault in KINDS),
+    width=80,
+    initial_indent="  ",
+    subsequent_indent="  ",
+    break_on_hyphens=False,
+)
+CYCLE_EXAMPLES = f"""\b
 Examples:
   opensuction cycle                                  an adult on a ventilator
   opensuction cycle --protocol paediatric --patient child-10kg
@@ -33,6 +42,8 @@ Examples:
   opensuction cycle --machine my-machine.toml --patient my-patient.toml
   opensuction cycle --protocol paper --compensation bench/identification.toml
   opensuction cycle --repeat 6 --every 240           a day: a cycle every four hours
+  opensuction cycle --fault valve-jammed@suctioning+2
+  opensuction cycle --fault line-leak=0.5 --fault power-lost@12
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
@@ -63,10 +74,17 @@ A machine file says what it starts from and what it changes:
 A patient file likewise; a value with a spread is drawn by the seed:
   preset = "adult-icu"
   weight_kg = 82.0
-  carina_mm = { value = 60.0, spread = 4.0 }
+  carina_mm = {{ value = 60.0, spread = 4.0 }}
 
 \b
 docs/parameters.md lists every parameter with unit, range and source.
+
+\b
+A fault comes S seconds after the start (@S), S seconds into a phase (@PHASE+S:
+checking, preloading, inserting, backing_off, opening, suctioning, withdrawing,
+closing, aborting, halted), or is there from the start. Its strength has a unit of
+its own. docs/faults.md says what each does:
+{FAULTS}
 
 \b
 Exit status: 0 completed, 1 aborted, 2 bad input, 130 interrupted."""
@@ -100,6 +118,7 @@ def cycle(
     approach: option.Approach = "travel",
     compensation: option.Compensation = "exact-inverse",
     taught: option.TaughtLength = None,
+    fault: option.Faults = None,
     repeat: option.Repeat = 1,
     every: option.Every = None,
     seed: option.Seed = 1,
@@ -124,6 +143,7 @@ def cycle(
         approach=approach,
         compensation=compensation,
         taught_mm=taught,
+        faults=tuple(fault or ()),
         repeat=repeat,
         every_min=every,
         seed=seed,

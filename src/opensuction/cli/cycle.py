@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
+SOUND = "alarm.wav"
+"""File that lets a person hear the most urgent alarm of a run."""
 POLL_S = 0.1
 """How often a wait looks for Ctrl-C."""
 
@@ -35,6 +37,7 @@ class Options(NamedTuple):
     approach: str
     compensation: str
     taught_mm: float | None
+    faults: tuple[str, ...]
     repeat: int
     every_min: float | None
     seed: int
@@ -107,7 +110,14 @@ def _run_and_write(
     options: Options, console: Console, pace: float, staging: Path, began_s: float
 ) -> dict[str, Any]:
     # Heavy imports.
-    from opensuction.evidence import cycle_choice, cycle_run, cycle_summary, day_run
+    from opensuction.evidence import (
+        cycle_choice,
+        cycle_run,
+        cycle_summary,
+        day_run,
+        fault_choice,
+        fault_run,
+    )
     from opensuction.kernel import compiled
     from opensuction.kernel.phase import Phase
     from opensuction.report import page, terminal
@@ -122,6 +132,7 @@ def _run_and_write(
         catheter=options.catheter,
         conduit=options.conduit,
         taught_mm=options.taught_mm,
+        faults=fault_choice.chosen(options.faults, options.approach, options.repeat),
     )
     # Progress goes to stderr: a refusal may still come, and then nothing is on stdout.
     progress = Console(stderr=True, highlight=False)
@@ -154,18 +165,31 @@ def _run_and_write(
             )
             pacer.wait_until(progress.time_s)
 
-        columns = cycle_run.play(prepared, watch)
+        played = fault_run.play(prepared, watch)
+    columns = played.columns
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(prepared, columns, time.monotonic() - began_s, factor)
+    data["faults"] = fault_run.plain(played)
     html = page.render(data, columns, cycle_summary.sections(prepared))
     (staging / "report.html").write_text(html, encoding="utf-8")
     return _written(data, staging, began_s)
 
 
 def _written(data: dict[str, Any], staging: Path, began_s: float) -> dict[str, Any]:
+    _write_sound(data, staging)
     data["wall_s"] = time.monotonic() - began_s
     (staging / "cycle.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     return data
+
+
+def _write_sound(data: dict[str, Any], staging: Path) -> None:
+    """What was heard of the most urgent alarm, beside the report; nothing where there was none."""
+    from opensuction.report import alarm_sound
+    from opensuction.safety.alarm_condition import Priority
+
+    if data["alarms"]:
+        loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
+        (staging / SOUND).write_bytes(alarm_sound.encoded(loudest))
 
 
 def _day(
@@ -197,6 +221,7 @@ def _day(
     (staging / "report.html").write_text(html, encoding="utf-8")
     sheet_html = sheet.render(day_summary.page(day, options.repeat, every_min))
     (staging / "day.html").write_text(sheet_html, encoding="utf-8")
+    data["faults"] = []
     data["day"] = day_summary.plain(day, options.repeat, every_min)
     for note in data["day"]["notes"]:
         console.print(f"Note: {note}", soft_wrap=True)
@@ -207,6 +232,8 @@ def _summarise(console: Console, data: dict[str, Any], folder: Path) -> None:
     from opensuction.report import terminal
 
     files = [folder / "report.html", folder / "cycle.json"]
+    if data["alarms"]:
+        files.append(folder / SOUND)
     if "day" in data:
         console.print("The last of these cycles:")
         files.insert(0, folder / "day.html")

@@ -71,6 +71,15 @@ TaughtLength = Annotated[
         show_default=False,
     ),
 ]
+Faults = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="What goes wrong, up to twice: from the start on, or at an instant (@S or @PHASE+S), "
+        "with a strength or its default. See below for names.",
+        metavar="NAME[@S][=STRENGTH]",
+        show_default=False,
+    ),
+]
 Repeat = Annotated[
     int,
     typer.Option(

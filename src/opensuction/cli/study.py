@@ -1,5 +1,6 @@
 """Options of the commands that show or find something by runs of their own on the twin."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -125,8 +126,75 @@ def benchmark(
     interruption.carry_out(lambda: command.run(options))
 
 
+SAFETY_CASE_EXAMPLES = """\b
+Examples:
+  opensuction safety-case                            report.html and safety-case.json under runs/
+  opensuction safety-case --seeds 5                  five machines and patients for each run
+  opensuction safety-case --table mine.toml          hazards of your own
+  opensuction safety-case --json | jq '.hazards[] | select(.ok | not) | .problems'
+  opensuction cycle --fault pump-runaway@suctioning  one of its faults, seen in a whole cycle
+
+\b
+A row of a hazard table (docs/safety-case.md says what the keys mean):
+  [[hazard]]
+  id = "OS-H17"
+  hazard = "Vacuum above the patient's limit"
+  cause = "Pump runs away"
+  effect = "Mucosal haemorrhage"
+  severity = "serious"                 # negligible, minor, serious, critical
+  detection = "Line vacuum above its limit"
+  control = "Valve closed, pump off; out"
+  alarm = ["VACUUM_EXCEEDED"]          # any of these; priority is the first one's
+  priority = "high"
+  safe_state = "out-without-suction"
+  detected_ms = 2000
+  safe_ms = 10000
+  because = "The line takes 2 s to climb that far; 8 s to come out."
+  requirements = ["OS-R07"]
+  [[hazard.fault]]                     # any key above may be here too, for this fault alone
+  name = "pump-runaway"
+  phases = ["opening", "suctioning"]   # or all
+
+\b
+Exit status: 0 every bound holds, 1 one is broken, 2 bad input, 130 interrupted."""
+
+
+def safety_case(
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            help="Hazard table (TOML). Default: the project's own.",
+            metavar="FILE",
+            show_default=False,
+        ),
+    ] = None,
+    seeds: Annotated[
+        int,
+        typer.Option(
+            help="How many machines and patients are drawn for each run, seeds 1 on.",
+            min=1,
+            max=100,
+            metavar="N",
+        ),
+    ] = 1,
+    out: option.StudyOut = None,
+    force: option.Force = False,
+    as_json: option.AsJson = False,
+) -> None:
+    """Every hazard on the twin: its faults injected, alarm and safe state timed against bounds.
+
+    A hazard whose bound is broken is shown as broken. The report has a strip chart of each
+    hazard's worst run. Two processes share the work.
+    """
+    from opensuction.cli import safety_case as command
+
+    options = command.Options(table=table, seeds=seeds, out=out, force=force, as_json=as_json)
+    interruption.carry_out(lambda: command.run(options))
+
+
 def register(app: typer.Typer) -> None:
     """Add these commands to the ``opensuction`` command."""
     app.command(epilog=REPRODUCE_EXAMPLES)(reproduce)
     app.command(epilog=CALIBRATE_EXAMPLES)(calibrate)
     app.command(epilog=BENCHMARK_EXAMPLES)(benchmark)
+    app.command(name="safety-case", epilog=SAFETY_CASE_EXAMPLES)(safety_case)

@@ -1,7 +1,7 @@
 """The controller: readings and requests in, commands out, one pure step a tick.
 
-procedure (what) -> control (how) -> governor (may it?) -> servos -> commands. The servos come
-last because the governor's own reactions, hold and withdraw, need them too.
+procedure (what) -> control (how) -> governor (may it?) -> servos -> commands, and alarms. The
+servos come after the governor because its own reactions, hold and withdraw, need them too.
 """
 
 import math
@@ -12,6 +12,7 @@ from opensuction.control.compensation import Compensation, Rest
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.servo import Servo, ServoState
 from opensuction.control.valve import ValveMotion
+from opensuction.controller import alarm_source
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
@@ -22,7 +23,8 @@ from opensuction.procedure.cycle import Demand
 from opensuction.procedure.plan import Plan
 from opensuction.procedure.progress import ProcedureState, Surroundings
 from opensuction.procedure.upkeep import Refusal, Service, Upkeep
-from opensuction.safety import governor
+from opensuction.safety import alarm, alarm_state, governor
+from opensuction.safety.alarm_state import Signals
 from opensuction.safety.governor import GovernorState, Verdict
 from opensuction.safety.limits import Limits
 from opensuction.safety.trip import Reaction
@@ -41,6 +43,7 @@ class Settings(NamedTuple):
     valve_servo: Servo
     valve_motion: ValveMotion
     limits: Limits
+    alarms: alarm_state.Settings
 
 
 class State(NamedTuple):
@@ -55,6 +58,27 @@ class State(NamedTuple):
     governor: GovernorState
     tripped: bool
     powerless: bool
+    reasons: int
+    """Alarm conditions for which it halts; see `alarm_source.reasons`."""
+    alarms: alarm_state.State
+
+
+class Memory(NamedTuple):
+    """State without the alarms: there is no array in it, so handing it on costs nothing.
+
+    Whoever takes a record with an array in it counts a reference to it, every tick.
+    """
+
+    procedure: ProcedureState
+    upkeep: Upkeep
+    compensation: HeadState
+    insertion_servo: ServoState
+    valve_servo: ServoState
+    cam_rad: float
+    governor: GovernorState
+    tripped: bool
+    powerless: bool
+    reasons: int
 
 
 class Inputs(NamedTuple):
@@ -73,6 +97,8 @@ class Outputs(NamedTuple):
     commands: Commands
     demand: Demand
     verdict: Verdict
+    signals: Signals
+    """Alarms: what people are told."""
     phase: int
     cause: int
     """Event that led into the phase."""
@@ -116,6 +142,8 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
         governor=watch,
         tripped=False,
         powerless=False,
+        reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
+        alarms=alarm_state.start(),
     )
 
 
@@ -128,7 +156,7 @@ def waited(state: State, duration_s: float) -> State:
 
 
 @compiled
-def _head_mm(state: State, readings: Readings) -> float:
+def _head_mm(state: Memory, readings: Readings) -> float:
     """Head as it is read in this tick; the last that was known where it is not."""
     if readings.head_valid and math.isfinite(readings.head_mm):
         return readings.head_mm
@@ -137,7 +165,7 @@ def _head_mm(state: State, readings: Readings) -> float:
 
 @compiled
 def _lead(
-    settings: Settings, state: State, origin: HeadState, demand: Demand, phase: int, dt_s: float
+    settings: Settings, state: Memory, origin: HeadState, demand: Demand, phase: int, dt_s: float
 ) -> HeadState:
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
     by_hand = not demand.insertion_on
@@ -172,7 +200,7 @@ def _lead(
 @compiled
 def _actuate(
     settings: Settings,
-    state: State,
+    state: Memory,
     allowed: Setpoints,
     verdict: Verdict,
     seen: Watch,
@@ -211,10 +239,10 @@ def _actuate(
 
 
 @compiled
-def _acknowledged(settings: Settings, state: State) -> State:
+def _acknowledged(settings: Settings, state: Memory) -> Memory:
     """A person has dealt with what halted the machine: the head begins again from where it is."""
     watch = governor.reset(settings.limits, state.governor)
-    return State(
+    return Memory(
         procedure=state.procedure,
         upkeep=state.upkeep,
         compensation=compensation.rested(
@@ -226,6 +254,7 @@ def _acknowledged(settings: Settings, state: State) -> State:
         governor=watch,
         tripped=False,
         powerless=False,
+        reasons=state.reasons,
     )
 
 
@@ -244,31 +273,37 @@ def _granted(requests: Requests, start: bool) -> Requests:
         changed=requests.changed,
         return_to_service=requests.return_to_service,
         not_needed=requests.not_needed,
+        acknowledge=requests.acknowledge,
+        audio_pause=requests.audio_pause,
     )
 
 
 @compiled
-def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
-    """One tick of the controller; no clock, no I/O, nothing hidden."""
-    dt_s = inputs.dt_s
-    requests = inputs.requests
+def _attended(settings: Settings, state: Memory, requests: Requests) -> Memory:
+    """The state as a person's reset or return to service leaves it, where there was one."""
     before = state.procedure.phase
     cleared = (before == Phase.HALTED.value and requests.reset) or (
         before == Phase.OUT_OF_SERVICE.value and requests.return_to_service
     )
     if cleared and not requests.abort:
-        state = _acknowledged(settings, state)
-    asked = upkeep.is_asked(settings.service, state.upkeep, before, requests)
-    refused = upkeep.refusal(settings.service, state.upkeep, before, settings.plan.travel_known)
-    touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
-        inputs.readings
-    )
+        return _acknowledged(settings, state)
+    return state
+
+
+@compiled
+def _surroundings(
+    settings: Settings, state: Memory, readings: Readings, touched: bool, confirm: bool
+) -> tuple[HeadState, Surroundings]:
+    """What the procedure learns of the rest, and the head as it is led from where it touched.
+
+    touched: the tip has met something on its way in. confirm: a person says where the tip is.
+    """
     here, here_mm, tip_mm = state.compensation, 0.0, 0.0
     if touched:
-        head_mm = _head_mm(state, inputs.readings)
+        head_mm = _head_mm(state, readings)
         here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
-    if touched or requests.confirm:
-        head_mm = _head_mm(state, inputs.readings)
+    if touched or confirm:
+        head_mm = _head_mm(state, readings)
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
     around = Surroundings(
         head_wanted_mm=state.compensation.head_mm,
@@ -278,18 +313,13 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         here_mm=here_mm,
         tip_mm=tip_mm,
     )
-    procedure, demand = cycle.step(
-        settings.plan,
-        state.procedure,
-        inputs.readings,
-        _granted(requests, asked and refused == Refusal.NONE.value),
-        around,
-        dt_s,
-    )
-    from_here = touched and procedure.phase == Phase.BACKING_OFF.value
-    origin = here if from_here else state.compensation
-    led = _lead(settings, state, origin, demand, procedure.phase, dt_s)
-    proposal = Setpoints(
+    return here, around
+
+
+@compiled
+def _proposal(led: HeadState, demand: Demand) -> Setpoints:
+    """What procedure and control want together."""
+    return Setpoints(
         head_mm=led.head_mm,
         head_mm_per_s=led.head_mm_per_s,
         insertion_on=demand.insertion_on,
@@ -297,34 +327,24 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         pump_on=demand.pump_on,
         vacuum_mmhg=demand.vacuum_mmhg,
     )
-    watch, allowed, verdict = governor.step(
-        settings.limits, state.governor, proposal, inputs.readings, inputs.host.overrun, dt_s
-    )
-    insertion, valve_state, commands = _actuate(
-        settings,
-        state,
-        allowed,
-        verdict,
-        watch.watch,
-        procedure.phase != Phase.OUT_OF_SERVICE.value,
-        dt_s,
-    )
-    kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
-    following = State(
-        procedure=procedure,
-        upkeep=kept,
-        compensation=led,
-        insertion_servo=insertion,
-        valve_servo=valve_state,
-        cam_rad=commands.cam_rad,
-        governor=watch,
-        tripped=verdict.trips != 0,
-        powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
-    )
-    return following, Outputs(
+
+
+@compiled
+def _outputs(
+    settings: Settings,
+    procedure: ProcedureState,
+    kept: Upkeep,
+    commands: Commands,
+    demand: Demand,
+    verdict: Verdict,
+    signals: Signals,
+) -> Outputs:
+    """What leaves the controller, with procedure and upkeep as the tick ended."""
+    return Outputs(
         commands=commands,
         demand=demand,
         verdict=verdict,
+        signals=signals,
         phase=procedure.phase,
         cause=procedure.cause,
         check_item=procedure.check.item,
@@ -335,3 +355,107 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         assessment_due=upkeep.is_prompting(settings.service, kept, procedure.phase),
         catheter_age_s=kept.catheter_age_s,
     )
+
+
+@compiled
+def _wrong(
+    settings: Settings,
+    state: Memory,
+    procedure: ProcedureState,
+    kept: Upkeep,
+    inputs: Inputs,
+    trips: int,
+) -> tuple[int, int]:
+    """Why the machine halts, and all that is wrong: masks of alarm conditions.
+
+    state: as the tick began. procedure, kept: as it ended.
+    """
+    plan, service = settings.plan, settings.service
+    held = alarm_source.reasons(
+        plan, state.procedure.phase, procedure, state.reasons, inputs.readings
+    )
+    refused = upkeep.refusal(service, kept, procedure.phase, plan.travel_known)
+    return held, alarm_source.conditions(
+        service, kept, procedure.phase, refused, held, trips, inputs.host.conditions
+    )
+
+
+@compiled
+def _buttons(requests: Requests) -> alarm_state.Buttons:
+    """What people press about alarms; who puts the machine back to work has dealt with them."""
+    return alarm_state.Buttons(
+        acknowledge=requests.acknowledge,
+        audio_pause=requests.audio_pause,
+        reset=(requests.reset or requests.return_to_service) and not requests.abort,
+    )
+
+
+@compiled
+def _memory(state: State) -> Memory:
+    return Memory(
+        procedure=state.procedure,
+        upkeep=state.upkeep,
+        compensation=state.compensation,
+        insertion_servo=state.insertion_servo,
+        valve_servo=state.valve_servo,
+        cam_rad=state.cam_rad,
+        governor=state.governor,
+        tripped=state.tripped,
+        powerless=state.powerless,
+        reasons=state.reasons,
+    )
+
+
+@compiled
+def _decide(
+    settings: Settings, state: Memory, inputs: Inputs, start: bool
+) -> tuple[ProcedureState, Demand, HeadState]:
+    """Procedure and control: the cycle one tick on, what it asks for, and where the head goes."""
+    readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
+    inserting = state.procedure.phase == Phase.INSERTING.value
+    touched = inserting and progress.is_contact(readings)
+    here, around = _surroundings(settings, state, readings, touched, requests.confirm)
+    procedure, demand = cycle.step(
+        settings.plan, state.procedure, readings, _granted(requests, start), around, dt_s
+    )
+    from_here = touched and procedure.phase == Phase.BACKING_OFF.value
+    origin = here if from_here else state.compensation
+    return procedure, demand, _lead(settings, state, origin, demand, procedure.phase, dt_s)
+
+
+@compiled
+def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
+    """One tick of the controller; no clock, no I/O, nothing hidden."""
+    readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
+    service, before = settings.service, state.procedure.phase
+    now = _attended(settings, _memory(state), requests)
+    asked = upkeep.is_asked(service, now.upkeep, before, requests)
+    refused = upkeep.refusal(service, now.upkeep, before, settings.plan.travel_known)
+    start = asked and refused == Refusal.NONE.value
+    procedure, demand, led = _decide(settings, now, inputs, start)
+    watch, allowed, verdict = governor.step(
+        settings.limits, now.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
+    )
+    in_service = procedure.phase != Phase.OUT_OF_SERVICE.value
+    insertion, valve_state, commands = _actuate(
+        settings, now, allowed, verdict, watch.watch, in_service, dt_s
+    )
+    kept = upkeep.step(now.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
+    reasons, wrong = _wrong(settings, now, procedure, kept, inputs, verdict.trips)
+    alarms, signals = alarm.step(
+        settings.alarms, state.alarms, wrong, not in_service, _buttons(requests), dt_s
+    )
+    following = State(
+        procedure=procedure,
+        upkeep=kept,
+        compensation=led,
+        insertion_servo=insertion,
+        valve_servo=valve_state,
+        cam_rad=commands.cam_rad,
+        governor=watch,
+        tripped=verdict.trips != 0,
+        powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
+        reasons=reasons,
+        alarms=alarms,
+    )
+    return following, _outputs(settings, procedure, kept, commands, demand, verdict, signals)

@@ -32,8 +32,10 @@ from opensuction.procedure.protocol import Protocol
 from opensuction.procedure.schedule import ON_REQUEST_ONLY, Schedule
 from opensuction.procedure.site import Site
 from opensuction.procedure.upkeep import LIFE_S, Service
+from opensuction.safety import alarm_state
 from opensuction.safety import limits as bounds
 from opensuction.safety.limits import Limits
+from opensuction.safety.signal_value import REMINDER
 
 OUTSIDE_MARGIN_MM = 1.0
 """The parked interval plus this counts as outside on a machine that parks at the boundary."""
@@ -43,6 +45,8 @@ CONTACT_S = 2.0
 """Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
+AUDIO_PAUSE_S = 120.0
+"""Length of an audio pause: the longest that is allowed."""
 RUN_INS_S = tuple(0.01 * step for step in range(16))
 """Run-ins that are tried for `preview`: the best of the machines here lie at 0.04 to 0.1 s."""
 REHEARSAL_TICK_S = 0.001
@@ -321,6 +325,7 @@ def settings(
             open_rad=profile.cam_open_rad, speed_rad_per_s=profile.cam_rad_per_s
         ),
         limits=held,
+        alarms=alarm_state.settings(AUDIO_PAUSE_S, REMINDER.interval_s.value),
     )
 
 

@@ -13,6 +13,7 @@ from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.simulation import bench, machine_kind
+from opensuction.simulation.fault_instant import Injection
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.twin import patient_kind, preset
 from opensuction.twin.catheter import CATHETERS, ROUTES, laid
@@ -43,6 +44,8 @@ class Choice(NamedTuple):
     """None: the standard one, or the machine file's."""
     taught_mm: float | None = None
     """Travel length that a person measured, tube's lower end to carina; None: taught by hand."""
+    faults: tuple[Injection, ...] = ()
+    """What goes wrong; see `fault_choice`."""
 
 
 def is_file(name: str) -> bool:

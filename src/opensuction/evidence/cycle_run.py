@@ -9,7 +9,7 @@ import numpy as np
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
-from opensuction.evidence import compensation_choice, cycle_choice
+from opensuction.evidence import compensation_choice, cycle_choice, fault_choice
 from opensuction.evidence.cycle_choice import APPROACHES, Choice
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
@@ -72,8 +72,13 @@ class Progress(NamedTuple):
 def taught(choice: Choice, rig: Rig, calibration: Calibration) -> float:
     """Depth of the carina as a person measured it, or as a hand teaches it on the rig.
 
-    Raises InputError where what was taught is not taken.
+    A fault may make it too long. Raises InputError where what was taught is not taken.
     """
+    wrong_mm = fault_choice.taught_error_mm(choice.faults)
+    if wrong_mm > 0.0:
+        wrong_mm += taught(choice._replace(faults=()), rig, calibration)
+        teaching.check_plausible(rig.site.age, wrong_mm, "the taught length")
+        return wrong_mm
     if choice.taught_mm is not None:
         return choice.taught_mm
     found = by_hand.teach(rig, calibration)
@@ -128,6 +133,7 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
 
     tell: called with a line of progress. Raises InputError for bad names, files and plans.
     """
+    choice = fault_choice.set_up(choice, choice.faults)
     found, kind = cycle_choice.check(choice)
     by_contact = APPROACHES[choice.approach]
     rig = bench.rig_of(*cycle_choice.kinds(choice), choice.seed)
@@ -186,7 +192,7 @@ def played(
         state, ticks = closed_loop.run(prepared.loop, state, requests, table[done : done + piece])
         requests = NO_REQUESTS
         done += ticks
-        watch(_progress(table[done - 1]))
+        watch(progress(table[done - 1]))
         resting = closed_loop.is_resting(state.controller.procedure.phase)
         if resting and active:
             break
@@ -200,7 +206,8 @@ def played(
 _INDEX = {name: i for i, name in enumerate(COLUMNS)}
 
 
-def _progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progress:
+def progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progress:
+    """Where a cycle is, from a row of its trace."""
     return Progress(
         time_s=float(row[_INDEX["time_s"]]),
         phase=int(row[_INDEX["phase"]]),

@@ -4,6 +4,7 @@ Keys and units are a contract (DESIGN section 8); ``null`` is what this twin doe
 """
 
 import math
+from collections.abc import Iterable
 from enum import IntEnum
 from typing import Any
 
@@ -18,6 +19,9 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.check import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.guideline import GUIDELINES
 from opensuction.procedure.transition import Event
+from opensuction.safety import alarm_text
+from opensuction.safety.alarm_condition import Condition
+from opensuction.safety.alarm_episode import Episode
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
 from opensuction.simulation.bench import Identification
@@ -75,20 +79,34 @@ def _timing(prepared: Prepared, result: Outcome) -> Json:
     }
 
 
-def _trips(result: Outcome) -> tuple[list[Json], list[Json]]:
-    trips, alarms = [], []
-    for code, time_s in result.trips:
-        kind = KINDS[code]
-        name = _name(code)
-        trips.append({"name": name, "sentence": kind.sentence, "time_s": time_s})
-        alarms.append(
-            {"name": name, "priority": kind.priority, "sentence": kind.sentence, "time_s": time_s}
-        )
-    if not result.completed:
-        sentence = "automated suctioning has stopped"
-        stopped = {"name": "automation-stopped", "priority": "high", "sentence": sentence}
-        alarms.append({**stopped, "time_s": result.cycle_s})
-    return trips, alarms
+def _trips(result: Outcome) -> list[Json]:
+    return [
+        {"name": _name(code), "sentence": KINDS[code].sentence, "time_s": time_s}
+        for code, time_s in result.trips
+    ]
+
+
+def alarms(found: Iterable[Episode]) -> list[Json]:
+    """The key ``alarms``: every alarm with its sentence and remedy; none in a healthy cycle."""
+    return [
+        {
+            "condition": alarm_name(episode.condition),
+            "priority": _name(episode.priority),
+            "sentence": alarm_text.text(episode.condition).sentence,
+            "remedy": alarm_text.text(episode.condition).remedy,
+            "started_s": episode.started_s,
+            "ended_s": episode.ended_s,
+            "latched": episode.latched,
+            "acknowledged_s": episode.acknowledged_s,
+        }
+        for episode in found
+    ]
+
+
+def alarm_name(condition: int) -> str:
+    """A condition as the JSON writes it; one without a name has its number."""
+    known = condition in set(Condition)
+    return _name(Condition(condition)) if known else f"unknown-{condition}"
 
 
 def _abort(result: Outcome, columns: Columns) -> Json | None:
@@ -260,7 +278,6 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
     the compiled simulation alone took, trace included.
     """
     result = cycle_run.figures(prepared, columns)
-    trips, alarms = _trips(result)
     choice, kind = prepared.choice, prepared.rig.kind
     data: Json = {
         "outcome": "completed" if result.completed else "aborted",
@@ -296,8 +313,8 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "airway_pressure_least_cmh2o": result.airway_pressure_least_cmh2o,
         "check": _check(columns),
         "abort": _abort(result, columns),
-        "trips": trips,
-        "alarms": alarms,
+        "trips": _trips(result),
+        "alarms": alarms(result.alarms),
         "warnings": _warnings(prepared, result),
         "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
         "anatomy": {

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from opensuction import __version__
-from opensuction.evidence import cycle_choice
+from opensuction.evidence import cycle_choice, cycle_summary
 from opensuction.evidence.cycle_summary import without_nan
 from opensuction.evidence.day_run import Day, DayCycle
 from opensuction.procedure import schedule
@@ -32,6 +32,7 @@ def _row(cycle: DayCycle) -> Json:
         "spo2_nadir_percent": found.spo2_nadir_percent,
         "lung_volume_loss_ml": found.lung_volume_loss_ml,
         "trips": [item.trip.name.lower().replace("_", "-") for item in found.trips],
+        "alarms": cycle_summary.alarms(found.alarms),
         "catheter_age_h": cycle.catheter_age_s / HOUR_S,
         "catheter_changed": cycle.catheter_changed,
     }
@@ -86,6 +87,7 @@ def _table(day: Day) -> Table:
         "lung volume lost, mL",
         "catheter age, h",
         "catheter changed",
+        "alarms",
     )
     rows = tuple(
         (
@@ -99,6 +101,7 @@ def _table(day: Day) -> Table:
             cycle.outcome.lung_volume_loss_ml,
             cycle.catheter_age_s / HOUR_S,
             "new" if cycle.catheter_changed else "",
+            ", ".join(cycle_summary.alarm_name(alarm.condition) for alarm in cycle.outcome.alarms),
         )
         for cycle in day.cycles
     )

@@ -13,7 +13,7 @@ class Requests(NamedTuple):
     abort: bool
     """Stop and come out, whatever is going on."""
     reset: bool
-    """Leave HALTED after the cause has been dealt with."""
+    """Leave HALTED after the cause has been dealt with; clear alarms that have ended."""
     teach: bool
     """Let a person move the catheter (PARKED only)."""
     confirm: bool
@@ -28,6 +28,10 @@ class Requests(NamedTuple):
     """Out of service: hands are off, the machine may be used."""
     not_needed: bool
     """The assessment that was due found nothing to suction."""
+    acknowledge: bool
+    """Alarms: silence what is shown now."""
+    audio_pause: bool
+    """Alarms: begin an audio pause, or end the one that runs."""
 
 
 class Host(NamedTuple):
@@ -35,6 +39,9 @@ class Host(NamedTuple):
 
     overrun: bool
     """The previous tick ended after its deadline."""
+    conditions: int
+    """What only the host can see, as a mask of alarm conditions (`safety.alarm_condition`): a late
+    message, a recorder or console that is lost, reserve energy in use. It can only add alarms."""
 
 
 NO_REQUESTS = Requests(
@@ -49,6 +56,8 @@ NO_REQUESTS = Requests(
     changed=False,
     return_to_service=False,
     not_needed=False,
+    acknowledge=False,
+    audio_pause=False,
 )
 START = NO_REQUESTS._replace(start=True)
 IDENTIFY = NO_REQUESTS._replace(identify=True)
@@ -61,4 +70,6 @@ SERVICE = NO_REQUESTS._replace(service=True)
 CHANGED = NO_REQUESTS._replace(changed=True)
 RETURN_TO_SERVICE = NO_REQUESTS._replace(return_to_service=True)
 NOT_NEEDED = NO_REQUESTS._replace(not_needed=True)
-HEALTHY_HOST = Host(overrun=False)
+ACKNOWLEDGE = NO_REQUESTS._replace(acknowledge=True)
+AUDIO_PAUSE = NO_REQUESTS._replace(audio_pause=True)
+HEALTHY_HOST = Host(overrun=False, conditions=0)

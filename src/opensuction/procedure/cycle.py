@@ -197,6 +197,67 @@ def _tested(state: ProcedureState, checked: CheckState, phase: int, cause: int) 
 
 
 @compiled
+def _changed(
+    plan: Plan,
+    state: ProcedureState,
+    checked: CheckState,
+    taught: TeachingState,
+    events: int,
+    phase: int,
+    here_mm: float,
+) -> ProcedureState:
+    """The cycle as events lead it into another phase. here_mm: see `Surroundings`."""
+    resting = (
+        phase == Phase.HALTED.value
+        or phase == Phase.PARKED.value
+        or phase == Phase.OUT_OF_SERVICE.value
+    )
+    reference_mm = plan.motion.park_mm if resting else state.reference_mm
+    if phase == Phase.BACKING_OFF.value:
+        reference_mm = here_mm
+    cause = transition.taken(state.phase, events)
+    checked = _tested(state, checked, phase, cause)
+    was_open = state.valve_open and state.phase != Phase.CHECKING.value
+    if phase == Phase.TEACHING.value:
+        taught = teaching.begun()
+    return _enter(phase, cause, reference_mm, was_open and not resting, checked, taught)
+
+
+@compiled
+def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
+    """Whether the reference stands at the target."""
+    return (
+        phase == Phase.OPENING.value
+        or phase == Phase.SUCTIONING.value
+        or (phase == Phase.INSERTING.value and reference_mm == plan.motion.target_mm)
+    )
+
+
+@compiled
+def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
+    """What the cycle asks of the control ``time_s`` after its phase began."""
+    phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
+    pumping = _is_pumping(phase, now.valve_open)
+    keeping = pumping
+    if phase == Phase.CHECKING.value:
+        pumping = check.is_pumping(item)
+        keeping = check.keeps_vacuum(item)
+    direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
+    return Demand(
+        reference_mm=now.reference_mm,
+        reference_mm_per_s=now.reference_mm_per_s,
+        direction=direction,
+        starts_in_s=starts_in_s,
+        homing=_is_homing(phase) or (phase == Phase.TEACHING.value and bringing),
+        jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
+        insertion_on=_is_driven(phase, bringing),
+        valve_open=now.valve_open,
+        pump_on=pumping,
+        vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,
+    )
+
+
+@compiled
 def step(
     plan: Plan,
     state: ProcedureState,
@@ -206,71 +267,32 @@ def step(
     dt_s: float,
 ) -> tuple[ProcedureState, Demand]:
     """Advance the cycle by one tick; returns the new state and what it asks for."""
-    checked = state.check
+    checked, taught = state.check, state.teaching
     if state.phase == Phase.CHECKING.value:
         checked = progress.tested(plan, checked, readings, around, dt_s)
-    taught = state.teaching
     if state.phase == Phase.TEACHING.value:
         taught = progress.taught(plan, taught, readings, requests, around)
     events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks = state.arrived_ticks
     if phase != state.phase:
-        resting = (
-            phase == Phase.HALTED.value
-            or phase == Phase.PARKED.value
-            or phase == Phase.OUT_OF_SERVICE.value
-        )
-        reference_mm = plan.motion.park_mm if resting else state.reference_mm
-        if phase == Phase.BACKING_OFF.value:
-            reference_mm = around.here_mm
-        cause = transition.taken(state.phase, events)
-        checked = _tested(state, checked, phase, cause)
-        was_open = state.valve_open and state.phase != Phase.CHECKING.value
-        if phase == Phase.TEACHING.value:
-            taught = teaching.begun()
-        state = _enter(phase, cause, reference_mm, was_open and not resting, checked, taught)
-    reference, velocity = _reference(plan, state, state.phase_ticks * dt_s)
-    arrived = (
-        phase == Phase.OPENING.value
-        or phase == Phase.SUCTIONING.value
-        or (phase == Phase.INSERTING.value and reference == plan.motion.target_mm)
-    )
-    arrived_ticks = arrived_ticks + 1 if arrived else 0
+        state = _changed(plan, state, checked, taught, events, phase, around.here_mm)
+        checked, taught = state.check, state.teaching
+    time_s = state.phase_ticks * dt_s
+    reference, velocity = _reference(plan, state, time_s)
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
-    pumping = _is_pumping(phase, valve_open)
-    keeping = pumping
     if phase == Phase.CHECKING.value:
         valve_open = check.is_stroking(checked.item)
-        pumping = check.is_pumping(checked.item)
-        keeping = check.keeps_vacuum(checked.item)
-    direction, starts_in_s = _next_motion(
-        plan, phase, state.phase_ticks * dt_s, arrived_ticks * dt_s
-    )
-    demand = Demand(
+    now = ProcedureState(
+        phase=phase,
+        cause=state.cause,
+        phase_ticks=state.phase_ticks + 1,
+        start_mm=state.start_mm,
         reference_mm=reference,
         reference_mm_per_s=velocity,
-        direction=direction,
-        starts_in_s=starts_in_s,
-        homing=_is_homing(phase) or (phase == Phase.TEACHING.value and taught.bringing),
-        jog_mm=plan.check.jog_mm if check.is_jogging(checked.item) else 0.0,
-        insertion_on=_is_driven(phase, taught.bringing),
+        arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,
         valve_open=valve_open,
-        pump_on=pumping,
-        vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,
+        check=checked,
+        teaching=taught,
     )
-    return (
-        ProcedureState(
-            phase=phase,
-            cause=state.cause,
-            phase_ticks=state.phase_ticks + 1,
-            start_mm=state.start_mm,
-            reference_mm=reference,
-            reference_mm_per_s=velocity,
-            arrived_ticks=arrived_ticks,
-            valve_open=valve_open,
-            check=checked,
-            teaching=taught,
-        ),
-        demand,
-    )
+    return now, _demand(plan, now, time_s, dt_s)

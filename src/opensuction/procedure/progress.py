@@ -116,7 +116,8 @@ def _inside(
 
 
 @compiled
-def _is_closed(plan: Plan, readings: Readings) -> bool:
+def is_closed(plan: Plan, readings: Readings) -> bool:
+    """Whether the valve is known to be closed."""
     return readings.cam_valid and abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
 
 
@@ -142,7 +143,7 @@ def tested(
         off_park_mm=readings.head_mm - plan.motion.park_head_mm,
         settle_mm=plan.motion.settle_mm,
         opened=_is_opened(plan, readings),
-        closed=_is_closed(plan, readings),
+        closed=is_closed(plan, readings),
     )
     return check.step(plan.check, state, readings, seen, dt_s)
 
@@ -182,7 +183,7 @@ def _progress(
     phase = state.phase
     settled = _is_settled(plan, readings, around)
     still = state.reference_mm_per_s == 0.0
-    closed = _is_closed(plan, readings)
+    closed = is_closed(plan, readings)
     home = is_home(plan.motion, readings)
     if phase == Phase.CHECKING.value:
         passed = checked.item == CheckItem.NONE.value

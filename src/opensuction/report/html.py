@@ -25,6 +25,8 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters["event"] = narrative.event
+    environment.filters["alarm_span"] = narrative.alarm_span
+    environment.filters["capitalised"] = wording.capitalised
     environment.filters["plain"] = wording.plain
     environment.filters["quantity"] = wording.quantity
     return environment

@@ -18,12 +18,28 @@ def _with_stop(sentence: str) -> str:
 
 
 def event(entry: Summary) -> str:
-    """A trip or an alarm in one line: when, what, how urgent."""
+    """A trip in one line: when, and what."""
     time_s = number(entry, "time_s")
     said = text(entry, "sentence") or text(entry, "name") or "?"
-    priority = text(entry, "priority")
     when = "" if time_s is None else f"{quantity(time_s, 's')}: "
-    return f"{when}{said}{'' if priority is None else f' ({priority} priority)'}"
+    return f"{when}{said}"
+
+
+def alarm_span(entry: Summary) -> str:
+    """From when to when an alarm was shown."""
+    started_s, ended_s = number(entry, "started_s"), number(entry, "ended_s")
+    begin = "?" if started_s is None else quantity(started_s, "s")
+    return f"from {begin} on" if ended_s is None else f"{begin} to {quantity(ended_s, 's')}"
+
+
+def alarm(entry: Summary) -> str:
+    """An alarm in one line: how urgent, when, what, and what to do first."""
+    said = text(entry, "sentence") or text(entry, "condition") or "?"
+    priority = text(entry, "priority")
+    urgent = "Alarm" if priority is None else f"{priority.capitalize()} alarm"
+    remedy = text(entry, "remedy")
+    line = f"{urgent}, {alarm_span(entry)}: {_with_stop(said)}"
+    return line if remedy is None else f"{line} {remedy}"
 
 
 def aborted_at_s(summary: Summary) -> float | None:
@@ -200,15 +216,43 @@ def _faults(summary: Summary) -> str:
         return "No safety limit tripped and no alarm was raised."
     others = trips if completed(summary) else trips[1:]
     said = [f"Safety limit: {text(trip, 'sentence') or text(trip, 'name')}" for trip in others]
-    if alarms:
-        told = [text(alarm, "sentence") or text(alarm, "name") or "?" for alarm in alarms]
-        said.append(f"{'Alarm' if len(told) == 1 else 'Alarms'}: {'; '.join(told)}")
+    if len(alarms) == 1:
+        said.append("One alarm was raised")
+    elif alarms:
+        said.append(f"{len(alarms)} alarms were raised")
     return _with_stop(". ".join(said)) if said else ""
+
+
+def _strength(entry: Summary) -> str:
+    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
+    if strength is None:
+        return ""
+    return f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
+
+
+def _injected_fault(entry: Summary) -> str:
+    """One fault that was injected, and what noticed it."""
+    at_s, name = number(entry, "at_s"), text(entry, "name") or "?"
+    if at_s is None:
+        return f"The fault {name} was to be injected, but its instant never came"
+    said = f"Injected fault: {name}{_strength(entry)} at {quantity(at_s, 's')}"
+    meaning = text(entry, "meaning")
+    if meaning is not None:
+        said += f", {meaning}"
+    sentence, after_s = text(entry, "noticed", "sentence"), number(entry, "noticed", "after_s")
+    if sentence is None or after_s is None:
+        return f"{said}. Nothing noticed it"
+    return f"{said}. It was noticed {quantity(after_s, 's', 3)} later: {sentence}"
+
+
+def _injected(summary: Summary) -> str:
+    return " ".join(_with_stop(_injected_fault(entry)) for entry in rows(summary, "faults"))
 
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
     told = (
+        _injected,
         _ending,
         _check,
         _teaching,

@@ -31,7 +31,7 @@ class Curve(NamedTuple):
 
 
 class Level(NamedTuple):
-    """A horizontal line with a name."""
+    """A line with a name across a plot: horizontal, or upright among a plot's ``marks``."""
 
     value: float
     name: str
@@ -47,6 +47,8 @@ class Plot(NamedTuple):
     x: Values | None = None
     caption: str = ""
     levels: tuple[Level, ...] = ()
+    marks: tuple[Level, ...] = ()
+    """Vertical lines: instants with a name."""
 
 
 class Table(NamedTuple):
@@ -105,6 +107,7 @@ def plotted(plot: Plot) -> dict[str, Any]:
         "x_label": plot.x_label,
         "y_label": plot.y_label,
         "levels": [level._asdict() for level in plot.levels],
+        "marks": [mark._asdict() for mark in plot.marks],
     }
     y_reach = _reach([curve.y for curve in plot.curves])
     if plot.x is not None and all(curve.x is None for curve in plot.curves):

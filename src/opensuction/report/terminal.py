@@ -13,7 +13,7 @@ from rich.text import Text
 from opensuction.report import figures, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figures import Verdict
-from opensuction.report.summary import Summary, completed, text, warnings
+from opensuction.report.summary import Summary, completed, rows, text, warnings
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
 PLANNED: Final = (
@@ -39,6 +39,9 @@ VERDICT_STYLES: Final = {
     Verdict.BAD: "bold red",
 }
 """Colour besides the remark in words; the others have none."""
+
+ALARM_STYLES: Final = {"high": "bold red", "medium": "yellow", "low": "cyan"}
+"""Colours of IEC 60601-1-8, besides the priority in words."""
 
 
 class Moment(NamedTuple):
@@ -207,6 +210,9 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
     )
     for sentence in narrative.sentences(summary):
         console.print(Padding(Text(sentence), INDENT))
+    for alarm in rows(summary, "alarms"):
+        style = ALARM_STYLES.get(text(alarm, "priority") or "", "")
+        console.print(Padding(Text(narrative.alarm(alarm), style=style), INDENT))
     for warning in warnings(summary):
         console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
     console.print()

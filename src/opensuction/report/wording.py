@@ -65,6 +65,11 @@ def quantity(value: float | None, unit: str, decimals: int = 1, *, signed: bool 
     return f"{rounded:{'+' if signed else ''}.{decimals}f} {unit}"
 
 
+def capitalised(said: str) -> str:
+    """A sentence with its first letter as a capital, the rest as it was."""
+    return said[:1].upper() + said[1:]
+
+
 def plain(value: Any) -> str:
     """Any value of a summary or of settings in a table's cell."""
     if value is None:

@@ -75,49 +75,48 @@ def _first(shown: int, present: int, acknowledged: int, escalated: int) -> int:
 
 @compiled
 def _mature(state: State, holding: int, dt_s: float) -> tuple[int, int, Seconds]:
-    """Masks of the conditions that are present and that wait, and how long those have held."""
+    """Masks of the conditions that are present and that wait, and the clocks with theirs."""
     unseen = holding & ~state.present
     present = holding & state.present
     waiting = 0
-    held_s = state.held_s
+    clocks_s = state.clocks_s
     if unseen == 0:
-        return present, waiting, held_s
-    held_s = held_s.copy()
+        return present, waiting, clocks_s
+    clocks_s = clocks_s.copy()
     for condition in range(WORD):
         if unseen >> condition & 1:
-            held = held_s[condition] if state.waiting >> condition & 1 else 0.0
-            held_s[condition] = held + dt_s
+            held = clocks_s[condition] if state.waiting >> condition & 1 else 0.0
+            clocks_s[condition] = held + dt_s
             # Half a tick: sums of ticks are not exact, and never late.
             if held + 0.5 * dt_s >= DELAY_S[condition]:
                 present |= 1 << condition
             else:
                 waiting |= 1 << condition
-    return present, waiting, held_s
+    return present, waiting, clocks_s
 
 
 @compiled
 def _escalate(
-    state: State, shown: int, begun: int, answered: int, dt_s: float
+    state: State, clocks_s: Seconds, shown: int, begun: int, answered: int, dt_s: float
 ) -> tuple[int, Seconds]:
-    """Mask of the raised conditions, and how long each has gone unanswered.
+    """Mask of the raised conditions, and the clocks with how long each has gone unanswered.
 
     shown: present or latched. begun: shown since this tick. answered: those whose time stands.
     """
     escalated = state.escalated & shown
     running = shown & ~answered
-    unanswered_s = state.unanswered_s
     if running | begun == 0:
-        return escalated, unanswered_s
-    unanswered_s = unanswered_s.copy()
+        return escalated, clocks_s
+    clocks_s = clocks_s.copy()
     for condition in range(WORD):
         if begun >> condition & 1:
-            unanswered_s[condition] = 0.0
+            clocks_s[WORD + condition] = 0.0
         elif running >> condition & 1:
-            unanswered_s[condition] += dt_s
+            clocks_s[WORD + condition] += dt_s
             limit_s = ESCALATES_AFTER_S[condition]
-            if limit_s > 0.0 and unanswered_s[condition] + 0.5 * dt_s >= limit_s:
+            if limit_s > 0.0 and clocks_s[WORD + condition] + 0.5 * dt_s >= limit_s:
                 escalated |= 1 << condition
-    return escalated, unanswered_s
+    return escalated, clocks_s
 
 
 @compiled
@@ -161,7 +160,7 @@ def _advance(
     settings: Settings, state: State, holding: int, buttons: Buttons, dt_s: float
 ) -> tuple[State, Signals]:
     """A tick in which something holds or is shown, or was in the last."""
-    present, waiting, held_s = _mature(state, holding, dt_s)
+    present, waiting, clocks_s = _mature(state, holding, dt_s)
     new = present & ~state.present
     latched = (state.latched | (state.present & LATCHING)) & ~present
     if buttons.reset and not state.pressed.reset:
@@ -172,8 +171,8 @@ def _advance(
     if buttons.acknowledge and not state.pressed.acknowledge:
         acknowledged = shown & ~new
     paused = state.pause_left_s > 0.0
-    escalated, unanswered_s = _escalate(
-        state, shown, new & ~state.latched, shown if paused else acknowledged, dt_s
+    escalated, clocks_s = _escalate(
+        state, clocks_s, shown, new & ~state.latched, shown if paused else acknowledged, dt_s
     )
     loud = most_urgent(shown & ~acknowledged, escalated)
     urgent = most_urgent(new | (escalated & ~state.escalated), escalated)
@@ -187,8 +186,7 @@ def _advance(
         acknowledged=acknowledged,
         escalated=escalated,
         waiting=waiting,
-        held_s=held_s,
-        unanswered_s=unanswered_s,
+        clocks_s=clocks_s,
         pause_left_s=left_s,
         paused_priority=paused_priority,
         owed_s=owed_s,
@@ -218,8 +216,7 @@ def _idle(state: State, buttons: Buttons) -> State:
         acknowledged=0,
         escalated=0,
         waiting=0,
-        held_s=state.held_s,
-        unanswered_s=state.unanswered_s,
+        clocks_s=state.clocks_s,
         pause_left_s=0.0,
         paused_priority=0,
         owed_s=0.0,

@@ -138,9 +138,13 @@ class Kind(NamedTuple):
         return PRIORITIES[self.harm, self.onset]
 
 
-def _trip(harm: Harm, onset: Onset, escalates_s: float = 0.0) -> Kind:
-    """A trip: the governor has waited already and holds it itself until a reset."""
-    return Kind(harm, onset, True, 0.0, escalates_s, planned=False)
+def _trip(harm: Harm, onset: Onset, escalates_s: float = 0.0, planned: bool = False) -> Kind:
+    """A trip: the governor has waited already and holds it itself until a reset.
+
+    planned: hands in a machine that is out of service bring it about. Nothing is driven then, and
+    what still holds when the machine is put back to work trips again.
+    """
+    return Kind(harm, onset, True, 0.0, escalates_s, planned)
 
 
 H = Harm
@@ -151,21 +155,21 @@ HOUR_S = 3600.0
 
 TRIP_KINDS: dict[Trip, Kind] = {
     Trip.PROPOSAL_INVALID: _trip(H.DEATH, O.PROMPT),
-    Trip.HEAD_READING_INVALID: _trip(H.DEATH, O.PROMPT),
-    Trip.HEAD_OVERSPEED: _trip(H.DEATH, O.IMMEDIATE),
-    Trip.HEAD_NOT_FOLLOWING: _trip(H.DEATH, O.PROMPT),
-    Trip.CAM_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
-    Trip.VACUUM_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.HEAD_READING_INVALID: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.HEAD_OVERSPEED: _trip(H.DEATH, O.IMMEDIATE, planned=True),
+    Trip.HEAD_NOT_FOLLOWING: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.CAM_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
+    Trip.VACUUM_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
     Trip.VACUUM_EXCEEDED: _trip(H.REVERSIBLE, O.IMMEDIATE),
-    Trip.NEGATIVE_PRESSURE_TIME: _trip(H.DEATH, O.PROMPT),
-    Trip.IN_AIRWAY_TIME: _trip(H.DEATH, O.PROMPT),
-    Trip.CONTACT_TIME: _trip(H.REVERSIBLE, O.IMMEDIATE),
-    Trip.CONTACT_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.NEGATIVE_PRESSURE_TIME: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.IN_AIRWAY_TIME: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.CONTACT_TIME: _trip(H.REVERSIBLE, O.IMMEDIATE, planned=True),
+    Trip.CONTACT_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
     Trip.LATE_TICKS: _trip(H.DEATH, O.PROMPT),
-    Trip.WITHDRAWAL_TIME: _trip(H.DEATH, O.PROMPT),
-    Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT),
-    Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE),
-    Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.WITHDRAWAL_TIME: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE, planned=True),
+    Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE, planned=True),
 }
 """The priority of each is that of `trip.KINDS`; a test keeps the two in step."""
 

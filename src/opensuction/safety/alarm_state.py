@@ -50,10 +50,10 @@ class State(NamedTuple):
     """Raised by one priority for want of an answer."""
     waiting: int
     """Holding, not yet for its delay."""
-    held_s: Seconds
-    """How long each waiting condition has held, shape (``WORD``,)."""
-    unanswered_s: Seconds
-    """How long each signalled condition has gone unanswered."""
+    clocks_s: Seconds
+    """How long each waiting condition has held, then how long each signalled one has gone
+    unanswered; shape (2 x ``WORD``,). One array: carrying two through a tick takes twice as long.
+    """
     pause_left_s: float
     paused_priority: int
     """Most urgent of what the pause silenced."""
@@ -121,8 +121,7 @@ def start() -> State:
         acknowledged=0,
         escalated=0,
         waiting=0,
-        held_s=np.zeros(WORD),
-        unanswered_s=np.zeros(WORD),
+        clocks_s=np.zeros(2 * WORD),
         pause_left_s=0.0,
         paused_priority=int(Priority.NONE),
         owed_s=0.0,

@@ -44,7 +44,7 @@ OWN_TEXTS: dict[Condition, Text] = {
         "Suction by hand when needed. Deal with what stopped it, then reset.",
     ),
     C.RECOVERY_NEEDED: Text(
-        "the machine was switched on with the catheter not at its park position",
+        "the machine was put to work with the catheter not at its park position",
         "Look at the patient, then reset: the catheter is drawn out first.",
     ),
     C.CATHETER_LIFE_OVER: Text("the catheter is past its life", "Change the catheter."),

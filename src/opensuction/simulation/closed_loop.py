@@ -14,6 +14,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle import Demand
+from opensuction.safety.alarm_state import Signals
 from opensuction.safety.governor import Verdict
 from opensuction.twin import machine, plant
 from opensuction.twin.bedside import BedsideState
@@ -40,7 +41,7 @@ class LoopState(NamedTuple):
 
 
 class TraceRow(NamedTuple):
-    """What is recorded of a tick: what was read, wanted, let through and commanded; the truth."""
+    """What is recorded of a tick: read, wanted, let through, commanded, signalled; the truth."""
 
     time_s: float
     phase: int
@@ -54,6 +55,7 @@ class TraceRow(NamedTuple):
     demand: Demand
     verdict: Verdict
     commands: Commands
+    signals: Signals
     truth: Observation
 
 
@@ -73,7 +75,7 @@ def _tick(
         dt_s=DT_S,
         readings=readings,
         requests=requests,
-        host=Host(overrun=False),
+        host=Host(overrun=False, conditions=0),
     )
     truth = machine.observe(loop.machine, body)
     decided, outputs = controller.step(loop.controller, state, inputs)
@@ -88,6 +90,7 @@ def _tick(
         demand=outputs.demand,
         verdict=outputs.verdict,
         commands=outputs.commands,
+        signals=outputs.signals,
         truth=truth,
     )
     return decided, moved, record

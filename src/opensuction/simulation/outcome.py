@@ -8,8 +8,10 @@ import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.transition import Event
-from opensuction.safety import trip
+from opensuction.safety import alarm_episode, trip
+from opensuction.safety.alarm_episode import Episode
 from opensuction.safety.trip import Trip
+from opensuction.simulation import alarm_record
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, phase_spans
 
@@ -62,6 +64,8 @@ class Outcome(NamedTuple):
     lung_volume_loss_ml: float
     airway_pressure_least_cmh2o: float
     trips: tuple[TripTime, ...]
+    alarms: tuple[Episode, ...]
+    """In the order in which they were raised."""
     abort: Abort | None
 
 
@@ -157,5 +161,6 @@ def outcome(
             trace, "truth.airway_pressure_cmh2o", np.min, breathing
         ),
         trips=_trip_times(trace),
+        alarms=alarm_episode.episodes(alarm_record.log(trace)),
         abort=_abort(trace),
     )

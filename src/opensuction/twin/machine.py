@@ -39,6 +39,10 @@ class Machine(NamedTuple):
     """Parameters of one machine with one airway, a patient's or the bench's."""
 
     insertion_axis: DcAxis
+    rack_from_mm: float
+    """Where the rack ends behind the park position; a motor that pulls on stands there."""
+    rack_to_mm: float
+    """Where it ends in front."""
     gear_backlash_mm: float
     """Play between motor encoder and catheter head."""
     amperes_per_v: float
@@ -100,6 +104,8 @@ class Observation(NamedTuple):
     lung_volume_ml: float
     lung_volume_loss_ml: float
     spo2_percent: float
+    line_vacuum_mmhg: float
+    """In the canister; what is read there may be wrong."""
 
 
 @compiled
@@ -156,6 +162,7 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         lung_volume_ml=shown.lung_volume_ml,
         lung_volume_loss_ml=shown.lung_volume_loss_ml,
         spo2_percent=shown.spo2_percent,
+        line_vacuum_mmhg=state.line.vacuum_mmhg,
     )
 
 
@@ -175,6 +182,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         held, insertion = hand.step(
             machine.hand, held, state.insertion, state.airway.contact_n, dt_s
         )
+    insertion = dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm)
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
     turned = dc_axis.step(

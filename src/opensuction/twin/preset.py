@@ -21,7 +21,7 @@ from opensuction.twin import catheter as catheters
 from opensuction.twin.airway import Airway, AirwayState
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.bore import Bore
-from opensuction.twin.catheter import BORE_MMHG, LENGTH_M, Catheter, Conduit
+from opensuction.twin.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
 from opensuction.twin.contact_switch import ContactSwitch
 from opensuction.twin.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.laser import Laser, LaserState
@@ -42,6 +42,10 @@ NOISE_PURPOSE = 1000
 """Streams from here on are the measurement noise of run 0, 1, 2, ..."""
 SWITCH_PURPOSE = 1_000_000
 """Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
+ENDLESS_MM = 1.0e9
+"""A rack whose ends no healthy run comes near; `racked` gives it some."""
+BEHIND_PARK_MM = 10.0
+"""[assumed] Rack behind the park position."""
 HOUR_S = 3600.0
 ML_PER_S = 1000.0 / 60.0
 """mL/s for each L/min."""
@@ -69,6 +73,7 @@ def insertion_axis(values: Values) -> DcAxis:
         force_v=values["drive_force_n"] * load_v_per_n(values),
         encoder_step=values["head_encoder_mm"],
         brakes_when_off=True,
+        polarity=1.0,
     )
 
 
@@ -104,6 +109,7 @@ def _valve_axis(values: Values) -> DcAxis:
         force_v=values["valve_force_v"],
         encoder_step=values["cam_encoder_rad"],
         brakes_when_off=False,  # the spring must close the valve
+        polarity=1.0,
     )
 
 
@@ -117,6 +123,7 @@ def _line(values: Values) -> SuctionLine:
         mmhg_per_ml=ATMOSPHERE_MMHG / values["canister_ml"],
         bore_ml_per_s_per_root_mmhg=values["bore_l_per_min"] * ML_PER_S / math.sqrt(BORE_MMHG),
         leak_ml_per_s_per_mmhg=values["leak_ml_per_s_per_mmhg"],
+        pump_runs_away=False,
     )
 
 
@@ -138,6 +145,8 @@ def _valve(values: Values) -> ValveMechanism:
         spring_preload_v=values["spring_preload_v"],
         spring_v_per_rad=values["spring_v_per_rad"],
         stop_rad=values["cam_stop_rad"],
+        least_ratio=0.0,
+        most_ratio=1.0,
     )
 
 
@@ -185,6 +194,8 @@ def machine(
         fitted = patient_airway.fitted(fitted, patient)
     return Machine(
         insertion_axis=insertion_axis(fitted),
+        rack_from_mm=-ENDLESS_MM,
+        rack_to_mm=ENDLESS_MM,
         gear_backlash_mm=fitted["gear_backlash_mm"],
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
@@ -200,6 +211,13 @@ def machine(
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
         hand=hand.NOBODY,
+    )
+
+
+def racked(twin: Machine, park_head_mm: float) -> Machine:
+    """The same machine with the ends of its rack, the head being parked at ``park_head_mm``."""
+    return twin._replace(
+        rack_from_mm=park_head_mm - BEHIND_PARK_MM, rack_to_mm=park_head_mm + STROKE_MM
     )
 
 

@@ -72,6 +72,27 @@ const parts = (() => {
     ctx.restore();
   }
 
+  /* An upright line at an instant; neighbours' names stand below one another. */
+  function mark(u, value, name, hue, row) {
+    const { ctx, bbox } = u;
+    const ratio = uPlot.pxRatio;
+    const x = u.valToPos(value, "x", true);
+    if (x < bbox.left || x > bbox.left + bbox.width) return;
+    ctx.save();
+    ctx.strokeStyle = ctx.fillStyle = colour(hue);
+    ctx.lineWidth = 1.5 * ratio;
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.font = FONT.replace("12px", 12 * ratio + "px");
+    ctx.textBaseline = "top";
+    const late = x > bbox.left + 0.7 * bbox.width;
+    ctx.textAlign = late ? "right" : "left";
+    ctx.fillText(name, x + (late ? -4 : 4) * ratio, bbox.top + (3 + 15 * row) * ratio);
+    ctx.restore();
+  }
+
   /* Fingers have no hover: a touch moves the cursor of all plots, a swipe still scrolls. */
   function followTouch(u) {
     const move = (event) => {
@@ -110,5 +131,5 @@ const parts = (() => {
     addEventListener("afterprint", () => print(false));
   }
 
-  return { widthOf, keepDrawn, colour, line, axis, second, fromZero, shadePhases, level, followTouch };
+  return { widthOf, keepDrawn, colour, line, axis, second, fromZero, shadePhases, level, mark, followTouch };
 })();

@@ -6,7 +6,7 @@
   const NARROW_PX = 480; // a phone: less room
   const NARROW_HEIGHT_PX = 240;
   const MARGIN = 0.05; // of what the curves span, around them
-  const { axis, colour, level } = parts;
+  const { axis, colour, level, mark } = parts;
   let plots = [];
 
   const extent = (values) => values.reduce(([low, high], value) =>
@@ -64,7 +64,10 @@
     element.replaceChildren();
     const width = parts.widthOf(element);
     const height = width < NARROW_PX ? NARROW_HEIGHT_PX : HEIGHT_PX;
-    const levels = (u) => plot.levels.forEach(({ value, name }) => level(u, "y", value, name, "soft", "above"));
+    const levels = (u) => {
+      plot.levels.forEach(({ value, name }) => level(u, "y", value, name, "soft", "above"));
+      plot.marks.forEach(({ value, name }, i) => mark(u, value, name, "fault", i));
+    };
     const common = {
       width, height,
       scales: { x: { time: false }, y: { range: padded } },

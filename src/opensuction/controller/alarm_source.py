@@ -1,0 +1,141 @@
+"""What the controller's own parts report as alarm conditions: phases, pre-use test, upkeep, host.
+
+The governor's trips are conditions already. Here are those that nobody else sees: why the machine
+stopped, that it needs a recovery, what the pre-use test found, how old the catheter is, and that
+cycles which were due do not come. Everything is a bit mask of `alarm_condition.Condition`.
+
+A person's abort is no alarm: whoever pressed the button knows that the machine stops, and an alarm
+that only says what was just done teaches people not to listen. What is still due is another
+matter: a schedule whose time has come while nothing can start is one.
+"""
+
+import numpy as np
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
+from opensuction.procedure import progress, schedule
+from opensuction.procedure.check import CheckItem, CheckPlan
+from opensuction.procedure.plan import Plan
+from opensuction.procedure.progress import ProcedureState
+from opensuction.procedure.transition import Event
+from opensuction.procedure.upkeep import Refusal, Service, Upkeep
+from opensuction.safety.alarm_condition import Condition
+
+NONE = 0
+"""No condition."""
+STOPPED = 1 << Condition.AUTOMATION_STOPPED
+RECOVERY = 1 << Condition.RECOVERY_NEEDED
+CHECK_FAILED = 1 << Condition.CHECK_FAILED
+CARINA_MISSED = 1 << Condition.CARINA_MISSED
+CONTACT_STUCK = 1 << Condition.CONTACT_STUCK_CLOSED
+NOT_WITHDRAWN = 1 << Condition.WITHDRAWAL_TIME
+"""The governor has a trip of this number for a withdrawal of its own."""
+VALVE_STUCK_OPEN = 1 << Condition.VALVE_STUCK_OPEN
+VALVE_STUCK_CLOSED = 1 << Condition.VALVE_STUCK_CLOSED
+PUMP_RUNAWAY = 1 << Condition.PUMP_RUNAWAY
+LIFE_OVER = 1 << Condition.CATHETER_LIFE_OVER
+LIFE_ENDING = 1 << Condition.CATHETER_LIFE_ENDING
+
+ENDING_S = 3600.0
+"""How long before a catheter's life is over a person is told: time to plan a change (assumed)."""
+
+FOUND: dict[CheckItem, Condition] = {
+    CheckItem.CONTACT_OPEN: Condition.CONTACT_STUCK_CLOSED,
+    CheckItem.LINE_VENTED: Condition.PUMP_RUNAWAY,
+    CheckItem.VALVE_OPENS: Condition.VALVE_STUCK_CLOSED,
+    CheckItem.VALVE_CLOSES: Condition.VALVE_STUCK_OPEN,
+    CheckItem.VACUUM_BUILDS: Condition.VACUUM_LOST,
+    CheckItem.VACUUM_HOLDS: Condition.LINE_LEAKING,
+}
+"""What a failed item of the pre-use test says besides that the test failed; the others only name
+themselves, and the governor tells what is wrong with a reading or the head."""
+
+OF_ITEM = np.array([1 << FOUND[i] if i in FOUND else NONE for i in CheckItem], dtype=np.int64)
+"""``FOUND`` as masks for the compiled step, by item."""
+
+
+@compiled
+def _found(plan: CheckPlan, item: int, readings: Readings) -> int:
+    """What a failed item of the pre-use test means."""
+    vacuum = readings.line_vacuum_mmhg > plan.vented_mmhg
+    if item == CheckItem.VALVE_OPENS.value and vacuum:
+        # The item wants the line vented too: with the pump off nothing may draw.
+        return CHECK_FAILED | PUMP_RUNAWAY
+    return CHECK_FAILED | int(OF_ITEM[item])
+
+
+@compiled
+def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
+    """What it means that a phase took too long."""
+    if phase == Phase.OPENING.value:
+        return VALVE_STUCK_CLOSED
+    if phase == Phase.CLOSING.value:
+        return VALVE_STUCK_OPEN
+    if phase == Phase.ABORTING.value:
+        stuck = NONE if progress.is_closed(plan, readings) else VALVE_STUCK_OPEN
+        out = progress.is_home(plan.motion, readings)
+        return stuck if out else stuck | NOT_WITHDRAWN
+    if phase == Phase.CHECKING.value:
+        return CHECK_FAILED
+    return NONE
+
+
+@compiled
+def reasons(
+    plan: Plan, before: int, procedure: ProcedureState, held: int, readings: Readings
+) -> int:
+    """Why the machine is on its way out or halted; held until a person puts it back to work.
+
+    before: last phase. held: the reasons so far. A reset that begins a recovery has dealt with
+    them; that automation has stopped stays until the machine is parked.
+    """
+    phase, cause = procedure.phase, procedure.cause
+    if phase != Phase.ABORTING.value and phase != Phase.HALTED.value:
+        return NONE
+    if phase == before:
+        return held
+    if cause == Event.RECOVERY_REQUESTED.value:
+        return STOPPED
+    if cause == Event.SERVICE_ENDED_AWAY.value:
+        return RECOVERY
+    if cause == Event.TRIPPED.value:
+        return held | STOPPED
+    if cause == Event.PHASE_OVERDUE.value:
+        return held | STOPPED | _overdue(plan, before, readings)
+    if cause == Event.CHECK_FAILED.value:
+        return STOPPED | _found(plan.check, procedure.check.failed, readings)
+    if cause == Event.CONTACT_MISPLACED.value:
+        return STOPPED | (CONTACT_STUCK if readings.contact_closed else CARINA_MISSED)
+    return held  # a person's abort, and the end of any
+
+
+@compiled
+def _is_missed(service: Service, upkeep: Upkeep, phase: int, refused: int) -> bool:
+    """Whether a cycle, or a look at the patient, is due and the machine cannot serve it."""
+    waiting = phase == Phase.PARKED.value or phase == Phase.HALTED.value
+    due = schedule.starts(service.schedule, upkeep.schedule) or schedule.prompts(
+        service.schedule, upkeep.schedule
+    )
+    return waiting and due and refused != Refusal.NONE.value
+
+
+@compiled
+def conditions(
+    service: Service, upkeep: Upkeep, phase: int, refused: int, held: int, trips: int, host: int
+) -> int:
+    """All conditions of a tick.
+
+    refused: why a start would be. held: `reasons`. trips: the governor's. host: what the process
+    around the core reports.
+    """
+    found = held | trips | host
+    if phase == Phase.HALTED.value and trips != 0:
+        found |= STOPPED  # also where a person had aborted before
+    if _is_missed(service, upkeep, phase, refused):
+        found |= STOPPED
+    if upkeep.catheter_age_s >= service.life_s:
+        found |= LIFE_OVER
+    elif upkeep.catheter_age_s >= service.life_s - max(ENDING_S, service.cycle_s):
+        found |= LIFE_ENDING
+    return found

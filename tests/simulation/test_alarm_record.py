@@ -1,0 +1,50 @@
+import numpy as np
+
+from opensuction.safety.alarm_condition import Condition
+from opensuction.safety.alarm_log import Entry, Event
+from opensuction.simulation import alarm_record
+from opensuction.simulation.closed_loop import COLUMNS
+from opensuction.simulation.trace import Columns
+
+
+def quiet(ticks: int) -> Columns:
+    """A trace in which nothing happens."""
+    columns: Columns = {name: np.zeros(ticks) for name in COLUMNS}
+    columns["time_s"] = np.linspace(5.0, 5.0 + ticks * 0.001, ticks, endpoint=False)
+    return columns
+
+
+def test_a_quiet_run_and_an_empty_one_have_only_their_beginning() -> None:
+    assert [entry.event for entry in alarm_record.log(quiet(20)).entries] == [Event.STARTED]
+    assert [entry.event for entry in alarm_record.log(quiet(0)).entries] == [Event.STARTED]
+
+
+def test_each_change_is_noted_at_its_tick() -> None:
+    columns = quiet(100)
+    bit = float(1 << Condition.WATCHDOG_FIRED)  # exact in a double, beyond 32 bits
+    columns["signals.present"][10:40] = bit
+    columns["signals.acknowledged"][20:] = bit
+    columns["signals.latched"][40:60] = bit
+    columns["signals.pause_left_s"][30:50] = np.linspace(2.0, 1.0, 20)
+    columns["signals.acknowledged"][60:] = 0.0
+    noted = [
+        (round((entry.time_s - 5.0) * 1000.0), entry.event)
+        for entry in alarm_record.log(columns).entries
+    ]
+    assert noted == [
+        (0, Event.STARTED),
+        (10, Event.RAISED),
+        (20, Event.ACKNOWLEDGED),
+        (30, Event.PAUSED),
+        (40, Event.LATCHED),
+        (50, Event.PAUSE_ENDED),
+        (60, Event.RESET),
+    ]
+
+
+def test_what_is_signalled_in_the_first_tick_is_raised_then() -> None:
+    columns = quiet(3)
+    columns["signals.present"][:] = float(1 << Condition.SPO2_LOW)
+    assert alarm_record.log(columns).entries[1:] == (
+        Entry(5.0, int(Condition.SPO2_LOW), Event.RAISED),
+    )
