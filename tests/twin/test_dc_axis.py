@@ -16,6 +16,7 @@ FREE = DcAxis(
     force_v=1e9,
     encoder_step=0.005,
     brakes_when_off=False,
+    polarity=1.0,
 )
 """No friction, no current limit: linear."""
 REAL = FREE._replace(friction_v=0.5, force_v=8.0)

@@ -29,6 +29,8 @@ class DcAxis(NamedTuple):
     """Resolution of the encoder."""
     brakes_when_off: bool
     """Whether the drive shorts the motor's windings when its torque is off; else it is open."""
+    polarity: float
+    """1; -1 where the motor's wires are swapped."""
 
 
 class AxisMotion(NamedTuple):
@@ -73,7 +75,8 @@ def step(
     drive_v = 0.0
     limited = True
     if on or axis.brakes_when_off:
-        supply_v = min(max(volts, -axis.voltage_limit_v), axis.voltage_limit_v) if on else 0.0
+        wired_v = axis.polarity * volts
+        supply_v = min(max(wired_v, -axis.voltage_limit_v), axis.voltage_limit_v) if on else 0.0
         wanted_v = supply_v - motion.velocity / axis.speed_per_v
         drive_v = min(max(wanted_v, -axis.force_v), axis.force_v)
         limited = drive_v != wanted_v

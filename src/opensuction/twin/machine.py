@@ -100,6 +100,8 @@ class Observation(NamedTuple):
     lung_volume_ml: float
     lung_volume_loss_ml: float
     spo2_percent: float
+    line_vacuum_mmhg: float
+    """In the canister; what is read there may be wrong."""
 
 
 @compiled
@@ -156,6 +158,7 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         lung_volume_ml=shown.lung_volume_ml,
         lung_volume_loss_ml=shown.lung_volume_loss_ml,
         spo2_percent=shown.spo2_percent,
+        line_vacuum_mmhg=state.line.vacuum_mmhg,
     )
 
 

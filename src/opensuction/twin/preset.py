@@ -69,6 +69,7 @@ def insertion_axis(values: Values) -> DcAxis:
         force_v=values["drive_force_n"] * load_v_per_n(values),
         encoder_step=values["head_encoder_mm"],
         brakes_when_off=True,
+        polarity=1.0,
     )
 
 
@@ -104,6 +105,7 @@ def _valve_axis(values: Values) -> DcAxis:
         force_v=values["valve_force_v"],
         encoder_step=values["cam_encoder_rad"],
         brakes_when_off=False,  # the spring must close the valve
+        polarity=1.0,
     )
 
 
@@ -117,6 +119,7 @@ def _line(values: Values) -> SuctionLine:
         mmhg_per_ml=ATMOSPHERE_MMHG / values["canister_ml"],
         bore_ml_per_s_per_root_mmhg=values["bore_l_per_min"] * ML_PER_S / math.sqrt(BORE_MMHG),
         leak_ml_per_s_per_mmhg=values["leak_ml_per_s_per_mmhg"],
+        pump_runs_away=False,
     )
 
 
@@ -138,6 +141,8 @@ def _valve(values: Values) -> ValveMechanism:
         spring_preload_v=values["spring_preload_v"],
         spring_v_per_rad=values["spring_v_per_rad"],
         stop_rad=values["cam_stop_rad"],
+        least_ratio=0.0,
+        most_ratio=1.0,
     )
 
 

@@ -31,6 +31,8 @@ class SuctionLine(NamedTuple):
     bore_ml_per_s_per_root_mmhg: float
     """Free-air flow through valve and open catheter for each root of the vacuum in mmHg."""
     leak_ml_per_s_per_mmhg: float
+    pump_runs_away: bool
+    """Whether the pump runs whatever it is told."""
 
 
 class SuctionState(NamedTuple):
@@ -72,7 +74,7 @@ def step(
     vacuum = state.vacuum_mmhg
     drawn = bore_flow_ml_per_s(line, vacuum - lost_mmhg, open_ratio)
     pumped = 0.0
-    if pump_on:
+    if pump_on or line.pump_runs_away:
         pumped = line.pump_free_ml_per_s * max(1.0 - vacuum / line.pump_occluded_mmhg, 0.0)
     rise = dt_s * line.mmhg_per_ml
     free = vacuum + rise * (pumped - drawn)

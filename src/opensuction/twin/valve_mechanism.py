@@ -24,6 +24,10 @@ class ValveMechanism(NamedTuple):
     spring_v_per_rad: float
     stop_rad: float
     """End stop, this far behind the closed position."""
+    least_ratio: float
+    """The slide closes no further: 0, but where it sticks open or its seal is torn."""
+    most_ratio: float
+    """The slide opens no further: 1, but where it has parted from the cam."""
 
 
 @compiled
@@ -36,7 +40,8 @@ def slide_mm(valve: ValveMechanism, cam_rad: float) -> float:
 def open_ratio(valve: ValveMechanism, cam_rad: float) -> float:
     """Share of the valve's full opening, 0 to 1."""
     past_seal = slide_mm(valve, cam_rad) - valve.seal_mm
-    return min(max(past_seal / (valve.slide_mm - valve.seal_mm), 0.0), 1.0)
+    lifted = past_seal / (valve.slide_mm - valve.seal_mm)
+    return min(max(lifted, valve.least_ratio), valve.most_ratio)
 
 
 @compiled
