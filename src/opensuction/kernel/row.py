@@ -53,3 +53,44 @@ def writer(record_type: type) -> Callable[[Row, Any], None]:
     exec(compile(source, f"<row of {record_type.__name__}>", "exec"), scope)  # noqa: S102
     write: Callable[[Row, Any], None] = compiled_generated(scope["write"])
     return write
+
+
+def _rebuilt(record_type: type, scope: dict[str, Any], first: int) -> tuple[str, int]:
+    """Source that builds a record from the columns from ``first`` on, and the column after it."""
+    constructor = f"record_{len(scope)}"
+    scope[constructor] = record_type
+    parts = []
+    for name, kind in get_type_hints(record_type).items():
+        if kind is bool:
+            parts.append(f"{name}=row[{first}] != 0.0")
+        elif kind is int:
+            parts.append(f"{name}=int(row[{first}])")
+        elif kind is float:
+            parts.append(f"{name}=row[{first}]")
+        elif hasattr(kind, "_fields"):
+            inner, first = _rebuilt(kind, scope, first)
+            parts.append(f"{name}={inner}")
+            continue
+        else:
+            raise TypeError(f"{record_type.__name__}.{name} is {kind}: a row does not hold it")
+        first += 1
+    return f"{constructor}({', '.join(parts)})", first
+
+
+def reader(record_type: type) -> Callable[[Row], Any]:
+    """Compiled ``read(row)`` that gives the record that a `writer` put into a row.
+
+    record_type: as for `writer`, without arrays. Integers beyond 2**53 do not come back exactly.
+    """
+    scope: dict[str, Any] = {}
+    built, size = _rebuilt(record_type, scope, 0)
+    lines = [
+        "def read(row):",
+        f"    if row.size < {size}:",
+        f"        raise IndexError('a row of {record_type.__name__} has {size} columns')",
+        f"    return {built}",
+    ]
+    source = "\n".join(lines) + "\n"
+    exec(compile(source, f"<record {record_type.__name__}>", "exec"), scope)  # noqa: S102
+    read: Callable[[Row], Any] = compiled_generated(scope["read"])
+    return read

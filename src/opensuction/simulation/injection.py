@@ -1,7 +1,8 @@
 """One cycle with up to two faults, each at its instant: the trace, and when each was noticed.
 
-The healthy loop runs in pieces; at the instant its machine is swapped for the faulty one. What is
-safe is for the one who asks to say: `opensuction.simulation.safe_state`.
+The loop runs in pieces; at its instant a fault swaps the machine for the faulty one, or the link
+between controller and machine. Where all faults are in the machine the healthy loop is what runs.
+What is safe is for the one who asks to say: `opensuction.simulation.safe_state`.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,16 +14,17 @@ import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.kernel.requests import RESET
 from opensuction.procedure.check import CheckItem
 from opensuction.procedure.transition import Event
 from opensuction.procedure.upkeep import Refusal
 from opensuction.safety import trip
-from opensuction.simulation import closed_loop, trace
-from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation import trace
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.faulty_run import AT_START, FaultyRun, Injection
 from opensuction.simulation.trace import Columns
 from opensuction.twin import fault_effect
-from opensuction.twin.fault import Fault, Means
+from opensuction.twin.fault import Means
 from opensuction.twin.fault_table import KINDS
 
 MOST_FAULTS = 2
@@ -35,33 +37,10 @@ IDLE_S = 1.0
 """A machine that has not begun by then was refused its start."""
 AFTERMATH_S = 5.0
 """How long the machine is watched once it rests."""
-_INDEX = {name: i for i, name in enumerate(COLUMNS)}
-
-
-class Instant(NamedTuple):
-    """When a fault comes."""
-
-    phase: Phase | None
-    """None: reckoned from the start; else from the first tick of that phase."""
-    after_s: float
-
-    @property
-    def title(self) -> str:
-        """As the command line writes it."""
-        if self.phase is None:
-            return f"@{self.after_s:g}"
-        return f"@{self.phase.name.lower()}+{self.after_s:g}"
-
-
-AT_START = Instant(phase=None, after_s=0.0)
-
-
-class Injection(NamedTuple):
-    """A fault, when it comes and how strong it is."""
-
-    fault: Fault
-    at: Instant
-    strength: float
+ALONE_S = 30.0
+"""How long it is watched once its controller is gone for good: longer than a withdrawal takes."""
+RESET_S = 1.0
+"""How long after the machine has come to rest a person resets it."""
 
 
 class Detector(IntEnum):
@@ -119,88 +98,27 @@ class InjectedRun(NamedTuple):
     """In the order of the injections."""
 
 
+def _check_one(injection: Injection) -> None:
+    fault, at = injection.fault, injection.at
+    fault_effect.check_strength(fault, injection.strength)
+    if not 0.0 <= at.after_s < LIMIT_S:
+        raise InputError(
+            f"fault '{fault.title}' at {at.after_s:g} s: an instant is from 0 s to less than "
+            f"{LIMIT_S:g} s, the longest that a cycle takes"
+        )
+    if KINDS[fault].means == Means.SETTING and at != AT_START:
+        raise InputError(
+            f"fault '{fault.title}' is one of the set-up: it can only be there from the start, "
+            f"without {at.title}"
+        )
+
+
 def check(injections: Sequence[Injection]) -> None:
     """Refuse what cannot be injected; raises InputError."""
     if len(injections) > MOST_FAULTS:
         raise InputError(f"{len(injections)} faults at once: at most {MOST_FAULTS} are injected")
     for injection in injections:
-        fault_effect.check_strength(injection.fault, injection.strength)
-        if not 0.0 <= injection.at.after_s < LIMIT_S:
-            raise InputError(
-                f"fault '{injection.fault.title}' at {injection.at.after_s:g} s: an instant is "
-                f"from 0 s to less than {LIMIT_S:g} s, the longest that a cycle takes"
-            )
-
-
-def _due_tick(injection: Injection, table: npt.NDArray[np.float64], done: int) -> int | None:
-    """First tick that a fault acts in; None while its phase has not come.
-
-    table, done: the trace so far. A phase is known after its first tick, so a fault that comes
-    with it acts from the second.
-    """
-    after = round(injection.at.after_s / DT_S)
-    if injection.at.phase is None:
-        return after
-    found = np.flatnonzero(table[:done, _INDEX["phase"]] == injection.at.phase)
-    return int(found[0]) + max(after, 1) if found.size else None
-
-
-def _injected(loop: Loop, injection: Injection) -> Loop:
-    """The loop from the instant of a fault on."""
-    if KINDS[injection.fault].means == Means.MACHINE:
-        machine = fault_effect.faulty(loop.machine, injection.fault, injection.strength)
-        return loop._replace(machine=machine)
-    raise InputError(f"fault '{injection.fault.title}' cannot be injected into a run")
-
-
-class _Run:
-    """The run as far as it has come."""
-
-    def __init__(
-        self, loop: Loop, state: LoopState, injections: Sequence[Injection], room_s: float
-    ):
-        self.loop, self.state = loop, state
-        self.table = trace.rows(room_s)
-        self.done = 0
-        self.waiting = list(range(len(injections)))
-        self.injections = injections
-        self.at: list[float] = [float("nan")] * len(injections)
-        self.requests: Requests = START
-
-    def inject(self) -> None:
-        """Inject whatever is due before the next tick."""
-        for i in list(self.waiting):
-            if _due_tick(self.injections[i], self.table, self.done) == self.done:
-                self.loop = _injected(self.loop, self.injections[i])
-                self.at[i] = self.done * DT_S
-                self.waiting.remove(i)
-
-    def _next_due(self) -> int | None:
-        """Tick of the next fault among those whose instant is known; it may be past."""
-        known = (_due_tick(self.injections[i], self.table, self.done) for i in self.waiting)
-        return min((tick for tick in known if tick is not None), default=None)
-
-    def advance(self, most: int) -> None:
-        """Run one piece of at most so many ticks, which ends where a fault is due."""
-        before, begun = self.state, self.done
-        due = self._next_due()
-        ticks = most if due is None else min(most, due - begun)
-        self._play(ticks)
-        due = self._next_due()
-        if due is not None and due < self.done:  # a phase began within the piece
-            self.state, self.done = before, begun
-            self._play(due - begun)
-        self.requests = NO_REQUESTS
-
-    def _play(self, ticks: int) -> None:
-        piece = self.table[self.done : self.done + ticks]
-        self.state, ran = closed_loop.run(self.loop, self.state, self.requests, piece)
-        self.done += ran
-
-    @property
-    def resting(self) -> bool:
-        """Whether the machine waits for a person."""
-        return bool(closed_loop.is_resting(self.state.controller.procedure.phase))
+        _check_one(injection)
 
 
 Watcher = Callable[[npt.NDArray[np.float64]], None]
@@ -212,34 +130,56 @@ def run(
     start: LoopState,
     injections: Sequence[Injection],
     after_s: float = AFTERMATH_S,
+    resets: int = 0,
+    seed: int = 0,
     watch: Watcher = lambda _: None,
 ) -> InjectedRun:
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
-    With no fault it gives the healthy loop's rows. A machine that is refused its start rests from
-    the first tick on. Raises InputError for what cannot be injected (see `check`).
+    resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
+    seed: chance of the faults. watch: hears of each piece. With no fault it gives the healthy
+    loop's rows. Raises InputError for what cannot be injected (see `check`).
     """
     check(injections)
-    going = _Run(loop, start, injections, LIMIT_S + after_s)
-    most, piece = round(LIMIT_S / DT_S), round(PIECE_S / DT_S)
-    active = False
-    while going.done < most:
-        going.inject()
-        going.advance(min(piece, most - going.done))
-        watch(going.table[going.done - 1])
-        active = active or not going.resting
-        if going.resting and (active or going.done >= round(IDLE_S / DT_S)):
+    room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s
+    going = FaultyRun(loop, start, injections, trace.rows(room_s), seed)
+    most = round(LIMIT_S / DT_S)
+    _until_rest(going, most, watch)
+    for _ in range(resets):
+        _for(going, RESET_S)
+        if not going.is_halted:
             break
-    last = going.done + round(after_s / DT_S)
-    while going.done < last:
-        going.inject()
-        going.advance(min(last - going.done, last))
+        going.requests = RESET
+        _until_rest(going, going.done + most, watch)
+    _for(going, after_s)
     columns = trace.by_name(going.table[: going.done])
     found = tuple(
-        Injected(injection, at_s, None if np.isnan(at_s) else noticed(columns, at_s))
-        for injection, at_s in zip(injections, going.at, strict=True)
+        Injected(injection, at_s, _first_sign(columns, at_s, going))
+        for injection, at_s in zip(injections, going.at_s, strict=True)
     )
     return InjectedRun(going.state, columns, found)
+
+
+def _until_rest(going: FaultyRun, last: int, watch: Watcher) -> None:
+    """Run until the machine rests, or its controller has been gone for long."""
+    piece, begun = round(PIECE_S / DT_S), going.done
+    active = False
+    while going.done < last:
+        going.advance(min(piece, last - going.done))
+        watch(going.table[going.done - 1])
+        active = active or not going.is_resting
+        idle = going.done - begun >= round(IDLE_S / DT_S)
+        if going.is_abandoned:
+            last = min(last, going.stopped_tick + round(ALONE_S / DT_S))
+        elif going.is_resting and (active or idle):
+            break
+
+
+def _for(going: FaultyRun, seconds: float) -> None:
+    """Run for a time."""
+    last = going.done + round(seconds / DT_S)
+    while going.done < last:
+        going.advance(last - going.done)
 
 
 def _trip(columns: Columns, first: int) -> Notice | None:
@@ -279,5 +219,19 @@ def noticed(columns: Columns, from_s: float) -> Notice | None:
     """
     first = round(from_s / DT_S)
     signs = [find(columns, first) for find in (_trip, _check, _abort)]
+    found = [sign for sign in signs if sign is not None]
+    return min(found, key=lambda sign: sign.time_s, default=None)
+
+
+def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | None:
+    """As `noticed`; the drives' watchdog and a refused start are not in the trace."""
+    if np.isnan(at_s):
+        return None
+    signs = [noticed(columns, at_s)]
+    if going.alone_s >= at_s:
+        signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
+    refusal = going.state.controller.upkeep.refusal
+    if refusal != Refusal.NONE:
+        signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]
     return min(found, key=lambda sign: sign.time_s, default=None)

@@ -1,0 +1,235 @@
+"""A run of the loop as far as it has come, with faults that are waiting for their instants."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.controller import controller
+from opensuction.controller.controller import Outputs
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.simulation import closed_loop, linked_loop
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.linked_loop import Between, Linked
+from opensuction.twin import drive_watchdog, fault_effect, link, machine, reading_fault
+from opensuction.twin.fault import Fault, Means
+from opensuction.twin.fault_table import KINDS
+from opensuction.twin.link import LinkState
+from opensuction.twin.machine import Machine
+
+_PHASE = COLUMNS.index("phase")
+HOUR_S = 3600.0
+MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
+
+
+class Instant(NamedTuple):
+    """When a fault comes."""
+
+    phase: Phase | None
+    """None: reckoned from the start; else from the first tick of that phase."""
+    after_s: float
+
+    @property
+    def title(self) -> str:
+        """As the command line writes it."""
+        if self.phase is None:
+            return f"@{self.after_s:g}"
+        return f"@{self.phase.name.lower()}+{self.after_s:g}"
+
+
+AT_START = Instant(phase=None, after_s=0.0)
+
+
+class Injection(NamedTuple):
+    """A fault, when it comes and how strong it is."""
+
+    fault: Fault
+    at: Instant
+    strength: float
+
+
+def is_linked(injections: Sequence[Injection]) -> bool:
+    """Whether any fault lies between controller and machine, so that the link must be played."""
+    return any(KINDS[one.fault].means in (Means.READING, Means.LINK) for one in injections)
+
+
+class FaultyRun:
+    """A run so far: its trace, its state, and what is still to come."""
+
+    def __init__(
+        self,
+        loop: Loop,
+        start: LoopState,
+        injections: Sequence[Injection],
+        table: npt.NDArray[np.float64],
+        seed: int,
+    ) -> None:
+        self.state = start
+        self.table = table
+        self.done = 0
+        self.requests: Requests = START
+        """Pressed in the next tick."""
+        self.at_s = [float("nan")] * len(injections)
+        """First tick with each fault; nan before."""
+        self.stopped_tick = 0
+        """When the controller stopped."""
+        self._injections = injections
+        self._seed = seed
+        self._restart_tick: int | None = None
+        self._is_linked = is_linked(injections)
+        home_mm = loop.controller.limits.park_head_mm
+        self._linked = Linked(loop, link.healthy(seed), drive_watchdog.of(loop.machine, home_mm))
+        outputs: Outputs = linked_loop.silent(linked_loop.blank(Outputs))
+        self._between = Between(
+            link=LinkState(machine.read(loop.machine, start.machine), outputs.commands),
+            watchdog=drive_watchdog.LISTENING,
+            outputs=outputs,
+        )
+        self._got, self._sent = link.rings()
+
+    @property
+    def is_abandoned(self) -> bool:
+        """Whether the controller has stopped and none will start."""
+        return not self._linked.link.controller_runs and self._restart_tick is None
+
+    @property
+    def is_resting(self) -> bool:
+        """Whether the machine waits for a person."""
+        runs = self._linked.link.controller_runs
+        return runs and bool(closed_loop.is_resting(self.state.controller.procedure.phase))
+
+    @property
+    def is_halted(self) -> bool:
+        """Whether a reset is what it waits for."""
+        return self.is_resting and self.state.controller.procedure.phase == Phase.HALTED
+
+    @property
+    def alone_s(self) -> float:
+        """When the drives' watchdog acted; nan where it did not, or no longer does."""
+        watchdog = self._between.watchdog
+        if not watchdog.alone:
+            return self._first_alone_s
+        return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
+
+    _first_alone_s = float("nan")
+
+    def advance(self, most: int) -> None:
+        """Run one piece of at most so many ticks; it ends before a fault that is due."""
+        self._change()
+        begun, state, between = self.done, self.state, self._between
+        rings = self._got.copy(), self._sent.copy()
+        due = self._next_due()
+        self._play(most if due is None else min(most, due - begun))
+        due = self._next_due()
+        if due is not None and due < self.done:  # a phase that it waits for began meanwhile
+            self.done, self.state, self._between = begun, state, between
+            self._got, self._sent = rings
+            self._play(due - begun)
+        self.requests = NO_REQUESTS
+
+    def _play(self, ticks: int) -> None:
+        piece = self.table[self.done : self.done + ticks]
+        if self._is_linked:
+            self.state, self._between, ran = linked_loop.run(
+                self._linked,
+                self.state,
+                self._between,
+                self.requests,
+                piece,
+                self._got,
+                self._sent,
+            )
+        else:
+            self.state, ran = closed_loop.run(self._linked.loop, self.state, self.requests, piece)
+        self.done += ran
+
+    def _due_tick(self, injection: Injection) -> int | None:
+        """First tick that a fault acts in; None while its phase has not come.
+
+        A phase is known after its first tick: a fault that comes with it acts from the second.
+        """
+        after = round(injection.at.after_s / DT_S)
+        if injection.at.phase is None:
+            return after
+        found = np.flatnonzero(self.table[: self.done, _PHASE] == injection.at.phase)
+        return int(found[0]) + max(after, 1) if found.size else None
+
+    def _next_due(self) -> int | None:
+        """Tick of the next change whose instant is known."""
+        waiting = [
+            self._due_tick(injection)
+            for injection, at_s in zip(self._injections, self.at_s, strict=True)
+            if np.isnan(at_s)
+        ]
+        known = [tick for tick in (*waiting, self._restart_tick) if tick is not None]
+        return min(known, default=None)
+
+    def _change(self) -> None:
+        """Make the changes that are due before the next tick."""
+        for i, injection in enumerate(self._injections):
+            if np.isnan(self.at_s[i]) and self._due_tick(injection) == self.done:
+                self.at_s[i] = self.done * DT_S
+                self._inject(injection)
+        if self._restart_tick == self.done:
+            self._restart()
+
+    def _inject(self, injection: Injection) -> None:
+        fault, strength = injection.fault, injection.strength
+        means = KINDS[fault].means
+        if means == Means.MACHINE:
+            self._swap(fault_effect.faulty(self._machine, fault, strength))
+        elif means == Means.READING:
+            readings = machine.read(self._machine, self.state.machine)
+            sensor = reading_fault.of(fault, strength, readings, self._seed)
+            self._relink(link.with_reading_fault(self._linked.link, sensor))
+        elif means == Means.LINK:
+            self._relink(link.with_fault(self._linked.link, fault, strength, self.done, DT_S))
+            self._after_link_fault(fault, strength)
+        elif fault == Fault.CATHETER_EXPIRED:
+            kept = self.state.controller.upkeep._replace(catheter_age_s=strength * HOUR_S)
+            self.state = self.state._replace(controller=self.state.controller._replace(upkeep=kept))
+        else:
+            raise InputError(
+                f"fault '{fault.title}' is one of the set-up: it is injected before the cycle is "
+                "planned"
+            )
+
+    def _after_link_fault(self, fault: Fault, strength: float) -> None:
+        if not self._linked.link.controller_runs:
+            self.stopped_tick = self.done
+        if fault == Fault.CONTROLLER_STOPPED:
+            self._restart_tick = self.done + round(strength / DT_S)
+        if fault in MAINS:
+            self._restart_tick = None
+            self._swap(fault_effect.faulty(self._machine, Fault.PUMP_LOST, 0.0))
+
+    @property
+    def _machine(self) -> Machine:
+        return self._linked.loop.machine
+
+    def _swap(self, faulty: Machine) -> None:
+        self._linked = self._linked._replace(loop=self._linked.loop._replace(machine=faulty))
+
+    def _relink(self, faulty: link.Link) -> None:
+        self._linked = self._linked._replace(link=faulty)
+
+    def _restart(self) -> None:
+        """A new controller starts: it knows what its encoder reads and how old the catheter is."""
+        self._first_alone_s = self.alone_s
+        readings = link.sensed(
+            self._linked.link, machine.read(self._machine, self.state.machine), self.done
+        )
+        head_mm = readings.head_mm if readings.head_valid else float("nan")
+        age_s = self.state.controller.upkeep.catheter_age_s + self._restart_gap_s
+        settings = self._linked.loop.controller
+        self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
+        self._between = self._between._replace(watchdog=drive_watchdog.LISTENING)
+        self._relink(self._linked.link._replace(controller_runs=True))
+        self._restart_tick = None
+
+    @property
+    def _restart_gap_s(self) -> float:
+        return (self.done - self.stopped_tick) * DT_S
