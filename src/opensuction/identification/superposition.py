@@ -83,12 +83,14 @@ def fit_generalised(input_: Array, output: Array) -> Superposition:
     options = list(product(DECAY_SETS, WIDTH_SETS, DEGREES, PENALTIES))
 
     def model_of(decays: tuple[float, ...], widths: tuple[float, ...], degree: int) -> Generalised:
+        """An empty model with elements of these shares of the range."""
         range_ = high - low
         return generalised.on_range(
             low, high, range_ * np.array(decays), range_ * np.array(widths), degree
         )
 
     def designs(past: float) -> list[Design]:
+        """Every option on the elements after one past, in the order of ``options``."""
         made = {}
         for decays, widths, degree in product(DECAY_SETS, WIDTH_SETS, DEGREES):
             model = model_of(decays, widths, degree)
@@ -125,6 +127,7 @@ def fit_prandtl_ishlinskii(input_: Array, output: Array) -> Superposition:
     ]
 
     def designs(past: float) -> list[Design]:
+        """Each grid of plays after one past."""
         return [
             Design(
                 generalised.basis(
@@ -161,6 +164,7 @@ def fit_preisach(input_: Array, output: Array) -> Superposition:
     options = list(product(LEVELS, LEVEL_PENALTIES))
 
     def designs(past: float) -> list[Design]:
+        """Every option on the cells after one past, in the order of ``options``."""
         made = {}
         for levels in LEVELS:
             empty = Preisach(low, high, np.zeros((levels, levels)), 0.0)
@@ -180,6 +184,7 @@ def fit_preisach(input_: Array, output: Array) -> Superposition:
     }
 
     def simulate(record: Array) -> Array:
+        """Output for a record that begins after the same past."""
         start = preisach.start_positions_mm(model, float(record[0]), past)
         return preisach.simulate(model, record, start)
 
@@ -202,7 +207,10 @@ def _best_past(
 
 
 def _generalised(model: Generalised, past: float) -> Callable[[Array], Array]:
+    """Simulation of a model from one past."""
+
     def simulate(record: Array) -> Array:
+        """Output for a record that begins after the same past."""
         start = generalised.start_elements_mm(model, float(record[0]), past)
         return generalised.simulate(model, record, start)
 
