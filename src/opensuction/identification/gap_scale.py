@@ -97,6 +97,7 @@ def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float
     drawn_mm = seen.pressed_mm + limits.release_mm / gain
 
     def missing_mm(trial: float) -> float:
+        """By how much the travel drew the tip too far, were the widths scaled so; falls with it."""
         return float(shares @ np.maximum(seen.travel_mm - trial * widths, 0.0)) - drawn_mm
 
     if missing_mm(0.0) <= 0.0:
