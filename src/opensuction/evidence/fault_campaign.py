@@ -15,7 +15,7 @@ from opensuction.evidence.cycle_run import Prepared
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.simulation import injection, invariant
-from opensuction.simulation.injection import InjectedRun, Injection, Instant
+from opensuction.simulation.injection import InjectedRun
 from opensuction.simulation.invariant import Breach
 from opensuction.twin.fault import Fault, Means
 from opensuction.twin.fault_table import KINDS
