@@ -33,6 +33,8 @@ Examples:
   opensuction cycle --machine my-machine.toml --patient my-patient.toml
   opensuction cycle --protocol paper --compensation bench/identification.toml
   opensuction cycle --repeat 6 --every 240           a day: a cycle every four hours
+  opensuction cycle --approach contact --repeat 6 --every 60 --self-calibrate --gap-scale 1.2
+                                                     the gap changed, and is found by contact
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
@@ -98,10 +100,12 @@ def cycle(
     catheter: option.Catheter = None,
     conduit: option.Conduit = None,
     approach: option.Approach = "travel",
-    compensation: option.Compensation = "exact-inverse",
+    compensation: option.Compensation = "preview",
     taught: option.TaughtLength = None,
     repeat: option.Repeat = 1,
     every: option.Every = None,
+    self_calibrate: option.SelfCalibrate = False,
+    gap_scale: option.GapScale = 1.0,
     seed: option.Seed = 1,
     pace: option.Pace = None,
     out: option.Out = None,
@@ -126,6 +130,8 @@ def cycle(
         taught_mm=taught,
         repeat=repeat,
         every_min=every,
+        self_calibrates=self_calibrate,
+        gap_scale=gap_scale,
         seed=seed,
         pace=pace,
         out=out,
