@@ -109,7 +109,8 @@ def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:
     section = day_gap.section(found)
     assert section is not None
     drawn = sheet.plotted(section.plots[0])
-    assert [level["value"] for level in drawn["levels"]] == [TRUSTED.most, TRUSTED.least]
+    bounds = {curve["label"]: set(curve["y"]) for curve in drawn["curves"]}
+    assert (bounds["least"], bounds["most"]) == ({TRUSTED.least}, {TRUSTED.most})
     assert drawn["x"] == [1.0, 2.0, 3.0]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from opensuction.evidence.day_run import Day
 from opensuction.identification.gap_scale import ScaleRecord
-from opensuction.report.sheet import Curve, Level, Plot, Section, Table
+from opensuction.report.sheet import Curve, Plot, Section, Table
 from opensuction.safety import alarm_text
 from opensuction.safety.alarm_condition import KINDS, Condition
 
@@ -72,7 +72,8 @@ def section(day: Day) -> Section | None:
     records = _records(day)
     if not records:
         return None
-    limits = records[0][1].limits
+    bounds = [(record.limits.most, record.limits.least) for _, record in records]
+    most, least = np.array(bounds).T
     numbers = np.array([float(number) for number, _ in records])
     plot = Plot(
         "Width of the gap, as a multiple of the identified one",
@@ -86,15 +87,30 @@ def section(day: Day) -> Section | None:
                 "reference",
                 dashed=True,
             ),
+            Curve("most", most, "head"),
+            Curve("least", least, "head"),
         ),
         numbers,
-        "What a contact says is compensated in the next cycle, never within one.",
-        (Level(limits.most, "most"), Level(limits.least, "least")),
+        "What a contact says is compensated in the next cycle, never within one; beyond the bounds "
+        "it is not used, and no cycle begins.",
     )
     table = Table(
         "Gap",
-        ("cycle", "compensated", "contact says", "next cycle", "least", "most", "in range"),
-        tuple((number, *_cells(record)) for number, record in records),
+        (
+            "cycle",
+            "tracking, mm",
+            "compensated",
+            "contact says",
+            "next cycle",
+            "least",
+            "most",
+            "in range",
+        ),
+        tuple(
+            (cycle.number, cycle.outcome.rmse_mm, *_cells(cycle.gap))
+            for cycle in day.cycles
+            if cycle.gap is not None
+        ),
     )
     text = (
         "The switch at the tip stays closed on reversal until the gap is crossed: each contact "

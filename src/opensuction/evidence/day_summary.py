@@ -23,6 +23,7 @@ def _row(cycle: DayCycle) -> Json:
         "number": cycle.number,
         "start_min": cycle.start_s / MINUTE_S,
         "outcome": "completed" if found.completed else "aborted",
+        "rmse_mm": found.rmse_mm,
         "secretion_before_ml": cycle.secretion_before_ml,
         "removed_ml": found.removed_ml,
         "removed_percent": found.removed_percent,
