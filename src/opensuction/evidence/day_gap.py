@@ -67,15 +67,11 @@ def notes(day: Day, repeat: int) -> list[str]:
     return [f"Alarm ({priority}): {refusal}.{kept} {alarm_text.text(CONDITION).remedy}"]
 
 
-def section(day: Day) -> Section | None:
-    """Part of the day's page: the scale of the gap from cycle to cycle with its bounds."""
-    records = _records(day)
-    if not records:
-        return None
+def _plot(records: list[tuple[int, ScaleRecord]]) -> Plot:
     bounds = [(record.limits.most, record.limits.least) for _, record in records]
     most, least = np.array(bounds).T
     numbers = np.array([float(number) for number, _ in records])
-    plot = Plot(
+    return Plot(
         "Width of the gap, as a multiple of the identified one",
         "Cycle",
         "scale",
@@ -94,6 +90,13 @@ def section(day: Day) -> Section | None:
         "What a contact says is compensated in the next cycle, never within one; beyond the bounds "
         "it is not used, and no cycle begins.",
     )
+
+
+def section(day: Day) -> Section | None:
+    """Part of the day's page: the scale of the gap from cycle to cycle with its bounds."""
+    records = _records(day)
+    if not records:
+        return None
     table = Table(
         "Gap",
         (
@@ -117,7 +120,10 @@ def section(day: Day) -> Section | None:
         "measures the gap without a sensor of the tip's position. The governor's bounds on the tip "
         "stay those of the identified gap.",
     )
-    return Section("Self-calibration", text, (table,), (plot,))
+    # A single cycle is a point, and lines would show nothing of it.
+    return Section(
+        "Self-calibration", text, (table,), (_plot(records),) if len(records) > 1 else ()
+    )
 
 
 def _cells(record: ScaleRecord) -> tuple[Any, ...]:
