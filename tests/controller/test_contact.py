@@ -163,7 +163,7 @@ def test_the_tip_leaves_the_carina_as_soon_as_the_gap_is_crossed() -> None:
 def test_a_back_off_that_would_not_cross_the_gap_is_refused(
     kind: CompensationKind, name: str
 ) -> None:
-    with pytest.raises(InputError, match=rf"'{name}' cannot back off 10 mm.*exact-inverse"):
+    with pytest.raises(InputError, match=rf"'{name}' cannot back off 10 mm.*preview"):
         searching(kind, BACKING, CARINA_MM)
 
 

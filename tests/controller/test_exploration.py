@@ -115,7 +115,7 @@ class Exploration(RuleBasedStateMachine):
         self.between = Between(
             LinkState(readings, outputs.commands), drive_watchdog.LISTENING, outputs
         )
-        self.rings = link.rings()
+        self.rings = link.rings(self.between.link)
         self.trace: Columns = {}
         self.phase = int(start.controller.procedure.phase)
 

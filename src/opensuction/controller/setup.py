@@ -278,7 +278,7 @@ def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
         name = kind.name.lower().replace("_", "-")
         raise InputError(
             f"compensation '{name}' cannot back off {protocol.backoff_mm:g} mm after contact: "
-            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to exact-inverse"
+            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to preview"
         )
 
 

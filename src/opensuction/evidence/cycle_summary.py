@@ -291,6 +291,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "catheter": catheter_name(kind.catheter),
         "conduit": conduit_name(kind.catheter, kind.conduit),
         "seed": choice.seed,
+        "gap_scale": choice.gap_scale,
         "taught_mm": prepared.taught_mm,
         "teaching": _teaching(prepared),
         "phases": [

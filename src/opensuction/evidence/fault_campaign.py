@@ -15,6 +15,7 @@ from opensuction.evidence.cycle_run import Prepared
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.simulation import injection, invariant
+from opensuction.simulation.fault_instant import Injection, Instant
 from opensuction.simulation.injection import InjectedRun
 from opensuction.simulation.invariant import Breach
 from opensuction.twin.fault import Fault, Means

@@ -111,7 +111,11 @@ def fit_generalised(input_: Array, output: Array) -> Superposition:
 
 
 def fit_prandtl_ishlinskii(input_: Array, output: Array) -> Superposition:
-    """Plays of known widths with weights >= 0; how many, cross-validation decides."""
+    """Plays of known widths with weights >= 0; how many, cross-validation decides.
+
+    For any recording, of unknown past. A compensator's plays come from a known excitation by
+    `prandtl_ishlinskii.fit`, which says why there are two.
+    """
     low, high = float(input_.min()), float(input_.max())
     grids = [np.linspace(0.0, WIDEST, count + 1) for count in PLAY_COUNTS]
     models = [

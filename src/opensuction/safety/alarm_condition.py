@@ -116,6 +116,7 @@ class Condition(IntEnum):
     PASS_LIMIT_REACHED = 47
     CHECK_FAILED = 48
     WATCHDOG_FIRED = 49
+    CALIBRATION_OUT_OF_RANGE = 50
 
 
 class Kind(NamedTuple):
@@ -206,6 +207,8 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.PASS_LIMIT_REACHED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, False),
     C.CHECK_FAILED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, True),
     C.WATCHDOG_FIRED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
+    # The catheter is out when it is found, and the next cycle is refused.
+    C.CALIBRATION_OUT_OF_RANGE: Kind(H.REVERSIBLE, O.PROMPT, True, 0.0, ESCALATES_S, False),
 }
 
 KINDS: dict[Condition, Kind] = {

@@ -133,6 +133,10 @@ OWN_TEXTS: dict[Condition, Text] = {
     C.WATCHDOG_FIRED: Text(
         "the drives' watchdog has stopped the machine", f"{OUT_FIRST} Restart the controller."
     ),
+    C.CALIBRATION_OUT_OF_RANGE: Text(
+        "the catheter's gap in its conduit is not what it was calibrated to be",
+        "Suction by hand when needed. Lay the conduit as it was, or calibrate the machine anew.",
+    ),
 }
 
 TEXTS: dict[Condition, Text] = {
