@@ -17,8 +17,10 @@ FRESH = upkeep.start(0.0)
 DUE = FRESH._replace(schedule=ScheduleState(4000.0, 4000.0))
 
 
-def refused(state: Upkeep, phase: Phase = Phase.PARKED, known: bool = True) -> Refusal:
-    return Refusal(upkeep.refusal(SERVICE, state, int(phase), known))
+def refused(
+    state: Upkeep, phase: Phase = Phase.PARKED, known: bool = True, patient: int = 0
+) -> Refusal:
+    return Refusal(upkeep.refusal(SERVICE, state, int(phase), known, patient))
 
 
 @given(st.floats(0.0, 2.0 * LIFE_S))

@@ -78,7 +78,8 @@ def test_numbers_in_recordings_keep_their_meaning() -> None:
 def test_each_trip_is_one_condition_of_the_same_number_name_and_priority(code: Trip) -> None:
     assert Condition(int(code)).name == code.name
     assert KINDS[Condition(int(code))].priority.name.lower() == trip.KINDS[code].priority
-    assert KINDS[Condition(int(code))].latching
+    # What is wrong with the patient ends with its cause, but for what the governor holds.
+    assert KINDS[Condition(int(code))].latching or Trip.SPO2_LOW <= code <= Trip.MONITOR_LINK_LOST
     assert KINDS[Condition(int(code))].delay_s == 0.0
 
 
@@ -145,7 +146,6 @@ def test_delays_are_short_for_what_is_urgent_and_only_lower_priorities_escalate(
         assert kind.escalates_s == 0.0 or kind.priority < Priority.HIGH
         assert kind.priority != Priority.MEDIUM or kind.escalates_s in (0.0, 120.0)
     assert KINDS[C.AUTOMATION_STOPPED].escalates_s == 120.0
-    assert KINDS[C.CIRCUIT_DISCONNECTED].delay_s == 1.0
 
 
 def test_a_mask_survives_a_recording_where_every_number_is_a_double() -> None:

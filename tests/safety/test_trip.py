@@ -26,6 +26,12 @@ NUMBERS = {
     "HEAD_STALLED": 13,
     "HEAD_RUNAWAY": 14,
     "TIP_BEYOND_CAP": 15,
+    "SPO2_LOW": 36,
+    "HEART_RATE_LOW": 37,
+    "AIRWAY_PRESSURE_UNSAFE": 38,
+    "LUNG_VOLUME_LOST": 39,
+    "CIRCUIT_DISCONNECTED": 40,
+    "MONITOR_LINK_LOST": 41,
 }
 """Recordings hold these numbers: a new trip is added, an old one never renumbered."""
 

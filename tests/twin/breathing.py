@@ -18,7 +18,7 @@ def _record(
     patient: Patient, state: PatientState, suction: Array, ratio: Array, rows: Array
 ) -> PatientState:
     for i in range(suction.size):
-        state = model.step(patient, state, suction[i], ratio[i], DT_S)
+        state = model.step(patient, state, suction[i], ratio[i], 0.0, DT_S)
         seen = model.observe(patient, state)
         rows[i, 0] = seen.airway_pressure_cmh2o
         rows[i, 1] = seen.ventilator_pressure_cmh2o

@@ -259,7 +259,13 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
     if cleared and not requests.abort:
         state = _acknowledged(settings, state)
     asked = upkeep.is_asked(settings.service, state.upkeep, before, requests)
-    refused = upkeep.refusal(settings.service, state.upkeep, before, settings.plan.travel_known)
+    refused = upkeep.refusal(
+        settings.service,
+        state.upkeep,
+        before,
+        settings.plan.travel_known,
+        state.governor.patient.conditions,
+    )
     touched = state.procedure.phase == Phase.INSERTING.value and progress.is_contact(
         inputs.readings
     )

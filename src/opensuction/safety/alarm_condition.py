@@ -144,6 +144,14 @@ def _trip(harm: Harm, onset: Onset, escalates_s: float = 0.0) -> Kind:
     return Kind(harm, onset, True, 0.0, escalates_s, planned=False)
 
 
+def _patient(harm: Harm, onset: Onset, escalates_s: float = 0.0) -> Kind:
+    """What the monitor says of the patient: the governor has waited already.
+
+    In a cycle it is a trip, which the governor holds until a reset; at rest it ends with its cause.
+    """
+    return Kind(harm, onset, False, 0.0, escalates_s, planned=False)
+
+
 H = Harm
 O = Onset  # noqa: E741
 ESCALATES_S = 120.0
@@ -167,6 +175,12 @@ TRIP_KINDS: dict[Trip, Kind] = {
     Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT),
     Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE),
     Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.SPO2_LOW: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.HEART_RATE_LOW: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.AIRWAY_PRESSURE_UNSAFE: _patient(H.DEATH, O.PROMPT),
+    Trip.LUNG_VOLUME_LOST: _patient(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.CIRCUIT_DISCONNECTED: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.MONITOR_LINK_LOST: _patient(H.DEATH, O.DELAYED, ESCALATES_S),
 }
 """The priority of each is that of `trip.KINDS`; a test keeps the two in step."""
 
@@ -189,12 +203,6 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.PUMP_RUNAWAY: Kind(H.REVERSIBLE, O.IMMEDIATE, True, 0.2, 0.0, False),
     C.CATHETER_JAMMED: Kind(H.DEATH, O.PROMPT, True, 0.1, 0.0, False),
     C.TIP_DETACHED: Kind(H.DEATH, O.IMMEDIATE, True, 0.0, 0.0, False),
-    C.SPO2_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.HEART_RATE_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.AIRWAY_PRESSURE_UNSAFE: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
-    C.LUNG_VOLUME_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 0.5, ESCALATES_S, False),
-    C.CIRCUIT_DISCONNECTED: Kind(H.DEATH, O.IMMEDIATE, False, 1.0, 0.0, False),
-    C.MONITOR_LINK_LOST: Kind(H.DEATH, O.DELAYED, False, 2.0, ESCALATES_S, False),
     C.RECORDER_LOST: Kind(H.MINOR, O.DELAYED, False, 2.0, 0.0, False),
     C.CONSOLE_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 2.0, ESCALATES_S, False),
     C.RESERVE_ENERGY_USED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),

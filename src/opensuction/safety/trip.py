@@ -50,6 +50,12 @@ class Trip(IntEnum):
     HEAD_STALLED = 13
     HEAD_RUNAWAY = 14
     TIP_BEYOND_CAP = 15
+    SPO2_LOW = 36
+    HEART_RATE_LOW = 37
+    AIRWAY_PRESSURE_UNSAFE = 38
+    LUNG_VOLUME_LOST = 39
+    CIRCUIT_DISCONNECTED = 40
+    MONITOR_LINK_LOST = 41
 
 
 class TripKind(NamedTuple):
@@ -111,6 +117,23 @@ KINDS: dict[Trip, TripKind] = {
     ),
     Trip.TIP_BEYOND_CAP: TripKind(
         Reaction.WITHDRAW, True, "high", "the tip may be deeper than its cap"
+    ),
+    # What the patient's monitor says: the catheter comes out first, without suction.
+    Trip.SPO2_LOW: TripKind(
+        Reaction.WITHDRAW, True, "high", "oxygen saturation is below its limit"
+    ),
+    Trip.HEART_RATE_LOW: TripKind(Reaction.WITHDRAW, True, "high", "heart rate is below its limit"),
+    Trip.AIRWAY_PRESSURE_UNSAFE: TripKind(
+        Reaction.WITHDRAW, True, "high", "airway pressure is outside its limits"
+    ),
+    Trip.LUNG_VOLUME_LOST: TripKind(
+        Reaction.WITHDRAW, True, "medium", "suction takes more gas than the ventilator gives"
+    ),
+    Trip.CIRCUIT_DISCONNECTED: TripKind(
+        Reaction.WITHDRAW, True, "high", "the breathing circuit is disconnected"
+    ),
+    Trip.MONITOR_LINK_LOST: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the patient monitor cannot be read"
     ),
 }
 

@@ -100,6 +100,7 @@ class Observation(NamedTuple):
     lung_volume_ml: float
     lung_volume_loss_ml: float
     spo2_percent: float
+    heart_rate_per_min: float
 
 
 @compiled
@@ -115,6 +116,7 @@ def read(machine: Machine, state: MachineState) -> Readings:
         contact_closed=state.switch.reading,
         contact_valid=True,
         insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
+        monitor=state.seam.shown.monitor,
     )
 
 
@@ -156,6 +158,7 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         lung_volume_ml=shown.lung_volume_ml,
         lung_volume_loss_ml=shown.lung_volume_loss_ml,
         spo2_percent=shown.spo2_percent,
+        heart_rate_per_min=shown.heart_rate_per_min,
     )
 
 
