@@ -8,6 +8,7 @@ from opensuction.kernel.requests import ABORT, CHANGED, NO_REQUESTS, START, Requ
 from opensuction.procedure import schedule, upkeep
 from opensuction.procedure.schedule import ScheduleMode, ScheduleState
 from opensuction.procedure.upkeep import LIFE_S, SENTENCES, Refusal, Service, Upkeep
+from opensuction.safety.trip import Trip
 
 CYCLE_S = 100.0
 TIMED = schedule.schedule(ScheduleMode.TIMED, 3600.0)
@@ -44,6 +45,15 @@ def test_a_machine_that_waits_for_a_person_says_why_it_does_not_start() -> None:
     assert refused(FRESH, Phase.HALTED) == Refusal.HALTED
     assert refused(FRESH, known=False) == Refusal.NOT_TAUGHT
     assert set(SENTENCES) == set(Refusal)
+
+
+@given(st.sets(st.sampled_from([code for code in Trip if code >= Trip.SPO2_LOW])))
+def test_no_cycle_begins_while_the_patient_is_out_of_limits_or_unseen(wrong: set[Trip]) -> None:
+    code = refused(FRESH, patient=sum(1 << each for each in wrong))
+    if Trip.MONITOR_LINK_LOST in wrong:
+        assert code == Refusal.MONITOR_LINK_LOST
+    else:
+        assert code == (Refusal.PATIENT_UNSAFE if wrong else Refusal.NONE)
 
 
 @given(st.sampled_from(Phase), st.booleans())

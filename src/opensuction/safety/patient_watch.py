@@ -8,7 +8,8 @@ seconds already) and airway pressure are what act within a cycle.
 The airway pressure is read at the connector, against the ventilator's settings: every breath must
 cross a line just above PEEP, both ways. Suction that takes more than the ventilator gives empties
 the lung, and the pressure falls below PEEP - 5 cmH2O [design]; a circuit that has come off leaves
-the connector at the pressure of the room, whatever is sucked. A pressure that no breath moves is
+the connector at the pressure of the room, whatever is sucked: with more PEEP than 5 cmH2O volume is
+lost then too. A pressure that no breath moves is
 ventilation that fails, an expiration that is blocked or a reading that is frozen.
 """
 
@@ -32,6 +33,8 @@ LINK_S = 2.0
 """How long a value may be missing: a monitor repeats itself within a second."""
 LOST_CMH2O = 5.0
 """Pressure below PEEP at which lung volume is being lost. Source: DESIGN section 7."""
+TRANSDUCER_CMH2O = 0.2
+"""Error of the pressure that is no loss; assumed."""
 ROOM_CMH2O = 1.0
 """Nearer than this to the atmosphere the connector may be open to the room."""
 BREATH_CMH2O = 2.0
@@ -41,7 +44,7 @@ LEAST_PEEP_CMH2O = 3.0
 OPEN_S = 1.0
 """How long the connector must be at the room's pressure to count as open; with little PEEP longer
 than an expiration: as long as a breath may take. Suction that empties the lung passes through it in
-half a second."""
+half a second; assumed."""
 
 
 class AgeLimits(NamedTuple):
@@ -61,7 +64,7 @@ AGE_LIMITS: dict[AgeGroup, AgeLimits] = {
 """Limits by age group."""
 
 SOURCES: dict[str, str] = {
-    "spo2_percent": "[assumed] 88, the least that is aimed at in acute lung injury [K], less 5 that "
+    "spo2_percent": "[assumed] 88, the least aimed at in acute lung injury [K], less 5 that "
     "suction may take [F: Simarmata 2019, weak] and 3 of the oximeter [K]",
     "heart_rate_per_min": "bradycardia by age [K]",
     "airway_most_cmh2o": "usual upper alarm limit of ventilators [assumed]",
@@ -126,7 +129,7 @@ def limits_of(age: AgeGroup, peep_cmh2o: float, monitored: bool) -> PatientLimit
         spo2_percent=chosen.spo2_percent,
         heart_rate_per_min=chosen.heart_rate_per_min,
         airway_most_cmh2o=chosen.airway_most_cmh2o,
-        airway_least_cmh2o=peep_cmh2o - LOST_CMH2O,
+        airway_least_cmh2o=peep_cmh2o - LOST_CMH2O - TRANSDUCER_CMH2O,
         breath_cmh2o=peep_cmh2o + BREATH_CMH2O,
         breath_s=chosen.breath_s,
         open_s=OPEN_S if peep_cmh2o >= LEAST_PEEP_CMH2O else chosen.breath_s,
@@ -162,16 +165,13 @@ def step(
         monitor.connected and monitor.heart_rate_valid and math.isfinite(monitor.heart_rate_per_min)
     )
     has_pressure = monitor.connected and monitor.airway_pressure_valid and math.isfinite(pressure)
-    opened = abs(pressure) <= ROOM_CMH2O
     raised = pressure > limits.breath_cmh2o if has_pressure else watch.raised
     spo2_low_s = _time(watch.spo2_low_s, has_spo2, monitor.spo2_percent < limits.spo2_percent, dt_s)
     slow = monitor.heart_rate_per_min < limits.heart_rate_per_min
     heart_rate_low_s = _time(watch.heart_rate_low_s, has_rate, slow, dt_s)
     high_s = _time(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
-    low_s = _time(
-        watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o and not opened, dt_s
-    )
-    open_s = _time(watch.open_s, has_pressure, opened, dt_s)
+    low_s = _time(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
+    open_s = _time(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
     breath_s = _time(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
     missing_s = _time(watch.missing_s, True, not (has_spo2 and has_rate and has_pressure), dt_s)
     low = low_s > LOW_S
