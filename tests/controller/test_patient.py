@@ -110,7 +110,11 @@ WITHDRAWAL_S = {"adult-icu": 4.0, "child-10kg": 3.0, "neonate": 3.0}
 WRONG: dict[Change, tuple[set[Trip], float]] = {
     # After 0.3 s the pressure is too low, after 1 s it is known why.
     disconnected: ({Trip.LUNG_VOLUME_LOST, Trip.CIRCUIT_DISCONNECTED}, 1.05),
-    no_ventilation: ({Trip.LUNG_VOLUME_LOST, Trip.CIRCUIT_DISCONNECTED}, 3.2),
+    # With the valve closed the same pressure is the ventilation's failure.
+    no_ventilation: (
+        {Trip.LUNG_VOLUME_LOST, Trip.CIRCUIT_DISCONNECTED, Trip.AIRWAY_PRESSURE_UNSAFE},
+        3.2,
+    ),
     # Too much shows in the next inspiration.
     overpressure: ({Trip.AIRWAY_PRESSURE_UNSAFE}, 3.2),
     # The tone rises, the average follows, the rate stays low for a second.
