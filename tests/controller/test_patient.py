@@ -173,7 +173,9 @@ def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
 
 def test_a_monitor_lost_before_the_catheter_is_in_keeps_it_out() -> None:
     _, state, columns = broken("child-10kg", patient_fault.unlinked, 0.1)
-    assert tripped(columns) == {Trip.MONITOR_LINK_LOST}
+    first = columns["verdict.trips"][np.argmax(columns["verdict.trips"] > 0.0)]
+    # Others may follow: a stop from 34 mm/s overshoots by more than what counts as a runaway.
+    assert names(int(first)) == [Trip.MONITOR_LINK_LOST]
     assert out_s("child-10kg", columns) == 0.0
     assert state.controller.procedure.phase == Phase.HALTED
 
