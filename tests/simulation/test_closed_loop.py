@@ -24,6 +24,13 @@ GOLDEN_COLUMNS = [
     "readings.contact_closed",
     "readings.contact_valid",
     "readings.insertion_current_a",
+    "readings.monitor.connected",
+    "readings.monitor.spo2_percent",
+    "readings.monitor.spo2_valid",
+    "readings.monitor.heart_rate_per_min",
+    "readings.monitor.heart_rate_valid",
+    "readings.monitor.airway_pressure_cmh2o",
+    "readings.monitor.airway_pressure_valid",
     "demand.reference_mm",
     "demand.reference_mm_per_s",
     "demand.direction",
@@ -36,6 +43,7 @@ GOLDEN_COLUMNS = [
     "demand.vacuum_mmhg",
     "verdict.reaction",
     "verdict.trips",
+    "verdict.patient",
     "verdict.deepest_mm",
     "verdict.insertion_on",
     "verdict.valve_on",
@@ -61,6 +69,7 @@ GOLDEN_COLUMNS = [
     "truth.lung_volume_ml",
     "truth.lung_volume_loss_ml",
     "truth.spo2_percent",
+    "truth.heart_rate_per_min",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 
