@@ -27,8 +27,9 @@ def _record(
         rows[i, 4] = seen.spo2_percent
         rows[i, 5] = seen.sao2_percent
         rows[i, 6] = seen.alveolar_o2_mmhg
-        rows[i, 7] = seen.ventilator_flow_l_per_min
-        rows[i, 8] = seen.tidal_volume_ml
+        rows[i, 7] = seen.heart_rate_per_min
+        rows[i, 8] = seen.ventilator_flow_l_per_min
+        rows[i, 9] = seen.tidal_volume_ml
     return state
 
 
