@@ -34,6 +34,8 @@ GROWN = Site(
     catheter_mm=4.0,
     carina_mm=70.0,
     age=AgeGroup.ADULT,
+    peep_cmh2o=6.0,
+    monitored=True,
 )
 CHILD = Site(
     park_mm=-62.0,
@@ -43,6 +45,8 @@ CHILD = Site(
     catheter_mm=2.0,
     carina_mm=15.0,
     age=AgeGroup.CHILD,
+    peep_cmh2o=5.0,
+    monitored=True,
 )
 NEONATE = CHILD._replace(tube_mm=3.5, carina_mm=12.0, age=AgeGroup.NEONATE)
 

@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
-from opensuction.safety import governor
+from opensuction.safety import governor, patient_watch
 from opensuction.safety import limits as bounds
 from opensuction.safety.governor import GovernorState, Verdict
 from opensuction.safety.limits import Limits, tip_bounds
@@ -31,6 +33,7 @@ LIMITS = Limits(
     in_airway_s=0.8,
     contact_s=0.3,
     withdrawal_s=0.4,
+    patient=patient_watch.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
 )
 """As on the bench, with times short enough to wait for."""
 
@@ -49,6 +52,7 @@ def sound(head_mm: float) -> Readings:
         contact_closed=False,
         contact_valid=True,
         insertion_current_a=0.0,
+        monitor=ABSENT,
     )
 
 

@@ -374,7 +374,9 @@ def _wrong(
     held = alarm_source.reasons(
         plan, state.procedure.phase, procedure, state.reasons, inputs.readings
     )
-    refused = upkeep.refusal(service, kept, procedure.phase, plan.travel_known)
+    refused = upkeep.refusal(
+        service, kept, procedure.phase, plan.travel_known, state.governor.patient.conditions
+    )
     return held, alarm_source.conditions(
         service, kept, procedure.phase, refused, held, trips, inputs.host.conditions
     )
@@ -477,7 +479,13 @@ def act(settings: Settings, state: Memory, inputs: Inputs) -> tuple[Memory, Outp
     service, before = settings.service, state.procedure.phase
     now = _attended(settings, state, requests)
     asked = upkeep.is_asked(service, now.upkeep, before, requests)
-    refused = upkeep.refusal(service, now.upkeep, before, settings.plan.travel_known)
+    refused = upkeep.refusal(
+        service,
+        now.upkeep,
+        before,
+        settings.plan.travel_known,
+        now.governor.patient.conditions,
+    )
     start = asked and refused == Refusal.NONE.value
     procedure, demand, led = _decide(settings, now, inputs, start)
     watch, allowed, verdict = governor.step(
@@ -488,7 +496,7 @@ def act(settings: Settings, state: Memory, inputs: Inputs) -> tuple[Memory, Outp
         settings, now, allowed, verdict, watch.watch, in_service, dt_s
     )
     kept = upkeep.step(now.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
-    reasons, wrong = _wrong(settings, now, procedure, kept, inputs, verdict.trips)
+    reasons, wrong = _wrong(settings, now, procedure, kept, inputs, verdict.trips | verdict.patient)
     following = Memory(
         procedure=procedure,
         upkeep=kept,

@@ -32,7 +32,7 @@ from opensuction.procedure.protocol import Protocol
 from opensuction.procedure.schedule import ON_REQUEST_ONLY, Schedule
 from opensuction.procedure.site import Site
 from opensuction.procedure.upkeep import LIFE_S, Service
-from opensuction.safety import alarm_state
+from opensuction.safety import alarm_state, patient_watch
 from opensuction.safety import limits as bounds
 from opensuction.safety.limits import Limits
 from opensuction.safety.signal_value import REMINDER
@@ -180,6 +180,7 @@ def limits(
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
         withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
+        patient=patient_watch.limits_of(site.age, site.peep_cmh2o, site.monitored),
     )
 
 

@@ -163,7 +163,11 @@ def _pressed(prepared: Prepared, state: LoopState, requests: Requests) -> LoopSt
 def _is_worn(prepared: Prepared, state: LoopState) -> bool:
     settings = prepared.loop.controller
     refusal = upkeep.refusal(
-        settings.service, state.controller.upkeep, Phase.PARKED.value, settings.plan.travel_known
+        settings.service,
+        state.controller.upkeep,
+        Phase.PARKED.value,
+        settings.plan.travel_known,
+        state.controller.governor.patient.conditions,
     )
     return refusal in WORN
 

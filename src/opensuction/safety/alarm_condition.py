@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.safety import trip
 from opensuction.safety.trip import Trip
 
 
@@ -59,16 +60,16 @@ PRIORITIES: dict[tuple[Harm, Onset], Priority] = {
 }
 """Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
 
-OWN = 20
-"""First number that is no trip's: a trip's condition has the trip's own number, so that the
-governor's bit mask of trips is at once a mask of conditions. Numbers 16 to 19 are kept for trips.
-"""
-WORD = 53
-"""Conditions that a mask can hold. Recordings store it as a double, exact below 2^53."""
+WORD = trip.WORD
+"""Conditions that a mask can hold."""
 
 
 class Condition(IntEnum):
-    """What can be wrong, the governor's trips first. Never renumber: recordings hold these."""
+    """What can be wrong. Never renumber: recordings hold these.
+
+    A trip has the number of its condition, so that the governor's bit mask of trips is at once a
+    mask of conditions. Those below 20 are trips alone; numbers 16 to 19 are kept for more.
+    """
 
     PROPOSAL_INVALID = 0
     HEAD_READING_INVALID = 1
@@ -148,6 +149,14 @@ def _trip(harm: Harm, onset: Onset, escalates_s: float = 0.0, planned: bool = Fa
     return Kind(harm, onset, True, 0.0, escalates_s, planned)
 
 
+def _patient(harm: Harm, onset: Onset, escalates_s: float = 0.0) -> Kind:
+    """What the monitor says of the patient: the governor has waited already.
+
+    In a cycle it is a trip, which the governor holds until a reset; at rest it ends with its cause.
+    """
+    return Kind(harm, onset, False, 0.0, escalates_s, planned=False)
+
+
 H = Harm
 O = Onset  # noqa: E741
 ESCALATES_S = 120.0
@@ -171,6 +180,12 @@ TRIP_KINDS: dict[Trip, Kind] = {
     Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT, planned=True),
     Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE, planned=True),
     Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE, planned=True),
+    Trip.SPO2_LOW: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.HEART_RATE_LOW: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.AIRWAY_PRESSURE_UNSAFE: _patient(H.DEATH, O.PROMPT),
+    Trip.LUNG_VOLUME_LOST: _patient(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.CIRCUIT_DISCONNECTED: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.MONITOR_LINK_LOST: _patient(H.DEATH, O.DELAYED, ESCALATES_S),
 }
 """The priority of each is that of `trip.KINDS`; a test keeps the two in step."""
 
@@ -193,12 +208,6 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.PUMP_RUNAWAY: Kind(H.REVERSIBLE, O.IMMEDIATE, True, 0.2, 0.0, False),
     C.CATHETER_JAMMED: Kind(H.DEATH, O.PROMPT, True, 0.1, 0.0, False),
     C.TIP_DETACHED: Kind(H.DEATH, O.IMMEDIATE, True, 0.0, 0.0, False),
-    C.SPO2_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.HEART_RATE_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.AIRWAY_PRESSURE_UNSAFE: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
-    C.LUNG_VOLUME_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 0.5, ESCALATES_S, False),
-    C.CIRCUIT_DISCONNECTED: Kind(H.DEATH, O.IMMEDIATE, False, 1.0, 0.0, False),
-    C.MONITOR_LINK_LOST: Kind(H.DEATH, O.DELAYED, False, 2.0, ESCALATES_S, False),
     C.RECORDER_LOST: Kind(H.MINOR, O.DELAYED, False, 2.0, 0.0, False),
     C.CONSOLE_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 2.0, ESCALATES_S, False),
     C.RESERVE_ENERGY_USED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),
@@ -212,10 +221,10 @@ OWN_KINDS: dict[Condition, Kind] = {
 }
 
 KINDS: dict[Condition, Kind] = {
-    **{Condition(int(trip)): kind for trip, kind in TRIP_KINDS.items()},
     **OWN_KINDS,
+    **{Condition(int(code)): kind for code, kind in TRIP_KINDS.items()},
 }
-"""Every condition."""
+"""Every condition; one that is a trip too behaves as the trip."""
 
 UNKNOWN = Kind(Harm.DEATH, Onset.IMMEDIATE, True, 0.0, 0.0, planned=False)
 """A bit that no condition has is a mistake of the software: as urgent as can be, never lost."""

@@ -35,6 +35,12 @@ TRIP_REMEDIES: dict[Trip, str] = {
     Trip.HEAD_STALLED: f"{OUT_FIRST} Look for a blocked guide; check the encoder's cable.",
     Trip.HEAD_RUNAWAY: f"{OUT_FIRST} {SERVICE}",
     Trip.TIP_BEYOND_CAP: "Look at the patient. Teach the travel anew before the next cycle.",
+    Trip.SPO2_LOW: "Look at the patient. Give oxygen.",
+    Trip.HEART_RATE_LOW: "Look at the patient. Stop suction.",
+    Trip.AIRWAY_PRESSURE_UNSAFE: "Look at the patient. Check circuit, tube and ventilator.",
+    Trip.LUNG_VOLUME_LOST: "Look at the patient. Recruit as ordered; lower vacuum or duration.",
+    Trip.CIRCUIT_DISCONNECTED: "Look at the patient. Reconnect the circuit.",
+    Trip.MONITOR_LINK_LOST: "Watch the monitor itself. Check its cables; no cycle starts.",
 }
 
 C = Condition
@@ -89,23 +95,6 @@ OWN_TEXTS: dict[Condition, Text] = {
         "the catheter's tip may have come off",
         "Draw the catheter out by hand and look at its tip. Call a physician if it is incomplete.",
     ),
-    C.SPO2_LOW: Text("oxygen saturation is below its limit", "Look at the patient. Give oxygen."),
-    C.HEART_RATE_LOW: Text("heart rate is below its limit", "Look at the patient. Stop suction."),
-    C.AIRWAY_PRESSURE_UNSAFE: Text(
-        "airway pressure is outside its limits",
-        "Look at the patient. Check circuit and tube; lower the vacuum.",
-    ),
-    C.LUNG_VOLUME_LOST: Text(
-        "suction has taken more lung volume than its limit",
-        "Look at the patient. Recruit as ordered; lower vacuum or duration.",
-    ),
-    C.CIRCUIT_DISCONNECTED: Text(
-        "the breathing circuit is disconnected", "Look at the patient. Reconnect the circuit."
-    ),
-    C.MONITOR_LINK_LOST: Text(
-        "the patient monitor cannot be read",
-        "Watch the monitor itself. Check its cable; no cycle starts until then.",
-    ),
     C.RECORDER_LOST: Text(
         "the recorder does not answer", "Write down what happens; restart the recorder."
     ),
@@ -140,8 +129,8 @@ OWN_TEXTS: dict[Condition, Text] = {
 }
 
 TEXTS: dict[Condition, Text] = {
-    **{Condition(int(t)): Text(trip.KINDS[t].sentence, r) for t, r in TRIP_REMEDIES.items()},
     **OWN_TEXTS,
+    **{Condition(int(t)): Text(trip.KINDS[t].sentence, r) for t, r in TRIP_REMEDIES.items()},
 }
 """Every condition; a trip's sentence is the governor's own."""
 

@@ -12,8 +12,9 @@ from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
 from opensuction.safety import limits as bounds
-from opensuction.safety import trip, watch
+from opensuction.safety import patient_watch, trip, watch
 from opensuction.safety.limits import Limits
+from opensuction.safety.patient_watch import PatientWatch
 from opensuction.safety.trip import Reaction, Trip
 from opensuction.safety.watch import INVALID_TICKS, Watch
 
@@ -45,6 +46,7 @@ class GovernorState(NamedTuple):
     valve_open: bool
     """Last valve command that it let through."""
     watch: Watch
+    patient: PatientWatch
     withdrawal_s: float
     """How long it has been forcing the head out."""
     trips: int
@@ -55,6 +57,8 @@ class Verdict(NamedTuple):
 
     reaction: int
     trips: int
+    patient: int
+    """What is wrong with the patient now, whether a trip or not: the same numbers."""
     deepest_mm: float
     """Deepest tip position that is possible."""
     insertion_on: bool
@@ -69,6 +73,7 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
         head_mm=head_mm,
         valve_open=False,
         watch=watch.start(limits, head_mm),
+        patient=patient_watch.UNSEEN,
         withdrawal_s=0.0,
         trips=0,
     )
@@ -214,11 +219,18 @@ def step(
     seen = watch.observe(
         limits, state.watch, state.head_mm, state.valve_open, readings, overrun, dt_s
     )
-    trips = judge(limits, state, seen, proposal)
+    patient = patient_watch.step(
+        limits.patient, state.patient, readings.monitor, seen.lasting.sucking > 0.0, dt_s
+    )
+    inside = seen.lasting.inside > 0.0
+    trips = judge(limits, state, seen, proposal) | patient_watch.trips(
+        patient.conditions, inside, inside and state.watch.lasting.inside == 0.0
+    )
     allowed, reaction = _narrow(limits, state, seen, proposal, trips, dt_s)
     verdict = Verdict(
         reaction=reaction,
         trips=trips,
+        patient=patient.conditions,
         deepest_mm=bounds.deepest_mm(limits.tip, seen.foremost_mm),
         insertion_on=allowed.insertion_on,
         valve_on=not trips >> Trip.CAM_READING_INVALID.value & 1,
@@ -230,6 +242,7 @@ def step(
         head_mm=allowed.head_mm,
         valve_open=allowed.valve_open,
         watch=seen,
+        patient=patient,
         withdrawal_s=state.withdrawal_s + dt_s if forced else 0.0,
         trips=trips,
     )
@@ -246,6 +259,7 @@ def reset(limits: Limits, state: GovernorState) -> GovernorState:
         head_mm=min(state.head_mm, state.watch.head_mm),
         valve_open=state.valve_open,
         watch=watch.acknowledged(limits, state.watch),
+        patient=state.patient,
         withdrawal_s=0.0,
         trips=0,
     )

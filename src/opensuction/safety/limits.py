@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.safety.patient_watch import PatientLimits
 
 GAP_LEAST = 0.7
 """Share of the identified gap that it may have shrunk to before the bound fails."""
@@ -42,6 +43,7 @@ class Limits(NamedTuple):
     contact_s: float
     withdrawal_s: float
     """Longest time a forced withdrawal may take before torque is cut."""
+    patient: PatientLimits
 
 
 def tip_bounds(gain: float, offset_mm: float, gap_mm: float) -> TipBounds:

@@ -22,8 +22,17 @@ class Reaction(IntEnum):
     """Moving would be worse than staying."""
 
 
+WORD = 53
+"""Trips and alarm conditions that one mask can hold. Recordings store it as a double, which is
+exact below 2^53."""
+
+
 class Trip(IntEnum):
-    """Broken limits and untrusted readings; latched until a reset. Never renumber."""
+    """Broken limits and untrusted readings; latched until a reset. Never renumber.
+
+    A trip has the number of its alarm condition (`alarm_condition.Condition`), so that a mask of
+    trips is at once a mask of conditions.
+    """
 
     PROPOSAL_INVALID = 0
     HEAD_READING_INVALID = 1
@@ -41,6 +50,12 @@ class Trip(IntEnum):
     HEAD_STALLED = 13
     HEAD_RUNAWAY = 14
     TIP_BEYOND_CAP = 15
+    SPO2_LOW = 36
+    HEART_RATE_LOW = 37
+    AIRWAY_PRESSURE_UNSAFE = 38
+    LUNG_VOLUME_LOST = 39
+    CIRCUIT_DISCONNECTED = 40
+    MONITOR_LINK_LOST = 41
 
 
 class TripKind(NamedTuple):
@@ -103,10 +118,31 @@ KINDS: dict[Trip, TripKind] = {
     Trip.TIP_BEYOND_CAP: TripKind(
         Reaction.WITHDRAW, True, "high", "the tip may be deeper than its cap"
     ),
+    # What the patient's monitor says: the catheter comes out first, without suction.
+    Trip.SPO2_LOW: TripKind(
+        Reaction.WITHDRAW, True, "high", "oxygen saturation is below its limit"
+    ),
+    Trip.HEART_RATE_LOW: TripKind(Reaction.WITHDRAW, True, "high", "heart rate is below its limit"),
+    Trip.AIRWAY_PRESSURE_UNSAFE: TripKind(
+        Reaction.WITHDRAW, True, "high", "airway pressure is outside its limits"
+    ),
+    Trip.LUNG_VOLUME_LOST: TripKind(
+        Reaction.WITHDRAW, True, "medium", "suction takes more gas than the ventilator gives"
+    ),
+    Trip.CIRCUIT_DISCONNECTED: TripKind(
+        Reaction.WITHDRAW, True, "high", "the breathing circuit is disconnected"
+    ),
+    Trip.MONITOR_LINK_LOST: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the patient monitor cannot be read"
+    ),
 }
 
-REACTIONS = np.array([KINDS[trip].reaction for trip in Trip], dtype=np.int64)
-CUTS = np.array([KINDS[trip].vacuum_cut for trip in Trip], dtype=np.bool_)
+REACTIONS = np.zeros(WORD, dtype=np.int64)
+"""Reaction to each bit of a mask; none to one that is no trip's."""
+CUTS = np.zeros(WORD, dtype=np.bool_)
+for _trip, _kind in KINDS.items():
+    REACTIONS[_trip] = _kind.reaction
+    CUTS[_trip] = _kind.vacuum_cut
 
 
 def names(trips: int) -> list[Trip]:
