@@ -16,7 +16,7 @@ BAD = [
     (("--fault", "nonsense"), "known: switch-stuck-open, "),
     (("--fault", "line-leak=900"), "0.02 to 50 mL/s/mmHg"),
     (("--fault", "line-leak@-3"), "-3 s"),
-    (("--fault", "line-leak@nan"), "'nan' is not a number"),
+    (("--fault", "line-leak@1..2"), "'1..2' is not a number"),
     (("--fault", "line-leak@teaching+1"), "known: checking"),
     (("--fault", "line-leak", "--repeat", "3", "--every", "60"), "--repeat 3"),
     (("--fault", "line-leak", "--fault", "pump-lost", "--fault", "valve-slow"), "at most 2"),
@@ -84,3 +84,15 @@ def test_a_refused_start_is_an_aborted_cycle_that_says_why(tmp_path: Path) -> No
 def test_an_instant_after_the_cycle_is_refused(tmp_path: Path) -> None:
     ran = opensuction(*CYCLE, "--fault", "pump-lost@150", "--json", cwd=tmp_path)
     assert_refused(ran, "never comes", tmp_path)
+
+
+def test_a_controller_that_stops_is_told_as_such(tmp_path: Path) -> None:
+    """Nobody asked for it, and no time in the airway is counted for a dead controller."""
+    status, data = faulty_cycle(tmp_path, "power-lost@suctioning+2")
+    assert status == 1
+    (fault,) = data["faults"]
+    assert fault["noticed"]["by"] == "drive"
+    assert data["abort"] is None
+    assert data["phases"][-1]["name"] == "halted"
+    # Insertion, the valve's stroke, two seconds of suction.
+    assert data["timing"]["in_airway_s"] < 15.0
