@@ -114,6 +114,8 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     if result.abort is None:
         return None
     event, phase, time_s = result.abort
+    if event not in ABORT_SENTENCES:  # the controller stopped: it broke nothing off
+        return None
     failed = SENTENCES[CheckItem(int(columns["check_failed"][-1]))]
     return {
         "event": _name(event),
