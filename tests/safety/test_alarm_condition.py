@@ -6,7 +6,6 @@ from opensuction.kernel.row import columns
 from opensuction.safety import alarm_condition, alarm_text, trip
 from opensuction.safety.alarm_condition import (
     KINDS,
-    OWN,
     PRIORITIES,
     WORD,
     Condition,
@@ -77,15 +76,17 @@ def test_numbers_in_recordings_keep_their_meaning() -> None:
 
 @pytest.mark.parametrize("code", Trip)
 def test_each_trip_is_one_condition_of_the_same_number_name_and_priority(code: Trip) -> None:
-    assert code < OWN
     assert Condition(int(code)).name == code.name
     assert KINDS[Condition(int(code))].priority.name.lower() == trip.KINDS[code].priority
     assert KINDS[Condition(int(code))].latching
     assert KINDS[Condition(int(code))].delay_s == 0.0
 
 
-def test_conditions_below_the_own_ones_are_trips() -> None:
-    assert {code for code in Condition if code < OWN} == {Condition(int(t)) for t in Trip}
+def test_no_condition_has_two_kinds_or_two_texts() -> None:
+    trips = {Condition(int(code)) for code in Trip}
+    assert {code for code in Condition if code < C.AUTOMATION_STOPPED} <= trips
+    assert set(alarm_condition.OWN_KINDS) & trips == set()
+    assert set(alarm_text.OWN_TEXTS) & trips == set()
 
 
 def test_every_condition_has_a_kind_and_a_text_of_its_own() -> None:

@@ -1,3 +1,5 @@
+from collections.abc import Collection
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -28,7 +30,7 @@ NUMBERS = {
 """Recordings hold these numbers: a new trip is added, an old one never renumbered."""
 
 
-def mask(chosen: set[Trip]) -> int:
+def mask(chosen: Collection[int]) -> int:
     return sum(1 << code for code in chosen)
 
 
@@ -71,6 +73,13 @@ def test_vacuum_is_cut_if_any_trip_asks_for_it(chosen: set[Trip]) -> None:
 @given(chosen=trips)
 def test_names_reads_a_mask_back(chosen: set[Trip]) -> None:
     assert trip.names(mask(chosen)) == sorted(chosen)
+
+
+def test_every_trip_has_a_bit_of_a_mask_and_a_bit_that_is_no_trips_does_nothing() -> None:
+    assert max(Trip) < trip.WORD
+    nobodys = mask(set(range(trip.WORD)) - set(Trip))
+    assert trip.reaction(nobodys) == Reaction.PASS
+    assert not trip.cuts_vacuum(nobodys)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.safety import trip
 from opensuction.safety.trip import Trip
 
 
@@ -59,16 +60,16 @@ PRIORITIES: dict[tuple[Harm, Onset], Priority] = {
 }
 """Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
 
-OWN = 20
-"""First number that is no trip's: a trip's condition has the trip's own number, so that the
-governor's bit mask of trips is at once a mask of conditions. Numbers 16 to 19 are kept for trips.
-"""
-WORD = 53
-"""Conditions that a mask can hold. Recordings store it as a double, exact below 2^53."""
+WORD = trip.WORD
+"""Conditions that a mask can hold."""
 
 
 class Condition(IntEnum):
-    """What can be wrong, the governor's trips first. Never renumber: recordings hold these."""
+    """What can be wrong. Never renumber: recordings hold these.
+
+    A trip has the number of its condition, so that the governor's bit mask of trips is at once a
+    mask of conditions. Those below 20 are trips alone; numbers 16 to 19 are kept for more.
+    """
 
     PROPOSAL_INVALID = 0
     HEAD_READING_INVALID = 1
@@ -205,10 +206,10 @@ OWN_KINDS: dict[Condition, Kind] = {
 }
 
 KINDS: dict[Condition, Kind] = {
-    **{Condition(int(trip)): kind for trip, kind in TRIP_KINDS.items()},
     **OWN_KINDS,
+    **{Condition(int(code)): kind for code, kind in TRIP_KINDS.items()},
 }
-"""Every condition."""
+"""Every condition; one that is a trip too behaves as the trip."""
 
 UNKNOWN = Kind(Harm.DEATH, Onset.IMMEDIATE, True, 0.0, 0.0, planned=False)
 """A bit that no condition has is a mistake of the software: as urgent as can be, never lost."""

@@ -136,8 +136,8 @@ OWN_TEXTS: dict[Condition, Text] = {
 }
 
 TEXTS: dict[Condition, Text] = {
-    **{Condition(int(t)): Text(trip.KINDS[t].sentence, r) for t, r in TRIP_REMEDIES.items()},
     **OWN_TEXTS,
+    **{Condition(int(t)): Text(trip.KINDS[t].sentence, r) for t, r in TRIP_REMEDIES.items()},
 }
 """Every condition; a trip's sentence is the governor's own."""
 

@@ -22,8 +22,17 @@ class Reaction(IntEnum):
     """Moving would be worse than staying."""
 
 
+WORD = 53
+"""Trips and alarm conditions that one mask can hold. Recordings store it as a double, which is
+exact below 2^53."""
+
+
 class Trip(IntEnum):
-    """Broken limits and untrusted readings; latched until a reset. Never renumber."""
+    """Broken limits and untrusted readings; latched until a reset. Never renumber.
+
+    A trip has the number of its alarm condition (`alarm_condition.Condition`), so that a mask of
+    trips is at once a mask of conditions.
+    """
 
     PROPOSAL_INVALID = 0
     HEAD_READING_INVALID = 1
@@ -105,8 +114,12 @@ KINDS: dict[Trip, TripKind] = {
     ),
 }
 
-REACTIONS = np.array([KINDS[trip].reaction for trip in Trip], dtype=np.int64)
-CUTS = np.array([KINDS[trip].vacuum_cut for trip in Trip], dtype=np.bool_)
+REACTIONS = np.zeros(WORD, dtype=np.int64)
+"""Reaction to each bit of a mask; none to one that is no trip's."""
+CUTS = np.zeros(WORD, dtype=np.bool_)
+for _trip, _kind in KINDS.items():
+    REACTIONS[_trip] = _kind.reaction
+    CUTS[_trip] = _kind.vacuum_cut
 
 
 def names(trips: int) -> list[Trip]:
