@@ -239,11 +239,11 @@ def step(
     arrived_ticks = arrived_ticks + 1 if arrived else 0
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
     pumping = _is_pumping(phase, valve_open)
-    keeping = pumping
+    vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0
     if phase == Phase.CHECKING.value:
         valve_open = check.is_stroking(checked.item)
         pumping = check.is_pumping(checked.item)
-        keeping = check.keeps_vacuum(checked.item)
+        vacuum_mmhg = check.set_point_mmhg(plan.check, checked.item)
     direction, starts_in_s = _next_motion(
         plan, phase, state.phase_ticks * dt_s, arrived_ticks * dt_s
     )
@@ -257,7 +257,7 @@ def step(
         insertion_on=_is_driven(phase, taught.bringing),
         valve_open=valve_open,
         pump_on=pumping,
-        vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,
+        vacuum_mmhg=vacuum_mmhg,
     )
     return (
         ProcedureState(
