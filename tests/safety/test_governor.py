@@ -58,6 +58,7 @@ watches = st.builds(
     foremost_mm=plausible,
     anchor_mm=plausible,
     turn_mm=plausible,
+    coast_mm_per_s=st.floats(0.0, 20.0),
     cam_rad=st.floats(-0.1, 0.7),
     sealed=st.booleans(),
     open_contact_ticks=counts,
@@ -128,7 +129,7 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     assert all(math.isfinite(value) for value in case.allowed)
     assert math.isfinite(case.verdict.deepest_mm)
     seen = case.seen
-    flat = (*case.after.last, *seen[:6], *seen.lasting, *seen.drive, *seen.window, *seen.line)
+    flat = (*case.after.last, *seen[:7], *seen.lasting, *seen.drive, *seen.window, *seen.line)
     assert math.isfinite(case.after.withdrawal_s + case.after.blocked_s + case.after.unseen_s)
     assert all(math.isfinite(value) for value in flat)
 

@@ -64,7 +64,7 @@ def test_contact_stops_the_head_in_the_same_tick() -> None:
     state = ahead(at(50.0), 51.2)
     touching = [
         sound(50.0)._replace(contact_closed=True),
-        sound(50.3)._replace(contact_closed=True),
+        sound(50.2)._replace(contact_closed=True),
     ]
     ticks = run(0.002, lambda _: stay(52.0), lambda t, _: touching[round(t / DT_S)], state)
     assert [tick.verdict.reaction for tick in ticks] == [Reaction.HOLD, Reaction.HOLD]

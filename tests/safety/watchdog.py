@@ -42,6 +42,7 @@ LIMITS = Limits(
     park_head_mm=PARK_MM,
     head_speed_mm_per_s=20.0,
     head_mm_per_s2=1e9,
+    braking_mm_per_s2=200.0,
     leaving_mm_per_s=17.0,
     following_mm=8.0,
     stalled_mm=0.11,

@@ -255,6 +255,7 @@ def limits(
         park_head_mm=park_head_mm,
         head_speed_mm_per_s=profile.head_limit_mm_per_s,
         head_mm_per_s2=ACCELERATION_MARGIN * profile.acceleration_mm_per_s2,
+        braking_mm_per_s2=profile.acceleration_mm_per_s2,
         leaving_mm_per_s=profile.head_planned_mm_per_s,
         following_mm=profile.following_mm,
         stalled_mm=profile.stalled_mm,

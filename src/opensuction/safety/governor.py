@@ -32,7 +32,7 @@ JAM_S = 0.1
 OVERFORCE_S = 0.05
 """How long the drive may give more than its current limit; assumed."""
 RUNAWAY_MM = 1.0
-"""Advance of the head against its command; a stop from full speed overshoots by up to 0.7 mm."""
+"""Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
 OVERSHOOT_MM = 1.0
 """How far beyond its cap a servo may carry the head before it is a trip."""
 BLOCKED_S = 0.3

@@ -82,6 +82,8 @@ class Limits(NamedTuple):
     head_speed_mm_per_s: float
     head_mm_per_s2: float
     """Fastest gain of commanded head speed; a stop may be as sudden as it must."""
+    braking_mm_per_s2: float
+    """Slowest braking of a head that is told to stop."""
     leaving_mm_per_s: float
     """Speed at which the slowest such head withdraws."""
     following_mm: float

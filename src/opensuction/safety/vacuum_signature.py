@@ -6,7 +6,6 @@ and free catheter agree on when the valve opens, and vents when it is told to. W
 the canister's vacuum is named by the table in `docs/alarms.md`.
 """
 
-import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
@@ -92,8 +91,10 @@ def step(
     set_mmhg, pump_on: what was let through in the last tick. is_open, is_closed: told so, and the
     cam there.
     """
-    slow = state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s)
     pumping = pump_on and set_mmhg > 0.0
+    slow = state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s)
+    if pumping and vacuum_mmhg >= set_mmhg:
+        slow = vacuum_mmhg  # how fast it came down to its set point is the regulator's doing
     raised = set_mmhg > state.set_mmhg
     pumping_s = _time(state.pumping_s, pumping and not raised, dt_s)
     built = pumping and ((state.built and not raised) or vacuum_mmhg >= READY_SHARE * set_mmhg)
@@ -153,12 +154,6 @@ def trips(limits: LineLimits, state: LineWatch) -> int:
         else:
             found |= 1 << Trip.VACUUM_EXCEEDED.value
     return found
-
-
-@compiled
-def read(state: LineWatch, reading_mmhg: float, valid: bool) -> float:
-    """Vacuum to go by: the reading, or the last valid one."""
-    return reading_mmhg if valid and math.isfinite(reading_mmhg) else state.vacuum_mmhg
 
 
 @compiled

@@ -67,7 +67,10 @@ class Watch(NamedTuple):
     anchor_mm: float
     """Least head reading since the valve left its seat."""
     turn_mm: float
-    """How far in the head may be: raised by its command, lowered again by its reading."""
+    """How far in the head may be: raised by its command and what it needs to brake from it, lowered
+    again by its reading."""
+    coast_mm_per_s: float
+    """Speed inwards that a head may still have that was told to stop."""
     cam_rad: float
     sealed: bool
     """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
@@ -89,6 +92,7 @@ def start(limits: Limits, head_mm: float) -> Watch:
         foremost_mm=bounds.anywhere(limits.tip, head_mm),
         anchor_mm=head_mm,
         turn_mm=head_mm,
+        coast_mm_per_s=0.0,
         cam_rad=0.0,
         sealed=False,
         open_contact_ticks=0,
@@ -154,6 +158,31 @@ def _turned(
 
 
 @compiled
+def _line(
+    limits: Limits,
+    watch: Watch,
+    last: Setpoints,
+    readings: Readings,
+    invalid: InvalidTicks,
+    dt_s: float,
+) -> LineWatch:
+    """The line; a sensor that gives nothing is another fault."""
+    if invalid.vacuum > 0:
+        return watch.line
+    cam = watch.cam_rad if invalid.cam > 0 else readings.cam_rad
+    return vacuum_signature.step(
+        limits.line,
+        watch.line,
+        readings.line_vacuum_mmhg,
+        last.vacuum_mmhg,
+        last.pump_on,
+        last.valve_open and valve_axis.is_open(limits.valve, cam),
+        not last.valve_open and valve_axis.is_closed(cam) and invalid.cam == 0,
+        dt_s,
+    )
+
+
+@compiled
 def observe(
     limits: Limits,
     watch: Watch,
@@ -181,9 +210,10 @@ def observe(
     open_ticks = _count(watch.open_contact_ticks, not readings.contact_closed)
     touching = open_ticks == 0 or (lasting.contact > 0.0 and open_ticks < RELEASE_TICKS)
     off_mm = abs(last.head_mm - head)
+    coast = max(watch.coast_mm_per_s - limits.braking_mm_per_s2 * dt_s, last.head_mm_per_s, 0.0)
     blind = watch.invalid.head >= INVALID_TICKS
     parked = invalid.head == 0 and abs(head - limits.park_head_mm) <= PARKED_MM
-    vacuum = vacuum_signature.read(watch.line, readings.line_vacuum_mmhg, readings.vacuum_valid)
+    vacuum = watch.line.vacuum_mmhg if invalid.vacuum > 0 else readings.line_vacuum_mmhg
     sealed = parked and closed and not last.valve_open
     highest = limits.line.sealed_mmhg if sealed else limits.vacuum_mmhg
     drive = _driven(limits, watch, last, readings.insertion_current_a, gained, share, dt_s)
@@ -192,7 +222,8 @@ def observe(
         speed_mm_per_s=watch.speed_mm_per_s + gained,
         foremost_mm=foremost,
         anchor_mm=min(watch.anchor_mm, head) if sucking else head,
-        turn_mm=head if blind else min(max(watch.turn_mm, last.head_mm), head),
+        turn_mm=head if blind else min(max(watch.turn_mm + coast * dt_s, last.head_mm), head),
+        coast_mm_per_s=coast,
         cam_rad=cam,
         sealed=sealed,
         open_contact_ticks=open_ticks,
@@ -222,16 +253,7 @@ def observe(
             dt_s,
         ),
         valve=_turned(limits, watch, last, turned, cam, dt_s),
-        line=vacuum_signature.step(
-            limits.line,
-            watch.line,
-            vacuum,
-            last.vacuum_mmhg,
-            last.pump_on,
-            last.valve_open and valve_axis.is_open(limits.valve, cam),
-            closed and not last.valve_open,
-            dt_s,
-        ),
+        line=_line(limits, watch, last, readings, invalid, dt_s),
     )
 
 
@@ -247,6 +269,7 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
         foremost_mm=bounds.anywhere(limits.tip, watch.head_mm),
         anchor_mm=watch.anchor_mm,
         turn_mm=watch.head_mm,
+        coast_mm_per_s=0.0,
         cam_rad=watch.cam_rad,
         sealed=False,
         open_contact_ticks=watch.open_contact_ticks,
