@@ -15,7 +15,7 @@ from opensuction.safety.narrowing import ADVANCE_MM
 from opensuction.safety.trip import Reaction, Trip, cuts_vacuum
 from opensuction.safety.vacuum_signature import LineWatch
 from opensuction.safety.valve_axis import ValveAxis
-from opensuction.safety.watch import InvalidTicks, Lasting, Watch
+from opensuction.safety.watch import InvalidTicks, Lasting, Turn, Watch
 from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -57,8 +57,7 @@ watches = st.builds(
     speed_mm_per_s=st.floats(-60.0, 60.0),
     foremost_mm=plausible,
     anchor_mm=plausible,
-    turn_mm=plausible,
-    coast_mm_per_s=st.floats(0.0, 20.0),
+    turn=st.builds(Turn, plausible, st.floats(0.0, 20.0)),
     cam_rad=st.floats(-0.1, 0.7),
     sealed=st.booleans(),
     open_contact_ticks=counts,
@@ -129,7 +128,15 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     assert all(math.isfinite(value) for value in case.allowed)
     assert math.isfinite(case.verdict.deepest_mm)
     seen = case.seen
-    flat = (*case.after.last, *seen[:7], *seen.lasting, *seen.drive, *seen.window, *seen.line)
+    flat = (
+        *case.after.last,
+        *seen[:4],
+        *seen.turn,
+        *seen.lasting,
+        *seen.drive,
+        *seen.window,
+        *seen.line,
+    )
     assert math.isfinite(case.after.withdrawal_s + case.after.blocked_s + case.after.unseen_s)
     assert all(math.isfinite(value) for value in flat)
 

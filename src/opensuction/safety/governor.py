@@ -123,7 +123,7 @@ def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
         | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
         | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
         | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
-        | _bit(seen.head_mm - seen.turn_mm > RUNAWAY_MM, Trip.HEAD_RUNAWAY.value)
+        | _bit(seen.head_mm - seen.turn.head_mm > RUNAWAY_MM, Trip.HEAD_RUNAWAY.value)
         | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP.value)
         | _bit(lasting.jammed > JAM_S, Trip.CATHETER_JAMMED.value)
         | _bit(lasting.overforce > OVERFORCE_S, Trip.DRIVE_OVERFORCE.value)

@@ -55,6 +55,15 @@ class Lasting(NamedTuple):
     """Drive stronger than its current limit."""
 
 
+class Turn(NamedTuple):
+    """How far in the head may be, and how fast it may still go there."""
+
+    head_mm: float
+    """Raised by its command and what it needs to brake from it, lowered again by its reading."""
+    coast_mm_per_s: float
+    """Speed inwards that a head may still have that was told to stop."""
+
+
 class Watch(NamedTuple):
     """Everything measured, up to this tick."""
 
@@ -66,11 +75,7 @@ class Watch(NamedTuple):
     """Foremost position behind the gap: see `limits.follow`."""
     anchor_mm: float
     """Least head reading since the valve left its seat."""
-    turn_mm: float
-    """How far in the head may be: raised by its command and what it needs to brake from it, lowered
-    again by its reading."""
-    coast_mm_per_s: float
-    """Speed inwards that a head may still have that was told to stop."""
+    turn: Turn
     cam_rad: float
     sealed: bool
     """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
@@ -91,8 +96,7 @@ def start(limits: Limits, head_mm: float) -> Watch:
         speed_mm_per_s=0.0,
         foremost_mm=bounds.anywhere(limits.tip, head_mm),
         anchor_mm=head_mm,
-        turn_mm=head_mm,
-        coast_mm_per_s=0.0,
+        turn=Turn(head_mm=head_mm, coast_mm_per_s=0.0),
         cam_rad=0.0,
         sealed=False,
         open_contact_ticks=0,
@@ -143,6 +147,16 @@ def _driven(
     if not last.insertion_on or watch.invalid.head > 0:
         return DriveForce(force_n=0.0, resistance_n=0.0)
     return drive_force.step(limits.drive, watch.drive, current_a, gained_mm_per_s, share, dt_s)
+
+
+@compiled
+def _turn(limits: Limits, watch: Watch, last: Setpoints, head_mm: float, dt_s: float) -> Turn:
+    """How far in the head may be; where it moved unseen, where it is seen again."""
+    braked = watch.turn.coast_mm_per_s - limits.braking_mm_per_s2 * dt_s
+    coast = max(braked, last.head_mm_per_s, 0.0)
+    allowed_mm = max(watch.turn.head_mm + coast * dt_s, last.head_mm)
+    blind = watch.invalid.head >= INVALID_TICKS
+    return Turn(head_mm=head_mm if blind else min(allowed_mm, head_mm), coast_mm_per_s=coast)
 
 
 @compiled
@@ -210,8 +224,6 @@ def observe(
     open_ticks = _count(watch.open_contact_ticks, not readings.contact_closed)
     touching = open_ticks == 0 or (lasting.contact > 0.0 and open_ticks < RELEASE_TICKS)
     off_mm = abs(last.head_mm - head)
-    coast = max(watch.coast_mm_per_s - limits.braking_mm_per_s2 * dt_s, last.head_mm_per_s, 0.0)
-    blind = watch.invalid.head >= INVALID_TICKS
     parked = invalid.head == 0 and abs(head - limits.park_head_mm) <= PARKED_MM
     vacuum = watch.line.vacuum_mmhg if invalid.vacuum > 0 else readings.line_vacuum_mmhg
     sealed = parked and closed and not last.valve_open
@@ -222,8 +234,7 @@ def observe(
         speed_mm_per_s=watch.speed_mm_per_s + gained,
         foremost_mm=foremost,
         anchor_mm=min(watch.anchor_mm, head) if sucking else head,
-        turn_mm=head if blind else min(max(watch.turn_mm + coast * dt_s, last.head_mm), head),
-        coast_mm_per_s=coast,
+        turn=_turn(limits, watch, last, head, dt_s),
         cam_rad=cam,
         sealed=sealed,
         open_contact_ticks=open_ticks,
@@ -268,8 +279,7 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
         speed_mm_per_s=watch.speed_mm_per_s,
         foremost_mm=bounds.anywhere(limits.tip, watch.head_mm),
         anchor_mm=watch.anchor_mm,
-        turn_mm=watch.head_mm,
-        coast_mm_per_s=0.0,
+        turn=Turn(head_mm=watch.head_mm, coast_mm_per_s=0.0),
         cam_rad=watch.cam_rad,
         sealed=False,
         open_contact_ticks=watch.open_contact_ticks,
