@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
-from opensuction.controller import setup
+from opensuction.controller import governor_limit
 from opensuction.controller.machine_profile import CLINICAL
 from opensuction.safety import trip, vacuum_signature
 from opensuction.safety.trip import Trip
@@ -48,7 +48,7 @@ def watched(
     pump_on: Callable[[float], bool] = lambda _: True,
 ) -> tuple[set[Trip], float]:
     """Trips within 15 s, and when the first came after the fault began."""
-    limits = setup.line_limits(CLINICAL, catheter_mm, set_mmhg)
+    limits = governor_limit.line_limits(CLINICAL, catheter_mm, set_mmhg)
     bore = 29.5 * ((catheter_mm - 0.5) / 3.5) ** (19.0 / 7.0)
     sound = Line(bore=bore)
     broken = fault._replace(bore=bore * fault.bore / 29.5)
@@ -130,7 +130,7 @@ def test_a_thin_catheter_shows_no_flow_so_neither_clog_nor_open_valve_is_seen(fa
 
 
 def test_a_pump_that_runs_on_differs_from_a_line_that_is_not_vented() -> None:
-    limits = setup.line_limits(CLINICAL, 4.0, 120.0)
+    limits = governor_limit.line_limits(CLINICAL, 4.0, 120.0)
     for still_on, code in ((True, Trip.PUMP_RUNAWAY), (False, Trip.VACUUM_EXCEEDED)):
         state, vacuum = vacuum_signature.START, 120.0
         for _ in range(1500):
