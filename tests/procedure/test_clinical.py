@@ -22,6 +22,7 @@ BEDSIDE = Abilities(
     cam_rad_per_s=math.radians(60.0),
     gap_in_mm=16.5,
     gap_out_mm=16.5,
+    relief_mmhg=150.0,
     jog_mm=2.0,
     turn_mm=16.5,
 )

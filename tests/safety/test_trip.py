@@ -26,6 +26,20 @@ NUMBERS = {
     "HEAD_STALLED": 13,
     "HEAD_RUNAWAY": 14,
     "TIP_BEYOND_CAP": 15,
+    "WITHDRAWAL_BLOCKED": 16,
+    "WITHDRAWAL_UNSEEN": 17,
+    "DRIVE_OVERFORCE": 18,
+    "VACUUM_LOST": 24,
+    "CANISTER_FULL": 25,
+    "LINE_CLOGGED": 26,
+    "LINE_LEAKING": 27,
+    "CARINA_MISSED": 28,
+    "CONTACT_STUCK_CLOSED": 29,
+    "CONTACT_STUCK_OPEN": 30,
+    "VALVE_STUCK_OPEN": 31,
+    "VALVE_STUCK_CLOSED": 32,
+    "PUMP_RUNAWAY": 33,
+    "CATHETER_JAMMED": 34,
     "SPO2_LOW": 36,
     "HEART_RATE_LOW": 37,
     "AIRWAY_PRESSURE_UNSAFE": 38,
@@ -89,7 +103,7 @@ def test_every_trip_has_a_bit_of_a_mask_and_a_bit_that_is_no_trips_does_nothing(
 
 
 @pytest.mark.parametrize(
-    "code", [Trip.HEAD_READING_INVALID, Trip.HEAD_OVERSPEED, Trip.HEAD_RUNAWAY]
+    "code", [Trip.HEAD_OVERSPEED, Trip.HEAD_RUNAWAY, Trip.DRIVE_OVERFORCE, Trip.WITHDRAWAL_BLOCKED]
 )
-def test_a_head_that_cannot_be_seen_or_steered_is_not_driven(code: Trip) -> None:
+def test_a_head_that_cannot_be_steered_or_is_held_fast_is_not_driven(code: Trip) -> None:
     assert KINDS[code].reaction == Reaction.TORQUE_OFF

@@ -131,7 +131,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     watch = governor.start(settings.limits, head_mm)
     if not parked:
         procedure = procedure._replace(phase=int(Phase.HALTED))
-        led = led._replace(head_mm=watch.head_mm)
+        led = led._replace(head_mm=watch.last.head_mm)
     return State(
         procedure=procedure,
         upkeep=upkeep.start(catheter_age_s),
@@ -170,11 +170,11 @@ def _lead(
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
     by_hand = not demand.insertion_on
     if phase == Phase.HALTED.value or by_hand:
-        return compensation.held(state.compensation, state.governor.head_mm, 0.0)
+        return compensation.held(state.compensation, state.governor.last.head_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
-        let_through = compensation.held(led, state.governor.head_mm, led.head_mm_per_s)
+        let_through = compensation.held(led, state.governor.last.head_mm, led.head_mm_per_s)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
         speed = settings.plan.motion.abort_mm_per_s
         if phase == Phase.TEACHING.value:
@@ -246,7 +246,7 @@ def _acknowledged(settings: Settings, state: Memory) -> Memory:
         procedure=state.procedure,
         upkeep=state.upkeep,
         compensation=compensation.rested(
-            settings.compensation, settings.parked, state.compensation, watch.head_mm, 0.0
+            settings.compensation, settings.parked, state.compensation, watch.last.head_mm, 0.0
         ),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,

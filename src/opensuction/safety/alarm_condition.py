@@ -68,7 +68,7 @@ class Condition(IntEnum):
     """What can be wrong. Never renumber: recordings hold these.
 
     A trip has the number of its condition, so that the governor's bit mask of trips is at once a
-    mask of conditions. Those below 20 are trips alone; numbers 16 to 19 are kept for more.
+    mask of conditions. Those below 20 are trips alone; number 19 is kept for another.
     """
 
     PROPOSAL_INVALID = 0
@@ -87,6 +87,9 @@ class Condition(IntEnum):
     HEAD_STALLED = 13
     HEAD_RUNAWAY = 14
     TIP_BEYOND_CAP = 15
+    WITHDRAWAL_BLOCKED = 16
+    WITHDRAWAL_UNSEEN = 17
+    DRIVE_OVERFORCE = 18
     AUTOMATION_STOPPED = 20
     RECOVERY_NEEDED = 21
     CATHETER_LIFE_OVER = 22
@@ -180,6 +183,20 @@ TRIP_KINDS: dict[Trip, Kind] = {
     Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT, planned=True),
     Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE, planned=True),
     Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE, planned=True),
+    Trip.WITHDRAWAL_BLOCKED: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.WITHDRAWAL_UNSEEN: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.DRIVE_OVERFORCE: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.VACUUM_LOST: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.CANISTER_FULL: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.LINE_CLOGGED: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.LINE_LEAKING: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.CARINA_MISSED: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.CONTACT_STUCK_CLOSED: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
+    Trip.CONTACT_STUCK_OPEN: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.VALVE_STUCK_OPEN: _trip(H.DEATH, O.PROMPT),
+    Trip.VALVE_STUCK_CLOSED: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
+    Trip.PUMP_RUNAWAY: _trip(H.REVERSIBLE, O.IMMEDIATE),
+    Trip.CATHETER_JAMMED: _trip(H.DEATH, O.PROMPT, planned=True),
     Trip.SPO2_LOW: _patient(H.DEATH, O.IMMEDIATE),
     Trip.HEART_RATE_LOW: _patient(H.DEATH, O.IMMEDIATE),
     Trip.AIRWAY_PRESSURE_UNSAFE: _patient(H.DEATH, O.PROMPT),
@@ -196,17 +213,6 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.RECOVERY_NEEDED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),
     C.CATHETER_LIFE_OVER: Kind(H.REVERSIBLE, O.PROMPT, False, 0.0, 0.0, True),
     C.CATHETER_LIFE_ENDING: Kind(H.REVERSIBLE, O.DELAYED, False, 0.0, HOUR_S, True),
-    C.VACUUM_LOST: Kind(H.DEATH, O.DELAYED, False, 0.5, ESCALATES_S, True),
-    C.CANISTER_FULL: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
-    C.LINE_CLOGGED: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
-    C.LINE_LEAKING: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
-    C.CARINA_MISSED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
-    C.CONTACT_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, False, 0.1, ESCALATES_S, True),
-    C.CONTACT_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, True),
-    C.VALVE_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.2, 0.0, False),
-    C.VALVE_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, True, 0.2, ESCALATES_S, True),
-    C.PUMP_RUNAWAY: Kind(H.REVERSIBLE, O.IMMEDIATE, True, 0.2, 0.0, False),
-    C.CATHETER_JAMMED: Kind(H.DEATH, O.PROMPT, True, 0.1, 0.0, False),
     C.TIP_DETACHED: Kind(H.DEATH, O.IMMEDIATE, True, 0.0, 0.0, False),
     C.RECORDER_LOST: Kind(H.MINOR, O.DELAYED, False, 2.0, 0.0, False),
     C.CONSOLE_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 2.0, ESCALATES_S, False),

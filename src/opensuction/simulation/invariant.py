@@ -14,7 +14,7 @@ import numpy.typing as npt
 from opensuction.controller.controller import Settings
 from opensuction.kernel.phase import Phase
 from opensuction.safety import trip
-from opensuction.safety.governor import ADVANCE_MM
+from opensuction.safety.narrowing import ADVANCE_MM
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 
