@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from opensuction.report import identification_page
-from tests.browser.test_report_page import INKED, Opened
+from tests.browser.opened import INKED, Opened, opened
 from tests.report import identification_example as example
 
 if TYPE_CHECKING:
@@ -33,16 +33,7 @@ HAS_COLOUR = """([id, name]) => {
 
 
 def _open(browser: "Browser", folder: Path, html: str, **context: Any) -> Opened:
-    file = folder / "report.html"
-    file.write_text(html, encoding="utf-8")
-    tab = browser.new_context(**context).new_page()
-    opened = Opened(tab, [], [])
-    tab.on("console", lambda message: opened.complaints.append(message.text))
-    tab.on("pageerror", lambda error: opened.complaints.append(str(error)))
-    tab.on("request", lambda request: opened.requests.append(request.url))
-    tab.goto(file.as_uri())
-    tab.wait_for_selector("#autocorrelation canvas")
-    return opened
+    return opened(browser, folder, html, "autocorrelation", **context)
 
 
 @pytest.fixture
@@ -60,8 +51,7 @@ def test_every_plot_is_drawn_without_network_or_complaints(compared: Opened) -> 
         assert height > 150
         assert colours > 5
     assert compared.complaints == []
-    elsewhere = [url for url in compared.requests if not url.startswith(("file:", "data:"))]
-    assert elsewhere == []
+    assert compared.elsewhere() == []
 
 
 def test_a_chosen_model_appears_in_every_plot_and_goes_again(compared: Opened) -> None:
@@ -93,19 +83,19 @@ def test_phone_shows_everything_without_sideways_scrolling(
     summary = example.identified() if alone else example.compared()
     html = identification_page.render(summary, example.curves(example.MODELS[: 1 if alone else 3]))
     size = {"width": 390, "height": 844}
-    opened = _open(chromium, tmp_path, html, viewport=size, color_scheme=scheme)
-    assert opened.page.evaluate("document.documentElement.scrollWidth") <= 390
-    assert "error 0.3 %" in opened.page.inner_text("#outcome")
-    assert opened.complaints == []
-    opened.page.context.close()
+    report = _open(chromium, tmp_path, html, viewport=size, color_scheme=scheme)
+    assert report.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert "error 0.3 %" in report.page.inner_text("#outcome")
+    assert report.complaints == []
+    report.page.context.close()
 
 
 def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
     html = identification_page.render(example.compared(), example.curves())
-    opened = _open(chromium, tmp_path, html, color_scheme="dark")
+    report = _open(chromium, tmp_path, html, color_scheme="dark")
     paper = "getComputedStyle(document.body).backgroundColor"
-    assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
-    opened.page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert opened.page.evaluate(paper) == "rgb(255, 255, 255)"
-    assert opened.complaints == []
-    opened.page.context.close()
+    assert report.page.evaluate(paper) != "rgb(255, 255, 255)"
+    report.page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert report.page.evaluate(paper) == "rgb(255, 255, 255)"
+    assert report.complaints == []
+    report.page.context.close()

@@ -2,49 +2,27 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from opensuction.report import page
+from tests.browser.opened import INKED, Opened
+from tests.browser.opened import opened as open_page
 from tests.report import example
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser
 
 pytestmark = pytest.mark.browser
 
 PLOTS = ("depth", "error", "suction", "secretion", "loop")
 PATIENT_PLOTS = (*PLOTS, "contact", "airway", "lung", "saturation")
 
-INKED = """id => {
-    const canvas = document.querySelector(`#${id} canvas`);
-    const box = canvas.getBoundingClientRect();
-    const pixels = new Uint32Array(
-        canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
-    return [box.width, box.height, new Set(pixels).size];
-}"""
-"""Size of a plot on the page and the number of different colours in it."""
-
-
-class Opened(NamedTuple):
-    page: "Page"
-    complaints: list[str]
-    requests: list[str]
-
 
 def _open(browser: "Browser", folder: Path, summary: dict[str, Any], **context: Any) -> Opened:
-    file = folder / "report.html"
     trace = example.breathing_trace() if summary["patient"] else example.trace()
-    file.write_text(page.render(summary, trace), encoding="utf-8")
-    tab = browser.new_context(**context).new_page()
-    opened = Opened(tab, [], [])
-    tab.on("console", lambda message: opened.complaints.append(message.text))
-    tab.on("pageerror", lambda error: opened.complaints.append(str(error)))
-    tab.on("request", lambda request: opened.requests.append(request.url))
-    tab.goto(file.as_uri())
-    tab.wait_for_selector("#loop canvas")
-    return opened
+    return open_page(browser, folder, page.render(summary, trace), "loop", **context)
 
 
 @pytest.fixture
@@ -56,8 +34,7 @@ def opened(chromium: "Browser", tmp_path: Path) -> Iterator[Opened]:
 
 def test_page_opens_from_disk_without_network_or_complaints(opened: Opened) -> None:
     assert opened.complaints == []
-    elsewhere = [url for url in opened.requests if not url.startswith(("file:", "data:"))]
-    assert elsewhere == []
+    assert opened.elsewhere() == []
 
 
 @pytest.mark.parametrize("plot", PLOTS)

@@ -333,6 +333,9 @@ def test_a_day_has_its_cycles_in_the_json_and_a_page_of_its_own(tmp_path: Path) 
     assert "cycle 3 of 3" in ran.stderr
 
 
+LEARNING = ("--approach", "contact", "--repeat", "3", "--every", "60", "--self-calibrate")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -340,6 +343,11 @@ def test_a_day_has_its_cycles_in_the_json_and_a_page_of_its_own(tmp_path: Path) 
         (("--every", "60"), "says nothing without --repeat"),
         (("--repeat", "3", "--every", "5"), "at least 15 min"),
         (("--repeat", "3", "--every", "60", "--protocol", "paper"), "the bench has none"),
+        (("--self-calibrate", "--repeat", "3", "--every", "60"), "add --approach contact"),
+        (("--self-calibrate", "--approach", "contact"), "add --repeat 2 or more"),
+        ((*LEARNING, "--compensation", "exact-inverse"), "use prandtl-ishlinskii or preview"),
+        (("--gap-scale", "3"), "should be 0.5 to 1.5"),
+        (("--gap-scale", "nan"), "should be 0.5 to 1.5"),
     ],
 )
 def test_what_is_no_day_is_refused(tmp_path: Path, options: tuple[str, ...], words: str) -> None:
@@ -348,3 +356,16 @@ def test_what_is_no_day_is_refused(tmp_path: Path, options: tuple[str, ...], wor
     assert words in ran.stderr
     assert ran.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_gap_out_of_range_ends_the_day_with_an_alarm(tmp_path: Path) -> None:
+    ran = opensuction(
+        "cycle", *LEARNING, "--gap-scale", "0.6", "--json", "--out", "d", cwd=tmp_path
+    )
+    assert ran.returncode == 1, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["compensation"] == "preview"  # the default
+    assert data["outcome"] == "completed"
+    assert [alarm["name"] for alarm in data["alarms"]] == ["calibration-out-of-range"]
+    assert data["day"]["cycles"][0]["gap"]["in_range"] is False
+    assert "Cycle 2 of 3 was refused" in ran.stderr

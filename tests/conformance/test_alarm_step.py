@@ -8,8 +8,8 @@ from tests.safety.annunciator import Tick, lasting, run, wrong
 C = Condition
 
 HISTORY = [
-    *lasting(wrong(C.CIRCUIT_DISCONNECTED), 2.0),
-    Tick(frozenset({C.CIRCUIT_DISCONNECTED, C.HEAD_RUNAWAY}), audio_pause=True),
+    *lasting(wrong(C.CANISTER_FULL), 2.0),
+    Tick(frozenset({C.CANISTER_FULL, C.HEAD_RUNAWAY}), audio_pause=True),
     *lasting(wrong(C.HEAD_RUNAWAY, C.AUTOMATION_STOPPED), 130.0),
     Tick(frozenset({C.AUTOMATION_STOPPED}), acknowledge=True),
     *lasting(wrong(C.CAM_READING_INVALID), 130.0),

@@ -34,7 +34,8 @@ def played(twin: Machine, state: PlantState) -> list[list[float]]:
     for tick in range(TICKS):
         state = plant.step(twin, state, script(tick), DT_S)
         truth = [float(value) for value in machine.observe(twin, state.machine)]
-        readings = [float(value) for value in machine.read(twin, state.machine)]
+        read = machine.read(twin, state.machine)
+        readings = [float(value) for value in (*read[:-1], *read.monitor)]
         rows.append(truth + readings)
     return rows
 

@@ -15,7 +15,7 @@ def results() -> list[list[float]]:
     for step in range(STEPS):
         suction = 700.0 if 500 < step < 1500 else 0.0
         ratio = 0.47 if 400 < step < 1800 else 0.0
-        state = patient.step(one, state, suction, ratio, 0.01)
+        state = patient.step(one, state, suction, ratio, 0.5, 0.01)
         rows.append([float(value) for value in patient.observe(one, state)])
     return rows
 

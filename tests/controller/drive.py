@@ -107,6 +107,7 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
         contact_closed=contact,
         contact_valid=fault != Fault.CONTACT_FLAGGED.value,
         insertion_current_a=true.insertion_current_a,
+        monitor=true.monitor,
     )
 
 

@@ -9,6 +9,7 @@ from opensuction.controller import alarm_source, setup
 from opensuction.controller.controller import Settings
 from opensuction.controller.setup import PLAIN_PD
 from opensuction.hysteresis.modified_dahl import PUBLISHED
+from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.procedure import check, cycle, schedule, upkeep
@@ -45,6 +46,7 @@ def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0
         contact_closed=contact,
         contact_valid=True,
         insertion_current_a=0.0,
+        monitor=ABSENT,
     )
 
 

@@ -60,10 +60,11 @@ def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
 
 @pytest.mark.soak
 @pytest.mark.parametrize("approach", APPROACHES)
-def test_no_drawn_adult_is_suctioned_beyond_a_limit(approach: str) -> None:
+@pytest.mark.parametrize("compensation", ["exact-inverse", "preview"])
+def test_no_drawn_adult_is_suctioned_beyond_a_limit(compensation: str, approach: str) -> None:
     """Fifty ventilated adults on fifty clinical machines, within the guidelines in every one."""
     for seed in range(1, 51):
-        prepared = cycle_run.prepare(Choice(None, "adult", approach, "exact-inverse", seed))
+        prepared = cycle_run.prepare(Choice(None, "adult", approach, compensation, seed))
         columns = cycle_run.play(prepared, lambda _: None)
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed

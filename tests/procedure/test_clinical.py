@@ -22,6 +22,7 @@ BEDSIDE = Abilities(
     cam_rad_per_s=math.radians(60.0),
     gap_in_mm=16.5,
     gap_out_mm=16.5,
+    relief_mmhg=150.0,
     jog_mm=2.0,
     turn_mm=16.5,
 )
@@ -34,6 +35,8 @@ GROWN = Site(
     catheter_mm=4.0,
     carina_mm=70.0,
     age=AgeGroup.ADULT,
+    peep_cmh2o=6.0,
+    monitored=True,
 )
 CHILD = Site(
     park_mm=-62.0,
@@ -43,6 +46,8 @@ CHILD = Site(
     catheter_mm=2.0,
     carina_mm=15.0,
     age=AgeGroup.CHILD,
+    peep_cmh2o=5.0,
+    monitored=True,
 )
 NEONATE = CHILD._replace(tube_mm=3.5, carina_mm=12.0, age=AgeGroup.NEONATE)
 

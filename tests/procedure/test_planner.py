@@ -21,6 +21,7 @@ BENCH = Abilities(
     cam_rad_per_s=0.2618,
     gap_in_mm=0.0,
     gap_out_mm=0.0,
+    relief_mmhg=150.0,
     jog_mm=2.0,
     turn_mm=0.0,
 )

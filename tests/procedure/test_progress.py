@@ -2,6 +2,7 @@ from typing import Any
 
 import pytest
 
+from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Requests
@@ -28,6 +29,7 @@ AT_HOME = Readings(
     contact_closed=False,
     contact_valid=True,
     insertion_current_a=0.0,
+    monitor=ABSENT,
 )
 QUIET = Surroundings(
     head_wanted_mm=0.0,

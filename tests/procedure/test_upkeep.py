@@ -9,6 +9,7 @@ from opensuction.kernel.requests import ABORT, CHANGED, NO_REQUESTS, START, Requ
 from opensuction.procedure import schedule, upkeep
 from opensuction.procedure.schedule import ScheduleMode, ScheduleState
 from opensuction.procedure.upkeep import LIFE_S, SENTENCES, Refusal, Service, Upkeep
+from opensuction.safety.trip import Trip
 
 CYCLE_S = 100.0
 TIMED = schedule.schedule(ScheduleMode.TIMED, 3600.0)
@@ -18,8 +19,10 @@ FRESH = upkeep.start(0.0)
 DUE = FRESH._replace(schedule=ScheduleState(4000.0, 4000.0))
 
 
-def refused(state: Upkeep, phase: Phase = Phase.PARKED, known: bool = True) -> Refusal:
-    return Refusal(upkeep.refusal(SERVICE, state, int(phase), known))
+def refused(
+    state: Upkeep, phase: Phase = Phase.PARKED, known: bool = True, patient: int = 0
+) -> Refusal:
+    return Refusal(upkeep.refusal(SERVICE, state, int(phase), known, patient))
 
 
 @pytest.mark.requirement("OS-R22")
@@ -44,6 +47,15 @@ def test_a_machine_that_waits_for_a_person_says_why_it_does_not_start() -> None:
     assert refused(FRESH, Phase.HALTED) == Refusal.HALTED
     assert refused(FRESH, known=False) == Refusal.NOT_TAUGHT
     assert set(SENTENCES) == set(Refusal)
+
+
+@given(st.sets(st.sampled_from([code for code in Trip if code >= Trip.SPO2_LOW])))
+def test_no_cycle_begins_while_the_patient_is_out_of_limits_or_unseen(wrong: set[Trip]) -> None:
+    code = refused(FRESH, patient=sum(1 << each for each in wrong))
+    if Trip.MONITOR_LINK_LOST in wrong:
+        assert code == Refusal.MONITOR_LINK_LOST
+    else:
+        assert code == (Refusal.PATIENT_UNSAFE if wrong else Refusal.NONE)
 
 
 @given(st.sampled_from(Phase), st.booleans())

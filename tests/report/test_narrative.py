@@ -122,3 +122,36 @@ def test_abort_that_halts_at_once_still_says_when_and_why() -> None:
     summary = example.on_patient(outcome="aborted", phases=[], abort=abort | {"time_s": 3.2})
     first = narrative.sentences(summary)[0]
     assert first == "The cycle was aborted after 3.2 s: it took too long."
+
+
+FAULT = {
+    "name": "line-leak",
+    "meaning": "air leaks into line or canister",
+    "at_s": 12.0,
+    "strength": 2.0,
+    "strength_unit": "mL/s/mmHg",
+    "noticed": {"sentence": "the line vacuum is above its limit", "after_s": 0.25},
+}
+
+
+def test_an_injected_fault_is_told_first_with_what_noticed_it() -> None:
+    told = narrative.sentences(example.aborted() | {"faults": [FAULT]})[0]
+    assert told == (
+        "Injected fault: line-leak (2 mL/s/mmHg) at 12.0 s, air leaks into line or canister. "
+        "It was noticed 0.250 s later: the line vacuum is above its limit."
+    )
+
+
+def test_a_fault_that_nothing_noticed_is_told_so() -> None:
+    faults = [FAULT | {"noticed": None}, FAULT | {"at_s": None}]
+    told = narrative.sentences(example.summary(faults=faults))[0]
+    assert told.endswith(
+        "air leaks into line or canister. Nothing noticed it. "
+        "The fault line-leak was to be injected, but its instant never came."
+    )
+
+
+def test_a_start_that_was_refused_is_not_told_as_a_person_s_wish() -> None:
+    refused = FAULT | {"noticed": {"sentence": "the start was refused", "after_s": 0.0}}
+    summary = example.aborted() | {"trips": [], "alarms": [], "faults": [refused]}
+    assert narrative.lead(summary).startswith("The start was refused.")

@@ -9,9 +9,14 @@ from hypothesis import strategies as st
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
 from opensuction.safety import governor
-from opensuction.safety.governor import ADVANCE_MM, GovernorState
+from opensuction.safety.contact_window import ContactWindow
+from opensuction.safety.drive_force import DriveForce
+from opensuction.safety.governor import GovernorState
+from opensuction.safety.narrowing import ADVANCE_MM
 from opensuction.safety.trip import Reaction, Trip, cuts_vacuum
-from opensuction.safety.watch import InvalidTicks, Lasting, Watch
+from opensuction.safety.vacuum_signature import LineWatch
+from opensuction.safety.valve_axis import ValveAxis
+from opensuction.safety.watch import InvalidTicks, Lasting, Turn, Watch
 from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -53,19 +58,46 @@ watches = st.builds(
     speed_mm_per_s=st.floats(-60.0, 60.0),
     foremost_mm=plausible,
     anchor_mm=plausible,
-    turn_mm=plausible,
+    turn=st.builds(Turn, plausible, st.floats(0.0, 20.0)),
     cam_rad=st.floats(-0.1, 0.7),
+    sealed=st.booleans(),
     open_contact_ticks=counts,
     late_ticks=counts,
     invalid=st.builds(InvalidTicks, counts, counts, counts, counts),
-    lasting=st.builds(Lasting, seconds, seconds, seconds, seconds, seconds, seconds),
+    lasting=st.builds(Lasting, *[seconds] * len(Lasting._fields)),
+    drive=st.builds(DriveForce, st.floats(-8.0, 8.0), st.floats(-8.0, 8.0)),
+    window=st.builds(ContactWindow, plausible, plausible, seconds, st.booleans()),
+    valve=st.builds(ValveAxis, seconds, seconds),
+    line=st.builds(
+        LineWatch,
+        vacuum_mmhg=st.floats(0.0, 300.0),
+        slow_mmhg=st.floats(0.0, 300.0),
+        set_mmhg=st.floats(0.0, 190.0),
+        pumping_s=seconds,
+        built=st.booleans(),
+        fall_mmhg_per_s=st.floats(-5000.0, 0.0),
+        closed_low_s=seconds,
+        open_low_s=seconds,
+        clogged_s=seconds,
+        over_s=seconds,
+        unvented_s=seconds,
+    ),
 )
 states = st.builds(
     GovernorState,
-    head_mm=plausible,
-    valve_open=st.booleans(),
+    last=st.builds(
+        Setpoints,
+        head_mm=plausible,
+        head_mm_per_s=st.floats(-20.0, 20.0),
+        valve_open=st.booleans(),
+        pump_on=st.booleans(),
+        vacuum_mmhg=st.floats(0.0, 190.0),
+    ),
+    turned=st.booleans(),
     watch=watches,
     withdrawal_s=seconds,
+    blocked_s=seconds,
+    unseen_s=seconds,
     trips=st.one_of(
         st.just(0), st.sets(st.sampled_from(Trip)).map(lambda codes: sum(1 << c for c in codes))
     ),
@@ -96,7 +128,17 @@ sane_cases = st.builds(Case, states, possible, readings, st.booleans())
 def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     assert all(math.isfinite(value) for value in case.allowed)
     assert math.isfinite(case.verdict.deepest_mm)
-    flat = (*case.after[:1], *case.seen[:6], *case.seen.lasting, case.after.withdrawal_s)
+    seen = case.seen
+    flat = (
+        *case.after.last,
+        *seen[:4],
+        *seen.turn,
+        *seen.lasting,
+        *seen.drive,
+        *seen.window,
+        *seen.line,
+    )
+    assert math.isfinite(case.after.withdrawal_s + case.after.blocked_s + case.after.unseen_s)
     assert all(math.isfinite(value) for value in flat)
 
 
@@ -110,7 +152,9 @@ def test_valve_and_pump_are_never_on_unless_proposed(case: Case) -> None:
 @pytest.mark.requirement("OS-R01")
 @given(case=cases)
 def test_vacuum_is_never_above_the_proposal_nor_the_limit(case: Case) -> None:
-    assert 0.0 <= case.allowed.vacuum_mmhg <= LIMITS.vacuum_mmhg
+    sealed = case.seen.sealed and not case.allowed.valve_open
+    highest = LIMITS.line.sealed_mmhg if sealed else LIMITS.vacuum_mmhg
+    assert 0.0 <= case.allowed.vacuum_mmhg <= highest
     wanted = case.proposal.vacuum_mmhg
     assert case.allowed.vacuum_mmhg <= (wanted if wanted >= 0.0 else 0.0)
 
@@ -127,7 +171,7 @@ def test_a_cut_closes_the_valve_stops_the_pump_and_vents(case: Case) -> None:
 @given(case=cases)
 def test_the_head_is_never_driven_in_faster_than_its_limit(case: Case) -> None:
     if case.driven:
-        assert case.allowed.head_mm <= case.before.head_mm + REACH_MM
+        assert case.allowed.head_mm <= case.before.last.head_mm + REACH_MM
         # Positions of about 100 are rounded to 1e-14; a tick divides that by 1e-3.
         limit = LIMITS.head_speed_mm_per_s + 1e-9
         assert -limit <= case.allowed.head_mm_per_s <= limit
@@ -137,22 +181,22 @@ def test_the_head_is_never_driven_in_faster_than_its_limit(case: Case) -> None:
 @given(case=cases)
 def test_the_head_is_never_driven_past_the_cap(case: Case) -> None:
     if case.driven:
-        assert case.allowed.head_mm <= max(HEAD_CAP_MM, case.before.head_mm)
-        if case.before.head_mm > HEAD_CAP_MM + REACH_MM:
-            assert case.allowed.head_mm < case.before.head_mm
+        assert case.allowed.head_mm <= max(HEAD_CAP_MM, case.before.last.head_mm)
+        if case.before.last.head_mm > HEAD_CAP_MM + REACH_MM:
+            assert case.allowed.head_mm < case.before.last.head_mm
 
 
 @pytest.mark.requirement("OS-R01")
 @given(case=sane_cases)
 def test_the_head_is_never_driven_further_in_than_proposed(case: Case) -> None:
     if case.driven:
-        assert case.allowed.head_mm <= max(case.proposal.head_mm, case.before.head_mm)
+        assert case.allowed.head_mm <= max(case.proposal.head_mm, case.before.last.head_mm)
 
 
 @given(case=sane_cases)
 def test_the_head_is_never_driven_out_faster_than_its_limit_from_where_it_is(case: Case) -> None:
     if case.driven:
-        origin = min(case.before.head_mm, case.seen.head_mm)
+        origin = min(case.before.last.head_mm, case.seen.head_mm)
         assert case.allowed.head_mm >= origin - REACH_MM
 
 
@@ -188,7 +232,7 @@ def test_a_trip_stays_until_a_person_resets(case: Case) -> None:
 @given(case=cases)
 def test_forced_withdrawal_only_goes_out_and_ends_at_the_park_position(case: Case) -> None:
     if case.verdict.reaction == Reaction.WITHDRAW:
-        origin = min(case.before.head_mm, case.seen.head_mm)
+        origin = min(case.before.last.head_mm, case.seen.head_mm)
         assert case.allowed.head_mm <= origin
         assert case.allowed.head_mm >= min(origin, PARK_MM)
         if origin > PARK_MM:
@@ -207,15 +251,15 @@ def test_without_torque_nothing_is_driven_and_the_command_waits_at_the_head(case
 
 
 @given(case=cases)
-def test_an_unreadable_cam_is_left_to_its_spring(case: Case) -> None:
-    unreadable = case.verdict.trips >> Trip.CAM_READING_INVALID & 1
-    assert case.verdict.valve_on == (not unreadable)
+def test_a_cam_that_cannot_be_read_or_steered_is_left_to_its_spring(case: Case) -> None:
+    untrusted = (Trip.CAM_READING_INVALID, Trip.VALVE_STUCK_OPEN, Trip.VALVE_STUCK_CLOSED)
+    assert case.verdict.valve_on == all(not case.verdict.trips >> code & 1 for code in untrusted)
 
 
 @pytest.mark.requirement("OS-R03")
 @given(case=cases)
 def test_the_valve_does_not_open_while_the_head_advances(case: Case) -> None:
-    if not case.before.valve_open and case.seen.speed_mm_per_s > 3.0:
+    if not case.before.last.valve_open and case.seen.speed_mm_per_s > 3.0:
         assert not case.allowed.valve_open
 
 
@@ -223,7 +267,7 @@ def test_the_valve_does_not_open_while_the_head_advances(case: Case) -> None:
 def test_with_the_valve_not_closed_the_command_stays_at_the_anchor(case: Case) -> None:
     held = case.allowed.valve_open or case.seen.lasting.sucking > 0.0
     if case.driven and held:
-        came_from = min(case.before.head_mm, case.seen.head_mm)
+        came_from = min(case.before.last.head_mm, case.seen.head_mm)
         assert case.allowed.head_mm <= max(case.seen.anchor_mm + ADVANCE_MM, came_from)
 
 
@@ -231,7 +275,7 @@ def test_with_the_valve_not_closed_the_command_stays_at_the_anchor(case: Case) -
 @given(case=cases)
 def test_in_contact_the_command_is_the_measured_head_in_the_same_tick(case: Case) -> None:
     if case.driven and case.seen.lasting.contact > 0.0:
-        assert case.allowed.head_mm <= min(case.before.head_mm, case.seen.head_mm)
+        assert case.allowed.head_mm <= min(case.before.last.head_mm, case.seen.head_mm)
 
 
 @pytest.mark.requirement("OS-R03")

@@ -21,6 +21,7 @@ from tests.safety.watchdog import (
     sound,
     staying,
     tripped,
+    turning,
 )
 
 AFTER_S = 0.05
@@ -71,9 +72,9 @@ def test_an_impossible_proposal_withdraws_at_once(wrong: dict[str, Any]) -> None
 @pytest.mark.parametrize(
     ("wrong", "code", "reaction"),
     [
-        ({"head_mm": NAN}, Trip.HEAD_READING_INVALID, Reaction.TORQUE_OFF),
-        ({"head_mm": -INF}, Trip.HEAD_READING_INVALID, Reaction.TORQUE_OFF),
-        ({"head_valid": False, "head_mm": 0.0}, Trip.HEAD_READING_INVALID, Reaction.TORQUE_OFF),
+        ({"head_mm": NAN}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_mm": -INF}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_valid": False, "head_mm": 0.0}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
         ({"cam_rad": NAN}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
         ({"cam_valid": False}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
         ({"line_vacuum_mmhg": NAN}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
@@ -206,7 +207,7 @@ def test_line_vacuum_over_its_limit_is_cut_after_a_fifth_of_a_second() -> None:
         high = 151.0 if time_s >= AFTER_S else 149.0
         return sound(head_mm)._replace(line_vacuum_mmhg=high)
 
-    ticks = run(0.4, lambda _: stay(), report)
+    ticks = run(0.4, lambda _: stay(50.0), report, at(50.0))
     expect(ticks, Trip.VACUUM_EXCEEDED, AFTER_S + 0.2, Reaction.WITHDRAW)
     assert not ticks[-1].allowed.pump_on
 
@@ -216,7 +217,8 @@ def test_a_line_that_hides_its_vacuum_now_and_then_is_cut_as_soon() -> None:
         hidden = round(time_s / DT_S) % 100 < 3
         return sound(head_mm)._replace(line_vacuum_mmhg=NAN if hidden else 151.0)
 
-    tick = first(run(0.4, lambda _: stay(), report), Trip.VACUUM_EXCEEDED)
+    ticks = run(0.4, lambda _: stay(50.0), report, at(50.0))
+    tick = first(ticks, Trip.VACUUM_EXCEEDED)
     assert tick.time_s == pytest.approx(0.2, abs=0.005)
 
 
@@ -225,14 +227,14 @@ def test_negative_pressure_is_limited_from_the_valve_leaving_its_seat() -> None:
     def propose(time_s: float) -> Setpoints:
         return stay()._replace(valve_open=time_s >= AFTER_S)
 
-    ticks = run(0.7, propose)
+    ticks = run(0.7, propose, lambda t, head: turning(t, head, 0.01))
     expect(ticks, Trip.NEGATIVE_PRESSURE_TIME, AFTER_S + 0.5, Reaction.WITHDRAW)
     assert not first(ticks, Trip.NEGATIVE_PRESSURE_TIME).allowed.valve_open
 
 
 @pytest.mark.parametrize("cam_rad", [0.021, -0.021, 0.5])
 def test_a_valve_that_does_not_close_counts_as_open(cam_rad: float) -> None:
-    ticks = run(0.7, lambda _: stay(), lambda _, head: sound(head)._replace(cam_rad=cam_rad))
+    ticks = run(0.7, lambda _: stay(), lambda t, head: turning(t, head, cam_rad))
     expect(ticks, Trip.NEGATIVE_PRESSURE_TIME, 0.5, Reaction.WITHDRAW)
 
 

@@ -3,12 +3,21 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
-from opensuction.safety import governor
+from opensuction.safety import governor, patient_watch
 from opensuction.safety import limits as bounds
 from opensuction.safety.governor import GovernorState, Verdict
-from opensuction.safety.limits import Limits, tip_bounds
+from opensuction.safety.limits import (
+    DriveLimits,
+    Limits,
+    LineLimits,
+    ValveLimits,
+    WindowLimits,
+    tip_bounds,
+)
 from opensuction.safety.trip import Trip, names
 
 DT_S = 0.001
@@ -20,10 +29,23 @@ TIP = tip_bounds(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
 
 LIMITS = Limits(
     tip=TIP,
+    drive=DriveLimits(newton_per_a=833.0, moving_mass_kg=16.4, jam_n=1.4, force_n=6.0),
+    window=WindowLimits(from_mm=-INF, by_mm=INF),
+    valve=ValveLimits(open_rad=0.52, stroke_s=10.0),
+    line=LineLimits(
+        open_low_share=0.35,
+        clogged_share=0.95,
+        open_fall_mmhg_per_s=84.0,
+        bore_fall_mmhg_per_s=307.0,
+        sealed_mmhg=190.0,
+    ),
     cap_mm=95.0,
     outside_mm=float(bounds.deepest_mm(TIP, bounds.anywhere(TIP, PARK_MM))) + 1.0,
     park_head_mm=PARK_MM,
     head_speed_mm_per_s=20.0,
+    head_mm_per_s2=1e9,
+    braking_mm_per_s2=200.0,
+    leaving_mm_per_s=17.0,
     following_mm=8.0,
     stalled_mm=0.11,
     vacuum_mmhg=150.0,
@@ -31,8 +53,9 @@ LIMITS = Limits(
     in_airway_s=0.8,
     contact_s=0.3,
     withdrawal_s=0.4,
+    patient=patient_watch.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
 )
-"""As on the bench, with times short enough to wait for."""
+"""As on the bench, with times short enough to wait for, and a head that starts at once."""
 
 HEAD_CAP_MM = float(bounds.head_cap_mm(TIP, LIMITS.cap_mm))
 
@@ -44,12 +67,19 @@ def sound(head_mm: float) -> Readings:
         head_valid=True,
         cam_rad=0.0,
         cam_valid=True,
-        line_vacuum_mmhg=120.0,
+        line_vacuum_mmhg=10.0,
         vacuum_valid=True,
         contact_closed=False,
         contact_valid=True,
         insertion_current_a=0.0,
+        monitor=ABSENT,
     )
+
+
+def turning(time_s: float, head_mm: float, cam_rad: float = 0.3) -> Readings:
+    """A sound machine with its cam there, not quite at rest."""
+    trembling = 1.0 + 1e-6 * (round(time_s / DT_S) % 2)
+    return sound(head_mm)._replace(cam_rad=cam_rad * trembling)
 
 
 def staying(head_mm: float) -> Setpoints:
@@ -98,7 +128,7 @@ def run(
     ticks = []
     for i in range(round(seconds / DT_S)):
         time_s = i * DT_S
-        readings = report(time_s, state.head_mm)
+        readings = report(time_s, state.last.head_mm)
         state, allowed, verdict = governor.step(
             limits, state, propose(time_s), readings, overrun(time_s), DT_S
         )
@@ -109,6 +139,12 @@ def run(
 def at(head_mm: float) -> GovernorState:
     """A governor that has seen the head drawn back to this position, at rest there."""
     return governor.start(LIMITS, head_mm)
+
+
+def ahead(state: GovernorState, command_mm: float, mm_per_s: float = 0.0) -> GovernorState:
+    """The same governor, its command ahead of the head."""
+    last = state.last._replace(head_mm=command_mm, head_mm_per_s=mm_per_s)
+    return state._replace(last=last)
 
 
 def first(ticks: list[Tick], code: Trip) -> Tick:

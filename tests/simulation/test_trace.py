@@ -31,7 +31,7 @@ def test_the_controller_powers_up_on_the_encoder_not_on_the_truth() -> None:
     calibration = bench.uncalibrated(rig.profile)
     for kind in CompensationKind:
         loop, start = bench.assemble(rig, PAPER, kind, calibration, run=2)
-        known = start.controller.governor.head_mm
+        known = start.controller.governor.last.head_mm
         park = loop.controller.plan.motion.park_head_mm
         assert known == pytest.approx(park, abs=0.0025 + 1e-9)
         assert start.machine.head_mm - known == pytest.approx(0.05, abs=0.0025 + 1e-9)

@@ -18,7 +18,7 @@ def _record(
     patient: Patient, state: PatientState, suction: Array, ratio: Array, rows: Array
 ) -> PatientState:
     for i in range(suction.size):
-        state = model.step(patient, state, suction[i], ratio[i], DT_S)
+        state = model.step(patient, state, suction[i], ratio[i], 0.0, DT_S)
         seen = model.observe(patient, state)
         rows[i, 0] = seen.airway_pressure_cmh2o
         rows[i, 1] = seen.ventilator_pressure_cmh2o
@@ -27,8 +27,9 @@ def _record(
         rows[i, 4] = seen.spo2_percent
         rows[i, 5] = seen.sao2_percent
         rows[i, 6] = seen.alveolar_o2_mmhg
-        rows[i, 7] = seen.ventilator_flow_l_per_min
-        rows[i, 8] = seen.tidal_volume_ml
+        rows[i, 7] = seen.heart_rate_per_min
+        rows[i, 8] = seen.ventilator_flow_l_per_min
+        rows[i, 9] = seen.tidal_volume_ml
     return state
 
 

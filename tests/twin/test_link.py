@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
+from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
 from opensuction.twin import link
 from opensuction.twin.fault import Fault
@@ -17,7 +18,7 @@ DT_S = 0.001
 
 def readings(tick: int) -> Readings:
     """Readings that can be told apart."""
-    return Readings(float(tick), True, 0.1, True, 50.0, True, tick % 3 == 0, True, 0.01)
+    return Readings(float(tick), True, 0.1, True, 50.0, True, tick % 3 == 0, True, 0.01, ABSENT)
 
 
 def commands(tick: int) -> Commands:

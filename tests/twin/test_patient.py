@@ -31,7 +31,7 @@ def test_no_gas_is_made_or_lost(name: str) -> None:
     volume = state.lung.volume_ml
     for _ in range(3000):
         suction = source.uniform(0.0, 400.0) if source.random() < 0.5 else 0.0
-        state = model.step(patient, state, suction, source.uniform(0.0, 0.8), DT_S)
+        state = model.step(patient, state, suction, source.uniform(0.0, 0.8), 0.0, DT_S)
         flow = state.airflow
         assert flow.suction_ml_per_s <= suction
         volume += (flow.tube_ml_per_s - flow.suction_ml_per_s) * DT_S
@@ -61,7 +61,7 @@ def test_nothing_a_device_can_do_makes_nonsense(
     patient = patient._replace(ventilator=ventilator)
     state = RESTING[name]
     for _ in range(150):
-        state = model.step(patient, state, suction, ratio, dt_s)
+        state = model.step(patient, state, suction, ratio, 0.0, dt_s)
     seen = model.observe(patient, state)
     assert np.all(np.isfinite(seen))
     assert state.lung.volume_ml > 0.0
@@ -76,9 +76,9 @@ def test_a_shorter_step_changes_little(name: str) -> None:
     patient = PATIENTS[name]
     coarse = fine = RESTING[name]
     for _ in range(at(2.0 * patient.ventilator.period_s)):
-        coarse = model.step(patient, coarse, 20.0, 0.4, DT_S)
+        coarse = model.step(patient, coarse, 20.0, 0.4, 0.0, DT_S)
         for _ in range(10):
-            fine = model.step(patient, fine, 20.0, 0.4, 0.1 * DT_S)
+            fine = model.step(patient, fine, 20.0, 0.4, 0.0, 0.1 * DT_S)
     tidal_ml = coarse.breath.tidal_ml
     assert tidal_ml == pytest.approx(fine.breath.tidal_ml, rel=0.01)
     assert coarse.lung.volume_ml == pytest.approx(fine.lung.volume_ml, abs=0.02 * tidal_ml)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
 from opensuction.twin import fault_table, reading_fault
 from opensuction.twin.fault import Fault
@@ -22,6 +23,7 @@ AT_INSTANT = Readings(
     contact_closed=False,
     contact_valid=True,
     insertion_current_a=0.02,
+    monitor=ABSENT,
 )
 LATER = AT_INSTANT._replace(head_mm=50.0, cam_rad=0.1, line_vacuum_mmhg=80.0)
 VALUES = {

@@ -44,6 +44,8 @@ Examples:
   opensuction cycle --repeat 6 --every 240           a day: a cycle every four hours
   opensuction cycle --fault valve-jammed@suctioning+2
   opensuction cycle --fault line-leak=0.5 --fault power-lost@12
+  opensuction cycle --approach contact --repeat 6 --every 60 --self-calibrate --gap-scale 1.2
+                                                     the gap changed, and is found by contact
   opensuction cycle --json | jq .tip                 figures for a script
 
 \b
@@ -116,11 +118,13 @@ def cycle(
     catheter: option.Catheter = None,
     conduit: option.Conduit = None,
     approach: option.Approach = "travel",
-    compensation: option.Compensation = "exact-inverse",
+    compensation: option.Compensation = "preview",
     taught: option.TaughtLength = None,
     fault: option.Faults = None,
     repeat: option.Repeat = 1,
     every: option.Every = None,
+    self_calibrate: option.SelfCalibrate = False,
+    gap_scale: option.GapScale = 1.0,
     seed: option.Seed = 1,
     pace: option.Pace = None,
     out: option.Out = None,
@@ -146,6 +150,8 @@ def cycle(
         faults=tuple(fault or ()),
         repeat=repeat,
         every_min=every,
+        self_calibrates=self_calibrate,
+        gap_scale=gap_scale,
         seed=seed,
         pace=pace,
         out=out,

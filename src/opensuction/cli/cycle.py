@@ -40,6 +40,8 @@ class Options(NamedTuple):
     faults: tuple[str, ...]
     repeat: int
     every_min: float | None
+    self_calibrates: bool
+    gap_scale: float
     seed: int
     pace: float | None
     out: Path | None
@@ -103,7 +105,8 @@ def run(options: Options) -> int:
         print(json.dumps(data))  # noqa: T201 - the one object of --json
     else:
         _summarise(console, data, folder)
-    return 0 if data["outcome"] == "completed" else 1
+    refused = data.get("day", {}).get("refusal") is not None
+    return 0 if data["outcome"] == "completed" and not refused else 1
 
 
 def _run_and_write(
@@ -114,6 +117,7 @@ def _run_and_write(
         cycle_choice,
         cycle_run,
         cycle_summary,
+        day_calibration,
         day_run,
         fault_choice,
         fault_run,
@@ -133,6 +137,7 @@ def _run_and_write(
         conduit=options.conduit,
         taught_mm=options.taught_mm,
         faults=fault_choice.chosen(options.faults, options.approach, options.repeat),
+        gap_scale=options.gap_scale,
     )
     # Progress goes to stderr: a refusal may still come, and then nothing is on stdout.
     progress = Console(stderr=True, highlight=False)
@@ -140,9 +145,12 @@ def _run_and_write(
     def tell(line: str) -> None:
         progress.print(line, soft_wrap=True)
 
-    cycle_choice.check(choice)
+    found, kind = cycle_choice.check(choice)
     on_bench = cycle_choice.kinds(choice)[0].preset == "bench"
     day_run.check(options.repeat, options.every_min, on_bench)
+    if options.self_calibrates:
+        by_contact = cycle_choice.APPROACHES[options.approach]
+        day_calibration.check(found, kind, by_contact, options.repeat)
     if compiled.is_cold():
         tell("Compiling the control core: once for this version, about a minute")
 
@@ -201,7 +209,7 @@ def _day(
     began_s: float,
 ) -> dict[str, Any]:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
-    from opensuction.evidence import cycle_run, cycle_summary, day_run, day_summary
+    from opensuction.evidence import cycle_run, cycle_summary, day_gap, day_run, day_summary
     from opensuction.report import page, sheet
 
     def tell(cycle: day_run.DayCycle) -> None:
@@ -210,13 +218,19 @@ def _day(
             f"cycle {cycle.number} of {options.repeat} at {cycle.start_s / 3600.0:.2f} h: "
             f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
-            f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}",
+            f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}"
+            f"{day_gap.words(cycle.gap)}",
             soft_wrap=True,
         )
 
-    day = interruptible(lambda: day_run.play(prepared, options.repeat, 60.0 * every_min, tell))
+    day = interruptible(
+        lambda: day_run.play(
+            prepared, options.repeat, 60.0 * every_min, tell, options.self_calibrates
+        )
+    )
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
+    data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
     html = page.render(data, day.columns, cycle_summary.sections(day.last))
     (staging / "report.html").write_text(html, encoding="utf-8")
     sheet_html = sheet.render(day_summary.page(day, options.repeat, every_min))

@@ -97,6 +97,22 @@ Every = Annotated[
         show_default=False,
     ),
 ]
+SelfCalibrate = Annotated[
+    bool,
+    typer.Option(
+        "--self-calibrate",
+        help="Measure the gap at each contact and compensate it in the next cycle; with --approach "
+        "contact, --repeat and a compensation on plays (preview, prandtl-ishlinskii).",
+    ),
+]
+GapScale = Annotated[
+    float,
+    typer.Option(
+        help="Twin: every gap width is multiplied by this behind the controller's back, after "
+        "identification and teaching, as if the conduit were laid otherwise; 0.5 to 1.5.",
+        metavar="X",
+    ),
+]
 Seed = Annotated[
     int,
     typer.Option(

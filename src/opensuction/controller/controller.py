@@ -24,7 +24,7 @@ from opensuction.procedure.plan import Plan
 from opensuction.procedure.progress import ProcedureState, Surroundings
 from opensuction.procedure.upkeep import Refusal, Service, Upkeep
 from opensuction.safety import alarm, alarm_state, governor
-from opensuction.safety.alarm_state import Signals
+from opensuction.safety.alarm_state import SILENT, Signals
 from opensuction.safety.governor import GovernorState, Verdict
 from opensuction.safety.limits import Limits
 from opensuction.safety.trip import Reaction
@@ -131,7 +131,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     watch = governor.start(settings.limits, head_mm)
     if not parked:
         procedure = procedure._replace(phase=int(Phase.HALTED))
-        led = led._replace(head_mm=watch.head_mm)
+        led = led._replace(head_mm=watch.last.head_mm)
     return State(
         procedure=procedure,
         upkeep=upkeep.start(catheter_age_s),
@@ -170,11 +170,11 @@ def _lead(
     """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
     by_hand = not demand.insertion_on
     if phase == Phase.HALTED.value or by_hand:
-        return compensation.held(state.compensation, state.governor.head_mm, 0.0)
+        return compensation.held(state.compensation, state.governor.last.head_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         led = state.compensation
-        let_through = compensation.held(led, state.governor.head_mm, led.head_mm_per_s)
+        let_through = compensation.held(led, state.governor.last.head_mm, led.head_mm_per_s)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
         speed = settings.plan.motion.abort_mm_per_s
         if phase == Phase.TEACHING.value:
@@ -246,7 +246,7 @@ def _acknowledged(settings: Settings, state: Memory) -> Memory:
         procedure=state.procedure,
         upkeep=state.upkeep,
         compensation=compensation.rested(
-            settings.compensation, settings.parked, state.compensation, watch.head_mm, 0.0
+            settings.compensation, settings.parked, state.compensation, watch.last.head_mm, 0.0
         ),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
@@ -374,7 +374,9 @@ def _wrong(
     held = alarm_source.reasons(
         plan, state.procedure.phase, procedure, state.reasons, inputs.readings
     )
-    refused = upkeep.refusal(service, kept, procedure.phase, plan.travel_known)
+    refused = upkeep.refusal(
+        service, kept, procedure.phase, plan.travel_known, state.governor.patient.conditions
+    )
     return held, alarm_source.conditions(
         service, kept, procedure.phase, refused, held, trips, inputs.host.conditions
     )
@@ -391,7 +393,8 @@ def _buttons(requests: Requests) -> alarm_state.Buttons:
 
 
 @compiled
-def _memory(state: State) -> Memory:
+def memory(state: State) -> Memory:
+    """The state without the alarms."""
     return Memory(
         procedure=state.procedure,
         upkeep=state.upkeep,
@@ -424,13 +427,65 @@ def _decide(
 
 
 @compiled
-def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
-    """One tick of the controller; no clock, no I/O, nothing hidden."""
+def joined(memory: Memory, alarms: alarm_state.State) -> State:
+    """The whole state of its two parts."""
+    return State(
+        procedure=memory.procedure,
+        upkeep=memory.upkeep,
+        compensation=memory.compensation,
+        insertion_servo=memory.insertion_servo,
+        valve_servo=memory.valve_servo,
+        cam_rad=memory.cam_rad,
+        governor=memory.governor,
+        tripped=memory.tripped,
+        powerless=memory.powerless,
+        reasons=memory.reasons,
+        alarms=alarms,
+    )
+
+
+@compiled
+def announce(
+    settings: Settings,
+    alarms: alarm_state.State,
+    wrong: int,
+    phase: int,
+    requests: Requests,
+    dt_s: float,
+) -> tuple[alarm_state.State, Signals]:
+    """The other half of a tick: what people are told of what is wrong.
+
+    wrong: mask of alarm conditions. phase: as the tick ended.
+    """
+    planned_work = phase == Phase.OUT_OF_SERVICE.value
+    return alarm.step(settings.alarms, alarms, wrong, planned_work, _buttons(requests), dt_s)
+
+
+@compiled
+def is_silent(alarms: alarm_state.State, wrong: int, requests: Requests) -> bool:
+    """Whether `announce` would change nothing and tell nothing: most ticks are so."""
+    return alarm.is_idle(alarms, wrong, _buttons(requests))
+
+
+@compiled
+def act(settings: Settings, state: Memory, inputs: Inputs) -> tuple[Memory, Outputs, int]:
+    """One half of a tick, without the alarms: all that moves anything.
+
+    Returns what is remembered, what leaves (its signals silent), and the mask of alarm conditions
+    that `announce` must hear of. A loop that carries the two halves apart spares itself the
+    alarms' arrays in every tick: a sixth of it.
+    """
     readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
     service, before = settings.service, state.procedure.phase
-    now = _attended(settings, _memory(state), requests)
+    now = _attended(settings, state, requests)
     asked = upkeep.is_asked(service, now.upkeep, before, requests)
-    refused = upkeep.refusal(service, now.upkeep, before, settings.plan.travel_known)
+    refused = upkeep.refusal(
+        service,
+        now.upkeep,
+        before,
+        settings.plan.travel_known,
+        now.governor.patient.conditions,
+    )
     start = asked and refused == Refusal.NONE.value
     procedure, demand, led = _decide(settings, now, inputs, start)
     watch, allowed, verdict = governor.step(
@@ -441,11 +496,8 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         settings, now, allowed, verdict, watch.watch, in_service, dt_s
     )
     kept = upkeep.step(now.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
-    reasons, wrong = _wrong(settings, now, procedure, kept, inputs, verdict.trips)
-    alarms, signals = alarm.step(
-        settings.alarms, state.alarms, wrong, not in_service, _buttons(requests), dt_s
-    )
-    following = State(
+    reasons, wrong = _wrong(settings, now, procedure, kept, inputs, verdict.trips | verdict.patient)
+    following = Memory(
         procedure=procedure,
         upkeep=kept,
         compensation=led,
@@ -456,6 +508,35 @@ def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outpu
         tripped=verdict.trips != 0,
         powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
         reasons=reasons,
-        alarms=alarms,
     )
-    return following, _outputs(settings, procedure, kept, commands, demand, verdict, signals)
+    return following, _outputs(settings, procedure, kept, commands, demand, verdict, SILENT), wrong
+
+
+@compiled
+def told(outputs: Outputs, signals: Signals) -> Outputs:
+    """The same outputs with these signals."""
+    return Outputs(
+        commands=outputs.commands,
+        demand=outputs.demand,
+        verdict=outputs.verdict,
+        signals=signals,
+        phase=outputs.phase,
+        cause=outputs.cause,
+        check_item=outputs.check_item,
+        check_failed=outputs.check_failed,
+        taught=outputs.taught,
+        taught_mm=outputs.taught_mm,
+        refusal=outputs.refusal,
+        assessment_due=outputs.assessment_due,
+        catheter_age_s=outputs.catheter_age_s,
+    )
+
+
+@compiled
+def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
+    """One tick of the controller; no clock, no I/O, nothing hidden."""
+    following, outputs, wrong = act(settings, memory(state), inputs)
+    alarms, signals = announce(
+        settings, state.alarms, wrong, outputs.phase, inputs.requests, inputs.dt_s
+    )
+    return joined(following, alarms), told(outputs, signals)

@@ -53,6 +53,22 @@ class MachineProfile(NamedTuple):
     insertion_d_v_s_per_mm: Annotated[float, Ge(0), Le(1), Meaning("D of the insertion axis")]
     valve_p_v_per_rad: Annotated[float, Ge(10), Le(5000), Meaning("P of the valve axis")]
     valve_d_v_s_per_rad: Annotated[float, Ge(0), Le(10), Meaning("D of the valve axis")]
+    newton_per_a: Annotated[
+        float, Gt(0), Le(10000), Meaning("force at the head for each ampere of its motor")
+    ]
+    moving_mass_kg: Annotated[
+        float, Gt(0), Le(100), Meaning("inertia of the drive, referred to the head")
+    ]
+    drive_force_n: Annotated[
+        float, Gt(0), Le(20), Meaning("force at which the drive limits its current")
+    ]
+    jam_n: Annotated[
+        float, Gt(0), Le(20), Meaning("resistance of the head that no friction explains")
+    ]
+    pump_l_per_min: Annotated[float, Gt(0), Le(60), Meaning("free-air flow of the pump")]
+    pump_occluded_mmhg: Annotated[float, Gt(0), Le(720), Meaning("occluded vacuum of the pump")]
+    canister_ml: Annotated[float, Gt(0), Le(4000), Meaning("empty canister and tubing")]
+    relief_mmhg: Annotated[float, Gt(0), Le(200), Meaning("mechanical relief valve")]
     excitation: Excitation
     """Identification of the transmission over the stroke that is used."""
     transmission: ModifiedDahl
@@ -78,6 +94,14 @@ BENCH = MachineProfile(
     insertion_d_v_s_per_mm=0.010,
     valve_p_v_per_rad=7.0 * 180.0 / math.pi,
     valve_d_v_s_per_rad=0.007 * 180.0 / math.pi,
+    newton_per_a=833.0,
+    moving_mass_kg=16.4,
+    drive_force_n=5.0,
+    jam_n=1.4,
+    pump_l_per_min=18.0,
+    pump_occluded_mmhg=560.0,
+    canister_ml=800.0,
+    relief_mmhg=150.0,
     excitation=EXCITATION,
     transmission=modified_dahl.PUBLISHED,
 )
@@ -100,23 +124,37 @@ SOURCES: dict[str, str] = {
     "insertion_d_v_s_per_mm": "[paper] D = 10; the unit is ours",
     "valve_p_v_per_rad": "[paper] P = 7, per degree; the unit is ours",
     "valve_d_v_s_per_rad": "[paper] D = 7, per degree; the unit is ours",
+    "newton_per_a": "as the twin's: 1 / 0.0012 A/N",
+    "moving_mass_kg": "as the twin's",
+    "drive_force_n": "as the twin's",
+    "jam_n": "[computed] 0.4 N of friction at most and 0.3 N at the tip; sound cycles reach 0.7 N; "
+    "2 N more than the least friction is 2.2",
+    "pump_l_per_min": "[paper]",
+    "pump_occluded_mmhg": "[paper]",
+    "canister_ml": "as the twin's",
+    "relief_mmhg": "as the twin's",
 }
 """Where the bench's values come from."""
 
 CLINICAL = BENCH._replace(
-    head_limit_mm_per_s=60.0,
+    head_limit_mm_per_s=62.0,
     head_planned_mm_per_s=50.0,
     following_mm=12.0,
     cam_rad_per_s=math.radians(60.0),
+    newton_per_a=259.7,
+    jam_n=2.4,
     excitation=Excitation(range_mm=200.0, period_s=25.0, duration_s=50.0),
 )
 """The bedside machine: the bench with another gear; the tip parks in the connector."""
 
 CLINICAL_SOURCES: dict[str, str] = {
-    "head_limit_mm_per_s": "[assumed] no-load speed",
+    "head_limit_mm_per_s": "[computed] no-load speed of the fastest such machine",
     "head_planned_mm_per_s": "[computed] less friction and the sag of a servo under load",
     "following_mm": "[computed] as the bench's, at the higher speed",
     "cam_rad_per_s": "[design] .5 s strokes: 60 deg/s",
+    "newton_per_a": "as the twin's: 1 / 0.00385 A/N",
+    "jam_n": "[computed] 1.7 N of friction at most and 0.3 N at the tip; sound cycles reach 1.7 N; "
+    "2 N more than the least friction is 2.9",
 }
 """Where the values come from that differ at the bedside."""
 

@@ -20,6 +20,7 @@ from opensuction.control.profile import Profile
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
 from opensuction.controller.controller import Settings
+from opensuction.controller.governor_limit import limits
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
@@ -34,17 +35,8 @@ from opensuction.procedure.site import Site
 from opensuction.procedure.upkeep import LIFE_S, Service
 from opensuction.safety import alarm_state
 from opensuction.safety import limits as bounds
-from opensuction.safety.limits import Limits
 from opensuction.safety.signal_value import REMINDER
 
-OUTSIDE_MARGIN_MM = 1.0
-"""The parked interval plus this counts as outside on a machine that parks at the boundary."""
-VACUUM_MARGIN = 1.25
-"""Line vacuum over the set point that is a fault."""
-CONTACT_S = 2.0
-"""Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
-WITHDRAWAL_MARGIN_S = 3.0
-"""Time added to a withdrawal at full speed before it counts as failed."""
 AUDIO_PAUSE_S = 120.0
 """Length of an audio pause: the longest that is allowed."""
 RUN_INS_S = tuple(0.01 * step for step in range(16))
@@ -149,40 +141,6 @@ def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tup
     return insertion, valve
 
 
-def limits(
-    profile: MachineProfile,
-    protocol: Protocol,
-    model: ModifiedDahl,
-    park_head_mm: float,
-    site: Site,
-    stays_on_carina: bool,
-) -> Limits:
-    """Governor's limits for a protocol, on the transmission that was identified (or nominal).
-
-    stays_on_carina: suction takes place where the contact switch closed, without backing off.
-    """
-    tip = bounds.tip_bounds(
-        gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
-    )
-    parked = bounds.deepest_mm(tip, bounds.anywhere(tip, park_head_mm))
-    farthest_mm = protocol.cap_mm - site.park_mm + float(modified_dahl.gap_mm(model))
-    return Limits(
-        tip=tip,
-        cap_mm=protocol.cap_mm,
-        # The bench parks on its boundary; a machine that parks behind it is out at the boundary.
-        outside_mm=max(float(parked) + OUTSIDE_MARGIN_MM, site.boundary_mm),
-        park_head_mm=park_head_mm,
-        head_speed_mm_per_s=profile.head_limit_mm_per_s,
-        following_mm=profile.following_mm,
-        stalled_mm=profile.stalled_mm,
-        vacuum_mmhg=VACUUM_MARGIN * protocol.vacuum_mmhg,
-        negative_pressure_s=protocol.negative_pressure_budget_s,
-        in_airway_s=protocol.in_airway_budget_s,
-        contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
-        withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
-    )
-
-
 def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> None:
     """Refuse a cap that would stop the head short of the target."""
     model = chosen.model
@@ -257,6 +215,7 @@ def abilities(
         settle_mm=profile.settle_mm,
         cam_open_rad=profile.cam_open_rad,
         cam_rad_per_s=profile.cam_rad_per_s,
+        relief_mmhg=profile.relief_mmhg,
         jog_mm=_jog_mm(calibration.model),
         gap_in_mm=ahead_mm,
         gap_out_mm=ahead_mm,
@@ -278,7 +237,7 @@ def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
         name = kind.name.lower().replace("_", "-")
         raise InputError(
             f"compensation '{name}' cannot back off {protocol.backoff_mm:g} mm after contact: "
-            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to exact-inverse"
+            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to preview"
         )
 
 
@@ -305,8 +264,7 @@ def settings(
     parked = compensation.rest(chosen, site.park_mm)
     able = abilities(profile, kind, calibration, site)
     insertion, valve = _servos(profile, kind, calibration.feedforward)
-    stays_on_carina = by_contact and protocol.backoff_mm == 0.0
-    held = limits(profile, protocol, calibration.model, parked.head_mm, site, stays_on_carina)
+    held = limits(profile, protocol, calibration.model, parked.head_mm, site, by_contact)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
     _check_cap(chosen, protocol, float(bounds.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(

@@ -162,6 +162,7 @@ def _on_model(model: Model, seed: int) -> Carried:
     nominal = bench.uncalibrated(machine_profile.BENCH)
 
     def run(kind: CompensationKind) -> Run:
+        """One compensator; without compensation there is nothing to identify."""
         return on_model(plant, kind, nominal if kind == CompensationKind.NONE else calibration)
 
     return run

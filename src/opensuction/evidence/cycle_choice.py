@@ -46,6 +46,12 @@ class Choice(NamedTuple):
     """Travel length that a person measured, tube's lower end to carina; None: taught by hand."""
     faults: tuple[Injection, ...] = ()
     """What goes wrong; see `fault_choice`."""
+    gap_scale: float = 1.0
+    """Of every gap width, changed after the identification: the conduit was laid otherwise."""
+
+
+GAP_SCALES = (0.5, 1.5)
+"""Least and most of it: more than what self-calibration is trusted with, either way."""
 
 
 def is_file(name: str) -> bool:
@@ -132,6 +138,9 @@ def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
         teaching.check_plausible(person.age, person.table["carina_mm"].value, "carina_mm")
     if choice.taught_mm is not None:
         _check_taught(choice, choice.taught_mm, isinstance(found, Template))
+    least, most = GAP_SCALES
+    if not least <= choice.gap_scale <= most:
+        raise InputError(f"--gap-scale {choice.gap_scale:g}: should be {least:g} to {most:g}")
     return found, kind
 
 
@@ -152,8 +161,9 @@ def heading(choice: Choice) -> str:
     on_bench = kinds(choice)[0].preset == "bench"
     person = patient_of(choice, on_bench)
     who = f", patient {person}" if person is not None else ""
+    changed = f", gaps x {choice.gap_scale:g}" if choice.gap_scale != 1.0 else ""
     return (
         f"One suction cycle on the digital twin: machine {machine_of(choice)}{who}, protocol "
         f"{choice.protocol}, approach {choice.approach}, compensation {choice.compensation}, "
-        f"seed {choice.seed}"
+        f"seed {choice.seed}{changed}"
     )

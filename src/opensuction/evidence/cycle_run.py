@@ -19,7 +19,7 @@ from opensuction.procedure.guideline import Check
 from opensuction.procedure.protocol import Protocol
 from opensuction.procedure.teaching import SENTENCES, Taught
 from opensuction.settings.identification_file import Identified
-from opensuction.simulation import bench, closed_loop, trace
+from opensuction.simulation import bench, closed_loop, self_calibration, trace
 from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.bench import Identification, Rig
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
@@ -160,6 +160,7 @@ def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Pre
     else:
         calibration = known
     protocol = _fitted(found, rig, kind, calibration, by_contact)
+    rig = self_calibration.with_widths(rig, choice.gap_scale)
     loop, start = bench.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(
         choice, rig, protocol, kind, calibration, identification, file, taught_mm, loop, start

@@ -114,6 +114,8 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     if result.abort is None:
         return None
     event, phase, time_s = result.abort
+    if event not in ABORT_SENTENCES:  # the controller stopped: it broke nothing off
+        return None
     failed = SENTENCES[CheckItem(int(columns["check_failed"][-1]))]
     return {
         "event": _name(event),
@@ -291,6 +293,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "catheter": catheter_name(kind.catheter),
         "conduit": conduit_name(kind.catheter, kind.conduit),
         "seed": choice.seed,
+        "gap_scale": choice.gap_scale,
         "taught_mm": prepared.taught_mm,
         "teaching": _teaching(prepared),
         "phases": [

@@ -2,7 +2,8 @@
 
 Between cycles the machine is parked: the patient breathes on and the controller's clocks run, but
 its ticks are not played (`simulation.interval`). A catheter whose 24 h would end is changed as a
-person would: out of service, new catheter, back into service.
+person would: out of service, new catheter, back into service. With self-calibration the contact of
+each cycle says how wide the gap is, and the next cycle compensates that.
 """
 
 from collections.abc import Callable
@@ -12,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller, setup
-from opensuction.evidence import cycle_run
+from opensuction.evidence import cycle_run, day_calibration
 from opensuction.evidence.cycle_run import Prepared
+from opensuction.identification.gap_scale import ScaleRecord
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import (
@@ -55,6 +57,8 @@ class DayCycle(NamedTuple):
     """At the end of the cycle."""
     catheter_changed: bool
     """Just before it."""
+    gap: ScaleRecord | None
+    """What its contact said of the gap; None without self-calibration."""
 
 
 class DaySamples(NamedTuple):
@@ -79,6 +83,8 @@ class Day(NamedTuple):
     canister_ml: float
     left_ml: float
     """In the trachea at the end."""
+    refusal: str | None
+    """Why self-calibration let no further cycle begin."""
 
 
 def check(repeat: int, every_min: float | None, bench: bool) -> None:
@@ -157,7 +163,11 @@ def _pressed(prepared: Prepared, state: LoopState, requests: Requests) -> LoopSt
 def _is_worn(prepared: Prepared, state: LoopState) -> bool:
     settings = prepared.loop.controller
     refusal = upkeep.refusal(
-        settings.service, state.controller.upkeep, Phase.PARKED.value, settings.plan.travel_known
+        settings.service,
+        state.controller.upkeep,
+        Phase.PARKED.value,
+        settings.plan.travel_known,
+        state.controller.governor.patient.conditions,
     )
     return refusal in WORN
 
@@ -170,11 +180,18 @@ def _renewed(prepared: Prepared, state: LoopState) -> LoopState:
     return state._replace(machine=state.machine._replace(bore=bore))
 
 
-def play(prepared: Prepared, repeat: int, every_s: float, tell: Callable[[DayCycle], None]) -> Day:
+def play(
+    prepared: Prepared,
+    repeat: int,
+    every_s: float,
+    tell: Callable[[DayCycle], None],
+    self_calibrates: bool = False,
+) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    every_s: from start to start. tell: hears of each cycle when it is over. A cycle that does not
-    end parked ends the day: a halted machine waits for a person.
+    every_s: from start to start. tell: hears of each cycle when it is over. self_calibrates: the
+    gap is measured at each contact. A cycle that does not end parked ends the day: a halted
+    machine waits for a person. So does a gap out of its range.
     """
     timed = setup.scheduled(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, every_s)
@@ -184,6 +201,7 @@ def play(prepared: Prepared, repeat: int, every_s: float, tell: Callable[[DayCyc
     began_ml = float(np.sum(state.bedside.secretion_ml))
     cycles: list[DayCycle] = []
     columns: Columns = {}
+    learning = day_calibration.begun(prepared) if self_calibrates else None
     while len(cycles) < repeat:
         if cycles:
             state = _waited(prepared, state, every_s - WAKE_S, diary)
@@ -196,10 +214,19 @@ def play(prepared: Prepared, repeat: int, every_s: float, tell: Callable[[DayCyc
         requests = NO_REQUESTS
         diary.note_trace(state, columns)
         columns = _from_its_start(columns)
-        cycles.append(_cycle(prepared, state, columns, len(cycles) + 1, worn))
-        tell(cycles[-1])
-        if state.controller.procedure.phase != Phase.PARKED:
+        done = _cycle(prepared, state, columns, len(cycles) + 1, worn)
+        if learning is not None and done.outcome.completed:
+            learning = day_calibration.learned(learning, prepared, columns)
+            done = done._replace(gap=learning.record)
+        cycles.append(done)
+        tell(done)
+        refusal = None if learning is None else learning.refusal
+        if state.controller.procedure.phase != Phase.PARKED or refusal is not None:
             break
+        if learning is not None and len(cycles) < repeat:
+            prepared, state, learning = day_calibration.applied(learning, prepared, state)
+            if learning.refusal is not None:
+                break
     left_ml = float(np.sum(state.bedside.secretion_ml))
     removed_ml = sum(cycle.outcome.removed_ml for cycle in cycles)
     return Day(
@@ -210,6 +237,7 @@ def play(prepared: Prepared, repeat: int, every_s: float, tell: Callable[[DayCyc
         produced_ml=left_ml + removed_ml - began_ml,
         canister_ml=state.machine.bore.canister_ml,
         left_ml=left_ml,
+        refusal=None if learning is None else learning.refusal,
     )
 
 
@@ -231,4 +259,5 @@ def _cycle(
         bore_ml=state.machine.bore.mucus_ml,
         catheter_age_s=state.controller.upkeep.catheter_age_s,
         catheter_changed=changed,
+        gap=None,
     )

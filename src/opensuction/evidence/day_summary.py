@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from opensuction import __version__
-from opensuction.evidence import cycle_choice, cycle_summary
+from opensuction.evidence import cycle_choice, cycle_summary, day_gap
 from opensuction.evidence.cycle_summary import without_nan
 from opensuction.evidence.day_run import Day, DayCycle
 from opensuction.procedure import schedule
@@ -23,6 +23,7 @@ def _row(cycle: DayCycle) -> Json:
         "number": cycle.number,
         "start_min": cycle.start_s / MINUTE_S,
         "outcome": "completed" if found.completed else "aborted",
+        "rmse_mm": found.rmse_mm,
         "secretion_before_ml": cycle.secretion_before_ml,
         "removed_ml": found.removed_ml,
         "removed_percent": found.removed_percent,
@@ -35,13 +36,15 @@ def _row(cycle: DayCycle) -> Json:
         "alarms": cycle_summary.alarms(found.alarms),
         "catheter_age_h": cycle.catheter_age_s / HOUR_S,
         "catheter_changed": cycle.catheter_changed,
+        "gap": day_gap.row(cycle.gap),
     }
 
 
 def notes(day: Day, repeat: int, every_min: float) -> list[str]:
     """What a person should know of the day, in sentences."""
     said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, MINUTE_S * every_min))
-    if len(day.cycles) < repeat:
+    said += day_gap.notes(day, repeat)
+    if len(day.cycles) < repeat and day.refusal is None:
         said.append(
             f"The day ended with cycle {len(day.cycles)} of {repeat}: it was broken off, and a "
             "halted machine waits for a person."
@@ -69,6 +72,7 @@ def plain(day: Day, repeat: int, every_min: float) -> Json:
             "canister_ml": day.canister_ml,
             "spo2_nadir_percent": float(np.min(day.samples.spo2_percent)),
             "catheter_changes": sum(cycle.catheter_changed for cycle in day.cycles),
+            "refusal": day.refusal,
             "notes": notes(day, repeat, every_min),
         }
     )
@@ -143,7 +147,8 @@ def page(day: Day, repeat: int, every_min: float) -> Sheet:
     choice = day.last.choice
     done = sum(cycle.outcome.completed for cycle in day.cycles)
     removed = sum(cycle.outcome.removed_ml for cycle in day.cycles)
-    whole = done == repeat
+    whole = done == repeat and day.refusal is None
+    gap = day_gap.section(day)
     return Sheet(
         title="A day of automated suction cycles",
         verdict=f"{done} of {repeat} cycles completed",
@@ -162,5 +167,6 @@ def page(day: Day, repeat: int, every_min: float) -> Sheet:
             Section(
                 "What happened", tuple(notes(day, repeat, every_min)), (_table(day),), _plots(day)
             ),
+            *(() if gap is None else (gap,)),
         ),
     )

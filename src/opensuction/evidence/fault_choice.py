@@ -88,6 +88,10 @@ def chosen(texts: Sequence[str], approach: str, cycles: int) -> tuple[Injection,
     return faults
 
 
+PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
+"""Faults of the set-up that are there before the cycle is planned."""
+
+
 def set_up(choice: Choice, faults: Sequence[Injection]) -> Choice:
     """The choice with the faults of its set-up; what is refused is for planning to say."""
     for fault in (one.fault for one in faults):

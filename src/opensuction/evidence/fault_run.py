@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.evidence import cycle_run
+from opensuction.evidence import cycle_run, fault_choice
 from opensuction.evidence.cycle_run import AFTERMATH_S, Prepared, Progress
 from opensuction.evidence.cycle_summary import ABORT_SENTENCES
 from opensuction.kernel.errors import InputError
@@ -45,23 +45,29 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
     def heard(row: npt.NDArray[np.float64]) -> None:
         watch(cycle_run.progress(row))
 
+    later = [one for one in faults if one.fault not in fault_choice.PLANNED]
     restarts = any(one.fault == Fault.CONTROLLER_STOPPED for one in faults)
     found = injection.run(
         prepared.loop,
         prepared.start,
-        faults,
+        later,
         after_s=AFTERMATH_S if prepared.rig.machine.has_patient else injection.AFTERMATH_S,
         resets=RESETS if restarts else 0,
         seed=prepared.choice.seed,
         watch=heard,
     )
-    if len(faults) == 1 and math.isnan(found.faults[0].at_s):
+    if len(later) == 1 and math.isnan(found.faults[0].at_s):
         last_s = found.columns["time_s"].size * DT_S
         raise InputError(
-            f"fault '{faults[0].fault.title}' at {faults[0].at.title} never comes: the run is over "
+            f"fault '{later[0].fault.title}' at {later[0].at.title} never comes: the run is over "
             f"after {last_s:.1f} s, or that phase after less"
         )
-    return found
+    planned = [
+        Injected(one, 0.0, injection.noticed(found.columns, 0.0))
+        for one in faults
+        if one not in later
+    ]
+    return found._replace(faults=(*planned, *found.faults))
 
 
 def _sentence(notice: Notice, columns: Columns) -> str:

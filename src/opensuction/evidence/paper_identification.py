@@ -10,6 +10,7 @@ from opensuction.hysteresis import bouc_wen, modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.identification import modified_dahl as estimator
 from opensuction.identification import workbench
+from opensuction.identification.modified_dahl import Fit
 from opensuction.identification.workbench import Result
 from opensuction.report.sheet import Curve, Plot, Section
 from opensuction.simulation import bench
@@ -20,6 +21,8 @@ RMSE_MM = 0.8301
 """Paper, section III-B: modified Dahl."""
 BOUC_WEN_RMSE_MM = 0.8009
 """Paper, section III-B: Bouc-Wen."""
+WHERE = "section III-B"
+"""Where the paper reports its identification."""
 PUBLISHED_S = 180.0
 """Paper, section V: identification takes around 3 min."""
 
@@ -45,61 +48,50 @@ def fitted() -> Fitted:
 
 def claims(found: Fitted) -> list[Claim]:
     """Parameters, fit and time of the identification."""
-    model, where = found.identification.fit.model, "section III-B"
+    return [*_modified_dahl_claims(found.identification.fit), *_bouc_wen_claims(found.bouc_wen)]
+
+
+def _modified_dahl_claims(fit: Fit) -> list[Claim]:
+    """The paper's parameters and RMSE of its own model."""
+    model = fit.model
     shape = (
         "depends on the shape of the loop near a reversal, which a play rounded by spread and "
         "stretch only approaches"
     )
     routing = "about what one routing of the conduit changes"
+    rest = "what the model cannot follow of the plant"
+    name = "RMSE of the modified Dahl model"
+    gain, decay = PUBLISHED.velocity_gain, PUBLISHED.decay_per_mm
+    offset = PUBLISHED.offset_mm
     return [
-        Claim("c", where, PUBLISHED.slope, model.slope, 0.02, "mm/mm", "calibrated", routing),
-        Claim(
-            "beta",
-            where,
-            PUBLISHED.velocity_gain,
-            model.velocity_gain,
-            0.08,
-            "mm/mm",
-            "predicted",
-            shape,
-        ),
-        Claim(
-            "alpha_0",
-            where,
-            PUBLISHED.decay_per_mm,
-            model.decay_per_mm,
-            0.01,
-            "1/mm",
-            "calibrated",
-            routing,
-        ),
-        Claim("y_0", where, PUBLISHED.offset_mm, model.offset_mm, 0.3, "mm", "calibrated", routing),
-        Claim(
-            "RMSE of the modified Dahl model",
-            where,
-            RMSE_MM,
-            found.identification.fit.rmse_mm,
-            0.05,
-            "mm",
-            "calibrated",
-            "what the model cannot follow of the plant",
-        ),
+        Claim("c", WHERE, PUBLISHED.slope, model.slope, 0.02, "mm/mm", "calibrated", routing),
+        Claim("beta", WHERE, gain, model.velocity_gain, 0.08, "mm/mm", "predicted", shape),
+        Claim("alpha_0", WHERE, decay, model.decay_per_mm, 0.01, "1/mm", "calibrated", routing),
+        Claim("y_0", WHERE, offset, model.offset_mm, 0.3, "mm", "calibrated", routing),
+        Claim(name, WHERE, RMSE_MM, fit.rmse_mm, 0.05, "mm", "calibrated", rest),
+    ]
+
+
+def _bouc_wen_claims(found: Result) -> list[Claim]:
+    """The RMSE of the other model, and what its printed numbers really produce."""
+    exponent = found.parameters["exponent"].value
+    return [
         Claim(
             "RMSE of the Bouc-Wen model",
-            where,
+            WHERE,
             BOUC_WEN_RMSE_MM,
-            found.bouc_wen.rmse,
+            found.rmse,
             0.05,
             "mm",
             "predicted",
             explanation="the global optimum on this plant has a sharp corner (exponent "
-            f"{found.bouc_wen.parameters['exponent'].value:.1f}) and reaches the laser's noise; "
+            f"{exponent:.1f}) and reaches the laser's noise; "
             "with exponent 1 and D = 0 the model is the modified Dahl model, next to which the "
             "paper's search seems to have stopped (its exponent is 1.009)",
         ),
         Claim(
             "loop width of the printed Bouc-Wen numbers, against the other model",
-            where,
+            WHERE,
             float(modified_dahl.gap_mm(PUBLISHED)),
             abs(float(bouc_wen.gap_mm(bouc_wen.PUBLISHED))),
             2.0,

@@ -100,7 +100,7 @@ MODIFIED_DAHL = HysteresisModel(
         slope=ranges.gain,
         velocity_gain=0.4 * ranges.gain,
         decay_per_mm=10.0 / ranges.input_mm,
-        offset_mm=ranges.output_low_mm - ranges.gain * ranges.input_low_mm,
+        offset_mm=ranges.offset_mm,
     ),
     bounds=lambda _record, ranges: bound_rows(
         (0.0, STEEPEST * ranges.gain),
@@ -166,7 +166,7 @@ BOUC_WEN = HysteresisModel(
         exponent=1.0,
         slope=ranges.gain,
         memory_gain=-0.4 * ranges.gain,
-        offset_mm=ranges.output_low_mm - ranges.gain * ranges.input_low_mm,
+        offset_mm=ranges.offset_mm,
     ),
     bounds=_bouc_wen_bounds,
     values=scalar_values,

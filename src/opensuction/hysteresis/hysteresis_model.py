@@ -61,6 +61,11 @@ class Ranges(NamedTuple):
         """Output range over input range."""
         return self.output_mm / self.input_mm
 
+    @property
+    def offset_mm(self) -> float:
+        """Output at input 0 on the line from the low ends with that gain."""
+        return self.output_low_mm - self.gain * self.input_low_mm
+
 
 def ranges_of(input_mm: Array, output_mm: Array) -> Ranges:
     """Ranges of a recording. Raises InputError where one of the two does not move."""

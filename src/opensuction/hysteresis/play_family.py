@@ -58,7 +58,7 @@ PLAY = HysteresisModel(
     unfitted=lambda ranges: Play(
         width_mm=0.1 * ranges.input_mm,
         gain=ranges.gain,
-        offset_mm=ranges.output_low_mm - ranges.gain * ranges.input_low_mm,
+        offset_mm=ranges.offset_mm,
     ),
     bounds=lambda _record, ranges: bound_rows(
         (0.0, ranges.input_mm), (0.0, STEEPEST * ranges.gain), offset_bounds_mm(ranges)
@@ -88,7 +88,7 @@ def _prandtl_ishlinskii_unfitted(ranges: Ranges) -> PrandtlIshlinskii:
         thresholds_mm=np.array(THRESHOLD_SHARES) * ranges.input_mm,
         weights=np.zeros(len(THRESHOLD_SHARES)),
         slope=ranges.gain,
-        offset_mm=ranges.output_low_mm - ranges.gain * ranges.input_low_mm,
+        offset_mm=ranges.offset_mm,
         curvature_per_mm=0.0,
     )
 

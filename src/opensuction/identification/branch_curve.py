@@ -51,6 +51,7 @@ def parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     range_mm = float(np.ptp(head))
 
     def line(width_mm: float) -> tuple[float, float, float]:
+        """Sum of squares, gain and offset of the best line over the play of one width."""
         moved = play.simulate(width_mm, head, head[0] + 0.5 * width_mm)
         gain, offset = np.polyfit(moved, tip, 1)
         rest = tip - gain * moved - offset

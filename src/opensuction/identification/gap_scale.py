@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.record import checked_pair
+from opensuction.safety.limits import GAP_LEAST, GAP_MOST
 
 
 class Episode(NamedTuple):
@@ -43,15 +44,18 @@ class ScaleRecord(NamedTuple):
     estimated: float
     """What the contact says, before the bounds; nan where there was none to learn from."""
     new: float
-    """What is used from now on."""
+    """What is used from now on: what the contact says, or the old one where that is not trusted."""
     limits: ScaleLimits
     in_range: bool
     """False is an alarm condition: the gap has left the range, or the contact made no sense."""
 
 
+MEASURING_ERROR = 0.03
+"""Of a scale from one contact: on the twin up to .025, on a neonate with gaps x 0.7."""
+
 TRUSTED = ScaleLimits(
-    least=0.6,  # 40 %: a conduit bent otherwise changes its width by a third at most (assumed)
-    most=1.4,
+    least=GAP_LEAST - MEASURING_ERROR,  # beyond what the governor's bounds on the tip allow for,
+    most=GAP_MOST + MEASURING_ERROR,  # nothing that the machine says of the tip can be trusted
     release_mm=0.037,  # 15 % of 0.08017 N against 0.32 N/mm of catheter and rubber in series
 )
 
@@ -97,6 +101,7 @@ def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float
     drawn_mm = seen.pressed_mm + limits.release_mm / gain
 
     def missing_mm(trial: float) -> float:
+        """By how much the travel drew the tip too far, were the widths scaled so; falls with it."""
         return float(shares @ np.maximum(seen.travel_mm - trial * widths, 0.0)) - drawn_mm
 
     if missing_mm(0.0) <= 0.0:
@@ -113,15 +118,11 @@ def update(
     """The scale to use from now on, and whether that is an alarm condition.
 
     model: as it was identified, scale 1. old: the scale in use. Without a contact the old one
-    stays, which is no alarm: the travel approach never touches anything.
+    stays, which is no alarm: the travel approach never touches anything. It stays too where the
+    contact says a scale out of range: neither that nor a bound of the range was measured.
     """
     if seen is None:
         return ScaleRecord(old, float("nan"), old, limits, in_range=True)
     estimated = scale(model, seen, limits)
-    return ScaleRecord(
-        old=old,
-        estimated=estimated,
-        new=min(max(estimated, limits.least), limits.most),
-        limits=limits,
-        in_range=limits.least <= estimated <= limits.most,
-    )
+    in_range = limits.least <= estimated <= limits.most
+    return ScaleRecord(old, estimated, estimated if in_range else old, limits, in_range)

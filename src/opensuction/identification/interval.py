@@ -5,8 +5,14 @@ longer than a sample. Taken as first-order autoregressive noise of correlation r
 of a least-squares fit have the covariance ``B J S J' B`` with ``B = (J J')^-1`` and S the noise's
 own covariance (the sandwich). The rho of residuals is too small, since the fit has taken its share
 of the noise: the rho used is the one whose *expected* residuals have the ratio observed.
+
+Those variances are themselves estimates, and rho is their weak part: most parameters feel the
+slow share of the noise, which goes with ``1/(1 - rho)^2``. Their scatter, by the delta method from
+those of rho and of the innovations' variance, gives each parameter its own degrees of freedom.
 Source: Seber and Wild, Nonlinear Regression (1989), ch. 6; White, Econometrica 48 (1980) 817, for
-the sandwich; Satterthwaite, Biometrics Bull. 2 (1946) 110, for the degrees of freedom.
+the sandwich; Satterthwaite, Biometrics Bull. 2 (1946) 110, and Giesbrecht and Burns, Biometrics 41
+(1985) 477, for the degrees of freedom; Box and Jenkins, Time Series Analysis (1976), sec. 7.2, for
+the scatter of rho.
 """
 
 import math
@@ -41,8 +47,8 @@ class Spread(NamedTuple):
     """Half of each 95 % interval, shape (p,); not a number where the recording cannot tell."""
     correlation: float
     """rho of neighbouring noise samples."""
-    freedom: float
-    """Degrees of freedom that the autocorrelated residuals are worth."""
+    freedom: Array
+    """Degrees of freedom that each parameter's variance is worth, shape (p,)."""
 
 
 def spread(jacobian: Array, rest: Array) -> Spread:
@@ -63,17 +69,31 @@ def spread(jacobian: Array, rest: Array) -> Spread:
     if samples <= count or dependent or not power > 0.0:
         exact = power == 0.0 and not dependent and samples > count
         covariance = np.zeros((count, count)) if exact else nothing
-        return Spread(covariance, np.sqrt(np.diag(covariance)), 0.0, LEAST_FREEDOM)
+        least = np.full(count, LEAST_FREEDOM)
+        return Spread(covariance, np.sqrt(np.diag(covariance)), 0.0, least)
     correlation = _correlation(basis, rest)
     spoken_for = basis.T @ _noise_product(basis, correlation)
     variance = power / max(samples - float(np.trace(spoken_for)), 1.0)
     back = np.linalg.inv(triangle)
-    covariance = variance * (back @ spoken_for @ back.T) / np.outer(lengths, lengths)
-    square = correlation * correlation
-    freedom = max(samples * (1.0 - square) / (1.0 + square) - count, LEAST_FREEDOM)
-    quantile = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
-    half_widths = quantile * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    shape = back @ spoken_for @ back.T
+    covariance = variance * shape / np.outer(lengths, lengths)
+    bend = np.diag(back @ (basis.T @ _noise_slope(basis, correlation)) @ back.T)
+    freedom = _freedom(samples - count, correlation, bend / np.diag(shape))
+    quantiles = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)
+    half_widths = quantiles * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return Spread(covariance, half_widths, correlation, freedom)
+
+
+def _freedom(spare: int, correlation: float, slopes: Array) -> Array:
+    """Degrees of freedom of variances ``v = w / (1 - rho^2) * f(rho)``.
+
+    Twice v^2 over the variance of its estimate. w: variance of the innovations; rho and w are
+    estimated independently from ``spare`` samples, with variances ``(1 - rho^2) / spare`` and
+    ``2 w^2 / spare``. slopes: of log(f) by rho.
+    """
+    room = 1.0 - correlation * correlation
+    steep = 2.0 * correlation / room + slopes
+    return np.maximum(2.0 * spare / (2.0 + room * steep * steep), LEAST_FREEDOM)
 
 
 def _noise_product(columns: Array, correlation: float) -> Array:
@@ -82,6 +102,14 @@ def _noise_product(columns: Array, correlation: float) -> Array:
     forth: Array = lfilter([1.0], pole, columns, axis=0)
     back: Array = lfilter([1.0], pole, columns[::-1], axis=0)[::-1]
     return forth + back - columns
+
+
+def _noise_slope(columns: Array, correlation: float) -> Array:
+    """Change of `_noise_product` with the correlation; columns: shape (n, p)."""
+    poles = [1.0, -2.0 * correlation, correlation * correlation]
+    forth: Array = lfilter([0.0, 1.0], poles, columns, axis=0)
+    back: Array = lfilter([0.0, 1.0], poles, columns[::-1], axis=0)[::-1]
+    return forth + back
 
 
 def _neighbours(columns: Array) -> Array:
@@ -100,6 +128,7 @@ def _correlation(basis: Array, rest: Array) -> float:
     inner = basis.T @ beside
 
     def excess(correlation: float) -> float:
+        """Ratio of lag-1 product to power expected of the residuals, less the one observed."""
         product = _noise_product(basis, correlation)
         spoken_for = basis.T @ product
         power = samples - float(np.trace(spoken_for))

@@ -57,6 +57,7 @@ def fit_dahl(input_: Array, output: Array) -> NonlinearFit:
     mean, range_ = float(output.mean()), float(np.ptp(input_))
 
     def projected(log_length: float) -> tuple[float, Array]:
+        """Sum of squares and best vector for one length."""
         length = math.exp(log_length)
         unit = ModifiedDahl(slope=0.0, velocity_gain=1.0, decay_per_mm=1.0 / length, offset_mm=0.0)
         columns = np.stack([-simulate(unit, input_, 0.0), np.exp(-path / length)])
@@ -99,6 +100,7 @@ def fit_bouc_wen(input_: Array, output: Array) -> NonlinearFit:
     short_input, short_output = thinned(input_, output, SEARCH_SAMPLES)
 
     def polished(start: Array, record: Array, target: Array) -> Array:
+        """The vector at the bottom of the valley that the start lies in."""
         inside = np.clip(start, box[:, 0] + 1e-9 * width, box[:, 1] - 1e-9 * width)
         found = least_squares(
             lambda vector: np.nan_to_num(family.simulate(vector, record) - target, nan=1e9),

@@ -3,6 +3,13 @@
 On a known grid of thresholds the model is linear in its weights, so they are the solution of a
 non-negative least-squares problem: convex, without a start value, and sparse by nature. The mild
 curvature is a further column, the square of the last round's sum.
+
+This is the estimator of the compensators. The workbench has another
+(`superposition.fit_prandtl_ishlinskii`), because the two answer different questions. Here the
+excitation is our own: the past is known (a long retract), so is how wide a gap can be, a fine grid
+is left sparse by non-negativity alone, and curvature is worth a parameter, since the tip follows
+the model. There a recording is anybody's: its past is unknown and tried, units are any, and
+cross-validation chooses how many plays stand in a ranking with other models.
 Source: Kuhnen (see ``hysteresis.prandtl_ishlinskii``) for the grid; Lawson and Hanson, Solving
 Least Squares Problems (1974), for the algorithm (`scipy.optimize.nnls`).
 """

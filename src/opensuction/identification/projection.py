@@ -121,17 +121,42 @@ def thinned(
     return head_mm[kept], tip_mm[kept]
 
 
+class _Lags(NamedTuple):
+    """The columns that remember, at one sample."""
+
+    h: float
+    forgotten: float
+    """E: what is left of the initial lag."""
+    dh: float
+    d_forgotten: float
+    """Derivatives of both by log(decay)."""
+
+
+@compiled
+def _moved(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
+    """The columns after a move that is not 0.
+
+    ``h <- h e - s (1 - e)/alpha`` and ``E <- E e`` with ``e = exp(-alpha |dx|)``, their derivatives
+    by log(alpha) likewise: one exponential.
+    """
+    share = decay_per_mm * abs(move_mm)
+    left = math.exp(-share)
+    reach = math.copysign(1.0 / decay_per_mm, move_mm)
+    return _Lags(
+        h=(lags.h + reach) * left - reach,
+        forgotten=left * lags.forgotten,
+        # The slope of (h + s/alpha) e - s/alpha by log(alpha).
+        dh=left * (lags.dh - reach - share * (lags.h + reach)) + reach,
+        d_forgotten=left * (lags.d_forgotten - share * lags.forgotten),
+    )
+
+
 @compiled
 def _sums(  # noqa: PLR0915 - one pass, every sum in a register
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
 ) -> NDArray[np.float64]:
-    """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS).
-
-    ``h <- h e - s (1 - e)/alpha`` and ``E <- E e`` with ``e = exp(-alpha |dx|)``, their derivatives
-    by log(alpha) likewise: one exponential a sample.
-    """
-    reach_mm = 1.0 / decay_per_mm
-    h, forgotten, dh, d_forgotten = 0.0, 1.0, 0.0, 0.0
+    """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS)."""
+    lags = _Lags(h=0.0, forgotten=1.0, dh=0.0, d_forgotten=0.0)
     s01 = s02 = s03 = s04 = s11 = s12 = s13 = s14 = s15 = s16 = 0.0
     s22 = s23 = s24 = s25 = s26 = s33 = s34 = s35 = s36 = 0.0
     s44 = s45 = s46 = s00 = s05 = s06 = s66 = s56 = 0.0
@@ -141,14 +166,8 @@ def _sums(  # noqa: PLR0915 - one pass, every sum in a register
         move_mm = x - last_mm
         last_mm = x
         if move_mm != 0.0:
-            share = decay_per_mm * abs(move_mm)
-            left = math.exp(-share)
-            reach = math.copysign(reach_mm, move_mm)
-            # The slope of (h + s/alpha) e - s/alpha by log(alpha).
-            dh = left * (dh - reach - share * (h + reach)) + reach
-            d_forgotten = left * (d_forgotten - share * forgotten)
-            h = (h + reach) * left - reach
-            forgotten *= left
+            lags = _moved(lags, decay_per_mm, move_mm)
+        h, forgotten, dh, d_forgotten = lags
         s00 += x * x
         s01 += x * h
         s02 += x * forgotten

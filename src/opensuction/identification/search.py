@@ -54,9 +54,13 @@ def genetic_algorithm(cost: Cost, places: int, seed: int = SEED) -> Array:
         ) from None
 
     class Fitness(base.Fitness):  # type: ignore[misc]
+        """One cost, to be made small."""
+
         weights = (-1.0,)
 
     class Individual(list[float]):
+        """A place in the unit cube with its fitness, as DEAP wants it."""
+
         def __init__(self, values: list[float]) -> None:
             super().__init__(values)
             self.fitness = Fitness()
@@ -107,12 +111,14 @@ def search(method: str, family: Family, input_: Array, output: Array, seed: int 
     edges[logarithmic] = np.log(box[logarithmic])
 
     def vector(place: Array) -> Array:
+        """Parameters at a place of the unit cube, those outside taken at its face."""
         inside = np.clip(place, 0.0, 1.0)
         value = edges[:, 0] + inside * (edges[:, 1] - edges[:, 0])
         value[logarithmic] = np.exp(value[logarithmic])
         return value
 
     def cost(place: Array) -> float:
+        """Sum of squares, growing with the distance outside the cube."""
         outside = place - np.clip(place, 0.0, 1.0)
         return squares(family, vector(place), moved, target) * (1.0 + float(outside @ outside))
 

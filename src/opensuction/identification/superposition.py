@@ -4,7 +4,7 @@ Each offers `linear.fit` some designs of growing complexity and makes a model of
 The past of a recording is unknown: a long advance, a long retract and rest are tried.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -83,17 +83,18 @@ def fit_generalised(input_: Array, output: Array) -> Superposition:
     options = list(product(DECAY_SETS, WIDTH_SETS, DEGREES, PENALTIES))
 
     def model_of(decays: tuple[float, ...], widths: tuple[float, ...], degree: int) -> Generalised:
+        """An empty model with elements of these shares of the range."""
         range_ = high - low
         return generalised.on_range(
             low, high, range_ * np.array(decays), range_ * np.array(widths), degree
         )
 
     def designs(past: float) -> list[Design]:
+        """Every option on the elements after one past, in the order of ``options``."""
         made = {}
         for decays, widths, degree in product(DECAY_SETS, WIDTH_SETS, DEGREES):
             model = model_of(decays, widths, degree)
-            start = generalised.start_elements_mm(model, float(input_[0]), past)
-            columns = generalised.basis(model, input_, start).T
+            columns = _columns(model, input_, past)
             place = model.weights.size
             # The line is never penalised: it comes last, its constant is the offset.
             kept = [*range(place), *range(place + 2, len(columns)), place + 1]
@@ -106,18 +107,15 @@ def fit_generalised(input_: Array, output: Array) -> Superposition:
     elements = model.weights.size
     envelope = [found.offset, found.factors[-1], *found.factors[elements:-1]]
     model = generalised.with_factors(model, np.array([*found.factors[:elements], *envelope]))
-    return Superposition(
-        weights=_named(model, decays, widths),
-        simulate=_generalised(model, past),
-        well_posed=bool(generalised.is_monotone(model)),
-        cross_validation=found.cross_validation,
-        used=found.used,
-        nonnegative=False,
-    )
+    return _of_generalised(model, past, found, _names(decays, widths), nonnegative=False)
 
 
 def fit_prandtl_ishlinskii(input_: Array, output: Array) -> Superposition:
-    """Plays of known widths with weights >= 0; how many, cross-validation decides."""
+    """Plays of known widths with weights >= 0; how many, cross-validation decides.
+
+    For any recording, of unknown past. A compensator's plays come from a known excitation by
+    `prandtl_ishlinskii.fit`, which says why there are two.
+    """
     low, high = float(input_.min()), float(input_.max())
     grids = [np.linspace(0.0, WIDEST, count + 1) for count in PLAY_COUNTS]
     models = [
@@ -125,15 +123,9 @@ def fit_prandtl_ishlinskii(input_: Array, output: Array) -> Superposition:
     ]
 
     def designs(past: float) -> list[Design]:
+        """Each grid of plays after one past."""
         return [
-            Design(
-                generalised.basis(
-                    model, input_, generalised.start_elements_mm(model, float(input_[0]), past)
-                ).T[:-1],
-                penalty=0.0,
-                spared=0,
-            )
-            for model in models
+            Design(_columns(model, input_, past)[:-1], penalty=0.0, spared=0) for model in models
         ]
 
     past, found = _best_past(designs, output, solve_nonnegative)
@@ -143,14 +135,7 @@ def fit_prandtl_ishlinskii(input_: Array, output: Array) -> Superposition:
         generalised.on_range(low, high, np.empty(0), (high - low) * grid, 0),
         np.array([*found.factors[open_], found.offset]),
     )
-    return Superposition(
-        weights=_named(model, (), tuple(float(share) for share in grid)),
-        simulate=_generalised(model, past),
-        well_posed=bool(generalised.is_monotone(model)),
-        cross_validation=found.cross_validation,
-        used=found.used,
-        nonnegative=True,
-    )
+    return _of_generalised(model, past, found, _names((), grid.tolist()), nonnegative=True)
 
 
 def fit_preisach(input_: Array, output: Array) -> Superposition:
@@ -161,6 +146,7 @@ def fit_preisach(input_: Array, output: Array) -> Superposition:
     options = list(product(LEVELS, LEVEL_PENALTIES))
 
     def designs(past: float) -> list[Design]:
+        """Every option on the cells after one past, in the order of ``options``."""
         made = {}
         for levels in LEVELS:
             empty = Preisach(low, high, np.zeros((levels, levels)), 0.0)
@@ -180,6 +166,7 @@ def fit_preisach(input_: Array, output: Array) -> Superposition:
     }
 
     def simulate(record: Array) -> Array:
+        """Output for a record that begins after the same past."""
         start = preisach.start_positions_mm(model, float(record[0]), past)
         return preisach.simulate(model, record, start)
 
@@ -201,23 +188,40 @@ def _best_past(
     return min(found, key=lambda each: each[1].cross_validation)
 
 
-def _generalised(model: Generalised, past: float) -> Callable[[Array], Array]:
+def _columns(model: Generalised, input_: Array, past: float) -> Array:
+    """Elements and envelope terms of a record after one past, shape (factors, n)."""
+    start = generalised.start_elements_mm(model, float(input_[0]), past)
+    return generalised.basis(model, input_, start).T
+
+
+def _of_generalised(
+    model: Generalised, past: float, found: LinearFit, names: list[str], nonnegative: bool
+) -> Superposition:
+    """What was found, as a generalised model with its factors. names: of its elements."""
+    named = {
+        name: (float(weight), "{out}/{in}")
+        for name, weight in zip(names, model.weights, strict=True)
+    }
+    envelope = {f"envelope_{k}": (float(c), "{out}") for k, c in enumerate(model.envelope_mm)}
+
     def simulate(record: Array) -> Array:
+        """Output for a record that begins after the same past."""
         start = generalised.start_elements_mm(model, float(record[0]), past)
         return generalised.simulate(model, record, start)
 
-    return simulate
+    return Superposition(
+        weights={**named, **envelope},
+        simulate=simulate,
+        well_posed=bool(generalised.is_monotone(model)),
+        cross_validation=found.cross_validation,
+        used=found.used,
+        nonnegative=nonnegative,
+    )
 
 
-def _named(
-    model: Generalised, decays: tuple[float, ...], widths: tuple[float, ...]
-) -> dict[str, tuple[float, str]]:
-    """Every factor by the scale of its element, in percent of the input's range."""
-    shares = [f"lag_weight_{100.0 * share:.4g}_percent" for share in decays]
-    shares += [f"play_weight_{100.0 * share:.4g}_percent" for share in widths]
-    named = {
-        name: (float(weight), "{out}/{in}")
-        for name, weight in zip(shares, model.weights, strict=True)
-    }
-    envelope = {f"envelope_{k}": (float(c), "{out}") for k, c in enumerate(model.envelope_mm)}
-    return {**named, **envelope}
+def _names(decays: Sequence[float], widths: Sequence[float]) -> list[str]:
+    """Every element by its scale, in percent of the input's range."""
+    return [
+        *(f"lag_weight_{100.0 * share:.4g}_percent" for share in decays),
+        *(f"play_weight_{100.0 * share:.4g}_percent" for share in widths),
+    ]

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from opensuction.kernel.monitor import Monitor
+
 
 class Readings(NamedTuple):
     """Sensor values of one tick, each with a flag: an invalid value is data, never a guess.
@@ -23,3 +25,5 @@ class Readings(NamedTuple):
     contact_valid: bool
     insertion_current_a: float
     """Current of the insertion motor."""
+    monitor: Monitor
+    """Of the patient; its values are older than a tick."""

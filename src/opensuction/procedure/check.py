@@ -16,10 +16,7 @@ from opensuction.kernel.readings import Readings
 
 
 class CheckItem(IntEnum):
-    """What is tested. The numbers are stored in recordings: never renumber.
-
-    Regulator and relief valve are not tested yet; theirs will be 11 and 12.
-    """
+    """What is tested. The numbers are stored in recordings: never renumber."""
 
     NONE = 0
     """Nothing is being tested, or nothing failed."""
@@ -33,6 +30,8 @@ class CheckItem(IntEnum):
     VALVE_CLOSES = 8
     VACUUM_BUILDS = 9
     VACUUM_HOLDS = 10
+    RELIEF_OPENS = 11
+    REGULATOR_HOLDS = 12
 
 
 I = CheckItem  # noqa: E741 - short, for the tables below
@@ -47,9 +46,12 @@ ORDER = (
     I.VALVE_OPENS,
     I.VALVE_CLOSES,
     I.VACUUM_BUILDS,
+    I.RELIEF_OPENS,
+    I.REGULATOR_HOLDS,
     I.VACUUM_HOLDS,
 )
-"""Sensors first, for the rest is judged by them; the valve strokes before there is vacuum."""
+"""Sensors first, for the rest is judged by them; the valve strokes before there is vacuum. What the
+regulator has lowered, the line must hold."""
 
 SENTENCES: dict[CheckItem, str] = {
     I.NONE: "nothing failed",
@@ -63,6 +65,8 @@ SENTENCES: dict[CheckItem, str] = {
     I.VALVE_CLOSES: "the suction valve does not close in time",
     I.VACUUM_BUILDS: "the pump does not reach its set point in time",
     I.VACUUM_HOLDS: "the line loses its vacuum with the pump off: there is a leak",
+    I.RELIEF_OPENS: "the mechanical relief valve does not keep the line at its vacuum",
+    I.REGULATOR_HOLDS: "the regulator does not keep a lower set point",
 }
 """What a failure means, for people."""
 
@@ -76,6 +80,8 @@ ITEMS: dict[CheckItem, str] = {
     I.VALVE_OPENS: "Suction valve opens in time",
     I.VALVE_CLOSES: "Suction valve closes in time",
     I.VACUUM_BUILDS: "Pump reaches its set point",
+    I.RELIEF_OPENS: "Relief valve opens, behind the closed valve",
+    I.REGULATOR_HOLDS: "Regulator keeps a lower set point",
     I.VACUUM_HOLDS: "Line holds its vacuum with the pump off",
 }
 """Each item in words, in the order in which they are listed."""
@@ -95,6 +101,8 @@ class ItemLimits(NamedTuple):
     valve_closes: float
     vacuum_builds: float
     vacuum_holds: float
+    relief_opens: float
+    regulator_holds: float
 
 
 class CheckPlan(NamedTuple):
@@ -108,6 +116,18 @@ class CheckPlan(NamedTuple):
     """Highest vacuum of a vented line."""
     ready_mmhg: float
     """Vacuum that the pump must reach."""
+    set_mmhg: float
+    """Set point of the cycle."""
+    lowered_mmhg: float
+    """Lower set point that the regulator must keep."""
+    relief_mmhg: float
+    """Vacuum at which the relief valve opens."""
+    beyond_mmhg: float
+    """Set point that only the relief valve keeps the line from."""
+    near_mmhg: float
+    """How near to either the line must come."""
+    level_s: float
+    """How long it must stay there."""
     settle_s: float
     """Time that regulator and line take to settle."""
     leak_s: float
@@ -188,27 +208,37 @@ def _valid(readings: Readings) -> bool:
 
 
 @compiled
+def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> bool:
+    """Whether the condition of an item that tests the suction line holds; true for any other."""
+    item = state.item
+    if item == CheckItem.LINE_VENTED.value:
+        return vacuum_mmhg <= plan.vented_mmhg
+    if item == CheckItem.VACUUM_BUILDS.value:
+        return vacuum_mmhg >= plan.ready_mmhg
+    if item == CheckItem.RELIEF_OPENS.value:
+        return abs(vacuum_mmhg - plan.relief_mmhg) <= plan.near_mmhg
+    if item == CheckItem.REGULATOR_HOLDS.value:
+        return abs(vacuum_mmhg - plan.lowered_mmhg) <= plan.near_mmhg
+    if item == CheckItem.VACUUM_HOLDS.value:
+        return vacuum_mmhg >= (1.0 - plan.leak_share) * state.vacuum_mmhg
+    return True
+
+
+@compiled
 def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen) -> bool:
     """Whether the item's own condition holds; sensors and contact are judged before."""
     item = state.item
-    vented = readings.line_vacuum_mmhg <= plan.vented_mmhg
     if item == CheckItem.HEAD_HOME.value:
         return seen.home and seen.settled
     if item == CheckItem.HEAD_ADVANCES.value:
         return abs(seen.off_park_mm - plan.jog_mm) <= seen.settle_mm
     if item == CheckItem.HEAD_RETURNS.value:
         return abs(seen.off_park_mm) <= seen.settle_mm
-    if item == CheckItem.LINE_VENTED.value:
-        return vented
     if item == CheckItem.VALVE_OPENS.value:
-        return seen.opened and vented
+        return seen.opened and readings.line_vacuum_mmhg <= plan.vented_mmhg
     if item == CheckItem.VALVE_CLOSES.value:
         return seen.closed
-    if item == CheckItem.VACUUM_BUILDS.value:
-        return readings.line_vacuum_mmhg >= plan.ready_mmhg
-    if item == CheckItem.VACUUM_HOLDS.value:
-        return readings.line_vacuum_mmhg >= (1.0 - plan.leak_share) * state.vacuum_mmhg
-    return True
+    return _line_condition(plan, state, readings.line_vacuum_mmhg)
 
 
 @compiled
@@ -218,6 +248,8 @@ def _needed_s(plan: CheckPlan, item: int) -> float:
         return plan.settle_s
     if item == CheckItem.VACUUM_HOLDS.value:
         return plan.settle_s + plan.leak_s
+    if item == CheckItem.RELIEF_OPENS.value or item == CheckItem.REGULATOR_HOLDS.value:
+        return plan.level_s
     return plan.hold_s
 
 
@@ -261,13 +293,26 @@ def is_stroking(item: int) -> bool:
 @compiled
 def is_pumping(item: int) -> bool:
     """Whether the item asks for the pump."""
-    return item == CheckItem.VACUUM_BUILDS.value
+    return (
+        item == CheckItem.VACUUM_BUILDS.value
+        or item == CheckItem.RELIEF_OPENS.value
+        or item == CheckItem.REGULATOR_HOLDS.value
+    )
 
 
 @compiled
-def keeps_vacuum(item: int) -> bool:
-    """Whether the regulator must keep its set point: else it vents the line."""
-    return item == CheckItem.VACUUM_BUILDS.value or item == CheckItem.VACUUM_HOLDS.value
+def set_point_mmhg(plan: CheckPlan, item: int) -> float:
+    """Set point of the regulator: 0 vents the line.
+
+    With the pump off it stays at the cycle's: the regulator lets nothing in below it.
+    """
+    if item == CheckItem.RELIEF_OPENS.value:
+        return plan.beyond_mmhg
+    if item == CheckItem.REGULATOR_HOLDS.value:
+        return plan.lowered_mmhg
+    if item == CheckItem.VACUUM_BUILDS.value or item == CheckItem.VACUUM_HOLDS.value:
+        return plan.set_mmhg
+    return 0.0
 
 
 @compiled

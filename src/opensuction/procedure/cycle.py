@@ -238,10 +238,10 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
     """What the cycle asks of the control ``time_s`` after its phase began."""
     phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
     pumping = _is_pumping(phase, now.valve_open)
-    keeping = pumping
+    vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0
     if phase == Phase.CHECKING.value:
         pumping = check.is_pumping(item)
-        keeping = check.keeps_vacuum(item)
+        vacuum_mmhg = check.set_point_mmhg(plan.check, item)
     direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
     return Demand(
         reference_mm=now.reference_mm,
@@ -253,7 +253,7 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,
         pump_on=pumping,
-        vacuum_mmhg=plan.vacuum_mmhg if keeping else 0.0,
+        vacuum_mmhg=vacuum_mmhg,
     )
 
 

@@ -32,6 +32,19 @@ VACUUM_READY_SHARE = 0.9
 """Pre-use test: share of the set point that the pump must reach; assumed."""
 VACUUM_LIMIT_S = 4.0
 """Pre-use test: time for that; 18 L/min evacuate 0.8 L to 120 mmHg in 0.5 s [computed]."""
+RELIEF_LIMIT_S = 1.5
+"""Pre-use test: time to reach the relief valve; 0.3 s from a neonate's 80 mmHg [computed]."""
+REGULATOR_LIMIT_S = 1.0
+"""Pre-use test: time to come down from there; 0.1 s [computed]."""
+BEYOND_MMHG = 25.0
+"""Pre-use test: set point over the relief valve's; 219 mL/s through it take 4 [computed]."""
+LOWERED_SHARE = 0.75
+"""Pre-use test: lower set point, as share of the cycle's; assumed."""
+NEAR_MMHG = 12.0
+"""Pre-use test: distance that still counts: a sensor's 5 mmHg, 5 that relief or regulator let the
+pump raise the line, and 2; assumed."""
+LEVEL_S = 0.15
+"""Pre-use test: how long the line must stay there; it climbs through in 0.12 s [computed]."""
 VACUUM_SETTLE_S = 0.2
 """Pre-use test: line and regulator settle, ten of their time constants (17 ms) [computed]."""
 LEAK_S = 1.0
@@ -57,6 +70,8 @@ class Abilities(NamedTuple):
     """Head travel that takes up the gap before insertion; 0 without compensation."""
     gap_out_mm: float
     """Head travel that takes it up before the way back."""
+    relief_mmhg: float
+    """Mechanical relief valve of the suction line."""
     jog_mm: float
     """Head travel inwards that does not move the parked tip, whatever the gap has become."""
     turn_mm: float
@@ -184,6 +199,12 @@ def check_plan(vacuum_mmhg: float, abilities: Abilities) -> CheckPlan:
         hold_s=HOLD_S,
         vented_mmhg=VENTED_MMHG,
         ready_mmhg=VACUUM_READY_SHARE * vacuum_mmhg,
+        set_mmhg=vacuum_mmhg,
+        lowered_mmhg=LOWERED_SHARE * vacuum_mmhg,
+        relief_mmhg=abilities.relief_mmhg,
+        beyond_mmhg=abilities.relief_mmhg + BEYOND_MMHG,
+        near_mmhg=NEAR_MMHG,
+        level_s=LEVEL_S,
         settle_s=VACUUM_SETTLE_S,
         leak_s=LEAK_S,
         leak_share=LEAK_SHARE,
@@ -199,6 +220,8 @@ def check_plan(vacuum_mmhg: float, abilities: Abilities) -> CheckPlan:
             valve_closes=stroke_limit_s,
             vacuum_builds=VACUUM_LIMIT_S,
             vacuum_holds=VACUUM_SETTLE_S + LEAK_S + HOLD_S,
+            relief_opens=RELIEF_LIMIT_S,
+            regulator_holds=REGULATOR_LIMIT_S,
         ),
     )
 

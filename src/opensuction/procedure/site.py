@@ -23,6 +23,10 @@ class Site(NamedTuple):
     carina_mm: Annotated[float, Gt(0), Le(150)]
     """Where the carina is expected."""
     age: AgeGroup
+    peep_cmh2o: Annotated[float, Ge(0), Le(25)]
+    """PEEP that the ventilator is set to; airway pressure is judged against it."""
+    monitored: bool
+    """Whether a patient monitor belongs to the machine: then it must be heard."""
 
 
 BENCH_SITE = Site(
@@ -33,5 +37,7 @@ BENCH_SITE = Site(
     catheter_mm=4.0,  # paper
     carina_mm=100.0,
     age=AgeGroup.ADULT,
+    peep_cmh2o=0.0,  # nobody breathes there
+    monitored=False,
 )
 """The paper's bench."""

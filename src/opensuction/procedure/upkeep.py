@@ -8,6 +8,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.procedure import schedule
 from opensuction.procedure.schedule import Schedule, ScheduleState
+from opensuction.safety.trip import Trip
 
 LIFE_S = 86400.0
 """A catheter is used for 24 h from its first use. Source: paper.txt, section II-A, 5."""
@@ -26,6 +27,9 @@ class Refusal(IntEnum):
     HALTED = 4
     NOT_TAUGHT = 5
     """The plan is one that a travel length is taught with."""
+    MONITOR_LINK_LOST = 6
+    PATIENT_UNSAFE = 7
+    """The monitor shows a value out of its limits."""
 
 
 SENTENCES: dict[Refusal, str] = {
@@ -35,6 +39,9 @@ SENTENCES: dict[Refusal, str] = {
     Refusal.OUT_OF_SERVICE: "the machine is out of service",
     Refusal.HALTED: "the machine is halted: deal with the cause and reset it",
     Refusal.NOT_TAUGHT: "no travel length has been set",
+    Refusal.MONITOR_LINK_LOST: "the patient monitor cannot be read: check its cables",
+    Refusal.PATIENT_UNSAFE: "the patient monitor shows a value out of its limits: look at the "
+    "patient first",
 }
 """For people."""
 
@@ -76,8 +83,11 @@ def waited(upkeep: Upkeep, duration_s: float) -> Upkeep:
 
 
 @compiled
-def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool) -> int:
-    """Why a start would be refused in a phase that waits for a person."""
+def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool, patient: int) -> int:
+    """Why a start would be refused in a phase that waits for a person.
+
+    patient: bit mask of what is wrong with the patient; see `patient_watch`.
+    """
     if phase == Phase.OUT_OF_SERVICE.value:
         return Refusal.OUT_OF_SERVICE.value
     if phase == Phase.HALTED.value:
@@ -88,6 +98,10 @@ def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool) ->
         return Refusal.CATHETER_LIFE_OVER.value
     if upkeep.catheter_age_s + service.cycle_s > service.life_s:
         return Refusal.CATHETER_LIFE_ENDS.value
+    if patient >> Trip.MONITOR_LINK_LOST.value & 1:
+        return Refusal.MONITOR_LINK_LOST.value
+    if patient != 0:
+        return Refusal.PATIENT_UNSAFE.value
     return Refusal.NONE.value
 
 

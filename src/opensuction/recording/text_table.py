@@ -128,6 +128,7 @@ def _rows(path: Path, file: TextIO, layout: _Layout) -> Iterator[tuple[int, list
     number = 0
 
     def fed() -> Iterator[str]:
+        """The lines, each counted as the reader takes it."""
         nonlocal number
         for at, line in _lines(path, file):
             number = at

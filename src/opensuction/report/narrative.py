@@ -73,7 +73,10 @@ def _reason(summary: Summary) -> str:
     """Why the cycle ended before its time: the first trip, or what else broke it off."""
     for entry in rows(summary, "trips"):
         return text(entry, "sentence") or text(entry, "name") or ON_REQUEST
-    return text(summary, "abort", "sentence") or ON_REQUEST
+    said = [text(summary, "abort", "sentence")]
+    # Neither a refused start nor a controller that stopped is a trip or an abort.
+    said += [text(entry, "noticed", "sentence") for entry in rows(summary, "faults")]
+    return next((sentence for sentence in said if sentence is not None), ON_REQUEST)
 
 
 def _ending(summary: Summary) -> str:

@@ -226,6 +226,20 @@ def _idle(state: State, buttons: Buttons) -> State:
 
 
 @compiled
+def is_idle(state: State, conditions: int, buttons: Buttons) -> bool:
+    """Whether a step would leave the state as it is and tell nothing.
+
+    Nothing is wrong, nothing is shown or timed, and no button is or was just pressed.
+    """
+    pressed = buttons.acknowledge or buttons.audio_pause or buttons.reset
+    was_pressed = state.pressed.acknowledge or state.pressed.audio_pause or state.pressed.reset
+    masks = conditions | state.present | state.latched | state.waiting
+    answers = state.acknowledged | state.escalated
+    clocks_s = state.pause_left_s + state.owed_s + state.silent_s
+    return masks | answers == 0 and clocks_s == 0.0 and not pressed and not was_pressed
+
+
+@compiled
 def step(
     settings: Settings,
     state: State,

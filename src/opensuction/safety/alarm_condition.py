@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.safety import trip
 from opensuction.safety.trip import Trip
 
 
@@ -59,16 +60,16 @@ PRIORITIES: dict[tuple[Harm, Onset], Priority] = {
 }
 """Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
 
-OWN = 20
-"""First number that is no trip's: a trip's condition has the trip's own number, so that the
-governor's bit mask of trips is at once a mask of conditions. Numbers 16 to 19 are kept for trips.
-"""
-WORD = 53
-"""Conditions that a mask can hold. Recordings store it as a double, exact below 2^53."""
+WORD = trip.WORD
+"""Conditions that a mask can hold."""
 
 
 class Condition(IntEnum):
-    """What can be wrong, the governor's trips first. Never renumber: recordings hold these."""
+    """What can be wrong. Never renumber: recordings hold these.
+
+    A trip has the number of its condition, so that the governor's bit mask of trips is at once a
+    mask of conditions. Those below 20 are trips alone; number 19 is kept for another.
+    """
 
     PROPOSAL_INVALID = 0
     HEAD_READING_INVALID = 1
@@ -86,6 +87,9 @@ class Condition(IntEnum):
     HEAD_STALLED = 13
     HEAD_RUNAWAY = 14
     TIP_BEYOND_CAP = 15
+    WITHDRAWAL_BLOCKED = 16
+    WITHDRAWAL_UNSEEN = 17
+    DRIVE_OVERFORCE = 18
     AUTOMATION_STOPPED = 20
     RECOVERY_NEEDED = 21
     CATHETER_LIFE_OVER = 22
@@ -116,6 +120,7 @@ class Condition(IntEnum):
     PASS_LIMIT_REACHED = 47
     CHECK_FAILED = 48
     WATCHDOG_FIRED = 49
+    CALIBRATION_OUT_OF_RANGE = 50
 
 
 class Kind(NamedTuple):
@@ -147,6 +152,14 @@ def _trip(harm: Harm, onset: Onset, escalates_s: float = 0.0, planned: bool = Fa
     return Kind(harm, onset, True, 0.0, escalates_s, planned)
 
 
+def _patient(harm: Harm, onset: Onset, escalates_s: float = 0.0) -> Kind:
+    """What the monitor says of the patient: the governor has waited already.
+
+    In a cycle it is a trip, which the governor holds until a reset; at rest it ends with its cause.
+    """
+    return Kind(harm, onset, False, 0.0, escalates_s, planned=False)
+
+
 H = Harm
 O = Onset  # noqa: E741
 ESCALATES_S = 120.0
@@ -170,6 +183,26 @@ TRIP_KINDS: dict[Trip, Kind] = {
     Trip.HEAD_STALLED: _trip(H.DEATH, O.PROMPT, planned=True),
     Trip.HEAD_RUNAWAY: _trip(H.DEATH, O.IMMEDIATE, planned=True),
     Trip.TIP_BEYOND_CAP: _trip(H.DEATH, O.IMMEDIATE, planned=True),
+    Trip.WITHDRAWAL_BLOCKED: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.WITHDRAWAL_UNSEEN: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.DRIVE_OVERFORCE: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.VACUUM_LOST: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.CANISTER_FULL: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.LINE_CLOGGED: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.LINE_LEAKING: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
+    Trip.CARINA_MISSED: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.CONTACT_STUCK_CLOSED: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
+    Trip.CONTACT_STUCK_OPEN: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.VALVE_STUCK_OPEN: _trip(H.DEATH, O.PROMPT),
+    Trip.VALVE_STUCK_CLOSED: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
+    Trip.PUMP_RUNAWAY: _trip(H.REVERSIBLE, O.IMMEDIATE),
+    Trip.CATHETER_JAMMED: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.SPO2_LOW: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.HEART_RATE_LOW: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.AIRWAY_PRESSURE_UNSAFE: _patient(H.DEATH, O.PROMPT),
+    Trip.LUNG_VOLUME_LOST: _patient(H.REVERSIBLE, O.PROMPT, ESCALATES_S),
+    Trip.CIRCUIT_DISCONNECTED: _patient(H.DEATH, O.IMMEDIATE),
+    Trip.MONITOR_LINK_LOST: _patient(H.DEATH, O.DELAYED, ESCALATES_S),
 }
 """The priority of each is that of `trip.KINDS`; a test keeps the two in step."""
 
@@ -180,24 +213,7 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.RECOVERY_NEEDED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),
     C.CATHETER_LIFE_OVER: Kind(H.REVERSIBLE, O.PROMPT, False, 0.0, 0.0, True),
     C.CATHETER_LIFE_ENDING: Kind(H.REVERSIBLE, O.DELAYED, False, 0.0, HOUR_S, True),
-    C.VACUUM_LOST: Kind(H.DEATH, O.DELAYED, False, 0.5, ESCALATES_S, True),
-    C.CANISTER_FULL: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
-    C.LINE_CLOGGED: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
-    C.LINE_LEAKING: Kind(H.DEATH, O.DELAYED, False, 1.0, ESCALATES_S, True),
-    C.CARINA_MISSED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
-    C.CONTACT_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, False, 0.1, ESCALATES_S, True),
-    C.CONTACT_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, True),
-    C.VALVE_STUCK_OPEN: Kind(H.DEATH, O.PROMPT, True, 0.2, 0.0, False),
-    C.VALVE_STUCK_CLOSED: Kind(H.REVERSIBLE, O.PROMPT, True, 0.2, ESCALATES_S, True),
-    C.PUMP_RUNAWAY: Kind(H.REVERSIBLE, O.IMMEDIATE, True, 0.2, 0.0, False),
-    C.CATHETER_JAMMED: Kind(H.DEATH, O.PROMPT, True, 0.1, 0.0, False),
     C.TIP_DETACHED: Kind(H.DEATH, O.IMMEDIATE, True, 0.0, 0.0, False),
-    C.SPO2_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.HEART_RATE_LOW: Kind(H.DEATH, O.IMMEDIATE, False, 0.0, 0.0, False),
-    C.AIRWAY_PRESSURE_UNSAFE: Kind(H.DEATH, O.PROMPT, False, 0.2, 0.0, False),
-    C.LUNG_VOLUME_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 0.5, ESCALATES_S, False),
-    C.CIRCUIT_DISCONNECTED: Kind(H.DEATH, O.IMMEDIATE, False, 1.0, 0.0, False),
-    C.MONITOR_LINK_LOST: Kind(H.DEATH, O.DELAYED, False, 2.0, ESCALATES_S, False),
     C.RECORDER_LOST: Kind(H.MINOR, O.DELAYED, False, 2.0, 0.0, False),
     C.CONSOLE_LOST: Kind(H.REVERSIBLE, O.PROMPT, False, 2.0, ESCALATES_S, False),
     C.RESERVE_ENERGY_USED: Kind(H.DEATH, O.PROMPT, False, 0.0, 0.0, False),
@@ -206,13 +222,15 @@ OWN_KINDS: dict[Condition, Kind] = {
     C.PASS_LIMIT_REACHED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, False),
     C.CHECK_FAILED: Kind(H.DEATH, O.DELAYED, False, 0.0, ESCALATES_S, True),
     C.WATCHDOG_FIRED: Kind(H.DEATH, O.PROMPT, True, 0.0, 0.0, False),
+    # The catheter is out when it is found, and the next cycle is refused.
+    C.CALIBRATION_OUT_OF_RANGE: Kind(H.REVERSIBLE, O.PROMPT, True, 0.0, ESCALATES_S, False),
 }
 
 KINDS: dict[Condition, Kind] = {
-    **{Condition(int(trip)): kind for trip, kind in TRIP_KINDS.items()},
     **OWN_KINDS,
+    **{Condition(int(code)): kind for code, kind in TRIP_KINDS.items()},
 }
-"""Every condition."""
+"""Every condition; one that is a trip too behaves as the trip."""
 
 UNKNOWN = Kind(Harm.DEATH, Onset.IMMEDIATE, True, 0.0, 0.0, planned=False)
 """A bit that no condition has is a mistake of the software: as urgent as can be, never lost."""

@@ -35,6 +35,29 @@ TRIP_REMEDIES: dict[Trip, str] = {
     Trip.HEAD_STALLED: f"{OUT_FIRST} Look for a blocked guide; check the encoder's cable.",
     Trip.HEAD_RUNAWAY: f"{OUT_FIRST} {SERVICE}",
     Trip.TIP_BEYOND_CAP: "Look at the patient. Teach the travel anew before the next cycle.",
+    Trip.WITHDRAWAL_BLOCKED: f"{OUT_FIRST} Do not force it: look for a kink or a bitten tube.",
+    Trip.WITHDRAWAL_UNSEEN: f"{OUT_FIRST} Check the encoder's cable.",
+    Trip.DRIVE_OVERFORCE: f"{OUT_FIRST} {SERVICE}",
+    Trip.VACUUM_LOST: "Check pump and tubes; suction by hand when needed.",
+    Trip.CANISTER_FULL: "Change the canister.",
+    Trip.LINE_CLOGGED: "Rinse or change the catheter; check the tubes and the valve.",
+    Trip.LINE_LEAKING: "Check the tubes, the canister's lid, the seal.",
+    Trip.CARINA_MISSED: "Look at the patient: the catheter may have entered a bronchus. "
+    "Check the taught travel.",
+    Trip.CONTACT_STUCK_CLOSED: "Clean the tip or change the catheter; the machine does not start "
+    "until then.",
+    Trip.CONTACT_STUCK_OPEN: "Look at the patient: the tip may have pressed on the carina. Change "
+    "the catheter, or stop by travel.",
+    Trip.VALVE_STUCK_OPEN: f"{OUT_FIRST} Switch the pump off. Look for a leak. {SERVICE}",
+    Trip.VALVE_STUCK_CLOSED: "Suction by hand when needed. Check the valve.",
+    Trip.PUMP_RUNAWAY: f"Pull the pump's plug. {SERVICE}",
+    Trip.CATHETER_JAMMED: f"{OUT_FIRST} Look for a kink before the next cycle.",
+    Trip.SPO2_LOW: "Look at the patient. Give oxygen.",
+    Trip.HEART_RATE_LOW: "Look at the patient. Stop suction.",
+    Trip.AIRWAY_PRESSURE_UNSAFE: "Look at the patient. Check circuit, tube and ventilator.",
+    Trip.LUNG_VOLUME_LOST: "Look at the patient. Recruit as ordered; lower vacuum or duration.",
+    Trip.CIRCUIT_DISCONNECTED: "Look at the patient. Reconnect the circuit.",
+    Trip.MONITOR_LINK_LOST: "Watch the monitor itself. Check its cables; no cycle starts.",
 }
 
 C = Condition
@@ -51,60 +74,9 @@ OWN_TEXTS: dict[Condition, Text] = {
     C.CATHETER_LIFE_ENDING: Text(
         "the catheter's life ends soon", "Have a new catheter ready and plan its change."
     ),
-    C.VACUUM_LOST: Text(
-        "there is no vacuum in the line", "Check pump and tubes; suction by hand when needed."
-    ),
-    C.CANISTER_FULL: Text("the canister is full", "Change the canister."),
-    C.LINE_CLOGGED: Text(
-        "the suction line is clogged", "Rinse or change the catheter; check the tubes."
-    ),
-    C.LINE_LEAKING: Text(
-        "the suction line leaks", "Check the tubes, the canister's lid, the seal."
-    ),
-    C.CARINA_MISSED: Text(
-        "no contact where the carina was expected",
-        "Look at the patient: the catheter may have entered a bronchus. Check the taught travel.",
-    ),
-    C.CONTACT_STUCK_CLOSED: Text(
-        "the contact switch is closed with nothing to touch",
-        "Clean the tip or change the catheter; the machine does not start until then.",
-    ),
-    C.CONTACT_STUCK_OPEN: Text(
-        "the contact switch does not close", "Change the catheter, or stop by travel."
-    ),
-    C.VALVE_STUCK_OPEN: Text(
-        "the suction valve does not close",
-        f"{OUT_FIRST} Switch the pump off. {SERVICE}",
-    ),
-    C.VALVE_STUCK_CLOSED: Text(
-        "the suction valve does not open", "Suction by hand when needed. Check the valve."
-    ),
-    C.PUMP_RUNAWAY: Text(
-        "the pump runs although it was switched off", f"Pull the pump's plug. {SERVICE}"
-    ),
-    C.CATHETER_JAMMED: Text(
-        "the catheter is jammed", f"{OUT_FIRST} Look for a kink before the next cycle."
-    ),
     C.TIP_DETACHED: Text(
         "the catheter's tip may have come off",
         "Draw the catheter out by hand and look at its tip. Call a physician if it is incomplete.",
-    ),
-    C.SPO2_LOW: Text("oxygen saturation is below its limit", "Look at the patient. Give oxygen."),
-    C.HEART_RATE_LOW: Text("heart rate is below its limit", "Look at the patient. Stop suction."),
-    C.AIRWAY_PRESSURE_UNSAFE: Text(
-        "airway pressure is outside its limits",
-        "Look at the patient. Check circuit and tube; lower the vacuum.",
-    ),
-    C.LUNG_VOLUME_LOST: Text(
-        "suction has taken more lung volume than its limit",
-        "Look at the patient. Recruit as ordered; lower vacuum or duration.",
-    ),
-    C.CIRCUIT_DISCONNECTED: Text(
-        "the breathing circuit is disconnected", "Look at the patient. Reconnect the circuit."
-    ),
-    C.MONITOR_LINK_LOST: Text(
-        "the patient monitor cannot be read",
-        "Watch the monitor itself. Check its cable; no cycle starts until then.",
     ),
     C.RECORDER_LOST: Text(
         "the recorder does not answer", "Write down what happens; restart the recorder."
@@ -133,11 +105,15 @@ OWN_TEXTS: dict[Condition, Text] = {
     C.WATCHDOG_FIRED: Text(
         "the drives' watchdog has stopped the machine", f"{OUT_FIRST} Restart the controller."
     ),
+    C.CALIBRATION_OUT_OF_RANGE: Text(
+        "the catheter's gap in its conduit is not what it was calibrated to be",
+        "Suction by hand when needed. Lay the conduit as it was, or calibrate the machine anew.",
+    ),
 }
 
 TEXTS: dict[Condition, Text] = {
-    **{Condition(int(t)): Text(trip.KINDS[t].sentence, r) for t, r in TRIP_REMEDIES.items()},
     **OWN_TEXTS,
+    **{Condition(int(t)): Text(trip.KINDS[t].sentence, r) for t, r in TRIP_REMEDIES.items()},
 }
 """Every condition; a trip's sentence is the governor's own."""
 

@@ -11,42 +11,64 @@ from typing import NamedTuple
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
+from opensuction.safety import (
+    contact_window,
+    narrowing,
+    patient_watch,
+    vacuum_signature,
+    valve_axis,
+    watch,
+)
 from opensuction.safety import limits as bounds
-from opensuction.safety import trip, watch
 from opensuction.safety.limits import Limits
+from opensuction.safety.narrowing import ADVANCE_MM
+from opensuction.safety.patient_watch import PatientWatch
 from opensuction.safety.trip import Reaction, Trip
 from opensuction.safety.watch import INVALID_TICKS, Watch
 
 LATE_TICKS = 5
 """Consecutive late ticks of the host that are a fault."""
-OVERSPEED_RATIO = 1.5
-"""Measured head speed over its limit that is a runaway, not a transient of the servo."""
+OVERSPEED_RATIO = 1.25
+"""Measured head speed over its limit that no sound machine reaches: the limit is the no-load speed
+of the fastest one, and the encoder's step adds 0.5 mm/s to the average [computed]."""
 PERSISTENCE_S = 0.2
 """How long head or vacuum may be beyond a limit before it is a trip (a step response settles)."""
 STALL_S = 0.1
 """How long the head reading may stand still while the servo must be moving it."""
+JAM_S = 0.1
+"""How long the head may meet more than friction; a stop against the gear's backlash rings less."""
+OVERFORCE_S = 0.05
+"""How long the drive may give more than its current limit; assumed."""
 RUNAWAY_MM = 1.0
-"""Advance of the head against its command; a stop from full speed overshoots by up to 0.7 mm."""
+"""Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
 OVERSHOOT_MM = 1.0
 """How far beyond its cap a servo may carry the head before it is a trip."""
-LEAD_SHARE = 0.5
-"""Share of the following limit by which a withdrawal may lead the head."""
-ADVANCE_MM = 0.5
-"""Net advance of the head that is allowed while the valve is not closed."""
-ADVANCING_MM_PER_S = 3.0
-"""Measured speed inwards above which the head is advancing: the valve is kept from opening."""
+BLOCKED_S = 0.3
+"""How long a forced withdrawal may pull on what holds it: a turn from full speed takes 0.2 s."""
+LEAVING_MM_PER_S = 1.0
+"""Measured speed outwards above which the head still comes out, however hard it goes."""
+UNSEEN_S = 0.5
+"""Time for turning round, beyond the way itself, of a withdrawal that cannot be seen."""
+AWAY_MM = 5.0
+"""Distance from the park position from which the head is on its way: a closed contact matters at
+once. Before, the pre-use test names it."""
 
 
 class GovernorState(NamedTuple):
     """What the governor remembers."""
 
-    head_mm: float
-    """Last head command that it let through."""
-    valve_open: bool
-    """Last valve command that it let through."""
+    last: Setpoints
+    """What it let through in the last tick."""
+    turned: bool
+    """It told the valve otherwise than in the tick before."""
     watch: Watch
+    patient: PatientWatch
     withdrawal_s: float
     """How long it has been forcing the head out."""
+    blocked_s: float
+    """How long the head has been held meanwhile."""
+    unseen_s: float
+    """How long its reading has said nothing meanwhile."""
     trips: int
 
 
@@ -55,6 +77,8 @@ class Verdict(NamedTuple):
 
     reaction: int
     trips: int
+    patient: int
+    """What is wrong with the patient now, whether a trip or not: the same numbers."""
     deepest_mm: float
     """Deepest tip position that is possible."""
     insertion_on: bool
@@ -66,10 +90,20 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
     if not math.isfinite(head_mm):
         head_mm = float(bounds.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
-        head_mm=head_mm,
-        valve_open=False,
+        last=Setpoints(
+            head_mm=head_mm,
+            head_mm_per_s=0.0,
+            insertion_on=False,
+            valve_open=False,
+            pump_on=False,
+            vacuum_mmhg=0.0,
+        ),
+        turned=False,
         watch=watch.start(limits, head_mm),
+        patient=patient_watch.UNSEEN,
         withdrawal_s=0.0,
+        blocked_s=0.0,
+        unseen_s=0.0,
         trips=0,
     )
 
@@ -90,112 +124,85 @@ def _possible(proposal: Setpoints) -> bool:
 
 
 @compiled
-def _head_trips(limits: Limits, seen: Watch) -> int:
+def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     """Bit mask of what is wrong with the insertion axis."""
+    lasting = seen.lasting
     overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
     highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
+    way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
     return (
         _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
         | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
-        | _bit(seen.lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
-        | _bit(seen.lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
-        | _bit(seen.head_mm - seen.turn_mm > RUNAWAY_MM, Trip.HEAD_RUNAWAY.value)
+        | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
+        | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
+        | _bit(seen.head_mm - seen.turn.head_mm > RUNAWAY_MM, Trip.HEAD_RUNAWAY.value)
         | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP.value)
+        | _bit(lasting.jammed > JAM_S, Trip.CATHETER_JAMMED.value)
+        | _bit(lasting.overforce > OVERFORCE_S, Trip.DRIVE_OVERFORCE.value)
+        | _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME.value)
+        | _bit(state.blocked_s > BLOCKED_S, Trip.WITHDRAWAL_BLOCKED.value)
+        | _bit(state.unseen_s > way_s + UNSEEN_S, Trip.WITHDRAWAL_UNSEEN.value)
+    )
+
+
+@compiled
+def _contact_trips(limits: Limits, seen: Watch) -> int:
+    """Bit mask of what is wrong with the contact switch, or with what it has touched."""
+    touching = seen.lasting.contact > 0.0
+    away = seen.head_mm > limits.park_head_mm + AWAY_MM
+    allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
+    stuck = seen.window.impossible_s > allowed_s
+    pressing = seen.lasting.contact > limits.contact_s and seen.window.impossible_s == 0.0
+    missed = contact_window.is_missed(limits.tip, limits.window, seen.window, touching)
+    return (
+        _bit(seen.invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID.value)
+        | _bit(stuck, Trip.CONTACT_STUCK_CLOSED.value)
+        | _bit(pressing, Trip.CONTACT_TIME.value)
+        | _bit(missed, Trip.CARINA_MISSED.value)
+        | _bit(missed and not seen.window.proven, Trip.CONTACT_STUCK_OPEN.value)
+    )
+
+
+@compiled
+def _suction_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
+    """Bit mask of what is wrong with valve, pump and line."""
+    lasting = seen.lasting
+    stuck = valve_axis.is_stuck(limits.valve, seen.valve)
+    opened = state.last.valve_open
+    return (
+        vacuum_signature.trips(limits.line, seen.line)
+        | _bit(seen.invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID.value)
+        | _bit(seen.invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID.value)
+        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED.value)
+        | _bit(lasting.sucking > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME.value)
+        | _bit(stuck and opened, Trip.VALVE_STUCK_CLOSED.value)
+        | _bit(stuck and not opened, Trip.VALVE_STUCK_OPEN.value)
     )
 
 
 @compiled
 def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints) -> int:
     """Bit mask of all trips, old and new."""
-    lasting = seen.lasting
     return (
         state.trips
-        | _head_trips(limits, seen)
+        | _head_trips(limits, state, seen)
+        | _contact_trips(limits, seen)
+        | _suction_trips(limits, state, seen)
         | _bit(not _possible(proposal), Trip.PROPOSAL_INVALID.value)
-        | _bit(seen.invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID.value)
-        | _bit(seen.invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID.value)
-        | _bit(seen.invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID.value)
-        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED.value)
-        | _bit(lasting.sucking > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME.value)
-        | _bit(lasting.inside > limits.in_airway_s, Trip.IN_AIRWAY_TIME.value)
-        | _bit(lasting.contact > limits.contact_s, Trip.CONTACT_TIME.value)
+        | _bit(seen.lasting.inside > limits.in_airway_s, Trip.IN_AIRWAY_TIME.value)
         | _bit(seen.late_ticks >= LATE_TICKS, Trip.LATE_TICKS.value)
-        | _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME.value)
     )
 
 
 @compiled
-def _narrow_head(
-    limits: Limits, command_mm: float, seen: Watch, wanted_mm: float, held: bool, dt_s: float
-) -> tuple[float, float]:
-    """Head command that may be let through (mm), and the velocity that belongs to it (mm/s).
-
-    command_mm: the last one. held: the valve is not closed. A stop takes effect at once: the
-    command drops to where the head is, however far it was ahead. Motion is bounded in speed.
-    """
-    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
-    if held:
-        highest = min(highest, seen.anchor_mm + ADVANCE_MM)
-    if seen.lasting.contact > 0.0:
-        highest = min(highest, seen.head_mm, command_mm)
-    origin = min(command_mm, max(seen.head_mm, highest))
-    wanted_mm = min(wanted_mm, highest)
-    reach = limits.head_speed_mm_per_s * dt_s
-    head = min(max(wanted_mm, origin - reach), origin + reach)
-    return head, (head - origin) / dt_s
-
-
-@compiled
-def _withdrawn(limits: Limits, command_mm: float, seen: Watch, dt_s: float) -> tuple[float, float]:
-    """Head command and velocity on the way out, from where the head is or was told to be."""
-    origin = min(command_mm, seen.head_mm)
-    reach = limits.head_speed_mm_per_s * dt_s
-    # Never further ahead than the servo needs: a head slower than its limit still follows.
-    lowest = max(origin - reach, seen.head_mm - LEAD_SHARE * limits.following_mm)
-    head = min(max(limits.park_head_mm, lowest), origin)
-    return head, (head - origin) / dt_s
-
-
-@compiled
-def _narrow(
-    limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints, trips: int, dt_s: float
-) -> tuple[Setpoints, int]:
-    """Setpoints that may be let through, and the reaction that this is."""
-    reaction = trip.reaction(trips)
-    cut = trip.cuts_vacuum(trips)
-    advancing = seen.speed_mm_per_s > ADVANCING_MM_PER_S
-    valve_open = proposal.valve_open and not cut and (state.valve_open or not advancing)
-    held = valve_open or seen.lasting.sucking > 0.0
-    vacuum = 0.0 if cut else min(proposal.vacuum_mmhg, limits.vacuum_mmhg)
-    released = not proposal.insertion_on and reaction != Reaction.WITHDRAW.value
-    driven = reaction != Reaction.TORQUE_OFF.value and not released
-    if not driven:
-        head, velocity = seen.head_mm, 0.0  # a start begins from where it is
-        changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
-        if released and reaction == Reaction.PASS.value and changed:
-            reaction = Reaction.CAP.value
-    elif reaction == Reaction.WITHDRAW.value:
-        head, velocity = _withdrawn(limits, state.head_mm, seen, dt_s)
-    else:
-        head, velocity = _narrow_head(limits, state.head_mm, seen, proposal.head_mm, held, dt_s)
-        stopped = held or seen.lasting.contact > 0.0
-        if stopped and head < proposal.head_mm:
-            reaction = Reaction.HOLD.value
-        elif (
-            head != proposal.head_mm
-            or valve_open != proposal.valve_open
-            or vacuum != proposal.vacuum_mmhg
-        ):
-            reaction = Reaction.CAP.value
-    allowed = Setpoints(
-        head_mm=head,
-        head_mm_per_s=velocity,
-        insertion_on=driven,
-        valve_open=valve_open,
-        pump_on=proposal.pump_on and not cut,
-        vacuum_mmhg=vacuum,
+def _drives_valve(trips: int) -> bool:
+    """Whether the valve's motor is trusted: else its spring closes it."""
+    untrusted = (
+        1 << Trip.CAM_READING_INVALID.value
+        | 1 << Trip.VALVE_STUCK_OPEN.value
+        | 1 << Trip.VALVE_STUCK_CLOSED.value
     )
-    return allowed, reaction
+    return trips & untrusted == 0
 
 
 @compiled
@@ -211,26 +218,36 @@ def step(
 
     Returns the new state, the setpoints for the servos and what was done about them.
     """
-    seen = watch.observe(
-        limits, state.watch, state.head_mm, state.valve_open, readings, overrun, dt_s
+    seen = watch.observe(limits, state.watch, state.last, state.turned, readings, overrun, dt_s)
+    patient = patient_watch.step(
+        limits.patient, state.patient, readings.monitor, seen.lasting.sucking > 0.0, dt_s
     )
-    trips = judge(limits, state, seen, proposal)
-    allowed, reaction = _narrow(limits, state, seen, proposal, trips, dt_s)
+    inside = seen.lasting.inside > 0.0
+    trips = judge(limits, state, seen, proposal) | patient_watch.trips(
+        patient.conditions, inside, inside and state.watch.lasting.inside == 0.0
+    )
+    allowed, reaction = narrowing.narrow(limits, state.last, seen, proposal, trips, dt_s)
     verdict = Verdict(
         reaction=reaction,
         trips=trips,
+        patient=patient.conditions,
         deepest_mm=bounds.deepest_mm(limits.tip, seen.foremost_mm),
         insertion_on=allowed.insertion_on,
-        valve_on=not trips >> Trip.CAM_READING_INVALID.value & 1,
+        valve_on=_drives_valve(trips),
     )
     forced = reaction == Reaction.WITHDRAW.value and (
         seen.head_mm > limits.park_head_mm + ADVANCE_MM
     )
+    held = forced and seen.lasting.jammed > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
+    unseen = forced and (seen.invalid.head > 0 or seen.lasting.stalled > STALL_S)
     following = GovernorState(
-        head_mm=allowed.head_mm,
-        valve_open=allowed.valve_open,
+        last=allowed,
+        turned=allowed.valve_open != state.last.valve_open,
         watch=seen,
+        patient=patient,
         withdrawal_s=state.withdrawal_s + dt_s if forced else 0.0,
+        blocked_s=state.blocked_s + dt_s if held else 0.0,
+        unseen_s=state.unseen_s + dt_s if unseen else 0.0,
         trips=trips,
     )
     return following, allowed, verdict
@@ -242,10 +259,21 @@ def reset(limits: Limits, state: GovernorState) -> GovernorState:
 
     A command that was ahead of the head begins again from where the head is.
     """
+    last = state.last
     return GovernorState(
-        head_mm=min(state.head_mm, state.watch.head_mm),
-        valve_open=state.valve_open,
+        last=Setpoints(
+            head_mm=min(last.head_mm, state.watch.head_mm),
+            head_mm_per_s=0.0,
+            insertion_on=last.insertion_on,
+            valve_open=last.valve_open,
+            pump_on=last.pump_on,
+            vacuum_mmhg=last.vacuum_mmhg,
+        ),
+        turned=False,
         watch=watch.acknowledged(limits, state.watch),
+        patient=state.patient,
         withdrawal_s=0.0,
+        blocked_s=0.0,
+        unseen_s=0.0,
         trips=0,
     )

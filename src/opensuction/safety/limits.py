@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.safety.patient_watch import PatientLimits
 
 GAP_LEAST = 0.7
 """Share of the identified gap that it may have shrunk to before the bound fails."""
@@ -21,16 +22,71 @@ class TipBounds(NamedTuple):
     wide_mm: float
 
 
+class DriveLimits(NamedTuple):
+    """What the insertion motor's current means, and what of it is too much."""
+
+    newton_per_a: float
+    """Force at the head for each ampere."""
+    moving_mass_kg: float
+    """Inertia of the drive, referred to the head."""
+    jam_n: float
+    """Resistance that no friction explains: something holds the catheter."""
+    force_n: float
+    """Force that the drive's own current limit never lets through."""
+
+
+class WindowLimits(NamedTuple):
+    """Where the tip may and must meet something: see `opensuction.safety.contact_window`."""
+
+    from_mm: float
+    """A tip that is nowhere deeper has nothing to touch."""
+    by_mm: float
+    """A tip that is everywhere deeper has passed the carina; infinite where it stops by travel."""
+
+
+class ValveLimits(NamedTuple):
+    """The valve's cam."""
+
+    open_rad: float
+    stroke_s: float
+    """Planned duration of a stroke."""
+
+
+class LineLimits(NamedTuple):
+    """What a sound suction line does: see `opensuction.safety.vacuum_signature`."""
+
+    open_low_share: float
+    """Share of the set point that it keeps at least with the valve open."""
+    clogged_share: float
+    """Share that it falls below with the valve open; infinite where the flow is too small."""
+    open_fall_mmhg_per_s: float
+    """Steepest fall when the valve opens, the pump running."""
+    bore_fall_mmhg_per_s: float
+    """And with the pump at a standstill."""
+    sealed_mmhg: float
+    """Highest vacuum behind a closed valve with the tip parked, to test the relief valve."""
+
+
 class Limits(NamedTuple):
     """What the governor holds. Every value is set for the patient; none has a default."""
 
     tip: TipBounds
+    drive: DriveLimits
+    window: WindowLimits
+    valve: ValveLimits
+    line: LineLimits
     cap_mm: float
     """Deepest tip position ever allowed."""
     outside_mm: float
     """The deepest possible tip is above this: it is out of the patient."""
     park_head_mm: float
     head_speed_mm_per_s: float
+    head_mm_per_s2: float
+    """Fastest gain of commanded head speed; a stop may be as sudden as it must."""
+    braking_mm_per_s2: float
+    """Slowest braking of a head that is told to stop."""
+    leaving_mm_per_s: float
+    """Speed at which the slowest such head withdraws."""
     following_mm: float
     """Largest distance between commanded and measured head."""
     stalled_mm: float
@@ -42,6 +98,7 @@ class Limits(NamedTuple):
     contact_s: float
     withdrawal_s: float
     """Longest time a forced withdrawal may take before torque is cut."""
+    patient: PatientLimits
 
 
 def tip_bounds(gain: float, offset_mm: float, gap_mm: float) -> TipBounds:

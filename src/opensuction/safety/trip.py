@@ -22,8 +22,17 @@ class Reaction(IntEnum):
     """Moving would be worse than staying."""
 
 
+WORD = 53
+"""Trips and alarm conditions that one mask can hold. Recordings store it as a double, which is
+exact below 2^53."""
+
+
 class Trip(IntEnum):
-    """Broken limits and untrusted readings; latched until a reset. Never renumber."""
+    """Broken limits and untrusted readings; latched until a reset. Never renumber.
+
+    A trip has the number of its alarm condition (`alarm_condition.Condition`), so that a mask of
+    trips is at once a mask of conditions.
+    """
 
     PROPOSAL_INVALID = 0
     HEAD_READING_INVALID = 1
@@ -41,6 +50,26 @@ class Trip(IntEnum):
     HEAD_STALLED = 13
     HEAD_RUNAWAY = 14
     TIP_BEYOND_CAP = 15
+    WITHDRAWAL_BLOCKED = 16
+    WITHDRAWAL_UNSEEN = 17
+    DRIVE_OVERFORCE = 18
+    VACUUM_LOST = 24
+    CANISTER_FULL = 25
+    LINE_CLOGGED = 26
+    LINE_LEAKING = 27
+    CARINA_MISSED = 28
+    CONTACT_STUCK_CLOSED = 29
+    CONTACT_STUCK_OPEN = 30
+    VALVE_STUCK_OPEN = 31
+    VALVE_STUCK_CLOSED = 32
+    PUMP_RUNAWAY = 33
+    CATHETER_JAMMED = 34
+    SPO2_LOW = 36
+    HEART_RATE_LOW = 37
+    AIRWAY_PRESSURE_UNSAFE = 38
+    LUNG_VOLUME_LOST = 39
+    CIRCUIT_DISCONNECTED = 40
+    MONITOR_LINK_LOST = 41
 
 
 class TripKind(NamedTuple):
@@ -59,7 +88,7 @@ KINDS: dict[Trip, TripKind] = {
         Reaction.WITHDRAW, True, "high", "the controller proposed an impossible setpoint"
     ),
     Trip.HEAD_READING_INVALID: TripKind(
-        Reaction.TORQUE_OFF, True, "high", "the head encoder gives no valid reading"
+        Reaction.WITHDRAW, True, "high", "the head encoder gives no valid reading"
     ),
     Trip.HEAD_OVERSPEED: TripKind(
         Reaction.TORQUE_OFF, True, "high", "the catheter head moves faster than its limit"
@@ -103,10 +132,66 @@ KINDS: dict[Trip, TripKind] = {
     Trip.TIP_BEYOND_CAP: TripKind(
         Reaction.WITHDRAW, True, "high", "the tip may be deeper than its cap"
     ),
+    # Pulling harder on what is held would be worse than leaving it to a hand.
+    Trip.WITHDRAWAL_BLOCKED: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "something holds the catheter on its way out"
+    ),
+    Trip.WITHDRAWAL_UNSEEN: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "the catheter was drawn out without a reading of it"
+    ),
+    Trip.DRIVE_OVERFORCE: TripKind(
+        Reaction.TORQUE_OFF, True, "high", "the insertion drive is stronger than its limit"
+    ),
+    # Without vacuum it serves nothing to stay.
+    Trip.VACUUM_LOST: TripKind(Reaction.WITHDRAW, True, "medium", "there is no vacuum in the line"),
+    Trip.CANISTER_FULL: TripKind(Reaction.WITHDRAW, True, "medium", "the canister is full"),
+    # What hangs at the tip would be left in the airway: the vacuum holds it on the way out.
+    Trip.LINE_CLOGGED: TripKind(Reaction.WITHDRAW, False, "medium", "the suction line is clogged"),
+    Trip.LINE_LEAKING: TripKind(Reaction.WITHDRAW, True, "medium", "the suction line leaks"),
+    Trip.CARINA_MISSED: TripKind(
+        Reaction.WITHDRAW, True, "high", "no contact where the carina was expected"
+    ),
+    Trip.CONTACT_STUCK_CLOSED: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the contact switch is closed with nothing to touch"
+    ),
+    Trip.CONTACT_STUCK_OPEN: TripKind(
+        Reaction.WITHDRAW, True, "high", "the contact switch has not been seen to close"
+    ),
+    Trip.VALVE_STUCK_OPEN: TripKind(
+        Reaction.WITHDRAW, True, "high", "the suction valve does not close"
+    ),
+    Trip.VALVE_STUCK_CLOSED: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the suction valve does not open"
+    ),
+    Trip.PUMP_RUNAWAY: TripKind(
+        Reaction.WITHDRAW, True, "high", "the pump runs although it was switched off"
+    ),
+    Trip.CATHETER_JAMMED: TripKind(Reaction.WITHDRAW, True, "high", "the catheter is jammed"),
+    # What the patient's monitor says: the catheter comes out first, without suction.
+    Trip.SPO2_LOW: TripKind(
+        Reaction.WITHDRAW, True, "high", "oxygen saturation is below its limit"
+    ),
+    Trip.HEART_RATE_LOW: TripKind(Reaction.WITHDRAW, True, "high", "heart rate is below its limit"),
+    Trip.AIRWAY_PRESSURE_UNSAFE: TripKind(
+        Reaction.WITHDRAW, True, "high", "airway pressure is outside its limits"
+    ),
+    Trip.LUNG_VOLUME_LOST: TripKind(
+        Reaction.WITHDRAW, True, "medium", "suction takes more gas than the ventilator gives"
+    ),
+    Trip.CIRCUIT_DISCONNECTED: TripKind(
+        Reaction.WITHDRAW, True, "high", "the breathing circuit is disconnected"
+    ),
+    Trip.MONITOR_LINK_LOST: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the patient monitor cannot be read"
+    ),
 }
 
-REACTIONS = np.array([KINDS[trip].reaction for trip in Trip], dtype=np.int64)
-CUTS = np.array([KINDS[trip].vacuum_cut for trip in Trip], dtype=np.bool_)
+REACTIONS = np.zeros(WORD, dtype=np.int64)
+"""Reaction to each bit of a mask; none to one that is no trip's."""
+CUTS = np.zeros(WORD, dtype=np.bool_)
+for _trip, _kind in KINDS.items():
+    REACTIONS[_trip] = _kind.reaction
+    CUTS[_trip] = _kind.vacuum_cut
 
 
 def names(trips: int) -> list[Trip]:

@@ -6,10 +6,16 @@ Nothing here decides; `opensuction.safety.governor` does.
 import math
 from typing import NamedTuple
 
+from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
+from opensuction.safety import contact_window, drive_force, vacuum_signature, valve_axis
 from opensuction.safety import limits as bounds
+from opensuction.safety.contact_window import ContactWindow
+from opensuction.safety.drive_force import DriveForce
 from opensuction.safety.limits import Limits
+from opensuction.safety.vacuum_signature import LineWatch
+from opensuction.safety.valve_axis import ValveAxis
 
 INVALID_TICKS = 5
 """Consecutive ticks without a valid reading that are a fault; fewer are ridden out."""
@@ -17,8 +23,8 @@ RELEASE_TICKS = 10
 """Consecutive ticks for which an open contact counts as released (10 ms): switches bounce."""
 SPEED_WINDOW_S = 0.01
 """Time constant over which the measured head speed is averaged."""
-CAM_CLOSED_RAD = 0.02
-"""Cam angle (1.1 degrees) below which the valve's seal holds."""
+PARKED_MM = 3.0
+"""Distance from the park position up to which the head is parked; the pre-use test needs 2."""
 
 
 class InvalidTicks(NamedTuple):
@@ -43,6 +49,19 @@ class Lasting(NamedTuple):
     stalled: float
     """Head reading frozen although the servo must be moving it."""
     overpressure: float
+    jammed: float
+    """Head held by more than friction."""
+    overforce: float
+    """Drive stronger than its current limit."""
+
+
+class Turn(NamedTuple):
+    """How far in the head may be, and how fast it may still go there."""
+
+    head_mm: float
+    """Raised by its command and what it needs to brake from it, lowered again by its reading."""
+    coast_mm_per_s: float
+    """Speed inwards that a head may still have that was told to stop."""
 
 
 class Watch(NamedTuple):
@@ -56,13 +75,18 @@ class Watch(NamedTuple):
     """Foremost position behind the gap: see `limits.follow`."""
     anchor_mm: float
     """Least head reading since the valve left its seat."""
-    turn_mm: float
-    """How far in the head may be: raised by its command, lowered again by its reading."""
+    turn: Turn
     cam_rad: float
+    sealed: bool
+    """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
     open_contact_ticks: int
     late_ticks: int
     invalid: InvalidTicks
     lasting: Lasting
+    drive: DriveForce
+    window: ContactWindow
+    valve: ValveAxis
+    line: LineWatch
 
 
 def start(limits: Limits, head_mm: float) -> Watch:
@@ -72,12 +96,17 @@ def start(limits: Limits, head_mm: float) -> Watch:
         speed_mm_per_s=0.0,
         foremost_mm=bounds.anywhere(limits.tip, head_mm),
         anchor_mm=head_mm,
-        turn_mm=head_mm,
+        turn=Turn(head_mm=head_mm, coast_mm_per_s=0.0),
         cam_rad=0.0,
+        sealed=False,
         open_contact_ticks=0,
         late_ticks=0,
         invalid=InvalidTicks(head=0, cam=0, vacuum=0, contact=0),
-        lasting=Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        lasting=Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        drive=drive_force.REST,
+        window=contact_window.start(limits.tip, head_mm),
+        valve=valve_axis.ARRIVED,
+        line=vacuum_signature.START,
     )
 
 
@@ -105,56 +134,137 @@ def _invalid(invalid: InvalidTicks, readings: Readings) -> InvalidTicks:
 
 
 @compiled
+def _driven(
+    limits: Limits,
+    watch: Watch,
+    last: Setpoints,
+    current_a: float,
+    gained_mm_per_s: float,
+    share: float,
+    dt_s: float,
+) -> DriveForce:
+    """Forces at the head; nothing is known of them without torque or without an encoder."""
+    if not last.insertion_on or watch.invalid.head > 0:
+        return DriveForce(force_n=0.0, resistance_n=0.0)
+    return drive_force.step(limits.drive, watch.drive, current_a, gained_mm_per_s, share, dt_s)
+
+
+@compiled
+def _turn(limits: Limits, watch: Watch, last: Setpoints, head_mm: float, dt_s: float) -> Turn:
+    """How far in the head may be; where it moved unseen, where it is seen again."""
+    braked = watch.turn.coast_mm_per_s - limits.braking_mm_per_s2 * dt_s
+    coast = max(braked, last.head_mm_per_s, 0.0)
+    allowed_mm = max(watch.turn.head_mm + coast * dt_s, last.head_mm)
+    blind = watch.invalid.head >= INVALID_TICKS
+    return Turn(head_mm=head_mm if blind else min(allowed_mm, head_mm), coast_mm_per_s=coast)
+
+
+@compiled
+def _turned(
+    limits: Limits, watch: Watch, last: Setpoints, turned: bool, cam: float, dt_s: float
+) -> ValveAxis:
+    """The valve's axis; an encoder that gives nothing is another fault."""
+    if watch.invalid.cam > 0:
+        return ValveAxis(away_s=0.0, still_s=0.0)
+    return valve_axis.step(
+        limits.valve, watch.valve, last.valve_open, turned, cam, watch.cam_rad, dt_s
+    )
+
+
+@compiled
+def _line(
+    limits: Limits,
+    watch: Watch,
+    last: Setpoints,
+    readings: Readings,
+    invalid: InvalidTicks,
+    dt_s: float,
+) -> LineWatch:
+    """The line; a sensor that gives nothing is another fault."""
+    if invalid.vacuum > 0:
+        return watch.line
+    cam = watch.cam_rad if invalid.cam > 0 else readings.cam_rad
+    return vacuum_signature.step(
+        limits.line,
+        watch.line,
+        readings.line_vacuum_mmhg,
+        last.vacuum_mmhg,
+        last.pump_on,
+        last.valve_open and valve_axis.is_open(limits.valve, cam),
+        not last.valve_open and valve_axis.is_closed(cam) and invalid.cam == 0,
+        dt_s,
+    )
+
+
+@compiled
 def observe(
     limits: Limits,
     watch: Watch,
-    command_mm: float,
-    valve_open: bool,
+    last: Setpoints,
+    turned: bool,
     readings: Readings,
     overrun: bool,
     dt_s: float,
 ) -> Watch:
     """Bring everything that is measured up to this tick.
 
-    command_mm, valve_open: what was let through in the last tick.
+    last: what was let through in the last tick. turned: it told the valve otherwise than before.
     """
     invalid = _invalid(watch.invalid, readings)
     head = watch.head_mm if invalid.head > 0 else readings.head_mm
     cam = watch.cam_rad if invalid.cam > 0 else readings.cam_rad
     share = dt_s / (SPEED_WINDOW_S + dt_s)
     speed = (head - watch.head_mm) / (dt_s * (1 + watch.invalid.head))  # its mean over a dropout
-    sucking = valve_open or abs(cam) > CAM_CLOSED_RAD or invalid.cam >= INVALID_TICKS
+    gained = share * (speed - watch.speed_mm_per_s)
+    closed = valve_axis.is_closed(cam) and invalid.cam == 0
+    sucking = last.valve_open or abs(cam) > valve_axis.CLOSED_RAD or invalid.cam >= INVALID_TICKS
     foremost = bounds.follow(limits.tip, watch.foremost_mm, head)
-    open_ticks = _count(watch.open_contact_ticks, not readings.contact_closed)
-    touching = open_ticks == 0 or (watch.lasting.contact > 0.0 and open_ticks < RELEASE_TICKS)
-    off_mm = abs(command_mm - head)
-    blind = watch.invalid.head >= INVALID_TICKS
+    deepest = bounds.deepest_mm(limits.tip, foremost)
     lasting = watch.lasting
-    over = lasting.overpressure > 0.0
-    if invalid.vacuum == 0:
-        over = readings.line_vacuum_mmhg > limits.vacuum_mmhg
+    open_ticks = _count(watch.open_contact_ticks, not readings.contact_closed)
+    touching = open_ticks == 0 or (lasting.contact > 0.0 and open_ticks < RELEASE_TICKS)
+    off_mm = abs(last.head_mm - head)
+    parked = invalid.head == 0 and abs(head - limits.park_head_mm) <= PARKED_MM
+    vacuum = watch.line.vacuum_mmhg if invalid.vacuum > 0 else readings.line_vacuum_mmhg
+    sealed = parked and closed and not last.valve_open
+    highest = limits.line.sealed_mmhg if sealed else limits.vacuum_mmhg
+    drive = _driven(limits, watch, last, readings.insertion_current_a, gained, share, dt_s)
     return Watch(
         head_mm=head,
-        speed_mm_per_s=watch.speed_mm_per_s + share * (speed - watch.speed_mm_per_s),
+        speed_mm_per_s=watch.speed_mm_per_s + gained,
         foremost_mm=foremost,
         anchor_mm=min(watch.anchor_mm, head) if sucking else head,
-        turn_mm=head if blind else min(max(watch.turn_mm, command_mm), head),
+        turn=_turn(limits, watch, last, head, dt_s),
         cam_rad=cam,
+        sealed=sealed,
         open_contact_ticks=open_ticks,
         late_ticks=_count(watch.late_ticks, overrun),
         invalid=invalid,
         lasting=Lasting(
             sucking=_time(lasting.sucking, sucking, dt_s),
-            inside=_time(
-                lasting.inside, bounds.deepest_mm(limits.tip, foremost) > limits.outside_mm, dt_s
-            ),
+            inside=_time(lasting.inside, deepest > limits.outside_mm, dt_s),
             contact=_time(lasting.contact, touching, dt_s),
             beyond=_time(lasting.beyond, off_mm > limits.following_mm, dt_s),
             stalled=_time(
                 lasting.stalled, head == watch.head_mm and off_mm > limits.stalled_mm, dt_s
             ),
-            overpressure=_time(lasting.overpressure, over, dt_s),
+            overpressure=_time(lasting.overpressure, vacuum > highest, dt_s),
+            jammed=_time(lasting.jammed, abs(drive.resistance_n) > limits.drive.jam_n, dt_s),
+            overforce=_time(lasting.overforce, abs(drive.force_n) > limits.drive.force_n, dt_s),
         ),
+        drive=drive,
+        window=contact_window.step(
+            limits.tip,
+            limits.window,
+            watch.window,
+            head,
+            deepest,
+            touching,
+            lasting.contact > 0.0,
+            dt_s,
+        ),
+        valve=_turned(limits, watch, last, turned, cam, dt_s),
+        line=_line(limits, watch, last, readings, invalid, dt_s),
     )
 
 
@@ -169,8 +279,9 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
         speed_mm_per_s=watch.speed_mm_per_s,
         foremost_mm=bounds.anywhere(limits.tip, watch.head_mm),
         anchor_mm=watch.anchor_mm,
-        turn_mm=watch.head_mm,
+        turn=Turn(head_mm=watch.head_mm, coast_mm_per_s=0.0),
         cam_rad=watch.cam_rad,
+        sealed=False,
         open_contact_ticks=watch.open_contact_ticks,
         late_ticks=watch.late_ticks,
         invalid=watch.invalid,
@@ -181,5 +292,11 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
             beyond=0.0,
             stalled=0.0,
             overpressure=0.0,
+            jammed=0.0,
+            overforce=0.0,
         ),
+        drive=DriveForce(force_n=0.0, resistance_n=0.0),
+        window=contact_window.unseen(limits.tip, watch.window, watch.head_mm),
+        valve=ValveAxis(away_s=0.0, still_s=0.0),
+        line=vacuum_signature.afresh(watch.line),
     )

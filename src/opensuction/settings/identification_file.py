@@ -173,6 +173,7 @@ class _Servo(NamedTuple):
     friction_v: Annotated[float, Ge(0)]
 
     def feedforward(self) -> Feedforward:
+        """As the controller takes it: volts per mm/s, and volts."""
         return Feedforward(*self)
 
 

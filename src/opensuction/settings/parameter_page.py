@@ -11,6 +11,7 @@ from opensuction.controller import machine_profile
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.meaning import Meaning
 from opensuction.procedure import clinical, guideline, protocol
+from opensuction.safety import patient_watch
 from opensuction.settings.limit import in_words, limit_of, plain
 from opensuction.settings.unit import unit_of
 from opensuction.twin import catheter, hand, parameter, patient_airway, patient_kind
@@ -45,6 +46,7 @@ def page(machine_example: str, patient_example: str) -> str:
             _hands(),
             _protocols(),
             _guidelines(),
+            _monitor_limits(),
         )
     )
 
@@ -150,6 +152,28 @@ def _guidelines() -> str:
     header = ("limit", *(_word(age) for age in limits), "unit", "source")
     text = "Highest values that a plan for a patient may have; the ratio must stay below its own.\n"
     return f"## Guideline limits\n\n{text}\n{_table(header, rows)}"
+
+
+def _monitor_limits() -> str:
+    limits = patient_watch.AGE_LIMITS
+    ages = sorted(limits, reverse=True)
+    rows = [
+        [
+            f"`{name}`",
+            *(f"{getattr(limits[age], name):g}" for age in ages),
+            unit_of(name),
+            patient_watch.MEANINGS[name],
+            source,
+        ]
+        for name, source in patient_watch.SOURCES.items()
+    ]
+    header = ("limit", *(_word(age) for age in ages), "unit", "meaning", "source")
+    text = (
+        "What the patient monitor must show for a cycle to begin and to go on. The pressure must "
+        f"also stay above PEEP - {patient_watch.LOST_CMH2O:g} cmH2O [design]. How long each may be "
+        "broken: [patient.md](patient.md#the-patient-monitor).\n"
+    )
+    return f"## Limits of the patient monitor\n\n{text}\n{_table(header, rows)}"
 
 
 def twin_table() -> str:

@@ -117,6 +117,8 @@ def bedside(machine: Machine) -> Site:
         catheter_mm=machine.catheter_mm,
         carina_mm=person.carina_mm,
         age=AgeGroup(person.age_group),
+        peep_cmh2o=person.ventilator.peep_cmh2o,
+        monitored=person.monitor.present,
     )
 
 
@@ -130,7 +132,8 @@ def with_carina(chosen: Rig, carina_mm: float) -> Rig:
     values = {**chosen.values, "carina_mm": carina_mm}
     kind = chosen.kind
     machine = preset.machine(values, None, kind.catheter, kind.conduit)
-    return chosen._replace(values=values, machine=machine)
+    site = chosen.site._replace(monitored=False)
+    return chosen._replace(values=values, machine=machine, site=site)
 
 
 def assemble(

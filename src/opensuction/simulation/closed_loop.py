@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.controller.controller import Inputs, Settings, State
+from opensuction.controller.controller import Inputs, Outputs, Settings, State
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
@@ -14,7 +14,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle import Demand
-from opensuction.safety.alarm_state import Signals
+from opensuction.safety.alarm_state import SILENT, Signals
 from opensuction.safety.governor import Verdict
 from opensuction.twin import machine, plant
 from opensuction.twin.bedside import BedsideState
@@ -65,41 +65,43 @@ _write = row.writer(TraceRow)
 
 
 @compiled
-def _tick(
-    loop: Loop, tick: int, state: State, body: MachineState, requests: Requests
-) -> tuple[State, MachineState, TraceRow]:
-    """One tick of controller and machine; the bedside stands still."""
-    readings = machine.read(loop.machine, body)
-    inputs = Inputs(
+def _inputs(loop: Loop, tick: int, body: MachineState, requests: Requests) -> Inputs:
+    return Inputs(
         tick=tick,
         dt_s=DT_S,
-        readings=readings,
+        readings=machine.read(loop.machine, body),
         requests=requests,
         host=Host(overrun=False, conditions=0),
     )
-    truth = machine.observe(loop.machine, body)
-    decided, outputs = controller.step(loop.controller, state, inputs)
-    moved = machine.step(loop.machine, body, outputs.commands, DT_S)
-    record = TraceRow(
-        time_s=tick * DT_S,
+
+
+@compiled
+def _record(
+    loop: Loop, inputs: Inputs, body: MachineState, outputs: Outputs, signals: Signals
+) -> TraceRow:
+    """The row of a tick; ``body``: before the machine moved."""
+    return TraceRow(
+        time_s=inputs.tick * DT_S,
         phase=outputs.phase,
         cause=outputs.cause,
         check_item=outputs.check_item,
         check_failed=outputs.check_failed,
-        readings=readings,
+        readings=inputs.readings,
         demand=outputs.demand,
         verdict=outputs.verdict,
         commands=outputs.commands,
-        signals=outputs.signals,
-        truth=truth,
+        signals=signals,
+        truth=machine.observe(loop.machine, body),
     )
-    return decided, moved, record
 
 
 @compiled
 def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, TraceRow]:
     """One tick: read, decide, act. The row holds what was read before the machine moved."""
-    decided, moved, record = _tick(loop, state.tick, state.controller, state.machine, requests)
+    inputs = _inputs(loop, state.tick, state.machine, requests)
+    decided, outputs = controller.step(loop.controller, state.controller, inputs)
+    record = _record(loop, inputs, state.machine, outputs, outputs.signals)
+    moved = machine.step(loop.machine, state.machine, outputs.commands, DT_S)
     bedside = state.bedside
     if plant.is_due(moved):
         moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
@@ -127,18 +129,28 @@ def run(
     (parked or halted) that follows a tick of activity. Run in pieces it gives the same rows.
     """
     active = not is_resting(state.controller.procedure.phase)
-    tick, decided, body, bedside = state.tick, state.controller, state.machine, state.bedside
+    tick, body, bedside = state.tick, state.machine, state.bedside
+    # What moves and what is told are carried apart: alarms are touched only when there are some.
+    memory, alarms = controller.memory(state.controller), state.controller.alarms
     done, at_rest = 0, False
     while done < trace.shape[0] and not at_rest:
         # Ticks up to the bedside's next step: an inner loop that does not carry its state.
         while done < trace.shape[0] and not at_rest and not plant.is_due(body):
-            decided, body, record = _tick(loop, tick, decided, body, requests)
-            requests = NO_REQUESTS
+            inputs = _inputs(loop, tick, body, requests)
+            memory, outputs, wrong = controller.act(loop.controller, memory, inputs)
+            signals = SILENT
+            if not controller.is_silent(alarms, wrong, requests):
+                alarms, signals = controller.announce(
+                    loop.controller, alarms, wrong, outputs.phase, requests, DT_S
+                )
+            record = _record(loop, inputs, body, outputs, signals)
             _write(trace[done], record)
+            body = machine.step(loop.machine, body, outputs.commands, DT_S)
+            requests = NO_REQUESTS
             tick += 1
             done += 1
             at_rest = active and is_resting(record.phase)
             active = not is_resting(record.phase)
         if plant.is_due(body):
             body, bedside = plant.settle(loop.machine, body, bedside, DT_S)
-    return LoopState(tick, decided, body, bedside), done
+    return LoopState(tick, controller.joined(memory, alarms), body, bedside), done

@@ -48,8 +48,8 @@ class FaultyRun:
         """Pressed in the next tick."""
         self.at_s = [float("nan")] * len(injections)
         """First tick with each fault; nan before."""
-        self.stopped_tick = 0
-        """When the controller stopped."""
+        self.stopped_tick = -1
+        """When the controller stopped; -1 where it did not."""
         self._injections = injections
         self._seed = seed
         self._restart_tick: int | None = None

@@ -228,7 +228,10 @@ def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | Non
     """As `noticed`; the drives' watchdog and a refused start are not in the trace."""
     if np.isnan(at_s):
         return None
-    signs = [noticed(columns, at_s)]
+    seen = noticed(columns, at_s)
+    if seen is not None and round(seen.time_s / DT_S) == going.stopped_tick:
+        seen = None  # a controller that stops notices nothing
+    signs = [seen]
     if going.alone_s >= at_s:
         signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
     refusal = going.state.controller.upkeep.refusal

@@ -1,7 +1,8 @@
 """The closed loop with a link between its sides that can fail, and drives that watch over it.
 
 With a healthy link it gives the rows of `opensuction.simulation.closed_loop`; it is compiled only
-when a fault of sensors, messages, power or controller is injected.
+when a fault of sensors, messages, power or controller is injected. While no controller runs, the
+rows say that the machine has halted.
 """
 
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from opensuction.controller import controller
 from opensuction.controller.controller import Inputs, Outputs, State
 from opensuction.kernel import row
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, TraceRow, is_resting
 from opensuction.twin import drive_watchdog, link, machine, plant
@@ -82,7 +84,7 @@ def _tick(
     moved = machine.step(loop.machine, body, obeyed, DT_S)
     record = TraceRow(
         time_s=tick * DT_S,
-        phase=outputs.phase,
+        phase=outputs.phase if linked.link.controller_runs else Phase.HALTED.value,
         cause=outputs.cause,
         check_item=outputs.check_item,
         check_failed=outputs.check_failed,
@@ -121,8 +123,8 @@ def run(
         _write(trace[done], record)
         tick += 1
         done += 1
-        at_rest = active and is_resting(record.phase)
-        active = not is_resting(record.phase)
+        at_rest = active and is_resting(between.outputs.phase)
+        active = not is_resting(between.outputs.phase)
         if plant.is_due(body):
             body, bedside = plant.settle(linked.loop.machine, body, bedside, DT_S)
     return LoopState(tick, decided, body, bedside), between, done

@@ -75,6 +75,7 @@ def check(kind: MachineKind) -> None:
     _check_head(kind)
     _check_acceleration(kind)
     _check_cam(kind)
+    _check_jam(kind)
 
 
 def _check_supply(kind: MachineKind) -> None:
@@ -144,4 +145,15 @@ def _check_cam(kind: MachineKind) -> None:
             f"controller.cam_rad_per_s is {profile.cam_rad_per_s:.3g} rad/s, and the cam does "
             f"{most:.3g} rad/s = {values['cam_no_load_rad_per_s']:.3g} rad/s without load x (1 - "
             f"{load:.2f} V of friction and spring / {values['supply_v']:g} V): plan with less"
+        )
+
+
+def _check_jam(kind: MachineKind) -> None:
+    table, limit_n = kind.table, kind.profile.jam_n
+    most_v = _most(table["insertion_friction_v"])
+    friction_n = most_v / preset.load_v_per_n(parameter.nominal(table))
+    if friction_n >= limit_n:
+        raise InputError(
+            f"controller.jam_n is {limit_n:g} N, and {most_v:.2f} V of friction in such a head are "
+            f"{friction_n:.2f} N: the governor would take every move for a jam; give more"
         )

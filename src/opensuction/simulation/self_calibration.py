@@ -1,16 +1,28 @@
-"""Self-calibration between cycles: what a contact cycle taught, carried into the next cycle."""
+"""Self-calibration between cycles: what a contact cycle taught, carried into the next cycle.
+
+The compensation learns, the governor does not: see docs/decisions/0007.
+"""
 
 import numpy as np
 
+from opensuction.control import compensation
+from opensuction.controller.controller import Settings
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.setup import Calibration
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.identification import gap_scale
 from opensuction.identification.gap_scale import ScaleLimits, ScaleRecord
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import NO_REQUESTS
+from opensuction.safety import limits as bounds
+from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.bench import Rig
-from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
+
+PARKING_S = 1.0
+"""Time in which a parked head goes to its new park position; a few mm take .2 s."""
 
 
 def with_widths(chosen: Rig, scale: float = 1.0, shift_mm: float = 0.0) -> Rig:
@@ -50,3 +62,34 @@ def learned(
 def rescaled(identified: Calibration, record: ScaleRecord) -> Calibration:
     """Calibration for the next cycle: the identified plays with the scale of the record."""
     return identified._replace(plays=prandtl_ishlinskii.scaled(identified.plays, record.new))
+
+
+def bounded(learned: Settings, identified: Settings) -> Settings:
+    """Settings for a learned gap, held by the governor's limits of the identified one.
+
+    learned, identified: of the same protocol on the same machine. Of the limits only the position
+    where a forced withdrawal ends may move, and only farther out.
+    Raises InputError where the head would park so far in that the governor could not take the tip
+    to be outside.
+    """
+    held = identified.limits
+    parked_mm = learned.limits.park_head_mm
+    deepest_mm = bounds.deepest_mm(held.tip, bounds.anywhere(held.tip, parked_mm))
+    if deepest_mm > held.outside_mm:
+        raise InputError(
+            f"the head would park at {parked_mm:.1f} mm on the learned gap, where the tip may be "
+            f"at {deepest_mm:.1f} mm, and outside the patient ends at {held.outside_mm:.1f} mm: "
+            "calibrate the machine anew"
+        )
+    return learned._replace(
+        limits=held._replace(park_head_mm=min(held.park_head_mm, parked_mm)),
+    )
+
+
+def parked_anew(loop: Loop, state: LoopState) -> LoopState:
+    """A parked loop under new settings: it begins again from a retract to where its head is."""
+    settings = loop.controller
+    here = settings.parked._replace(head_mm=state.controller.governor.last.head_mm)
+    led = compensation.parked(settings.compensation, here)
+    state = state._replace(controller=state.controller._replace(compensation=led))
+    return closed_loop.run(loop, state, NO_REQUESTS, trace.rows(PARKING_S))[0]

@@ -7,8 +7,8 @@ stay out of the machine's tick (carried through each, they cost a quarter of it)
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.twin import heart, secretion
 from opensuction.twin import patient as patients
-from opensuction.twin import secretion
 from opensuction.twin.machine import Machine
 from opensuction.twin.patient import Patient, PatientState
 from opensuction.twin.seam import NOBODY_SHOWN, TICKS, SeamState, Shown
@@ -38,6 +38,8 @@ def shown(machine: Machine, state: BedsideState) -> Shown:
         lung_volume_ml=seen.lung_volume_ml,
         lung_volume_loss_ml=seen.lung_volume_loss_ml,
         spo2_percent=seen.spo2_percent,
+        heart_rate_per_min=seen.heart_rate_per_min,
+        monitor=patients.monitored(machine.patient, state.patient),
     )
 
 
@@ -58,11 +60,15 @@ def met(machine: Machine, state: BedsideState, tip_mm: float) -> SeamState:
 def _breathing(
     machine: Machine, state: PatientState, gas_ml: float, tip_mm: float, span_s: float
 ) -> PatientState:
-    """The patient after a step in which the catheter took gas and filled a part of the tube."""
+    """The patient after a step in which the catheter took gas and filled a part of the tube.
+
+    Past the tube's lower end, at 0, it touches the trachea.
+    """
     patient: Patient = machine.patient
     inside = patients.is_inside(patient, tip_mm)
     ratio = machine.catheter_mm / patient.tube_id_mm if inside else 0.0
-    return patients.step(patient, state, gas_ml / span_s, ratio, span_s)
+    stimulus = heart.stimulus(tip_mm > 0.0, gas_ml > 0.0, tip_mm >= patient.carina_mm)
+    return patients.step(patient, state, gas_ml / span_s, ratio, stimulus, span_s)
 
 
 @compiled

@@ -8,11 +8,13 @@ parameters at the next tick.
 from collections.abc import Callable
 
 from opensuction.kernel.errors import InputError
+from opensuction.twin import patient_fault
 from opensuction.twin.catheter import BLASIUS_POWER
 from opensuction.twin.dc_axis import DcAxis
 from opensuction.twin.fault import Fault, Means
 from opensuction.twin.fault_table import KINDS
 from opensuction.twin.machine import Machine
+from opensuction.twin.patient import Patient
 
 SEIZED_V = 1.0e6
 """Friction that no drive overcomes, and every motion ends in at once."""
@@ -240,6 +242,10 @@ def _canister_full(machine: Machine, strength: float) -> Machine:
     return less._replace(line=less.line._replace(mmhg_per_ml=less.line.mmhg_per_ml / gas))
 
 
+def _patient(machine: Machine, patient: Patient) -> Machine:
+    return machine._replace(patient=patient)
+
+
 EFFECTS: dict[Fault, Callable[[Machine, float], Machine]] = {
     Fault.SWITCH_STUCK_OPEN: _switch_stuck_open,
     Fault.SWITCH_STUCK_CLOSED: _switch_stuck_closed,
@@ -275,6 +281,24 @@ EFFECTS: dict[Fault, Callable[[Machine, float], Machine]] = {
     Fault.LINE_LEAK: _line_leak,
     Fault.LINE_CLOGGED: _line_clogged,
     Fault.CANISTER_FULL: _canister_full,
+    Fault.CIRCUIT_DISCONNECTED: lambda machine, _: _patient(
+        machine, patient_fault.disconnected(machine.patient)
+    ),
+    Fault.VENTILATOR_PRESSURE: lambda machine, ratio: _patient(
+        machine, patient_fault.mispressured(machine.patient, ratio)
+    ),
+    Fault.DESATURATION: lambda machine, shunt: _patient(
+        machine, patient_fault.desaturating(machine.patient, shunt)
+    ),
+    Fault.BRADYCARDIA: lambda machine, ratio: _patient(
+        machine, patient_fault.vagal(machine.patient, ratio)
+    ),
+    Fault.LUNG_VOLUME_LOST: lambda machine, l_per_min: _patient(
+        machine, patient_fault.flow_limited(machine.patient, l_per_min)
+    ),
+    Fault.MONITOR_LOST: lambda machine, _: _patient(
+        machine, patient_fault.unlinked(machine.patient)
+    ),
 }
 """For every fault of `Means.MACHINE`."""
 

@@ -429,8 +429,51 @@ _LINK: dict[Fault, FaultKind] = {
     ),
 }
 
-_PATIENT: dict[Fault, FaultKind] = {}
-"""Of the patient, in `Machine.patient`."""
+_PATIENT: dict[Fault, FaultKind] = {
+    Fault.CIRCUIT_DISCONNECTED: FaultKind(
+        Part.PATIENT,
+        _M,
+        "the breathing circuit has come off the tube",
+        None,
+        "pressure at the connector on the patient monitor",
+    ),
+    Fault.VENTILATOR_PRESSURE: FaultKind(
+        Part.PATIENT,
+        _M,
+        "the ventilator gives a multiple of the pressures it is set to",
+        Strength("of the pressures it is set to", "1", 0.0, 4.0, 3.0),
+        "pressure at the connector on the patient monitor",
+    ),
+    Fault.DESATURATION: FaultKind(
+        Part.PATIENT,
+        _M,
+        "blood passes the lung without oxygen",
+        Strength("share of the blood that does", "1", 0.3, 0.9, 0.7),
+        "saturation on the patient monitor, late",
+    ),
+    Fault.BRADYCARDIA: FaultKind(
+        Part.PATIENT,
+        _M,
+        "the heart slows when the airway is touched",
+        Strength("share of the rate that the strongest stimulus takes", "1", 0.5, 0.9, 0.8),
+        "heart rate on the patient monitor",
+    ),
+    Fault.LUNG_VOLUME_LOST: FaultKind(
+        Part.PATIENT,
+        _M,
+        "the ventilator makes up for less gas than suction takes",
+        Strength("flow that it makes up for", "L/min", 0.0, 30.0, 0.0),
+        "pressure at the connector on the patient monitor",
+    ),
+    Fault.MONITOR_LOST: FaultKind(
+        Part.PATIENT,
+        _M,
+        "nothing of the patient monitor arrives",
+        None,
+        "the link's own silence",
+    ),
+}
+"""Of the patient and the patient monitor, in `Machine.patient`; the bench has neither."""
 
 _SETTING: dict[Fault, FaultKind] = {
     Fault.WRONG_PRESET: FaultKind(

@@ -140,6 +140,7 @@ def _unmarked(readings: Readings) -> Readings:
         contact_closed=readings.contact_closed,
         contact_valid=False,
         insertion_current_a=readings.insertion_current_a,
+        monitor=readings.monitor,  # it has a link of its own
     )
 
 

@@ -99,13 +99,14 @@ class Observation(NamedTuple):
     """Mucus in the catheter's bore."""
     canister_ml: float
     """Liquid in the canister."""
+    line_vacuum_mmhg: float
+    """In the canister; what is read there may be wrong."""
     airway_pressure_cmh2o: float
     """In the trachea; this and what follows are 0 where there is no patient."""
     lung_volume_ml: float
     lung_volume_loss_ml: float
     spo2_percent: float
-    line_vacuum_mmhg: float
-    """In the canister; what is read there may be wrong."""
+    heart_rate_per_min: float
 
 
 @compiled
@@ -121,6 +122,7 @@ def read(machine: Machine, state: MachineState) -> Readings:
         contact_closed=state.switch.reading,
         contact_valid=True,
         insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
+        monitor=state.seam.shown.monitor,
     )
 
 
@@ -158,11 +160,12 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         secretion_removed_ml=state.airway.removed_ml,
         bore_ml=state.bore.mucus_ml,
         canister_ml=state.bore.canister_ml,
+        line_vacuum_mmhg=state.line.vacuum_mmhg,
         airway_pressure_cmh2o=shown.airway_pressure_cmh2o,
         lung_volume_ml=shown.lung_volume_ml,
         lung_volume_loss_ml=shown.lung_volume_loss_ml,
         spo2_percent=shown.spo2_percent,
-        line_vacuum_mmhg=state.line.vacuum_mmhg,
+        heart_rate_per_min=shown.heart_rate_per_min,
     )
 
 

@@ -1,17 +1,30 @@
-"""The patient as the suction device sees one: ventilator, tube, lung, oxygen and oximeter.
+"""The patient as the suction device sees one: ventilator, tube, lung, oxygen, heart, monitor.
 
 One pure step, a hundred times a second: the device says how much gas its catheter takes and how
-much of the tube it fills, and learns what that does to pressure, lung volume and saturation.
+much of the tube it fills and how it stimulates the airway, and learns what that does to pressure,
+lung volume, saturation and heart rate.
 """
 
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin import airflow, gas_exchange, lung, oximeter, tube, ventilator
+from opensuction.kernel.monitor import Monitor
+from opensuction.twin import (
+    airflow,
+    gas_exchange,
+    heart,
+    lung,
+    oximeter,
+    patient_monitor,
+    tube,
+    ventilator,
+)
 from opensuction.twin.airflow import Airflow
 from opensuction.twin.gas_exchange import GasExchange, GasState
+from opensuction.twin.heart import Heart, HeartState
 from opensuction.twin.lung import Lung, LungState
 from opensuction.twin.oximeter import Oximeter, OximeterState
+from opensuction.twin.patient_monitor import PatientMonitor
 from opensuction.twin.tube import Tube
 from opensuction.twin.ventilator import Ventilator, VentilatorState
 
@@ -54,6 +67,8 @@ class Patient(NamedTuple):
     lung: Lung
     gas_exchange: GasExchange
     oximeter: Oximeter
+    heart: Heart
+    monitor: PatientMonitor
 
 
 class BreathState(NamedTuple):
@@ -77,6 +92,9 @@ class PatientState(NamedTuple):
     lung: LungState
     gas: GasState
     oximeter: OximeterState
+    heart: HeartState
+    shown_per_min: float
+    """Heart rate that the monitor shows."""
     breath: BreathState
 
 
@@ -96,6 +114,7 @@ class PatientObservation(NamedTuple):
     sao2_percent: float
     """In the arterial blood that leaves the lung now."""
     alveolar_o2_mmhg: float
+    heart_rate_per_min: float
     ventilator_flow_l_per_min: float
     """Through the tube towards the patient."""
     tidal_volume_ml: float
@@ -134,12 +153,14 @@ def step(
     state: PatientState,
     suction_ml_per_s: float,
     catheter_ratio: float,
+    stimulus: float,
     dt_s: float,
 ) -> PatientState:
     """Advance by one step of a hundredth of a second or so.
 
     suction_ml_per_s: gas at atmospheric pressure that the catheter takes just below the tube.
     catheter_ratio: catheter over tube diameter while the catheter lies in the tube, else 0.
+    stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.heart`.
     """
     machine = ventilator.step(patient.ventilator, state.ventilator, dt_s)
     suction = lung.removable_ml_per_s(patient.lung, state.lung, suction_ml_per_s, dt_s)
@@ -155,17 +176,22 @@ def step(
         patient.gas_exchange,
         state.gas,
         flows,
-        patient.ventilator.oxygen_ratio,
+        ventilator.inspired_ratio(patient.ventilator),
         filled.volume_ml,
         filled.closed_ml,
         dt_s,
     )
+    beating = heart.step(patient.heart, state.heart, stimulus, gas.arterial_saturation, dt_s)
     return PatientState(
         ventilator=machine,
         airflow=flows,
         lung=filled,
         gas=gas,
         oximeter=oximeter.step(patient.oximeter, state.oximeter, gas.arterial_saturation, dt_s),
+        heart=beating,
+        shown_per_min=patient_monitor.averaged(
+            patient.monitor, state.shown_per_min, beating.rate_per_min, dt_s
+        ),
         breath=_breath(patient, state, ventilator.inspiring(patient.ventilator, machine), dt_s),
     )
 
@@ -181,6 +207,18 @@ def observe(patient: Patient, state: PatientState) -> PatientObservation:
         spo2_percent=state.oximeter.shown_percent,
         sao2_percent=100.0 * state.gas.arterial_saturation,
         alveolar_o2_mmhg=state.gas.alveolar_mmhg,
+        heart_rate_per_min=state.heart.rate_per_min,
         ventilator_flow_l_per_min=L_PER_MIN * state.airflow.tube_ml_per_s,
         tidal_volume_ml=state.breath.tidal_ml,
+    )
+
+
+@compiled
+def monitored(patient: Patient, state: PatientState) -> Monitor:
+    """What the patient's monitor passes on to the machine."""
+    return patient_monitor.read(
+        patient.monitor,
+        state.oximeter.shown_percent,
+        state.shown_per_min,
+        state.airflow.connector_cmh2o,
     )

@@ -260,6 +260,31 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
         ((20, 2.5), (20, 2.5), (14, 1.5), (12, 0.8)), "s", (4, 30), "lung to finger", "[K] 10 to 30"
     ),
     "average_s": _same(8, "s", (2, 16), "averaging of the oximeter", "[K] 4 to 16"),
+    # Heart
+    "heart_rate_per_min": _row(
+        ((85, 7), (95, 7), (120, 8), (145, 7)), "1/min", (30, 220), "heart rate at rest", "[K]"
+    ),
+    "vagal_ratio": _row(
+        ((0.05, 0.015), (0.05, 0.015), (0.07, 0.015), (0.08, 0.02)),
+        "1",
+        (0, 0.8),
+        "share of the heart rate that the strongest stimulus of the airway takes",
+        "[assumed] bradycardia in .5 to 2 % of suctionings [K] is a fault here, not a draw",
+    ),
+    "vagal_s": _same(2, "s", (0.5, 10), "rise of the vagal tone, time constant", "[assumed]"),
+    "vagal_recovery_s": _same(
+        8, "s", (1, 60), "fading of the vagal tone, time constant", "[assumed]"
+    ),
+    "hypoxic_ratio": _row(
+        ((0.6, 0), (0.6, 0), (0.7, 0), (0.7, 0)),
+        "1",
+        (0.2, 0.9),
+        "arterial saturation below which hypoxia slows the heart",
+        "[assumed] sooner in children",
+    ),
+    "beat_average_s": _same(
+        2, "s", (0.2, 10), "averaging of the shown heart rate, time constant", "[assumed]"
+    ),
 }
 
 TABLES: dict[str, dict[str, Parameter]] = {

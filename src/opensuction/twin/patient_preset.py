@@ -5,11 +5,13 @@ import math
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
-from opensuction.twin import airflow, gas_exchange, oximeter, parameter, tube, ventilator
+from opensuction.twin import airflow, gas_exchange, heart, oximeter, parameter, tube, ventilator
 from opensuction.twin import patient as patient_model
 from opensuction.twin.gas_exchange import DRY_MMHG, GasExchange, GasState
+from opensuction.twin.heart import Heart
 from opensuction.twin.lung import Lung, LungState
 from opensuction.twin.patient import BreathState, Patient, PatientState, Secretion
+from opensuction.twin.patient_monitor import PatientMonitor
 from opensuction.twin.patient_parameter import TABLES
 from opensuction.twin.tube import Tube
 from opensuction.twin.ventilator import Ventilator
@@ -98,6 +100,8 @@ def _ventilator(values: Values) -> Ventilator:
         compensation_ml_per_s=values["compensation_l_per_min"] * ML_PER_S,
         valve_cmh2o_s_per_ml=values["valve_cmh2o_s_per_l"] / LITRE_ML,
         oxygen_ratio=values["oxygen_ratio"],
+        pressure_ratio=1.0,
+        connected=True,
     )
 
 
@@ -143,6 +147,16 @@ def assemble(values: Values, age_group: AgeGroup) -> Patient:
         lung=_lung(values),
         gas_exchange=_gas_exchange(values),
         oximeter=oximeter.of_delay(values["delay_s"], values["average_s"]),
+        heart=Heart(
+            rest_per_min=values["heart_rate_per_min"],
+            vagal_ratio=values["vagal_ratio"],
+            vagal_s=values["vagal_s"],
+            recovery_s=values["vagal_recovery_s"],
+            hypoxic_ratio=values["hypoxic_ratio"],
+        ),
+        monitor=PatientMonitor(
+            present=True, linked=True, probe_on=True, beat_average_s=values["beat_average_s"]
+        ),
     )
 
 
@@ -162,7 +176,7 @@ def patient(name: str, seed: int, nominal: bool = False) -> Patient:
 def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> PatientState:
     """State after a number of steps without suction and catheter."""
     for _ in range(steps):
-        state = patient_model.step(patient, state, 0.0, 0.0, dt_s)
+        state = patient_model.step(patient, state, 0.0, 0.0, 0.0, dt_s)
     return state
 
 
@@ -186,6 +200,8 @@ def unsettled(patient: Patient) -> PatientState:
             arterial_saturation=gas_exchange.saturation(gas, 80.0),
         ),
         oximeter=oximeter.at_rest(gas_exchange.saturation(gas, 80.0)),
+        heart=heart.at_rest(patient.heart),
+        shown_per_min=patient.heart.rest_per_min,
         breath=BreathState(
             reference_ml=volume, end_expiratory_ml=volume, loss_ml=0.0, tidal_ml=0.0
         ),

@@ -159,4 +159,5 @@ def applied(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
         contact_closed=readings.contact_closed,
         contact_valid=_valid(fault, Channel.CONTACT.value, readings.contact_valid),
         insertion_current_a=value(fault, Channel.CURRENT.value, readings.insertion_current_a, tick),
+        monitor=readings.monitor,
     )

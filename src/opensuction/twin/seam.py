@@ -8,6 +8,7 @@ way go what the patient shows and how much mucus lies within reach of the tip.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.monitor import ABSENT, Monitor
 
 TICKS = 10
 """Ticks of the machine for each step of the bedside."""
@@ -20,9 +21,12 @@ class Shown(NamedTuple):
     lung_volume_ml: float
     lung_volume_loss_ml: float
     spo2_percent: float
+    heart_rate_per_min: float
+    monitor: Monitor
+    """What the monitor passes on."""
 
 
-NOBODY_SHOWN = Shown(0.0, 0.0, 0.0, 0.0)
+NOBODY_SHOWN = Shown(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
 
 
 class SeamState(NamedTuple):

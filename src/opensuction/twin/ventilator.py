@@ -7,9 +7,13 @@ pressure, and the airway falls below PEEP and may fall below the atmosphere. The
 can let gas out but never in. The patient makes no effort and triggers nothing.
 """
 
+import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+
+ROOM_OXYGEN_RATIO = 0.21
+"""Oxygen in the room's air."""
 
 
 class Ventilator(NamedTuple):
@@ -38,6 +42,10 @@ class Ventilator(NamedTuple):
     """Resistance of the expiratory limb."""
     oxygen_ratio: float
     """Inspired oxygen (FiO2)."""
+    pressure_ratio: float
+    """What it gives of the pressures it was set to: 1, but for a fault."""
+    connected: bool
+    """Whether the circuit is on the tube: otherwise the connector is open to the room."""
 
 
 class VentilatorState(NamedTuple):
@@ -90,15 +98,28 @@ def step(ventilator: Ventilator, state: VentilatorState, dt_s: float) -> Ventila
 
 @compiled
 def supply(ventilator: Ventilator, state: VentilatorState) -> Supply:
-    """What the ventilator offers now."""
+    """What the ventilator offers now; disconnected, the room offers gas without limit."""
+    if not ventilator.connected:
+        return Supply(
+            target_cmh2o=0.0,
+            source_cmh2o_s_per_ml=0.0,
+            limit_ml_per_s=math.inf,
+            valve_cmh2o_s_per_ml=0.0,
+        )
     source = ventilator.droop_cmh2o_s_per_ml
     limit = ventilator.compensation_ml_per_s
     if inspiring(ventilator, state):
         source = ventilator.source_cmh2o_s_per_ml
         limit = ventilator.peak_ml_per_s
     return Supply(
-        target_cmh2o=state.target_cmh2o,
+        target_cmh2o=ventilator.pressure_ratio * state.target_cmh2o,
         source_cmh2o_s_per_ml=source,
         limit_ml_per_s=limit,
         valve_cmh2o_s_per_ml=ventilator.valve_cmh2o_s_per_ml,
     )
+
+
+@compiled
+def inspired_ratio(ventilator: Ventilator) -> float:
+    """Oxygen in the gas that flows in through the tube."""
+    return ventilator.oxygen_ratio if ventilator.connected else ROOM_OXYGEN_RATIO

@@ -4,15 +4,12 @@
   const page = JSON.parse(document.getElementById("data").textContent);
   const NARROW_PX = 560; // below this the page is on a phone: less room for plots
   const NARROW_HEIGHT_PX = 220;
-  const PRINT_PX = 680; // width of a plot on A4 and Letter
   const DIGITS = 5; // of a value under the cursor
   const { axis, colour, level, line } = parts;
   const sync = uPlot.sync("identification");
   const shown = new Set(page.models.filter((model) => model.shown).map((model) => model.name));
   let plots = [];
-  let printing = false;
 
-  const widthOf = (element) => (printing ? PRINT_PX : element.clientWidth);
   const chosen = () => page.models.filter((model) => shown.has(model.name));
   const held = page.held_from == null ? [] : [["Held out", "rest", page.held_from, page.time[page.time.length - 1]]];
   const timeLabel = page.timed ? "Time (s)" : "Sample";
@@ -24,7 +21,7 @@
   /* One plot: an abscissa, lines with their values, a label of the ordinate. */
   function plot(id, height, across, lines, label, more = {}) {
     const element = document.getElementById(id);
-    const width = widthOf(element);
+    const width = parts.widthOf(element);
     plots.push(new uPlot({
       width, height: width < NARROW_PX ? Math.min(height, NARROW_HEIGHT_PX) : height,
       scales: { x: { time: false }, ...more.scales },
@@ -66,7 +63,7 @@
   function drawLoops() {
     for (const [id, bare] of [["loop", false], ["hysteresis", true]]) {
       const element = document.getElementById(id);
-      const width = printing ? PRINT_PX / 2 : element.clientWidth;
+      const width = parts.widthOf(element, 0.5);
       plots.push(identificationLoop(element, page, chosen(), width, bare));
     }
   }
@@ -77,12 +74,6 @@
     for (const draw of [drawLoops, drawOutput, drawResidual, drawAutocorrelation]) draw();
   }
 
-  function print(on) {
-    printing = on;
-    document.documentElement.toggleAttribute("data-print", on);
-    drawAll();
-  }
-
   for (const chip of document.querySelectorAll("#chips button")) {
     chip.addEventListener("click", () => {
       const name = chip.dataset.model;
@@ -91,18 +82,5 @@
       drawAll();
     });
   }
-  let pending = 0;
-  let drawnWidth = document.body.clientWidth;
-  drawAll();
-  addEventListener("resize", () => {
-    cancelAnimationFrame(pending);
-    pending = requestAnimationFrame(() => {
-      if (document.body.clientWidth === drawnWidth) return; // a phone's address bar came or went
-      drawnWidth = document.body.clientWidth;
-      drawAll();
-    });
-  });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-  addEventListener("beforeprint", () => print(true));
-  addEventListener("afterprint", () => print(false));
+  parts.keepDrawn(drawAll);
 })();

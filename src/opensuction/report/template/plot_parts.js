@@ -1,6 +1,7 @@
 "use strict";
 /* What every plot of the page shares: colours, lines, axes, phase shading, named levels. */
 const parts = (() => {
+  const PRINT_PX = 680; // width of a plot on A4 and Letter
   const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 
   const colour = (name) =>
@@ -103,5 +104,32 @@ const parts = (() => {
     u.over.addEventListener("touchmove", move, { passive: true });
   }
 
-  return { colour, line, axis, second, fromZero, shadePhases, level, mark, followTouch };
+  let printing = false;
+  /* Width to draw at: the element's, or the sheet of paper's (a share of it for plots abreast). */
+  const widthOf = (element, share = 1) => (printing ? PRINT_PX * share : element.clientWidth);
+
+  /* Draw now, and again whenever the page's width or colours change or it is printed. */
+  function keepDrawn(drawAll) {
+    const print = (on) => {
+      printing = on;
+      document.documentElement.toggleAttribute("data-print", on);
+      drawAll();
+    };
+    let pending = 0;
+    let drawnWidth = document.body.clientWidth;
+    drawAll();
+    addEventListener("resize", () => {
+      cancelAnimationFrame(pending);
+      pending = requestAnimationFrame(() => {
+        if (document.body.clientWidth === drawnWidth) return; // a phone's address bar came or went
+        drawnWidth = document.body.clientWidth;
+        drawAll();
+      });
+    });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
+    addEventListener("beforeprint", () => print(true));
+    addEventListener("afterprint", () => print(false));
+  }
+
+  return { widthOf, keepDrawn, colour, line, axis, second, fromZero, shadePhases, level, mark, followTouch };
 })();

@@ -10,17 +10,14 @@
   const SECOND_AXIS_PX = 62; // kept free where there is none, so that all times line up
   const DEPTH_HEADROOM = 0.13; // room above the cap, for its name and the phases', over the span
   const NARROW_HEADROOM = 0.28;
-  const PRINT_PX = 680; // width of a plot on A4 and Letter
   const { axis, colour, fromZero, level, line, second } = parts;
   const sync = uPlot.sync("cycle");
   let plots = [];
   let markLoop = () => {};
-  let printing = false;
 
   const scaled = (values, factor) => values && values.map((value) => (value == null ? null : factor * value));
   series.valve_percent = scaled(series.valve, 100);
   const touched = (series.contact || []).some((force) => force > 0);
-  const widthOf = (element) => (printing ? PRINT_PX : element.clientWidth);
   const dashed = { dash: (u, i) => (u.series[i].dash ? "dashed" : "solid") };
 
   /* One plot of lines of data (the machine's or the patient's series) over time. */
@@ -29,7 +26,7 @@
     const known = lines.filter((entry) => data[entry.key]);
     element.closest("figure").hidden = !known.length;
     if (!known.length) return;
-    const width = widthOf(element);
+    const width = parts.widthOf(element);
     const options = {
       width, padding: [null, axes.length > 1 || width < NARROW_PX ? null : SECOND_AXIS_PX, null, null],
       height: width < NARROW_PX ? Math.min(height, NARROW_HEIGHT_PX) : height,
@@ -53,7 +50,7 @@
   }
 
   function drawDepth() {
-    const narrow = widthOf(document.getElementById("depth")) < NARROW_PX;
+    const narrow = parts.widthOf(document.getElementById("depth")) < NARROW_PX;
     const headroom = narrow ? NARROW_HEADROOM : DEPTH_HEADROOM;
     timePlot("depth", 400, series, [
       line("tip", "Tip", "mm", 1, "tip", { width: 3 }),
@@ -111,7 +108,7 @@
     const element = document.getElementById("loop");
     element.closest("section").hidden = !(series.head && series.tip);
     if (!series.head || !series.tip) return;
-    const loop = loopPlot(element, series, widthOf(element));
+    const loop = loopPlot(element, series, parts.widthOf(element));
     markLoop = loop.mark;
     plots.push(loop.plot);
   }
@@ -123,24 +120,5 @@
     for (const draw of [drawDepth, drawError, drawSuction, drawContact, drawSecretion, drawLoop, drawPatient]) draw();
   }
 
-  function print(on) {
-    printing = on;
-    document.documentElement.toggleAttribute("data-print", on);
-    drawAll();
-  }
-
-  let pending = 0;
-  let drawnWidth = document.body.clientWidth;
-  drawAll();
-  addEventListener("resize", () => {
-    cancelAnimationFrame(pending);
-    pending = requestAnimationFrame(() => {
-      if (document.body.clientWidth === drawnWidth) return; // a phone's address bar came or went
-      drawnWidth = document.body.clientWidth;
-      drawAll();
-    });
-  });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-  addEventListener("beforeprint", () => print(true));
-  addEventListener("afterprint", () => print(false));
+  parts.keepDrawn(drawAll);
 })();

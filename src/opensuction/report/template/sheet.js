@@ -5,11 +5,9 @@
   const HEIGHT_PX = 300;
   const NARROW_PX = 480; // a phone: less room
   const NARROW_HEIGHT_PX = 240;
-  const PRINT_PX = 680; // width of a plot on A4 and Letter
   const MARGIN = 0.05; // of what the curves span, around them
   const { axis, colour, level, mark } = parts;
   let plots = [];
-  let printing = false;
 
   const extent = (values) => values.reduce(([low, high], value) =>
     value == null ? [low, high] : [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
@@ -64,7 +62,7 @@
   function draw(id, plot) {
     const element = document.getElementById(id);
     element.replaceChildren();
-    const width = printing ? PRINT_PX : element.clientWidth;
+    const width = parts.widthOf(element);
     const height = width < NARROW_PX ? NARROW_HEIGHT_PX : HEIGHT_PX;
     const levels = (u) => {
       plot.levels.forEach(({ value, name }) => level(u, "y", value, name, "soft", "above"));
@@ -101,24 +99,5 @@
     for (const [id, plot] of Object.entries(page)) draw(id, plot);
   }
 
-  function print(on) {
-    printing = on;
-    document.documentElement.toggleAttribute("data-print", on);
-    drawAll();
-  }
-
-  let pending = 0;
-  let drawnWidth = document.body.clientWidth;
-  drawAll();
-  addEventListener("resize", () => {
-    cancelAnimationFrame(pending);
-    pending = requestAnimationFrame(() => {
-      if (document.body.clientWidth === drawnWidth) return; // a phone's address bar came or went
-      drawnWidth = document.body.clientWidth;
-      drawAll();
-    });
-  });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-  addEventListener("beforeprint", () => print(true));
-  addEventListener("afterprint", () => print(false));
+  parts.keepDrawn(drawAll);
 })();

@@ -1,0 +1,144 @@
+"""Limits of the governor for a protocol on a machine, with the margins they rest on."""
+
+import math
+
+from opensuction.controller.machine_profile import MachineProfile
+from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.procedure.plan import TUBE_END_MM
+from opensuction.procedure.protocol import Protocol
+from opensuction.procedure.site import Site
+from opensuction.safety import limits as bounds
+from opensuction.safety import patient_watch
+from opensuction.safety.limits import (
+    DriveLimits,
+    Limits,
+    LineLimits,
+    ValveLimits,
+    WindowLimits,
+)
+from opensuction.safety.vacuum_signature import CLOSED_SHARE
+
+OUTSIDE_MARGIN_MM = 1.0
+"""The parked interval plus this counts as outside on a machine that parks at the boundary."""
+VACUUM_MARGIN = 1.25
+"""Line vacuum over the set point that is a fault."""
+CONTACT_S = 2.0
+"""Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
+WITHDRAWAL_MARGIN_S = 3.0
+"""Time added to a withdrawal at full speed before it counts as failed."""
+FORCE_MARGIN = 1.2
+"""Force over the drive's own current limit that is a fault of the drive; assumed."""
+ACCELERATION_MARGIN = 10.0
+"""Gain of commanded speed over the planned acceleration that is let through: the paper's scheme
+jumps where it turns, and its drive cannot follow at more than the planned one; assumed."""
+WINDOW_MM = 1.0
+"""Approach by contact: error of the model, and of where the head has settled; assumed."""
+SEALED_MARGIN_MMHG = 40.0
+"""Vacuum over the relief valve's that the line is allowed while that is tested; assumed."""
+SHOWN_SHARE = 0.8
+"""Share of its set point to which an open line must fall to be told from a closed one."""
+CLOGGED_SHARE = 0.85
+"""Share of that fall that must come at least."""
+OPEN_LOW_SHARE = 0.55
+"""Share of what pump and open catheter agree on that they keep at least; assumed: a pump that has
+lost a quarter of its flow keeps 0.6."""
+REGULATED_RATIO = 1.5
+"""Flow of the pump over the open catheter's from which the line keeps its set point; assumed."""
+WALLS_MM = 0.5
+"""Outer less inner diameter of a catheter [paper]: 4.0 - 3.5."""
+BORE_MM = 3.5
+"""Inner diameter of the paper's catheter."""
+BORE_ML_PER_S_PER_ROOT = 29.5
+"""Its flow for each root of the vacuum in mmHg: 17.7 L/min at 100 mmHg [computed], Blasius."""
+BLASIUS_POWER = 19.0 / 7.0
+"""Turbulent flow at a given pressure loss grows with this power of the bore."""
+ATMOSPHERE_MMHG = 760.0
+ML_PER_S = 1000.0 / 60.0
+"""mL/s for each L/min."""
+
+
+def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float) -> LineLimits:
+    """What a sound line does at a set point, through a free catheter of that outer diameter.
+
+    Pump: ``Q (1 - P / P0)``; catheter: ``k sqrt(P)``. Where the two agree below the set point, an
+    open valve shows in the line; a thin catheter draws too little to be seen.
+    """
+    pump = profile.pump_l_per_min * ML_PER_S
+    occluded = profile.pump_occluded_mmhg
+    bore_share = (catheter_mm - WALLS_MM) / BORE_MM
+    per_root = BORE_ML_PER_S_PER_ROOT * bore_share**BLASIUS_POWER
+    slope = pump / occluded
+    root = (math.sqrt(per_root * per_root + 4.0 * slope * pump) - per_root) / (2.0 * slope)
+    open_mmhg = min(root * root, vacuum_mmhg)
+    drawn = per_root * math.sqrt(vacuum_mmhg)
+    pumped = pump * max(1.0 - vacuum_mmhg / occluded, 0.0)
+    per_ml = ATMOSPHERE_MMHG / profile.canister_ml
+    open_share = open_mmhg / vacuum_mmhg
+    shows = open_share <= SHOWN_SHARE
+    return LineLimits(
+        open_low_share=(
+            CLOSED_SHARE if pumped >= REGULATED_RATIO * drawn else OPEN_LOW_SHARE * open_share
+        ),
+        clogged_share=open_share + CLOGGED_SHARE * (1.0 - open_share) if shows else math.inf,
+        open_fall_mmhg_per_s=per_ml * max(drawn - pumped, 0.0),
+        bore_fall_mmhg_per_s=per_ml * drawn,
+        sealed_mmhg=profile.relief_mmhg + SEALED_MARGIN_MMHG,
+    )
+
+
+def _window(
+    protocol: Protocol, model: ModifiedDahl, by_contact: bool, on_bench: bool
+) -> WindowLimits:
+    """Where contact may and must come; by travel nothing is expected, and nothing in the tube."""
+    if not by_contact:
+        return WindowLimits(from_mm=-math.inf if on_bench else TUBE_END_MM, by_mm=math.inf)
+    slack_mm = 0.5 * (bounds.GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM
+    return WindowLimits(from_mm=protocol.contact_from_mm, by_mm=protocol.travel_mm - slack_mm)
+
+
+def limits(
+    profile: MachineProfile,
+    protocol: Protocol,
+    model: ModifiedDahl,
+    park_head_mm: float,
+    site: Site,
+    by_contact: bool,
+) -> Limits:
+    """Governor's limits for a protocol, on the transmission that was identified (or nominal)."""
+    tip = bounds.tip_bounds(
+        gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
+    )
+    parked = bounds.deepest_mm(tip, bounds.anywhere(tip, park_head_mm))
+    farthest_mm = protocol.cap_mm - site.park_mm + float(modified_dahl.gap_mm(model))
+    stays_on_carina = by_contact and protocol.backoff_mm == 0.0
+    return Limits(
+        tip=tip,
+        drive=DriveLimits(
+            newton_per_a=profile.newton_per_a,
+            moving_mass_kg=profile.moving_mass_kg,
+            jam_n=profile.jam_n,
+            force_n=FORCE_MARGIN * profile.drive_force_n,
+        ),
+        window=_window(protocol, model, by_contact, site.boundary_mm == TUBE_END_MM),
+        valve=ValveLimits(
+            open_rad=profile.cam_open_rad, stroke_s=profile.cam_open_rad / profile.cam_rad_per_s
+        ),
+        line=line_limits(profile, site.catheter_mm, protocol.vacuum_mmhg),
+        cap_mm=protocol.cap_mm,
+        # The bench parks on its boundary; a machine that parks behind it is out at the boundary.
+        outside_mm=max(float(parked) + OUTSIDE_MARGIN_MM, site.boundary_mm),
+        park_head_mm=park_head_mm,
+        head_speed_mm_per_s=profile.head_limit_mm_per_s,
+        head_mm_per_s2=ACCELERATION_MARGIN * profile.acceleration_mm_per_s2,
+        braking_mm_per_s2=profile.acceleration_mm_per_s2,
+        leaving_mm_per_s=profile.head_planned_mm_per_s,
+        following_mm=profile.following_mm,
+        stalled_mm=profile.stalled_mm,
+        vacuum_mmhg=VACUUM_MARGIN * protocol.vacuum_mmhg,
+        negative_pressure_s=protocol.negative_pressure_budget_s,
+        in_airway_s=protocol.in_airway_budget_s,
+        contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
+        withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
+        patient=patient_watch.limits_of(site.age, site.peep_cmh2o, site.monitored),
+    )

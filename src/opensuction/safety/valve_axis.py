@@ -1,0 +1,70 @@
+"""Whether the cam does what the valve is told: it must move at once, and arrive in time."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+from opensuction.safety.limits import ValveLimits
+
+CLOSED_RAD = 0.02
+"""Cam angle (1.1 degrees) below which the valve's seal holds."""
+OPEN_SHARE = 0.9
+"""Share of the open angle from which the cam has arrived; a servo settles at 0.95 or more."""
+STILL_S = 0.15
+"""How long the cam may stand on its way; against its spring it starts within 0.02 s [computed]:
+1.2 V of spring and friction at 7 V/deg and 15 deg/s."""
+OVERDUE_SHARE = 1.5
+"""A stroke may last this many times its planned duration (and `SETTLE_S`)."""
+SETTLE_S = 0.5
+"""Time for the valve's servo to settle; assumed, as in the pre-use test."""
+
+
+class ValveAxis(NamedTuple):
+    """For how long the cam has been away from where it belongs, s."""
+
+    away_s: float
+    still_s: float
+    """And has not moved."""
+
+
+ARRIVED = ValveAxis(away_s=0.0, still_s=0.0)
+
+
+@compiled
+def is_open(limits: ValveLimits, cam_rad: float) -> bool:
+    """Whether the valve has opened as far as it shall."""
+    return cam_rad >= OPEN_SHARE * limits.open_rad
+
+
+@compiled
+def is_closed(cam_rad: float) -> bool:
+    """Whether the valve's seal holds."""
+    return abs(cam_rad) <= CLOSED_RAD
+
+
+@compiled
+def step(
+    limits: ValveLimits,
+    state: ValveAxis,
+    opened: bool,
+    turned: bool,
+    cam_rad: float,
+    before_rad: float,
+    dt_s: float,
+) -> ValveAxis:
+    """Bring it up to this tick.
+
+    opened: what the valve is told. turned: told otherwise than a tick ago.
+    """
+    arrived = is_open(limits, cam_rad) if opened else is_closed(cam_rad)
+    if arrived or turned:
+        return ARRIVED
+    return ValveAxis(
+        away_s=state.away_s + dt_s,
+        still_s=state.still_s + dt_s if cam_rad == before_rad else 0.0,
+    )
+
+
+@compiled
+def is_stuck(limits: ValveLimits, state: ValveAxis) -> bool:
+    """Whether the cam does not follow."""
+    return state.still_s > STILL_S or state.away_s > OVERDUE_SHARE * limits.stroke_s + SETTLE_S

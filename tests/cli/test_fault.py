@@ -1,0 +1,98 @@
+"""``cycle --fault`` as its users meet it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.command import opensuction
+from tests.cli.test_cycle import PAPER_CYCLE, assert_refused
+
+CYCLE = (*PAPER_CYCLE, "--compensation", "none")
+
+BAD = [
+    (("--fault", "valve-stuk"), "nearest: valve-stuck-open"),
+    (("--fault", "nonsense"), "known: switch-stuck-open, "),
+    (("--fault", "line-leak=900"), "0.02 to 50 mL/s/mmHg"),
+    (("--fault", "line-leak@-3"), "-3 s"),
+    (("--fault", "line-leak@1..2"), "'1..2' is not a number"),
+    (("--fault", "line-leak@teaching+1"), "known: checking"),
+    (("--fault", "line-leak", "--repeat", "3", "--every", "60"), "--repeat 3"),
+    (("--fault", "line-leak", "--fault", "pump-lost", "--fault", "valve-slow"), "at most 2"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "named"), BAD, ids=[" ".join(a) for a, _ in BAD])
+def test_a_fault_that_cannot_be_is_one_plain_line(
+    arguments: tuple[str, ...], named: str, tmp_path: Path
+) -> None:
+    ran = opensuction("cycle", *arguments, "--json", cwd=tmp_path)
+    assert_refused(ran, named, tmp_path)
+
+
+def test_help_teaches_faults(tmp_path: Path) -> None:
+    ran = opensuction("cycle", "--help", cwd=tmp_path)
+    assert ran.returncode == 0
+    for said in ("NAME[@S][=STRENGTH]", "valve-jammed@suctioning+2", "carina-missed", "faults.md"):
+        assert said in ran.stdout
+
+
+def faulty_cycle(folder: Path, *faults: str) -> tuple[int, dict[str, Any]]:
+    chosen = [argument for fault in faults for argument in ("--fault", fault)]
+    ran = opensuction(*CYCLE, *chosen, "--json", "--out", "run", cwd=folder)
+    assert ran.stdout, ran.stderr
+    return ran.returncode, json.loads(ran.stdout)
+
+
+def test_json_says_what_was_injected_and_what_noticed_it(tmp_path: Path) -> None:
+    status, data = faulty_cycle(tmp_path, "pump-runaway@suctioning+2", "line-clogged@3=0.5")
+    assert status == 1
+    assert data["outcome"] == "aborted"
+    pump, clog = data["faults"]
+    assert (pump["name"], pump["strength"]) == ("pump-runaway", None)
+    assert (clog["name"], clog["strength"], clog["at_s"]) == ("line-clogged", 0.5, 3.0)
+    noticed = pump["noticed"]
+    assert noticed["by"] == "trip"
+    assert noticed["name"] == "vacuum-exceeded"
+    assert noticed["time_s"] == pytest.approx(pump["at_s"] + noticed["after_s"])
+    assert json.loads((tmp_path / "run" / "cycle.json").read_text())["faults"] == data["faults"]
+    report = (tmp_path / "run" / "report.html").read_text()
+    assert "Injected fault: pump-runaway at" in report
+
+
+def test_a_harmless_fault_lets_the_cycle_complete_and_is_still_named(tmp_path: Path) -> None:
+    status, data = faulty_cycle(tmp_path, "relief-failed")
+    assert status == 0
+    (fault,) = data["faults"]
+    assert fault["at_s"] == 0.0
+    assert fault["noticed"] is None
+
+
+def test_a_cycle_without_faults_has_none(tmp_path: Path) -> None:
+    assert faulty_cycle(tmp_path)[1]["faults"] == []
+
+
+def test_a_refused_start_is_an_aborted_cycle_that_says_why(tmp_path: Path) -> None:
+    status, data = faulty_cycle(tmp_path, "catheter-expired=30")
+    assert status == 1
+    (fault,) = data["faults"]
+    assert fault["noticed"]["by"] == "refusal"
+    assert "used for 24 h" in fault["noticed"]["sentence"]
+
+
+def test_an_instant_after_the_cycle_is_refused(tmp_path: Path) -> None:
+    ran = opensuction(*CYCLE, "--fault", "pump-lost@150", "--json", cwd=tmp_path)
+    assert_refused(ran, "never comes", tmp_path)
+
+
+def test_a_controller_that_stops_is_told_as_such(tmp_path: Path) -> None:
+    """Nobody asked for it, and no time in the airway is counted for a dead controller."""
+    status, data = faulty_cycle(tmp_path, "power-lost@suctioning+2")
+    assert status == 1
+    (fault,) = data["faults"]
+    assert fault["noticed"]["by"] == "drive"
+    assert data["abort"] is None
+    assert data["phases"][-1]["name"] == "halted"
+    # Insertion, the valve's stroke, two seconds of suction.
+    assert data["timing"]["in_airway_s"] < 15.0

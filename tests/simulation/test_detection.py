@@ -1,0 +1,173 @@
+"""A part of the twin breaks in a running cycle: which trip names it, and how soon (in silico).
+
+Each fault is a change of the twin's own parameters at an instant of a phase.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from opensuction.evidence import cycle_run
+from opensuction.evidence.cycle_choice import Choice
+from opensuction.evidence.cycle_run import Prepared
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.safety import trip
+from opensuction.safety.trip import Trip
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.trace import Columns
+from opensuction.twin.machine import Machine
+
+PIECE = 10
+"""Ticks between two looks at the phase."""
+AFTER_S = 16.0
+"""A cycle that goes on has ended by then, or has its valve closed."""
+BEGUN_S = 0.3
+"""The fault comes so long after its phase began."""
+
+
+@cache
+def prepared(machine: str, approach: str) -> Prepared:
+    """A machine of seed 1 with its calibration."""
+    protocol = "paper" if machine == "bench" else "adult"
+    return cycle_run.prepare(Choice(machine, protocol, approach, "preview", 1))
+
+
+def line(machine: Machine, **changed: Any) -> Machine:
+    return machine._replace(line=machine.line._replace(**changed))
+
+
+def held(machine: Machine, force_n: float) -> Machine:
+    """A catheter that is held by a force both ways."""
+    axis = machine.insertion_axis
+    friction_v = axis.friction_v + force_n * machine.load_v_per_n
+    return machine._replace(insertion_axis=axis._replace(friction_v=friction_v))
+
+
+def broken(
+    ready: Prepared, fault: Callable[[Machine], Machine], phase: Phase
+) -> tuple[dict[Trip, float], Columns]:
+    """Trips of a cycle with a fault, s after the fault began; and the trace."""
+    loop, state, requests = ready.loop, ready.start, START
+    table = trace.rows(70.0)
+    done, since, at_rest = 0, -1, False
+    while done < len(table) and not at_rest:
+        state, ticks = closed_loop.run(loop, state, requests, table[done : done + PIECE])
+        requests, done = NO_REQUESTS, done + ticks
+        now = state.controller.procedure
+        if since < 0 and now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
+            loop, since = loop._replace(machine=fault(loop.machine)), done
+        over = since >= 0 and (done - since) * DT_S > AFTER_S
+        at_rest = over or (done > PIECE and closed_loop.is_resting(now.phase))
+    assert since >= 0
+    columns = trace.by_name(table[:done])
+    masks = columns["verdict.trips"].astype(np.int64)
+    found = {
+        code: float(np.argmax(masks >> int(code) & 1) - since) * DT_S
+        for code in trip.names(int(np.bitwise_or.reduce(masks)))
+    }
+    return found, columns
+
+
+FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Trip, float]] = {
+    "jam of 2 N on the way in": (
+        lambda m: held(m, 2.0), Phase.INSERTING, Trip.CATHETER_JAMMED, 0.25,
+    ),
+    "jam of 2 N on the way out": (
+        lambda m: held(m, 2.0), Phase.WITHDRAWING, Trip.CATHETER_JAMMED, 0.25,
+    ),
+    "pump lost, valve closed": (
+        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.INSERTING, Trip.VACUUM_LOST, 6.5,
+    ),
+    "pump lost, valve open": (
+        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.SUCTIONING, Trip.VACUUM_LOST, 1.5,
+    ),
+    "pump at half its flow": (
+        lambda m: line(m, pump_free_ml_per_s=150.0), Phase.SUCTIONING, Trip.VACUUM_LOST, 2.0,
+    ),
+    "regulator shut": (
+        lambda m: line(m, regulator_ml_per_s_per_mmhg=0.0),
+        Phase.INSERTING, Trip.VACUUM_EXCEEDED, 1.0,
+    ),
+    "leak": (
+        lambda m: line(m, leak_ml_per_s_per_mmhg=6.0), Phase.INSERTING, Trip.LINE_LEAKING, 0.6,
+    ),
+    "clog": (
+        lambda m: line(m, bore_ml_per_s_per_root_mmhg=1.5),
+        Phase.SUCTIONING, Trip.LINE_CLOGGED, 6.0,
+    ),
+    "canister full": (
+        lambda m: line(m, mmhg_per_ml=20.0 * m.line.mmhg_per_ml, pump_free_ml_per_s=0.0),
+        Phase.SUCTIONING, Trip.CANISTER_FULL, 1.0,
+    ),
+    "slide stuck open": (
+        lambda m: m._replace(valve=m.valve._replace(seal_mm=-1e9)),
+        Phase.INSERTING, Trip.VALVE_STUCK_OPEN, 0.8,
+    ),
+    "cam seized closed": (
+        lambda m: m._replace(valve_axis=m.valve_axis._replace(friction_v=1e3)),
+        Phase.INSERTING, Trip.VALVE_STUCK_CLOSED, 12.0,
+    ),
+    "cam seized open": (
+        lambda m: m._replace(valve_axis=m.valve_axis._replace(friction_v=1e3)),
+        Phase.SUCTIONING, Trip.VALVE_STUCK_OPEN, 14.5,
+    ),
+    "drive without its current limit": (
+        lambda m: held(m, 8.0)._replace(
+            insertion_axis=held(m, 8.0).insertion_axis._replace(force_v=99.0)
+        ),
+        Phase.INSERTING, Trip.DRIVE_OVERFORCE, 0.25,
+    ),
+}  # fmt: skip
+"""What breaks, in which phase, the trip that names it, and the longest time to it in s."""
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_what_breaks_is_named_in_time(name: str) -> None:
+    fault, phase, code, bound_s = FAULTS[name]
+    found, columns = broken(prepared("clinical", "travel"), fault, phase)
+    assert code in found
+    assert 0.0 < found[code] <= bound_s
+    assert min(found, key=lambda other: found[other]) == code
+    # Nothing is left in the airway that the machine itself could have drawn out.
+    if code != Trip.DRIVE_OVERFORCE:
+        assert columns["truth.tip_mm"][-1] < prepared("clinical", "travel").rig.site.boundary_mm
+
+
+def test_what_holds_the_catheter_fast_is_not_pulled_for_long() -> None:
+    found, columns = broken(
+        prepared("clinical", "travel"), lambda m: held(m, 8.0), Phase.WITHDRAWING
+    )
+    assert found[Trip.CATHETER_JAMMED] < 0.25
+    assert Trip.HEAD_NOT_FOLLOWING not in found
+    assert found[Trip.WITHDRAWAL_BLOCKED] < found[Trip.CATHETER_JAMMED] + 0.5
+    assert columns["commands.insertion_on"][-1] == 0.0
+
+
+def test_a_carina_that_is_missed_before_the_switch_was_seen_to_work_raises_both() -> None:
+    def deeper(machine: Machine) -> Machine:
+        airway = machine.airway
+        return machine._replace(airway=airway._replace(carina_mm=airway.carina_mm + 40.0))
+
+    ready = prepared("clinical", "contact")
+    found, columns = broken(ready, deeper, Phase.INSERTING)
+    assert set(found) == {Trip.CARINA_MISSED, Trip.CONTACT_STUCK_OPEN}
+    assert columns["truth.tip_mm"].max() < ready.protocol.travel_mm
+    assert columns["truth.tip_mm"][-1] < ready.rig.site.boundary_mm
+
+
+@pytest.mark.parametrize("phase", [Phase.INSERTING, Phase.WITHDRAWING])
+def test_a_switch_that_closes_where_nothing_is_does_so_for_no_longer_than_a_moment(
+    phase: Phase,
+) -> None:
+    def closed(machine: Machine) -> Machine:
+        return machine._replace(switch=machine.switch._replace(close_n=-1.0, open_n=-1.0))
+
+    found, _ = broken(prepared("clinical", "contact"), closed, phase)
+    code = min(found, key=lambda other: found[other])
+    assert code in (Trip.CONTACT_STUCK_CLOSED, Trip.CONTACT_TIME)
+    assert found[Trip.CONTACT_STUCK_CLOSED] < 2.5
