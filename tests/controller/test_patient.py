@@ -123,6 +123,7 @@ WRONG: dict[Change, tuple[set[Trip], float]] = {
 """What each fault is taken for, and the longest time from the fault to the trip."""
 
 
+@pytest.mark.requirement("OS-R38")
 @pytest.mark.parametrize("name", PROTOCOLS)
 @pytest.mark.parametrize("change", WRONG)
 def test_a_fault_of_the_patient_during_suction_ends_it(name: str, change: Change) -> None:
@@ -171,6 +172,7 @@ def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
     assert set(columns["phase"]) == {Phase.PARKED}
 
 
+@pytest.mark.requirement("OS-R38")
 def test_a_monitor_lost_before_the_catheter_is_in_keeps_it_out() -> None:
     _, state, columns = broken("child-10kg", patient_fault.unlinked, 0.1)
     first = columns["verdict.trips"][np.argmax(columns["verdict.trips"] > 0.0)]

@@ -1,3 +1,4 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -61,6 +62,7 @@ def test_contact_must_end_once_the_tip_is_certainly_back_from_where_it_began() -
     assert far.impossible_s > contact_window.IMPOSSIBLE_S
 
 
+@pytest.mark.requirement("OS-R17")
 def test_contact_is_missed_where_even_the_least_deep_tip_has_passed() -> None:
     start = contact_window.start(BOUNDS, 0.0)
     head = (LIMITS.by_mm - BOUNDS.offset_mm) / BOUNDS.gain + 0.5 * BOUNDS.wide_mm
@@ -70,6 +72,7 @@ def test_contact_is_missed_where_even_the_least_deep_tip_has_passed() -> None:
     assert not contact_window.is_missed(BOUNDS, LIMITS, after, True)
 
 
+@pytest.mark.requirement("OS-R17")
 def test_a_switch_is_proven_by_closing_where_it_may_and_opening_until_a_reset() -> None:
     start = contact_window.start(BOUNDS, 70.0)
     closed = moved(start, 70.0, True, False)

@@ -35,6 +35,7 @@ def test_an_acceleration_alone_is_never_taken_for_a_jam() -> None:
         assert abs(pushed(5.0, 0.3, ticks * DT_S).resistance_n) < LIMITS.jam_n
 
 
+@pytest.mark.requirement("OS-R15")
 def test_two_newtons_more_than_friction_are_seen_in_a_twentieth_of_a_second() -> None:
     assert pushed(2.3, 2.3, 0.05).resistance_n > LIMITS.jam_n
 

@@ -76,6 +76,7 @@ def test_a_patient_who_breathes_quietly_is_well() -> None:
     assert seen(watched(breathing, 60.0, sucking=True)) == set()
 
 
+@pytest.mark.requirement("OS-R38")
 @pytest.mark.parametrize("age", AgeGroup)
 def test_each_value_is_judged_at_its_limit_and_not_on_it(age: AgeGroup) -> None:
     limits = patient_watch.limits_of(age, PEEP, monitored=True)

@@ -89,6 +89,7 @@ def test_a_sound_line_is_silent(set_mmhg: float, catheter_mm: float) -> None:
     assert watched(Line(), set_mmhg, catheter_mm, cycle, 0.0, paused)[0] == set()
 
 
+@pytest.mark.requirement("OS-R16")
 @pytest.mark.parametrize(
     ("fault", "at_s", "code", "bound_s"),
     [
@@ -111,6 +112,7 @@ def test_an_adults_line_names_what_is_wrong(
     assert first_s <= bound_s
 
 
+@pytest.mark.requirement("OS-R16")
 @pytest.mark.parametrize(
     ("fault", "at_s", "code"),
     [

@@ -41,6 +41,7 @@ def test_short_silences_are_ridden_out(silences: list[int]) -> None:
     assert not after(silences).alone
 
 
+@pytest.mark.requirement("OS-R39")
 def test_a_longer_silence_is_acted_on_and_later_commands_change_nothing() -> None:
     assert not after([SILENCE_TICKS]).alone
     assert after([SILENCE_TICKS + 1]).alone
@@ -69,6 +70,7 @@ def alone(powered: bool, seconds: float) -> tuple[MachineState, Commands]:
     return body, orders
 
 
+@pytest.mark.requirement("OS-R39")
 def test_with_energy_the_head_comes_home_the_valve_shuts_and_the_line_is_vented() -> None:
     body, orders = alone(powered=True, seconds=40.0 / WATCHDOG.out_mm_per_s + 2.0)
     assert abs(body.insertion.position) < 1.0

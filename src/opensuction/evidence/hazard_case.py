@@ -26,7 +26,7 @@ from opensuction.simulation.injection import Detector, Injected
 from opensuction.simulation.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
 from opensuction.twin import fault_table, patient_kind
-from opensuction.twin.fault import Fault
+from opensuction.twin.fault import Fault, Part
 
 COMPENSATION = "exact-inverse"
 """The command's own."""
@@ -42,6 +42,8 @@ OUT_S = 10.0
 """What a withdrawal may add to the limit of time in the airway: 8 s at 30 mm/s, and friction."""
 PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
 """Faults of the set-up: what is planned and driven is wrong from the beginning."""
+MONITORED_S = 30.0
+"""How long a patient at fault is followed: a saturation is shown 10 to 30 s late."""
 STRIP_ROWS = 400
 """Points of a strip chart: fewer than pixels."""
 BEFORE_S = 3.0
@@ -170,7 +172,9 @@ def run(case: Case) -> Result:
     except InputError as refusal:
         return _refused(case, str(refusal))
     later = () if planned else (one,)
-    done = injection.run(prepared.loop, prepared.start, later, seed=case.seed)
+    patient = fault_table.KINDS[claim.fault].part == Part.PATIENT
+    after_s = MONITORED_S if patient else injection.AFTERMATH_S
+    done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)
     return _judged(case, prepared, done.columns, found)
 
