@@ -67,27 +67,27 @@ def test_bits_beyond_the_word_do_not_disturb() -> None:
 
 
 def test_a_delayed_condition_waits_for_its_delay_and_not_longer() -> None:
-    # Ticks of 1 ms, as in the controller: canister full for 1 s.
-    rows = run([wrong(C.CANISTER_FULL)] * 1002, dt_s=0.001)
+    # Ticks of 1 ms, as in the controller: console lost for 2 s.
+    rows = run([wrong(C.CONSOLE_LOST)] * 2002, dt_s=0.001)
     sounding = [index for index, row in enumerate(rows) if row.signals.audible]
-    assert sounding[0] == 1000
+    assert sounding[0] == 2000
     assert len(sounding) == 2
 
 
 def test_a_condition_that_breaks_off_begins_its_delay_anew() -> None:
-    almost = lasting(wrong(C.CANISTER_FULL), 1.0)
+    almost = lasting(wrong(C.CONSOLE_LOST), 2.0)
     rows = run([*almost, QUIET, *almost, QUIET, *almost])
     assert not any(row.signals.audible for row in rows)
     # And another condition all the while does not lend it its time.
     rows = run([*almost, SPO2, *almost])
-    assert all(C.CANISTER_FULL not in row.present for row in rows)
+    assert all(C.CONSOLE_LOST not in row.present for row in rows)
 
 
 def test_a_present_condition_is_not_delayed_again_by_another_that_waits() -> None:
-    both = wrong(C.SPO2_LOW, C.CANISTER_FULL)
-    rows = run([SPO2, *lasting(both, 1.5)])
+    both = wrong(C.SPO2_LOW, C.CONSOLE_LOST)
+    rows = run([SPO2, *lasting(both, 2.5)])
     assert all(C.SPO2_LOW in row.present for row in rows)
-    assert rows[-1].present == {C.SPO2_LOW, C.CANISTER_FULL}
+    assert rows[-1].present == {C.SPO2_LOW, C.CONSOLE_LOST}
 
 
 def test_what_does_not_latch_ends_with_its_condition() -> None:
@@ -357,7 +357,7 @@ def test_a_reminder_sounds_while_something_shown_is_silent(condition: Condition)
 
 
 def test_nothing_shown_needs_no_reminder() -> None:
-    waiting = [wrong(C.CANISTER_FULL), wrong(C.LINE_LEAKING)] * 200
+    waiting = [wrong(C.CONSOLE_LOST), wrong(C.RECORDER_LOST)] * 200
     assert {row.signals for row in run(waiting)} == {SILENT}
 
 
@@ -389,6 +389,6 @@ def test_most_urgent_of_nothing_is_none() -> None:
 
 @given(dt_s=st.sampled_from((0.001, 0.01, 0.1)))
 def test_the_length_of_a_tick_changes_no_delay(dt_s: float) -> None:
-    rows = run(lasting(wrong(C.VACUUM_LOST), 0.6, dt_s), dt_s)
+    rows = run(lasting(wrong(C.CONSOLE_LOST), 2.1, dt_s), dt_s)
     first = next(index for index, row in enumerate(rows) if row.signals.audible)
-    assert first * dt_s == pytest.approx(0.5)
+    assert first * dt_s == pytest.approx(2.0)

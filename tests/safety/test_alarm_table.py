@@ -21,7 +21,7 @@ def test_every_condition_has_a_row() -> None:
     row = next(line for line in table.splitlines() if "`CIRCUIT_DISCONNECTED`" in line)
     assert row.split(" | ")[2:7] == ["high", "", "", "", ""]
     row = next(line for line in table.splitlines() if "`VALVE_STUCK_CLOSED`" in line)
-    assert row.split(" | ")[2:7] == ["medium", "yes", "", "120 s", ""]
+    assert row.split(" | ")[2:7] == ["medium", "yes", "", "120 s", "none"]
 
 
 def test_what_is_not_verified_is_marked_so() -> None:
