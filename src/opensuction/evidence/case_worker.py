@@ -1,33 +1,40 @@
 """A process that runs cases of hazards: pickled cases on stdin, pickled results on stdout.
 
-``python -m opensuction.evidence.case_worker``. It ends with its input, so also with the process
-that started it.
+``python -m opensuction.evidence.case_worker``. It ends at once with its input, also in the middle
+of a case, so that it never outlives the process that started it.
 """
 
 import os
 import pickle
 import sys
-from typing import BinaryIO
+import threading
+from queue import SimpleQueue
+from typing import Any, BinaryIO
+
+
+def _listen(given: BinaryIO, cases: "SimpleQueue[Any]") -> None:
+    """Hand on every case; the end of the input is the end of the process."""
+    while True:
+        try:
+            cases.put(pickle.load(given))
+        except (EOFError, pickle.UnpicklingError):  # the latter: cut off in the middle
+            os._exit(0)
 
 
 def serve(given: BinaryIO, taken: BinaryIO) -> None:
-    """Answer every case until the input ends; a case that raises is answered by its exception."""
+    """Answer every case; one that raises is answered by its exception."""
     from opensuction.evidence import hazard_case
 
+    cases: SimpleQueue[Any] = SimpleQueue()
+    threading.Thread(target=_listen, args=(given, cases), daemon=True).start()
     while True:
-        try:
-            case = pickle.load(given)
-        except EOFError:
-            return
+        case = cases.get()
         try:
             answer: object = hazard_case.run(case)
         except Exception as failure:  # told to whoever asked, who knows what to do
             answer = failure
-        try:
-            pickle.dump(answer, taken)
-            taken.flush()
-        except BrokenPipeError:
-            return
+        pickle.dump(answer, taken)
+        taken.flush()
 
 
 def main() -> None:
