@@ -1,7 +1,7 @@
 """A governor on its own: limits, sound readings, and a head that does what it is told."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
@@ -71,7 +71,7 @@ def below(value: float) -> float:
     return math.nextafter(value, -INF)
 
 
-def changed(record: Any, values: dict[str, object]) -> Any:
+def changed(record: Any, values: Mapping[str, object]) -> Any:
     """The same record with some values changed, named as ``lasting.inside``."""
     for path, value in values.items():
         name, _, rest = path.partition(".")
