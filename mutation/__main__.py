@@ -36,9 +36,13 @@ EXTRA: dict[str, tuple[str, ...]] = {
 
 
 def target(short: str) -> Target:
-    """A module by room and name, as ``safety.trip``, with the tests that mirror it."""
+    """A module by room and name, as ``safety.trip``, with the tests that mirror it.
+
+    Those that end soonest for most mistakes come first.
+    """
     room, name = short.split(".")
-    patterns = [f"tests/{room}/test_{name}_*.py", f"tests/{room}/test_{name}.py"]
+    mirrors = (f"test_{name}_limit.py", f"test_{name}_*.py", f"test_{name}.py")
+    patterns = tuple(f"tests/{room}/{file}" for file in mirrors)
     return Target(f"opensuction.{short}", (*patterns, *EXTRA.get(short, ())))
 
 

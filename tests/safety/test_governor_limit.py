@@ -92,6 +92,18 @@ def test_a_head_at_rest_has_nothing_against_it() -> None:
     assert judged(AT_REST._replace(trips=old)) == [Trip.LATE_TICKS, Trip.SPO2_LOW]
 
 
+@pytest.mark.parametrize(
+    ("head_mm", "allowed_s"),
+    [(PARK_MM - 2.0, 0.5), (PARK_MM, 0.5), (PARK_MM + 0.5, 0.5 / 17.0 + 0.5)],
+)
+def test_a_way_out_that_is_not_seen_has_the_time_of_its_way_and_no_less_than_a_turns(
+    head_mm: float, allowed_s: float
+) -> None:
+    there = read_at(head_mm)
+    assert judged(there._replace(unseen_s=allowed_s - 1e-9)) == []
+    assert judged(there._replace(unseen_s=allowed_s + 1e-9)) == [Trip.WITHDRAWAL_UNSEEN]
+
+
 def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:
     for head_mm, trips in (
         (HEAD_CAP_MM + 1.0, []),
