@@ -274,6 +274,16 @@ def test_a_verdict_tells_what_was_done() -> None:
     assert state.patient.missing_s == 0.0
 
 
+def test_a_valve_that_cannot_be_read_or_steered_is_left_to_its_spring_and_no_other() -> None:
+    springs = {Trip.CAM_READING_INVALID, Trip.VALVE_STUCK_OPEN, Trip.VALVE_STUCK_CLOSED}
+    for code in Trip:
+        latched = AT_REST._replace(trips=1 << code)
+        proposal = staying(HEAD_MM)
+        verdict = governor.step(PATIENT, latched, proposal, sound(HEAD_MM), False, DT_S)[2]
+        assert verdict.trips == 1 << code
+        assert verdict.valve_on == (code not in springs), code.name
+
+
 def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> None:
     going = AT_REST.last._replace(
         head_mm=HEAD_MM,
