@@ -168,7 +168,8 @@ def test_what_counts_against_a_line_begins_beyond_its_limit(
 def test_a_vented_line_keeps_fifteen_mmhg_at_most() -> None:
     assert counting(tick(BUILT, 15.0, 0.0, pump_on=False)) == set()
     assert counting(tick(BUILT, above(15.0), 0.0, pump_on=False)) == {"unvented_s"}
-    # Told to run, or to hold: another matter.
+    # Told to run, or to hold, be it 1 mmHg: another matter.
+    assert counting(tick(BUILT, 16.1, 1.0, pump_on=False)) == {"over_s"}
     assert counting(tick(BUILT, 99.0, 0.0, pump_on=True)) == set()
     assert counting(tick(BUILT, 99.0, 100.0, pump_on=False)) == set()
 
