@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
 from opensuction.safety import alarm, alarm_state
-from opensuction.safety.alarm_condition import KINDS, Condition, Priority, mask
+from opensuction.safety.alarm_condition import KINDS, WORD, Condition, Priority, mask
 from opensuction.safety.alarm_state import (
-    AUDIBLE_S,
     LONGEST_PAUSE_S,
     NOTHING,
     RELEASED,
@@ -282,7 +281,7 @@ def test_pressing_again_ends_the_pause_and_a_whole_burst_sounds_before_the_next(
     dt_s: float,
 ) -> None:
     pressed = press(SPO2, "audio_pause")
-    heard = round(AUDIBLE_S / dt_s)
+    heard = round(4.0 / dt_s)  # a whole burst of the highest priority
     for waited, granted in ((2, False), (heard - 1, False), (heard, True), (heard + 1, True)):
         rows = run([SPO2, pressed, SPO2, pressed, *[SPO2] * (waited - 1), pressed, SPO2], dt_s)
         audible = [bool(row.signals.audible) for row in rows]
@@ -385,6 +384,8 @@ def test_planned_work_raises_no_alarm_but_silences_no_patient() -> None:
 def test_most_urgent_of_nothing_is_none() -> None:
     assert alarm.most_urgent(0, 0) == Priority.NONE
     assert SILENT.first == NOTHING
+    assert NOTHING not in range(WORD)
+    assert not any(RELEASED)
 
 
 @given(dt_s=st.sampled_from((0.001, 0.01, 0.1)))

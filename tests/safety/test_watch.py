@@ -320,7 +320,8 @@ def test_the_line_is_judged_by_what_it_was_told_and_where_the_cam_is(
         assert getattr(line, each) == (DT_S if each == name else 0.0)
     # A cam that is not read is where it was, and not known to have closed.
     where = seen(line=built, cam_rad=cam_rad)
-    dark = observed(where, read._replace(cam_valid=False), valve_open=opened).line
+    hidden = read._replace(cam_valid=False, cam_rad=NAN)
+    dark = observed(where, hidden, valve_open=opened).line
     assert dark.closed_low_s == 0.0
     assert dark.open_low_s == line.open_low_s
 
