@@ -241,6 +241,24 @@ def test_a_head_that_is_held_but_still_comes_at_a_millimetre_a_second_is_not_blo
     assert following(free, read._replace(insertion_current_a=0.0)).blocked_s == 0.0
 
 
+def test_a_head_that_comes_at_a_millimetre_a_second_is_not_blocked() -> None:
+    values = {"watch.speed_mm_per_s": -1.0, "watch.head_mm": 0.0, "last.head_mm": 0.0}
+    before = changed(drawn(-1.0), values)
+    read = sound(-0.001)._replace(insertion_current_a=-5.0 / 833.0)
+    after = following(before, read)
+    assert after.watch.speed_mm_per_s == -1.0
+    assert after.watch.lasting.jammed > 0.0
+    assert after.blocked_s == 0.0
+
+
+def test_a_reading_may_stand_for_a_tenth_of_a_second_on_the_way_out() -> None:
+    standing = ahead(FORCED, HEAD_MM - 4.0)
+    for dt_s, unseen in ((0.1, False), (above(0.1), True)):
+        after = governor.step(PATIENT, standing, staying(HEAD_MM), sound(HEAD_MM), False, dt_s)[0]
+        assert after.watch.lasting.stalled == dt_s
+        assert (after.unseen_s > 0.0) == unseen
+
+
 def test_a_withdrawal_is_unseen_without_a_reading_and_with_one_that_stands_still() -> None:
     state = FORCED._replace(unseen_s=0.2)
     assert following(state, sound(HEAD_MM)).unseen_s == 0.0

@@ -387,12 +387,14 @@ def test_the_window_learns_when_contact_began_and_when_it_ended() -> None:
 def test_what_holds_and_what_drives_is_judged_both_ways(
     name: str, limit_n: float, sign: float
 ) -> None:
+    plain = changed(LIMITS, {"drive.newton_per_a": 1.0})
     # A current that goes on as it is keeps both where they are.
-    for share, lasted in ((0.98, 0.0), (1.02, DT_S)):
-        force = sign * share * limit_n
+    for size_n, lasted in ((limit_n, 0.0), (above(limit_n), DT_S)):
+        force = sign * size_n
         before = seen(drive=DriveForce(force, force))
-        read = sound(HEAD_MM)._replace(insertion_current_a=force / 833.0)
-        assert getattr(observed(before, read).lasting, name) == lasted
+        read = sound(HEAD_MM)._replace(insertion_current_a=force)
+        after = watch.observe(plain, before, HERE, False, read, False, DT_S)
+        assert getattr(after.lasting, name) == lasted
 
 
 def test_of_a_drive_without_torque_or_without_a_reading_no_force_is_known() -> None:
