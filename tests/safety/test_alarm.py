@@ -268,6 +268,18 @@ def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
     assert signals.pause_left_s == 30.0
 
 
+def test_a_pause_of_half_a_second_is_one() -> None:
+    assert alarm_state.settings(0.5, 0.5) == alarm_state.Settings(pause_s=0.5, reminder_s=0.5)
+
+
+def test_at_power_up_nothing_is_known_shown_pressed_or_paused() -> None:
+    state = alarm_state.start()
+    assert not state.clocks_s.any()
+    assert not any(state.pressed)
+    others = set(state._fields) - {"clocks_s", "pressed"}
+    assert {name for name in others if getattr(state, name) != 0} == set()
+
+
 def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> None:
     long = SETTINGS._replace(pause_s=1e6)
     state, _ = alarm.step(long, alarm_state.start(), mask({C.SPO2_LOW}), False, RELEASED, DT_S)
