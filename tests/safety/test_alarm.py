@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
 from opensuction.safety import alarm, alarm_state
-from opensuction.safety.alarm_condition import KINDS, Condition, Priority, mask
+from opensuction.safety.alarm_condition import KINDS, WORD, Condition, Priority, mask
 from opensuction.safety.alarm_state import (
-    AUDIBLE_S,
     LONGEST_PAUSE_S,
     NOTHING,
     RELEASED,
@@ -269,6 +268,18 @@ def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
     assert signals.pause_left_s == 30.0
 
 
+def test_a_pause_of_half_a_second_is_one() -> None:
+    assert alarm_state.settings(0.5, 0.5) == alarm_state.Settings(pause_s=0.5, reminder_s=0.5)
+
+
+def test_at_power_up_nothing_is_known_shown_pressed_or_paused() -> None:
+    state = alarm_state.start()
+    assert not state.clocks_s.any()
+    assert not any(state.pressed)
+    others = set(state._fields) - {"clocks_s", "pressed"}
+    assert {name for name in others if getattr(state, name) != 0} == set()
+
+
 def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> None:
     long = SETTINGS._replace(pause_s=1e6)
     state, _ = alarm.step(long, alarm_state.start(), mask({C.SPO2_LOW}), False, RELEASED, DT_S)
@@ -282,7 +293,7 @@ def test_pressing_again_ends_the_pause_and_a_whole_burst_sounds_before_the_next(
     dt_s: float,
 ) -> None:
     pressed = press(SPO2, "audio_pause")
-    heard = round(AUDIBLE_S / dt_s)
+    heard = round(4.0 / dt_s)  # a whole burst of the highest priority
     for waited, granted in ((2, False), (heard - 1, False), (heard, True), (heard + 1, True)):
         rows = run([SPO2, pressed, SPO2, pressed, *[SPO2] * (waited - 1), pressed, SPO2], dt_s)
         audible = [bool(row.signals.audible) for row in rows]
@@ -385,6 +396,8 @@ def test_planned_work_raises_no_alarm_but_silences_no_patient() -> None:
 def test_most_urgent_of_nothing_is_none() -> None:
     assert alarm.most_urgent(0, 0) == Priority.NONE
     assert SILENT.first == NOTHING
+    assert NOTHING not in range(WORD)
+    assert not any(RELEASED)
 
 
 @given(dt_s=st.sampled_from((0.001, 0.01, 0.1)))

@@ -192,3 +192,63 @@ def test_a_mask_is_read_back() -> None:
 def test_a_number_without_a_condition_still_has_words() -> None:
     assert "unknown condition 19" in alarm_text.text(19).sentence
     assert alarm_text.text(int(C.SPO2_LOW)) == alarm_text.TEXTS[C.SPO2_LOW]
+
+
+OWN = set(Condition) - {Condition(int(code)) for code in Trip}
+"""Conditions that are no trip."""
+
+
+def own(chosen: str) -> set[str]:
+    """Names of own conditions for which a column of the table is not nothing."""
+    return {code.name for code in OWN if getattr(KINDS[code], chosen)}
+
+
+def test_an_own_condition_stays_for_a_person_where_its_cause_may_hide_again() -> None:
+    assert own("latching") == {
+        "TIP_DETACHED",
+        "MESSAGE_LATE",
+        "WATCHDOG_FIRED",
+        "CALIBRATION_OUT_OF_RANGE",
+    }
+
+
+def test_planned_work_brings_about_what_a_person_at_the_machine_does() -> None:
+    assert own("planned") == {
+        "AUTOMATION_STOPPED",
+        "CATHETER_LIFE_OVER",
+        "CATHETER_LIFE_ENDING",
+        "PATIENT_SETTINGS_UNCONFIRMED",
+        "MESSAGE_LATE",
+        "CHECK_FAILED",
+    }
+
+
+def test_only_a_lost_recorder_or_console_is_waited_for_and_that_for_two_seconds() -> None:
+    waiting = {code.name: kind.delay_s for code, kind in KINDS.items() if kind.delay_s}
+    assert waiting == {"RECORDER_LOST": 2.0, "CONSOLE_LOST": 2.0}
+
+
+def test_a_medium_alarm_rises_after_two_minutes_and_the_ending_life_of_a_catheter_in_an_hour() -> (
+    None
+):
+    # A catheter past its life keeps the machine from starting: nobody has to come at once.
+    for code, kind in KINDS.items():
+        rises = kind.priority == Priority.MEDIUM and code != C.CATHETER_LIFE_OVER
+        seconds = 3600.0 if code == C.CATHETER_LIFE_ENDING else 120.0 if rises else 0.0
+        assert kind.escalates_s == seconds, code.name
+
+
+def test_the_compiled_step_reads_the_same_table() -> None:
+    for code, kind in KINDS.items():
+        assert alarm_condition.DELAY_S[code] == kind.delay_s
+        assert alarm_condition.ESCALATES_AFTER_S[code] == kind.escalates_s
+        assert (alarm_condition.LATCHING >> code & 1) == kind.latching
+        assert (alarm_condition.PLANNED >> code & 1) == kind.planned
+    unknown = alarm_condition.DELAY_S[19], alarm_condition.ESCALATES_AFTER_S[19]
+    assert unknown == (0.0, 0.0)
+    assert {level.name: int(level) for level in Priority} == {
+        "NONE": 0,
+        "LOW": 1,
+        "MEDIUM": 2,
+        "HIGH": 3,
+    }

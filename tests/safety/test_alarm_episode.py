@@ -1,6 +1,6 @@
 from opensuction.safety import alarm_log
 from opensuction.safety.alarm_condition import Condition, Priority
-from opensuction.safety.alarm_episode import Episode, episodes
+from opensuction.safety.alarm_episode import Episode, episodes, priority_of
 from opensuction.safety.alarm_log import Entry, Event, Log
 from opensuction.safety.alarm_state import NOTHING
 from tests.safety.annunciator import DT_S, Tick, lasting, run, wrong
@@ -66,3 +66,27 @@ def test_an_end_without_its_beginning_is_left_out_and_an_unknown_condition_is_hi
     )
     found = episodes(log._replace(entries=entries))
     assert [(alarm.condition, alarm.priority) for alarm in found] == [(17, Priority.HIGH)]
+
+
+def told(condition: Condition, *events: Event) -> Episode:
+    """The one alarm of a log with these events, a second apart."""
+    entries = tuple(Entry(float(i), int(condition), event) for i, event in enumerate(events))
+    (alarm,) = episodes(logged([QUIET])._replace(entries=entries))
+    return alarm
+
+
+def test_an_alarm_that_nobody_answers_rises_by_one_step_at_a_time_to_high() -> None:
+    low = next(code for code in C if priority_of(code) == Priority.LOW)
+    assert told(low, Event.RAISED).priority == Priority.LOW
+    assert told(low, Event.RAISED, Event.ESCALATED).priority == Priority.MEDIUM
+    twice = told(low, Event.RAISED, Event.ESCALATED, Event.ESCALATED)
+    assert twice.priority == Priority.HIGH
+    high = told(C.HEAD_STALLED, Event.RAISED, Event.ESCALATED)
+    assert high.priority == Priority.HIGH
+
+
+def test_only_an_answer_is_one_and_the_first_counts() -> None:
+    again = told(C.HEAD_STALLED, Event.RAISED, Event.LATCHED, Event.RAISED)
+    assert again.acknowledged_s is None
+    twice = told(C.HEAD_STALLED, Event.RAISED, Event.ACKNOWLEDGED, Event.ACKNOWLEDGED)
+    assert twice.acknowledged_s == 1.0

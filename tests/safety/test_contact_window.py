@@ -6,7 +6,8 @@ from opensuction.hysteresis import play
 from opensuction.safety import contact_window
 from opensuction.safety import limits as bounds
 from opensuction.safety.contact_window import ContactWindow
-from opensuction.safety.limits import WindowLimits
+from opensuction.safety.limits import TipBounds, WindowLimits
+from tests.safety.watchdog import above, below
 
 BOUNDS = bounds.tip_bounds(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
 LIMITS = WindowLimits(from_mm=50.0, by_mm=80.0)
@@ -82,3 +83,71 @@ def test_a_switch_is_proven_by_closing_where_it_may_and_opening_until_a_reset() 
     assert not contact_window.unseen(BOUNDS, proven, 70.0).proven
     bridged = moved(moved(start, 20.0, True, False), 20.0, False, True)
     assert not bridged.proven
+
+
+PLAIN = TipBounds(gain=1.0, offset_mm=0.0, narrow_mm=10.0, wide_mm=30.0)
+"""A tip that is where its head is."""
+
+
+def contact(
+    state: ContactWindow, deepest_mm: float, touching: bool, touched: bool
+) -> ContactWindow:
+    """A tick with the head at 60 mm, its catheter wherever it was."""
+    return contact_window.step(PLAIN, LIMITS, state, 60.0, deepest_mm, touching, touched, DT_S)
+
+
+FRESH = contact_window.start(PLAIN, 60.0)
+
+
+@given(rearmost=st.floats(-60.0, 130.0), head=st.floats(-60.0, 130.0))
+def test_rearmost_and_foremost_are_mirror_images(rearmost: float, head: float) -> None:
+    assert contact_window.anywhere(BOUNDS, head) == -bounds.anywhere(BOUNDS, -head)
+    mirrored = -bounds.follow(BOUNDS, -rearmost, -head)
+    assert contact_window.follow(BOUNDS, rearmost, head) == mirrored
+
+
+def test_at_power_up_the_tip_may_be_anywhere_and_the_switch_is_not_trusted() -> None:
+    assert FRESH.rearmost_mm == 60.0 - 15.0
+    assert FRESH.impossible_s == 0.0
+    assert not FRESH.proven
+    # Above every tip that there can be.
+    assert FRESH.touched_mm < -1000.0
+
+
+def test_the_window_begins_on_its_edge() -> None:
+    assert contact(FRESH, 50.0, True, False).impossible_s == 0.0
+    assert contact(FRESH, below(50.0), True, False).impossible_s == DT_S
+    closed = FRESH._replace(touched_mm=45.0)
+    assert contact(closed, 50.0, False, True).proven
+    assert not contact(closed, below(50.0), False, True).proven
+
+
+def test_contact_may_last_three_millimetres_of_the_way_back() -> None:
+    closed = FRESH._replace(touched_mm=70.0)
+    assert contact(closed, 67.0, True, True).impossible_s == 0.0
+    assert contact(closed, below(67.0), True, True).impossible_s == DT_S
+    # Where it began stays where it was; a new contact begins where the tip is at least.
+    assert contact(closed, 67.0, True, True).touched_mm == 70.0
+    assert contact(closed, 67.0, True, False).touched_mm == FRESH.rearmost_mm
+    assert contact(closed, 67.0, False, True).touched_mm < -1000.0
+
+
+def test_a_contact_that_was_impossible_proves_nothing_when_it_ends() -> None:
+    closed = FRESH._replace(touched_mm=45.0, impossible_s=DT_S)
+    assert not contact(closed, 60.0, False, True).proven
+    assert contact(closed._replace(impossible_s=0.0), 60.0, False, True).proven
+    assert contact(FRESH._replace(proven=True), 60.0, False, False).proven
+    assert not contact(FRESH, 60.0, False, False).proven
+
+
+def test_the_carina_is_missed_beyond_its_place_and_not_on_it() -> None:
+    for rearmost, missed in ((80.0, False), (above(80.0), True)):
+        state = FRESH._replace(rearmost_mm=rearmost)
+        assert contact_window.is_missed(PLAIN, LIMITS, state, False) == missed
+        assert not contact_window.is_missed(PLAIN, LIMITS, state, True)
+
+
+def test_a_reset_forgets_what_was_seen_of_tip_and_switch_but_not_where_contact_is() -> None:
+    known = ContactWindow(rearmost_mm=59.0, touched_mm=58.0, impossible_s=0.04, proven=True)
+    after = contact_window.unseen(PLAIN, known, 60.0)
+    assert after == ContactWindow(rearmost_mm=45.0, touched_mm=58.0, impossible_s=0.0, proven=False)

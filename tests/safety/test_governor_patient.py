@@ -76,6 +76,13 @@ def test_a_patient_in_danger_has_the_catheter_drawn_out_without_vacuum(code: Tri
     assert better[-1].verdict.reaction == Reaction.WITHDRAW
 
 
+def test_a_pressure_lost_behind_a_closed_valve_is_no_doing_of_suction() -> None:
+    low = reports(lambda _: WRONG[Trip.LUNG_VOLUME_LOST])
+    start = governor.start(MONITORED, INSIDE_MM)
+    ticks = run(0.4, lambda _: staying(INSIDE_MM), low, start, limits=MONITORED)
+    assert tripped(ticks) == {Trip.AIRWAY_PRESSURE_UNSAFE}
+
+
 @pytest.mark.parametrize("code", WRONG)
 def test_with_the_catheter_out_it_is_shown_and_trips_nothing(code: Trip) -> None:
     # Lung volume is lost only while something sucks: then the valve is at fault, and nothing else.

@@ -65,6 +65,16 @@ def test_the_extremes_alone_do_not_bound_what_lies_between() -> None:
     assert foremost >= middle
 
 
+@given(head=st.floats(-60.0, 130.0), further=st.floats(0.0, 100.0))
+def test_drawn_back_far_the_tip_is_no_deeper_than_after_any_retract(
+    head: float, further: float
+) -> None:
+    tip = TipBounds(gain=1.0, offset_mm=0.0, narrow_mm=10.0, wide_mm=30.0)
+    assert bounds.follow(tip, head + 15.0 + further, head) == head + 15.0
+    assert bounds.follow(tip, head - 5.0 - further, head) == head - 5.0
+    assert bounds.follow(tip, head + 3.0, head) == head + 3.0
+
+
 @given(path=paths, lower=st.floats(0.0, 5.0))
 def test_a_head_further_out_is_never_a_deeper_tip(path: list[float], lower: float) -> None:
     here = there = bounds.anywhere(BOUNDS, path[0])

@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.monitor import ABSENT, Monitor
 from opensuction.safety import patient_watch
-from opensuction.safety.patient_watch import AGE_LIMITS, UNSEEN, PatientLimits, PatientWatch
+from opensuction.safety.patient_watch import (
+    AGE_LIMITS,
+    UNSEEN,
+    AgeLimits,
+    PatientLimits,
+    PatientWatch,
+)
 from opensuction.safety.trip import Trip, names
+from tests.safety.watchdog import above, below
 
 DT_S = 0.01
 """As often as a monitor's pressure comes."""
@@ -136,8 +143,8 @@ def test_a_condition_holds_after_its_time_and_is_the_only_one(
 def test_pressure_below_peep_is_lost_volume_only_while_the_machine_sucks() -> None:
     for peep in (5.0, PEEP, 12.0):
         limits = patient_watch.limits_of(AgeGroup.ADULT, peep, monitored=True)
-        for below, lost in ((5.19, False), (5.21, True), (30.0, True)):
-            pressure = peep - below
+        for under, lost in ((5.19, False), (5.21, True), (30.0, True)):
+            pressure = peep - under
             sample = at_pressure(pressure)
             states = watched(lambda _, it=sample: it, 0.5, sucking=True, limits=limits)  # type: ignore[misc]
             assert seen(states) == ({Trip.LUNG_VOLUME_LOST} if lost else set())
@@ -237,3 +244,57 @@ def test_limits_follow_age_and_ventilator() -> None:
     assert [limit.heart_rate_per_min for limit in small] == [100.0, 80.0, 50.0]
     assert ADULT.airway_least_cmh2o == pytest.approx(0.8)
     assert ADULT.breath_cmh2o == 8.0
+
+
+def test_each_age_has_its_limits() -> None:
+    # Saturation, heart rate, pressure, and how long no breath may be seen.
+    assert {
+        AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0),
+        AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0),
+        AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0),
+    } == AGE_LIMITS
+
+
+EXACT_S = 0.125
+"""A sample interval that sums exactly."""
+
+
+@pytest.mark.parametrize(
+    ("name", "sample", "allowed_s", "code"),
+    [
+        ("spo2_low_s", WELL._replace(spo2_percent=70.0), 2.0, Trip.SPO2_LOW),
+        ("heart_rate_low_s", WELL._replace(heart_rate_per_min=40.0), 1.0, Trip.HEART_RATE_LOW),
+        ("high_s", at_pressure(60.0), 0.2, Trip.AIRWAY_PRESSURE_UNSAFE),
+        ("low_s", at_pressure(-9.0), 0.3, Trip.AIRWAY_PRESSURE_UNSAFE),
+        ("open_s", at_pressure(1.0), 1.0, Trip.CIRCUIT_DISCONNECTED),
+        ("breath_s", WELL, 10.0, Trip.AIRWAY_PRESSURE_UNSAFE),
+        ("missing_s", WELL._replace(spo2_valid=False), 2.0, Trip.MONITOR_LINK_LOST),
+    ],
+)
+def test_each_may_last_its_time_and_no_longer(
+    name: str, sample: Monitor, allowed_s: float, code: Trip
+) -> None:
+    raised = sample.airway_pressure_cmh2o > ADULT.breath_cmh2o
+    # This sample brings it to its time exactly; the next, just beyond.
+    before = UNSEEN._replace(raised=raised)
+    on_it = patient_watch.step(ADULT, before, sample, False, allowed_s)
+    assert getattr(on_it, name) == allowed_s
+    assert on_it.conditions >> code & 1 == 0
+    beyond = patient_watch.step(ADULT, on_it, sample, False, above(allowed_s) - allowed_s)
+    assert getattr(beyond, name) == above(allowed_s)
+    assert beyond.conditions >> code & 1 == 1
+
+
+def test_a_pressure_on_its_limit_is_allowed() -> None:
+    least, line = ADULT.airway_least_cmh2o, ADULT.breath_cmh2o
+
+    def after(pressure: float) -> PatientWatch:
+        return patient_watch.step(ADULT, UNSEEN, at_pressure(pressure), False, EXACT_S)
+
+    assert after(least).low_s == 0.0
+    assert after(below(least)).low_s == EXACT_S
+    assert not after(line).raised
+    assert after(above(line)).raised
+    # A breath has crossed the line: it begins anew.
+    assert after(line).breath_s == EXACT_S
+    assert after(above(line)).breath_s == 0.0

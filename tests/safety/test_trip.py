@@ -102,8 +102,78 @@ def test_every_trip_has_a_bit_of_a_mask_and_a_bit_that_is_no_trips_does_nothing(
     assert not trip.cuts_vacuum(nobodys)
 
 
-@pytest.mark.parametrize(
-    "code", [Trip.HEAD_OVERSPEED, Trip.HEAD_RUNAWAY, Trip.DRIVE_OVERFORCE, Trip.WITHDRAWAL_BLOCKED]
-)
-def test_a_head_that_cannot_be_steered_or_is_held_fast_is_not_driven(code: Trip) -> None:
-    assert KINDS[code].reaction == Reaction.TORQUE_OFF
+TORQUE_OFF = {
+    # The head does the opposite of what it is told, or more of it: it is not asked to withdraw.
+    "HEAD_OVERSPEED",
+    "HEAD_RUNAWAY",
+    "DRIVE_OVERFORCE",
+    # It has been pulled and did not come, or nobody knows whether it did: no more force.
+    "WITHDRAWAL_TIME",
+    "WITHDRAWAL_BLOCKED",
+    "WITHDRAWAL_UNSEEN",
+}
+"""All others withdraw."""
+VACUUM_KEPT = {
+    # Nothing is wrong with the suction; it stays as proposed on the way out.
+    "CONTACT_READING_INVALID",
+    # What hangs at the tip would be left in the airway.
+    "LINE_CLOGGED",
+}
+"""All others cut it."""
+MEDIUM = {
+    # Suction serves nothing or cannot be seen, but it hurts nobody: prompt is enough.
+    "CAM_READING_INVALID",
+    "VACUUM_READING_INVALID",
+    "CONTACT_READING_INVALID",
+    "CONTACT_STUCK_CLOSED",
+    "VACUUM_LOST",
+    "CANISTER_FULL",
+    "LINE_CLOGGED",
+    "LINE_LEAKING",
+    "VALVE_STUCK_CLOSED",
+    "LUNG_VOLUME_LOST",
+    "MONITOR_LINK_LOST",
+}
+"""All others are of high priority."""
+
+
+@pytest.mark.parametrize("code", Trip, ids=lambda code: code.name)
+def test_every_trip_comes_out_first_without_suction_unless_the_fault_demands_otherwise(
+    code: Trip,
+) -> None:
+    moves = code.name not in TORQUE_OFF
+    assert trip.reaction(1 << code) == (Reaction.WITHDRAW if moves else Reaction.TORQUE_OFF)
+    assert trip.cuts_vacuum(1 << code) == (code.name not in VACUUM_KEPT)
+    assert KINDS[code].priority == ("medium" if code.name in MEDIUM else "high")
+
+
+def test_nothing_wrong_is_nothing_done() -> None:
+    assert trip.reaction(0) == Reaction.PASS
+    assert not trip.cuts_vacuum(0)
+    assert trip.names(0) == []
+
+
+def test_torque_off_beats_withdrawal_and_a_cut_beats_a_vacuum_that_is_kept() -> None:
+    both = mask({Trip.LINE_CLOGGED, Trip.HEAD_RUNAWAY, Trip.SPO2_LOW})
+    assert trip.reaction(both) == Reaction.TORQUE_OFF
+    assert trip.cuts_vacuum(both)
+    kept = mask({Trip.LINE_CLOGGED, Trip.CONTACT_READING_INVALID})
+    assert trip.reaction(kept) == Reaction.WITHDRAW
+    assert not trip.cuts_vacuum(kept)
+
+
+def test_numbers_of_reactions_in_recordings_keep_their_meaning() -> None:
+    assert {reaction.name: int(reaction) for reaction in Reaction} == {
+        "PASS": 0,
+        "CAP": 1,
+        "HOLD": 2,
+        "WITHDRAW": 3,
+        "TORQUE_OFF": 4,
+    }
+
+
+def test_a_mask_has_as_many_bits_as_a_double_holds_exactly() -> None:
+    every_bit = mask(range(trip.WORD))
+    assert int(float(every_bit)) == every_bit
+    assert int(float(2 * every_bit + 1)) != 2 * every_bit + 1
+    assert trip.REACTIONS.size == trip.CUTS.size == trip.WORD

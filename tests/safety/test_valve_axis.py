@@ -3,6 +3,7 @@ import pytest
 from opensuction.safety import valve_axis
 from opensuction.safety.limits import ValveLimits
 from opensuction.safety.valve_axis import ARRIVED, ValveAxis
+from tests.safety.watchdog import above, below
 
 LIMITS = ValveLimits(open_rad=0.52, stroke_s=0.5)
 DT_S = 0.001
@@ -40,3 +41,30 @@ def test_a_cam_that_creeps_is_stuck_after_half_its_stroke_again() -> None:
 def test_a_cam_where_it_belongs_is_arrived() -> None:
     assert told(True, [0.5] * 5000) == ARRIVED
     assert told(False, [0.015] * 5000) == ARRIVED
+
+
+def test_nine_tenths_of_the_angle_are_open_and_a_fiftieth_of_a_radian_is_closed() -> None:
+    assert valve_axis.is_open(LIMITS, 0.9 * 0.52)
+    assert not valve_axis.is_open(LIMITS, below(0.9 * 0.52))
+    for cam_rad in (0.02, 0.0, -0.02):
+        assert valve_axis.is_closed(cam_rad)
+    for cam_rad in (above(0.02), below(-0.02)):
+        assert not valve_axis.is_closed(cam_rad)
+
+
+def test_a_cam_may_stand_and_be_away_for_its_time_and_no_longer() -> None:
+    assert not valve_axis.is_stuck(LIMITS, ValveAxis(away_s=0.0, still_s=0.15))
+    assert valve_axis.is_stuck(LIMITS, ValveAxis(away_s=0.0, still_s=above(0.15)))
+    # Half as long again as the stroke of 0.5 s, and 0.5 s to settle.
+    assert not valve_axis.is_stuck(LIMITS, ValveAxis(away_s=1.25, still_s=0.0))
+    assert valve_axis.is_stuck(LIMITS, ValveAxis(away_s=above(1.25), still_s=0.0))
+
+
+def test_a_cam_that_moved_a_little_has_not_stood_and_is_still_away() -> None:
+    state = ValveAxis(away_s=0.2, still_s=0.1)
+    moved = valve_axis.step(LIMITS, state, True, False, 0.3, below(0.3), 0.125)
+    assert moved == ValveAxis(away_s=0.325, still_s=0.0)
+    stood = valve_axis.step(LIMITS, state, True, False, 0.3, 0.3, 0.125)
+    assert stood == ValveAxis(away_s=0.325, still_s=0.225)
+    # A new command begins anew, wherever the cam is.
+    assert valve_axis.step(LIMITS, state, True, True, 0.3, 0.3, 0.125) == ARRIVED

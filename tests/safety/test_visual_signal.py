@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from opensuction.safety import visual_signal
+from opensuction.safety import signal_value, visual_signal
 from opensuction.safety.alarm_condition import Priority
 
 STEP_S = 0.001
@@ -35,3 +35,8 @@ def test_the_low_light_is_steady_and_none_is_dark() -> None:
 def test_every_priority_has_a_light_of_its_own() -> None:
     assert set(visual_signal.LIGHTS) == set(Priority)
     assert len({light.colour for light in visual_signal.LIGHTS.values()}) == len(Priority)
+
+
+def test_what_is_not_there_has_no_range_either() -> None:
+    for nothing in (signal_value.DARK.duty_ratio, signal_value.NO_HALF):
+        assert (nothing.value, nothing.least, nothing.most) == (0.0, 0.0, 0.0)

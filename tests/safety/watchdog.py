@@ -1,7 +1,8 @@
 """A governor on its own: limits, sound readings, and a head that does what it is told."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
@@ -58,6 +59,26 @@ LIMITS = Limits(
 """As on the bench, with times short enough to wait for, and a head that starts at once."""
 
 HEAD_CAP_MM = float(bounds.head_cap_mm(TIP, LIMITS.cap_mm))
+
+
+def above(value: float) -> float:
+    """The least number that is more."""
+    return math.nextafter(value, INF)
+
+
+def below(value: float) -> float:
+    """The greatest number that is less."""
+    return math.nextafter(value, -INF)
+
+
+def changed(record: Any, values: Mapping[str, object]) -> Any:
+    """The same record with some values changed, named as ``lasting.inside``."""
+    for path, value in values.items():
+        name, _, rest = path.partition(".")
+        record = record._replace(
+            **{name: changed(getattr(record, name), {rest: value}) if rest else value}
+        )
+    return record
 
 
 def sound(head_mm: float) -> Readings:
