@@ -62,7 +62,7 @@ def test_json_says_what_was_injected_and_what_noticed_it(tmp_path: Path) -> None
 
 
 def test_a_harmless_fault_lets_the_cycle_complete_and_is_still_named(tmp_path: Path) -> None:
-    status, data = faulty_cycle(tmp_path, "relief-failed")
+    status, data = faulty_cycle(tmp_path, "current-sensor-dead")
     assert status == 0
     (fault,) = data["faults"]
     assert fault["at_s"] == 0.0

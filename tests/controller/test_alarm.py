@@ -117,16 +117,19 @@ def test_a_trip_is_an_alarm_in_the_same_tick(fault: Fault, start_s: float) -> No
 @pytest.mark.parametrize(
     ("fault", "start_s", "meant"),
     [
-        (Fault.CONTACT_CLOSED, 0.0, C.CONTACT_STUCK_CLOSED),
-        (Fault.VALVE_OPEN, 0.0, C.VALVE_STUCK_CLOSED),
-        (Fault.VALVE_OPEN, 2.7, C.VALVE_STUCK_OPEN),
-        (Fault.PUMP_DEAD, 0.0, C.VACUUM_LOST),
+        (Fault.CONTACT_CLOSED, 0.0, {C.CHECK_FAILED, C.CONTACT_STUCK_CLOSED}),
+        # A cam that does not move is a trip before the item's time is up.
+        (Fault.VALVE_OPEN, 0.0, {C.VALVE_STUCK_CLOSED}),
+        (Fault.VALVE_OPEN, 2.7, {C.VALVE_STUCK_OPEN}),
+        (Fault.PUMP_DEAD, 0.0, {C.CHECK_FAILED, C.VACUUM_LOST}),
     ],
 )
-def test_a_failed_check_says_what_it_found(fault: Fault, start_s: float, meant: Condition) -> None:
+def test_a_failed_check_says_what_it_found(
+    fault: Fault, start_s: float, meant: set[Condition]
+) -> None:
     _, columns = simulate(EXACT, 30.0, {0.0: START, 28.0: RESET}, during(fault, start_s, 27.0))
     own = {code for code in conditions(columns) if code >= C.AUTOMATION_STOPPED}
-    assert own == {C.AUTOMATION_STOPPED, C.CHECK_FAILED, meant}
+    assert own == {C.AUTOMATION_STOPPED} | meant
     assert phases(columns)[-1] == Phase.PARKED
     assert all(alarm.ended_s == pytest.approx(28.0) for alarm in told(columns))
     assert columns["signals.priority"][-1] == Priority.NONE

@@ -156,7 +156,8 @@ class Exploration(RuleBasedStateMachine):
     ) -> None:
         stream = self.link.stream
         fault = ReadingFault(int(channel), int(mode), strength, anchor, stream)
-        self.link = self.link._replace(second=fault) if second else self.link._replace(first=fault)
+        faulty = self.link._replace(second=fault) if second else self.link._replace(first=fault)
+        self.relink(faulty)
 
     @rule(repeated=st.booleans(), late_ticks=st.integers(0, 2000), lost=st.floats(0.0, 1.0))
     def trouble_the_messages(self, repeated: bool, late_ticks: int, lost: float) -> None:

@@ -4,6 +4,7 @@ from opensuction.evidence import cycle_summary
 from opensuction.procedure.transition import BROKEN_OFF
 from opensuction.safety.alarm_condition import Condition, Priority
 from opensuction.safety.alarm_episode import Episode
+from opensuction.safety.trip import WORD
 from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, laid
 
 
@@ -12,9 +13,10 @@ def test_every_event_that_breaks_a_cycle_off_has_its_sentence() -> None:
 
 
 def test_every_alarm_has_what_a_person_needs() -> None:
+    unnamed = next(number for number in range(WORD) if number not in set(Condition))
     found = [
         Episode(int(Condition.HEAD_STALLED), Priority.HIGH, 3.0, None, False, None),
-        Episode(17, Priority.HIGH, 4.0, 5.0, True, 4.5),
+        Episode(unnamed, Priority.HIGH, 4.0, 5.0, True, 4.5),
     ]
     stalled, unknown = cycle_summary.alarms(found)
     assert stalled["condition"] == "head-stalled"
@@ -22,7 +24,7 @@ def test_every_alarm_has_what_a_person_needs() -> None:
     assert stalled["sentence"]
     assert stalled["remedy"]
     assert (stalled["started_s"], stalled["ended_s"]) == (3.0, None)
-    assert unknown["condition"] == "unknown-17"
+    assert unknown["condition"] == f"unknown-{unnamed}"
     assert (unknown["latched"], unknown["acknowledged_s"]) == (True, 4.5)
 
 

@@ -145,6 +145,23 @@ def test_a_speed_the_head_cannot_do_is_refused(name: str) -> None:
     assert message == "a speed of 20 mm/s is more than this machine's head can do (17 mm/s)"
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("cap_mm", float("nan"), "cap_mm nan should be a finite number"),
+        ("dwell_s", float("inf"), "dwell_s inf should be a finite number"),
+        ("vacuum_mmhg", 0.0, "vacuum_mmhg 0 should be greater than 0"),
+        ("withdrawal_mm_per_s", -9.0, "withdrawal_mm_per_s -9 should be greater than 0"),
+    ],
+)
+def test_what_no_arithmetic_is_possible_with_is_refused(
+    name: str, value: float, message: str
+) -> None:
+    """No comparison refuses a number that is none."""
+    changed: dict[str, Any] = {name: value}
+    assert refusal(PAPER._replace(**changed)) == message
+
+
 def test_every_working_phase_has_a_limit_above_its_plan() -> None:
     plan = planned(PAPER, WITH_GAP, by_contact=True)
     times = planner.timeline(PAPER, WITH_GAP, BENCH_SITE, by_contact=True)

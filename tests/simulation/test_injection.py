@@ -110,15 +110,19 @@ def test_a_trip_is_named_with_its_time() -> None:
     assert found.columns["phase"][-1] == Phase.HALTED
 
 
-def test_a_failed_item_of_the_pre_use_test_is_named() -> None:
-    _, injected = single(Fault.PUMP_LOST, AT_START)
+@pytest.mark.parametrize(
+    ("fault", "item"), [(Fault.PUMP_LOST, "vacuum-builds"), (Fault.RELIEF_FAILED, "relief-opens")]
+)
+def test_a_failed_item_of_the_pre_use_test_is_named(fault: Fault, item: str) -> None:
+    _, injected = single(fault, AT_START)
     assert injected.notice is not None
     assert injected.notice.detector == Detector.CHECK
-    assert injected.notice.title == "vacuum-builds"
+    assert injected.notice.title == item
 
 
 def test_a_fault_that_nothing_notices_is_said_to_be_so() -> None:
-    found, injected = single(Fault.RELIEF_FAILED, AT_START)
+    # Without its current a sound drive moves as before; only a jam would be noticed later.
+    found, injected = single(Fault.CURRENT_SENSOR_DEAD, AT_START)
     assert injected.notice is None
     assert found.columns["phase"][-1] == Phase.PARKED
 

@@ -10,6 +10,7 @@ from opensuction.evidence import cycle_run
 from opensuction.evidence.cycle_choice import Choice
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.kernel.phase import Phase
+from opensuction.procedure.check import CheckItem
 from opensuction.safety.trip import Trip
 from opensuction.simulation import invariant
 from opensuction.simulation.trace import Columns
@@ -101,6 +102,27 @@ def test_a_sound_cycle_breaks_none() -> None:
 def test_a_command_that_should_not_be_is_noticed(name: str, spoil: Spoil) -> None:
     found = invariant.command_side(spoiled(spoil), sound()[0].loop.controller)
     assert name in {breach.invariant for breach in found}
+
+
+def test_more_vacuum_than_the_patients_is_only_for_the_relief_valves_own_test() -> None:
+    """Behind a valve that is read closed, the head parked: neither the one nor the other away."""
+    settings, columns = sound()[0].loop.controller, sound()[1]
+    tested = columns["commands.vacuum_mmhg"] > settings.limits.vacuum_mmhg
+    assert set(columns["check_item"][tested]) == {float(CheckItem.RELIEF_OPENS)}
+
+    def found(name: str, value: float) -> list[str]:
+        changed = {**columns, name: np.where(tested, value, columns[name])}
+        return [breach.invariant for breach in invariant.command_side(changed, settings)]
+
+    broken = ["vacuum command within its limit"]
+    highest_mmhg, park_mm = settings.limits.line.sealed_mmhg, settings.limits.park_head_mm
+    assert found("commands.vacuum_mmhg", highest_mmhg) == []
+    assert found("commands.vacuum_mmhg", highest_mmhg + 0.1) == broken
+    assert found("readings.cam_rad", 0.03) == broken
+    assert found("readings.cam_valid", 0.0) == broken
+    assert found("readings.head_mm", park_mm + 3.1) == broken
+    assert found("readings.head_valid", 0.0) == broken
+    assert found("phase", float(Phase.PRELOADING)) == broken
 
 
 @pytest.mark.parametrize(("name", "spoil"), PHYSICAL)

@@ -254,6 +254,7 @@ def settings(
     by_contact: stop where the contact switch closes instead of after a known travel.
     site: the patient's (or the bench's) geometry.
     """
+    planner.check_numbers(protocol)
     if by_contact:
         _check_back_off(kind, protocol)
     inwards_mm_per_s = protocol.insertion_mm_per_s

@@ -144,8 +144,26 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
     )
 
 
+POSITIVE = ("travel_mm", "insertion_mm_per_s", "withdrawal_mm_per_s", "vacuum_mmhg")
+"""Fields of a protocol that mean nothing at 0 or below."""
+
+
+def check_numbers(protocol: Protocol) -> None:
+    """Refuse what no arithmetic is possible with. Raises InputError.
+
+    A file's ranges are narrower and are checked where it is read; a protocol made in a program
+    comes here first.
+    """
+    for name, value in zip(protocol._fields, protocol, strict=True):
+        if not math.isfinite(value):
+            raise InputError(f"{name} {value:g} should be a finite number")
+        if name in POSITIVE and value <= 0.0:
+            raise InputError(f"{name} {value:g} should be greater than 0")
+
+
 def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> None:
     """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
+    check_numbers(protocol)
     times = timeline(protocol, abilities, site, by_contact)
     least_cap = protocol.travel_mm + CAP_MARGIN_MM
     if protocol.cap_mm < least_cap:

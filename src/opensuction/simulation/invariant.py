@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from opensuction.controller.controller import Settings
 from opensuction.kernel.phase import Phase
-from opensuction.safety import trip
+from opensuction.safety import trip, valve_axis, watch
 from opensuction.safety.narrowing import ADVANCE_MM
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
@@ -107,9 +107,20 @@ def _head_speed(columns: Columns, settings: Settings) -> Breach | None:
     return _above("head command within its speed", columns, speed, limit)
 
 
+def _sealed(columns: Columns, settings: Settings) -> Ticks:
+    """Pre-use test with the valve read closed and the head parked: the relief valve's own test."""
+    cam, off_mm = columns["readings.cam_rad"], columns["readings.head_mm"]
+    off_mm = np.abs(off_mm - settings.limits.park_head_mm)
+    closed = (np.abs(cam) <= valve_axis.CLOSED_RAD) & (columns["readings.cam_valid"] > 0.0)
+    parked = (off_mm <= watch.PARKED_MM) & (columns["readings.head_valid"] > 0.0)
+    sealed: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
+    return sealed
+
+
 def _vacuum_command(columns: Columns, settings: Settings) -> Breach | None:
-    wanted = columns["commands.vacuum_mmhg"]
-    return _above("vacuum command within its limit", columns, wanted, settings.limits.vacuum_mmhg)
+    wanted, limit = columns["commands.vacuum_mmhg"], settings.limits.vacuum_mmhg
+    highest = np.where(_sealed(columns, settings), settings.limits.line.sealed_mmhg, limit)
+    return _breach("vacuum command within its limit", columns, wanted > highest, wanted, limit)
 
 
 def _opening(columns: Columns) -> Ticks:
