@@ -2,11 +2,12 @@
 
 import json
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
-from opensuction.evidence import fault_campaign, fault_tally
+from opensuction.evidence import fault_campaign, fault_campaign_page, fault_tally
 from opensuction.evidence.fault_campaign import FAULTS, PHASES, Case, Drawn, Part
 from opensuction.evidence.fault_tally import Tally
 from opensuction.kernel.phase import Phase
@@ -45,6 +46,8 @@ def test_no_invariant_breaks_in_a_hundred_thousand_cycles() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     result = {"in_silico": True, **SOAK._asdict(), **fault_tally.plain(fault_tally.tally(cases))}
     (folder / "fault-campaign.json").write_text(json.dumps(result, indent=2) + "\n")
+    page = fault_campaign_page.markdown(result, datetime.now(UTC).date().isoformat())
+    (folder / "faults.md").write_text(page)
     assert_held(cases)
 
 
