@@ -57,6 +57,9 @@ class FaultyRun:
         self._injections = injections
         self._seed = seed
         self._restart_tick: int | None = None
+        self._began: dict[int, int] = {}
+        """First tick of each phase, as far as the rows have been looked through for good."""
+        self._noted = 0
         self._is_linked = is_linked(injections)
         self._commands = np.zeros((len(table) if self._is_linked else 0, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
@@ -98,6 +101,7 @@ class FaultyRun:
 
     def advance(self, most: int) -> None:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
+        self._note()
         self._change()
         most = min(most, link.RING_TICKS) if self._is_linked else most
         begun, state, between = self.done, self.state, self._between
@@ -156,11 +160,23 @@ class FaultyRun:
 
         A phase is known after its first tick: a fault that comes with it acts from the second.
         """
-        after = round(injection.at.after_s / DT_S)
-        if injection.at.phase is None:
+        after, phase = round(injection.at.after_s / DT_S), injection.at.phase
+        if phase is None:
             return after
-        found = np.flatnonzero(self.table[: self.done, _PHASE] == injection.at.phase)
-        return int(found[0]) + max(after, 1) if found.size else None
+        began = self._began.get(int(phase))
+        if began is None:
+            found = np.flatnonzero(self.table[self._noted : self.done, _PHASE] == phase)
+            if not found.size:
+                return None
+            began = self._noted + int(found[0])
+        return began + max(after, 1)
+
+    def _note(self) -> None:
+        """Look for phases in the rows that will not be played again."""
+        new = self.table[self._noted : self.done, _PHASE]
+        for phase, first in zip(*np.unique(new, return_index=True), strict=True):
+            self._began.setdefault(int(phase), self._noted + int(first))
+        self._noted = self.done
 
     def _next_due(self) -> int | None:
         """Tick of the next change whose instant is known."""
