@@ -209,3 +209,24 @@ def test_an_unknown_head_at_power_up_is_taken_to_be_as_deep_as_can_be(head_mm: f
     state = governor.start(LIMITS, head_mm)
     assert state.last.head_mm == HEAD_CAP_MM
     assert state.watch.lasting.inside == 0.0
+
+
+@pytest.mark.requirement("OS-R03")
+def test_a_head_stops_where_vacuum_is_lost_behind_a_closed_valve() -> None:
+    """Long before it is a trip: the valve may have opened by itself."""
+    lost_s = AFTER_S
+
+    def advance(time_s: float) -> Setpoints:
+        return staying(50.0 + 9.0 * time_s)._replace(pump_on=True, vacuum_mmhg=100.0)
+
+    def report(time_s: float, head_mm: float) -> Readings:
+        vacuum = 100.0 if time_s < lost_s else 90.0
+        return sound(head_mm)._replace(line_vacuum_mmhg=vacuum)
+
+    ticks = run(0.2, advance, report, at(50.0))
+    assert tripped(ticks) == set()
+    before = [tick for tick in ticks if tick.time_s < lost_s + 0.02 - DT_S]
+    after = [tick for tick in ticks if tick.time_s > lost_s + 0.02 + 2 * DT_S]
+    assert all(tick.verdict.reaction == Reaction.PASS for tick in before)
+    assert all(tick.verdict.reaction == Reaction.HOLD for tick in after)
+    assert all(tick.allowed.head_mm <= tick.readings.head_mm for tick in after)

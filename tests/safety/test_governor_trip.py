@@ -161,6 +161,19 @@ def test_a_head_that_advances_against_its_command_loses_its_torque() -> None:
     expect(ticks, Trip.HEAD_RUNAWAY, AFTER_S + 1.0 / 15.0, Reaction.TORQUE_OFF)
 
 
+@pytest.mark.requirement("OS-R03")
+def test_with_the_valve_open_it_does_so_sooner() -> None:
+    def report(time_s: float, _head_mm: float) -> Readings:
+        moved = 15.0 * max(time_s - AFTER_S, 0.0)
+        return sound(50.0 + moved)._replace(cam_rad=LIMITS.valve.open_rad)
+
+    suck = stay(50.0)._replace(valve_open=True)
+    ticks = run(0.3, lambda _: suck, report, at(50.0))
+    tick = first(ticks, Trip.HEAD_RUNAWAY)
+    assert tick.time_s == pytest.approx(AFTER_S + 0.3 / 15.0, abs=3 * DT_S)
+    assert tick.verdict.reaction == Reaction.TORQUE_OFF
+
+
 @pytest.mark.requirement("OS-R10")
 def test_a_runaway_in_the_middle_of_a_withdrawal_is_one_too() -> None:
     def back(time_s: float) -> Setpoints:

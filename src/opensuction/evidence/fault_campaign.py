@@ -7,6 +7,9 @@ be played again alone and any part of a campaign on its own.
 
 import math
 from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from functools import lru_cache
+from multiprocessing import get_context
 from typing import NamedTuple
 
 from opensuction.evidence import cycle_run
@@ -127,12 +130,13 @@ def judged(prepared: Prepared, drawn: Drawn) -> Case:
     run = play(prepared, drawn)
     settings = prepared.loop.controller
     came = tuple(found for found in run.faults if not math.isnan(found.at_s))
+    faults = tuple(found.injection.fault for found in came)
     return Case(
         drawn=drawn,
-        faults=tuple(found.injection.fault for found in came),
+        faults=faults,
         noticed=any(found.notice is not None for found in came),
-        commands=tuple(invariant.command_side(run.columns, settings)),
-        physical=tuple(invariant.physical(run.columns, settings)),
+        commands=tuple(invariant.command_side(run.sent, settings)),
+        physical=tuple(invariant.physical(run.columns, settings, faults)),
     )
 
 
@@ -147,4 +151,42 @@ def campaign(
         drawn = draw(number, len(prepared))
         cases.append(judged(prepared[drawn.machine], drawn))
         tell(done + 1)
+    return cases
+
+
+class Part(NamedTuple):
+    """Cycles for one process: numbers from ``first`` to before ``last`` on a pool of machines."""
+
+    machines: int
+    first_seed: int
+    compensation: str
+    first: int
+    last: int
+
+
+_pool = lru_cache(maxsize=1)(pool)
+
+
+def played_part(part: Part) -> list[Case]:
+    """Cases of a part, in order; a process prepares its pool once."""
+    machines = _pool(part.machines, part.first_seed, part.compensation)
+    return campaign(machines, range(part.first, part.last))
+
+
+def spread(
+    whole: Part, workers: int, size: int = 500, tell: Callable[[int], None] = lambda _: None
+) -> list[Case]:
+    """The same cases as `played_part`, over processes of their own.
+
+    size: cycles that a process is given at once. tell: called with how many are done. What is
+    compiled is compiled here first, and found by the processes in the cache.
+    """
+    cases = played_part(whole._replace(last=min(whole.first + size, whole.last)))
+    tell(len(cases))
+    firsts = range(whole.first + size, whole.last, size)
+    parts = [whole._replace(first=at, last=min(at + size, whole.last)) for at in firsts]
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as processes:
+        for found in processes.map(played_part, parts):
+            cases += found
+            tell(len(cases))
     return cases

@@ -40,7 +40,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
     faults = prepared.choice.faults
     if not faults:
         state, columns = cycle_run.played(prepared, prepared.start, START, watch)
-        return InjectedRun(state, columns, ())
+        return InjectedRun(state, columns, (), columns)
 
     def heard(row: npt.NDArray[np.float64]) -> None:
         watch(cycle_run.progress(row))

@@ -27,6 +27,8 @@ class Kind(NamedTuple):
 
     faults: str
     invariant: str
+    physical: bool
+    """What happened, not what was commanded."""
     cycles: int
     worst: float
     bound: float
@@ -63,21 +65,23 @@ def _titles(case: Case) -> str:
 
 
 def _kinds(cases: Iterable[Case]) -> tuple[Kind, ...]:
-    found: dict[tuple[str, str], list[tuple[int, Breach]]] = {}
+    found: dict[tuple[str, str, bool], list[tuple[int, Breach]]] = {}
     for case in cases:
-        for breach in (*case.commands, *case.physical):
-            key = (_titles(case), breach.invariant)
+        sides = [(False, one) for one in case.commands] + [(True, one) for one in case.physical]
+        for physical, breach in sides:
+            key = (_titles(case), breach.invariant, physical)
             found.setdefault(key, []).append((case.drawn.number, breach))
     kinds = [
         Kind(
             faults=faults,
             invariant=invariant,
+            physical=physical,
             cycles=len(entries),
             worst=max((breach.worst for _, breach in entries), key=abs),
             bound=entries[0][1].bound,
             examples=tuple(number for number, _ in entries[:EXAMPLES]),
         )
-        for (faults, invariant), entries in found.items()
+        for (faults, invariant, physical), entries in found.items()
     ]
     return tuple(sorted(kinds, key=lambda kind: (-kind.cycles, kind.faults, kind.invariant)))
 

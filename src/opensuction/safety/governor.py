@@ -41,6 +41,9 @@ OVERFORCE_S = 0.05
 """How long the drive may give more than its current limit; assumed."""
 RUNAWAY_MM = 1.0
 """Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
+RUNAWAY_SUCKING_MM = 0.3
+"""And while the valve is not closed: only the servo's ripple, for no cycle turns inwards then; the
+tip may advance by 0.5 mm."""
 OVERSHOOT_MM = 1.0
 """How far beyond its cap a servo may carry the head before it is a trip."""
 BLOCKED_S = 0.3
@@ -130,12 +133,13 @@ def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
     highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
     way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    runaway_mm = RUNAWAY_SUCKING_MM if lasting.sucking > 0.0 else RUNAWAY_MM
     return (
         _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
         | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
         | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
         | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
-        | _bit(seen.head_mm - seen.turn.head_mm > RUNAWAY_MM, Trip.HEAD_RUNAWAY.value)
+        | _bit(seen.head_mm - seen.turn.head_mm > runaway_mm, Trip.HEAD_RUNAWAY.value)
         | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP.value)
         | _bit(lasting.jammed > JAM_S, Trip.CATHETER_JAMMED.value)
         | _bit(lasting.overforce > OVERFORCE_S, Trip.DRIVE_OVERFORCE.value)

@@ -17,6 +17,9 @@ ADVANCE_MM = 0.5
 """Net advance of the head that is allowed while the valve is not closed."""
 ADVANCING_MM_PER_S = 3.0
 """Measured speed inwards above which the head is advancing: the valve is kept from opening."""
+LOSING_S = 0.02
+"""How long vacuum may be lost behind a closed valve before the head is stopped: a trip takes
+longer, a sensor's noise does not last."""
 
 
 @compiled
@@ -39,17 +42,19 @@ def _narrow_head(
     seen: Watch,
     wanted_mm: float,
     held: bool,
+    stopped: bool,
     dt_s: float,
 ) -> tuple[float, float]:
     """Head command that may be let through (mm), and the velocity that belongs to it (mm/s).
 
-    command_mm, before_mm_per_s: the last ones. held: the valve is not closed. A stop takes effect
-    at once: the command drops to where the head is, however far it was ahead.
+    command_mm, before_mm_per_s: the last ones. held: the valve is not closed. stopped: it may not
+    go further in at all. A stop takes effect at once: the command drops to where the head is,
+    however far it was ahead.
     """
     highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
     if held:
         highest = min(highest, seen.anchor_mm + ADVANCE_MM)
-    if seen.lasting.contact > 0.0:
+    if stopped:
         highest = min(highest, seen.head_mm, command_mm)
     origin = min(command_mm, max(seen.head_mm, highest))
     wanted_mm = min(wanted_mm, highest)
@@ -115,11 +120,12 @@ def narrow(
     elif reaction == Reaction.WITHDRAW.value:
         head, velocity = _withdrawn(limits, last.head_mm, last.head_mm_per_s, seen, dt_s)
     else:
+        # Where vacuum is lost behind a closed valve, it may be drawing at the tip.
+        stopped = seen.lasting.contact > 0.0 or seen.line.closed_low_s > LOSING_S
         head, velocity = _narrow_head(
-            limits, last.head_mm, last.head_mm_per_s, seen, proposal.head_mm, held, dt_s
+            limits, last.head_mm, last.head_mm_per_s, seen, proposal.head_mm, held, stopped, dt_s
         )
-        stopped = held or seen.lasting.contact > 0.0
-        if stopped and head < proposal.head_mm:
+        if (held or stopped) and head < proposal.head_mm:
             reaction = Reaction.HOLD.value
         elif (
             head != proposal.head_mm

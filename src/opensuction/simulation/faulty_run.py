@@ -7,6 +7,8 @@ import numpy.typing as npt
 
 from opensuction.controller import controller
 from opensuction.controller.controller import Outputs
+from opensuction.kernel import row
+from opensuction.kernel.commands import Commands
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
@@ -14,6 +16,7 @@ from opensuction.simulation import closed_loop, linked_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.fault_instant import Injection
 from opensuction.simulation.linked_loop import Between, Linked
+from opensuction.simulation.trace import Columns
 from opensuction.twin import drive_watchdog, fault_effect, link, machine, preset, reading_fault
 from opensuction.twin.fault import Fault, Means
 from opensuction.twin.fault_table import KINDS
@@ -23,6 +26,7 @@ from opensuction.twin.machine import Machine
 _PHASE = COLUMNS.index("phase")
 HOUR_S = 3600.0
 MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
+_COMMANDS = row.columns(Commands)
 
 
 def is_linked(injections: Sequence[Injection]) -> bool:
@@ -53,7 +57,11 @@ class FaultyRun:
         self._injections = injections
         self._seed = seed
         self._restart_tick: int | None = None
+        self._began: dict[int, int] = {}
+        """First tick of each phase, as far as the rows have been looked through for good."""
+        self._noted = 0
         self._is_linked = is_linked(injections)
+        self._commands = np.zeros((len(table) if self._is_linked else 0, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.racked(loop.machine, home_mm))
         self._linked = Linked(loop, link.healthy(seed), drive_watchdog.of(loop.machine, home_mm))
@@ -93,7 +101,9 @@ class FaultyRun:
 
     def advance(self, most: int) -> None:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
+        self._note()
         self._change()
+        most = min(most, link.RING_TICKS) if self._is_linked else most
         begun, state, between = self.done, self.state, self._between
         rings = self._got.copy(), self._sent.copy()
         due = self._next_due()
@@ -107,6 +117,7 @@ class FaultyRun:
 
     def _play(self, ticks: int) -> None:
         piece = self.table[self.done : self.done + ticks]
+        first = self.state.tick
         if self._is_linked:
             self.state, self._between, ran = linked_loop.run(
                 self._linked,
@@ -117,20 +128,55 @@ class FaultyRun:
                 self._got,
                 self._sent,
             )
+            self._keep_sent(first, ran)
         else:
             self.state, ran = closed_loop.run(self._linked.loop, self.state, self.requests, piece)
         self.done += ran
+
+    def _keep_sent(self, first: int, ran: int) -> None:
+        """Copy what the controller sent from the ring; none sends nothing."""
+        kept = self._commands[self.done : self.done + ran]
+        if self._linked.link.controller_runs:
+            kept[:] = self._sent[np.arange(first, first + ran) % link.RING_TICKS]
+        else:
+            kept[:] = 0.0
+
+    def sent(self, columns: Columns) -> Columns:
+        """The columns of the run so far with the commands as the controller sent them.
+
+        columns: of the trace, in which they are those that the drives obeyed. A healthy link makes
+        no difference.
+        """
+        if not self._is_linked:
+            return columns
+        own = {
+            f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
+            for i, name in enumerate(_COMMANDS)
+        }
+        return {**columns, **own}
 
     def _due_tick(self, injection: Injection) -> int | None:
         """First tick that a fault acts in; None while its phase has not come.
 
         A phase is known after its first tick: a fault that comes with it acts from the second.
         """
-        after = round(injection.at.after_s / DT_S)
-        if injection.at.phase is None:
+        after, phase = round(injection.at.after_s / DT_S), injection.at.phase
+        if phase is None:
             return after
-        found = np.flatnonzero(self.table[: self.done, _PHASE] == injection.at.phase)
-        return int(found[0]) + max(after, 1) if found.size else None
+        began = self._began.get(int(phase))
+        if began is None:
+            found = np.flatnonzero(self.table[self._noted : self.done, _PHASE] == phase)
+            if not found.size:
+                return None
+            began = self._noted + int(found[0])
+        return began + max(after, 1)
+
+    def _note(self) -> None:
+        """Look for phases in the rows that will not be played again."""
+        new = self.table[self._noted : self.done, _PHASE]
+        for phase, first in zip(*np.unique(new, return_index=True), strict=True):
+            self._began.setdefault(int(phase), self._noted + int(first))
+        self._noted = self.done
 
     def _next_due(self) -> int | None:
         """Tick of the next change whose instant is known."""

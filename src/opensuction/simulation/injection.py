@@ -97,6 +97,9 @@ class InjectedRun(NamedTuple):
     columns: Columns
     faults: tuple[Injected, ...]
     """In the order of the injections."""
+    sent: Columns
+    """The same columns with the commands that the controller sent: under a fault of the link the
+    drives obeyed others."""
 
 
 def _check_one(injection: Injection) -> None:
@@ -158,7 +161,7 @@ def run(
         Injected(injection, at_s, _first_sign(columns, at_s, going))
         for injection, at_s in zip(injections, going.at_s, strict=True)
     )
-    return InjectedRun(going.state, columns, found)
+    return InjectedRun(going.state, columns, found, going.sent(columns))
 
 
 def _until_rest(going: FaultyRun, last: int, watch: Watcher) -> None:
