@@ -100,6 +100,8 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
     return Readings(
         head_mm=head,
         head_valid=fault != Fault.HEAD_FLAGGED.value,
+        carriage_mm=true.carriage_mm,
+        carriage_valid=True,
         cam_rad=cam,
         cam_valid=fault != Fault.CAM_FLAGGED.value,
         line_vacuum_mmhg=vacuum,

@@ -39,6 +39,8 @@ def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0
     return Readings(
         head_mm=settings().plan.motion.park_head_mm,
         head_valid=True,
+        carriage_mm=settings().plan.motion.park_head_mm,
+        carriage_valid=True,
         cam_rad=cam_rad,
         cam_valid=True,
         line_vacuum_mmhg=vacuum_mmhg,

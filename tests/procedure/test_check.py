@@ -111,7 +111,13 @@ def test_a_line_may_lose_five_percent_in_a_second(lost: float, passes: bool) -> 
 @pytest.mark.parametrize("item", ORDER)
 @pytest.mark.parametrize(
     "broken",
-    [{"head_valid": False}, {"cam_rad": NAN}, {"vacuum_valid": False}, {"contact_valid": False}],
+    [
+        {"head_valid": False},
+        {"carriage_valid": False},
+        {"cam_rad": NAN},
+        {"vacuum_valid": False},
+        {"contact_valid": False},
+    ],
     ids=str,
 )
 def test_a_sensor_that_fails_later_is_named_whatever_is_being_tested(

@@ -75,6 +75,8 @@ def test_an_impossible_proposal_withdraws_at_once(wrong: dict[str, Any]) -> None
         ({"head_mm": NAN}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
         ({"head_mm": -INF}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
         ({"head_valid": False, "head_mm": 0.0}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"carriage_mm": NAN}, Trip.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
+        ({"carriage_valid": False}, Trip.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
         ({"cam_rad": NAN}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
         ({"cam_valid": False}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
         ({"line_vacuum_mmhg": NAN}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
@@ -95,6 +97,7 @@ def test_five_ticks_without_a_reading_are_a_fault(
     [
         {"head_mm": NAN},
         {"head_valid": False, "head_mm": 1e9},
+        {"carriage_mm": 1e9, "carriage_valid": False},
         {"cam_rad": 99.0, "cam_valid": False},
         {"line_vacuum_mmhg": INF},
         {"contact_valid": False},
@@ -126,6 +129,32 @@ def test_a_head_faster_than_half_again_its_limit_loses_its_torque() -> None:
     assert tick.verdict.reaction == Reaction.TORQUE_OFF
     # The average over 10 ms reaches 30 of 45 mm/s after 11 ms.
     assert tick.time_s == pytest.approx(AFTER_S + 0.011, abs=0.002)
+
+
+@pytest.mark.requirement("OS-R09")
+@pytest.mark.parametrize("slip", [0.05, 0.2, 1.0, 2.0, -0.2], ids=str)
+def test_a_catheter_head_that_is_not_where_the_motor_is_brings_the_catheter_out(
+    slip: float,
+) -> None:
+    def report(_time_s: float, head_mm: float) -> Readings:
+        return sound(head_mm)._replace(carriage_mm=50.0 + (1.0 - slip) * (head_mm - 50.0))
+
+    speed = 15.0
+    patient = LIMITS._replace(in_airway_s=INF)
+    ticks = run(1.5, lambda t: stay(50.0 + speed * t), report, at(50.0), limits=patient)
+    tick = first(ticks, Trip.HEAD_SENSORS_DISAGREE)
+    assert tick.time_s == pytest.approx(1.0 / (abs(slip) * speed) + 0.05, abs=0.003)
+    assert tick.verdict.reaction == Reaction.WITHDRAW
+
+
+@pytest.mark.requirement("OS-R09")
+@pytest.mark.parametrize("apart_mm", [-0.9, 0.9])
+def test_play_and_steps_of_the_sensors_are_no_fault(apart_mm: float) -> None:
+    def report(time_s: float, head_mm: float) -> Readings:
+        jumps = 5.0 if round(time_s / DT_S) % 60 < 45 else 0.0  # never for 50 ms at a time
+        return sound(head_mm)._replace(carriage_mm=head_mm + (apart_mm if time_s < 0.3 else jumps))
+
+    assert tripped(run(0.6, lambda _: stay(50.0), report, at(50.0))) == set()
 
 
 @pytest.mark.requirement("OS-R09")

@@ -29,6 +29,7 @@ NUMBERS = {
     "WITHDRAWAL_BLOCKED": 16,
     "WITHDRAWAL_UNSEEN": 17,
     "DRIVE_OVERFORCE": 18,
+    "HEAD_SENSORS_DISAGREE": 19,
     "VACUUM_LOST": 24,
     "CANISTER_FULL": 25,
     "LINE_CLOGGED": 26,
@@ -46,6 +47,7 @@ NUMBERS = {
     "LUNG_VOLUME_LOST": 39,
     "CIRCUIT_DISCONNECTED": 40,
     "MONITOR_LINK_LOST": 41,
+    "CARRIAGE_READING_INVALID": 51,
 }
 """Recordings hold these numbers: a new trip is added, an old one never renumbered."""
 

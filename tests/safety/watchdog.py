@@ -86,6 +86,8 @@ def sound(head_mm: float) -> Readings:
     return Readings(
         head_mm=head_mm,
         head_valid=True,
+        carriage_mm=head_mm,
+        carriage_valid=True,
         cam_rad=0.0,
         cam_valid=True,
         line_vacuum_mmhg=10.0,

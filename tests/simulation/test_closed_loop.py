@@ -17,6 +17,8 @@ GOLDEN_COLUMNS = [
     "check_failed",
     "readings.head_mm",
     "readings.head_valid",
+    "readings.carriage_mm",
+    "readings.carriage_valid",
     "readings.cam_rad",
     "readings.cam_valid",
     "readings.line_vacuum_mmhg",

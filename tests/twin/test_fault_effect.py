@@ -221,6 +221,8 @@ def test_without_its_gear_the_head_stays_while_the_motor_turns() -> None:
     later = run(faulty(Fault.GEAR_LOST), moving, PUSHING, 0.5)
     assert later.head_mm == moving.head_mm
     assert later.insertion.position > moving.insertion.position + 3.0
+    seen = machine.read(HEALTHY, later)
+    assert seen.head_mm - seen.carriage_mm > 3.0
 
 
 def test_a_worn_gear_loses_more_at_each_turn() -> None:

@@ -18,7 +18,20 @@ DT_S = 0.001
 
 def readings(tick: int) -> Readings:
     """Readings that can be told apart."""
-    return Readings(float(tick), True, 0.1, True, 50.0, True, tick % 3 == 0, True, 0.01, ABSENT)
+    return Readings(
+        float(tick),
+        True,
+        float(tick),
+        True,
+        0.1,
+        True,
+        50.0,
+        True,
+        tick % 3 == 0,
+        True,
+        0.01,
+        ABSENT,
+    )
 
 
 def commands(tick: int) -> Commands:

@@ -47,4 +47,7 @@ def test_a_parked_machine_reads_the_position_it_was_parked_at(head_mm: float) ->
     reading = machine.read(BENCH, state)
     assert reading.head_mm == pytest.approx(head_mm, abs=0.5 * VALUES["head_encoder_mm"])
     assert state.head_mm == pytest.approx(head_mm + 0.5 * VALUES["gear_backlash_mm"])
+    step_mm = VALUES["carriage_sensor_mm"]
+    assert reading.carriage_mm == pytest.approx(state.head_mm, abs=0.5 * step_mm + 1e-9)
+    assert reading.carriage_mm / step_mm == pytest.approx(round(reading.carriage_mm / step_mm))
     assert not reading.contact_closed

@@ -16,6 +16,8 @@ from opensuction.twin.reading_fault import HEALTHY, JUMP_TICKS, Channel
 AT_INSTANT = Readings(
     head_mm=40.0,
     head_valid=True,
+    carriage_mm=40.0,
+    carriage_valid=True,
     cam_rad=0.3,
     cam_valid=True,
     line_vacuum_mmhg=100.0,
@@ -25,9 +27,10 @@ AT_INSTANT = Readings(
     insertion_current_a=0.02,
     monitor=ABSENT,
 )
-LATER = AT_INSTANT._replace(head_mm=50.0, cam_rad=0.1, line_vacuum_mmhg=80.0)
+LATER = AT_INSTANT._replace(head_mm=50.0, carriage_mm=50.0, cam_rad=0.1, line_vacuum_mmhg=80.0)
 VALUES = {
     Channel.HEAD: "head_mm",
+    Channel.CARRIAGE: "carriage_mm",
     Channel.CAM: "cam_rad",
     Channel.VACUUM: "line_vacuum_mmhg",
     Channel.CONTACT: "contact_closed",
@@ -35,6 +38,7 @@ VALUES = {
 }
 VALID = {
     Channel.HEAD: "head_valid",
+    Channel.CARRIAGE: "carriage_valid",
     Channel.CAM: "cam_valid",
     Channel.VACUUM: "vacuum_valid",
     Channel.CONTACT: "contact_valid",
@@ -64,6 +68,7 @@ def test_a_fault_leaves_all_other_readings_alone(fault: Fault) -> None:
     ("fault", "name"),
     [
         (Fault.ENCODER_FROZEN, "head_mm"),
+        (Fault.CARRIAGE_SENSOR_FROZEN, "carriage_mm"),
         (Fault.CAM_ENCODER_FROZEN, "cam_rad"),
         (Fault.VACUUM_SENSOR_FROZEN, "line_vacuum_mmhg"),
     ],

@@ -14,6 +14,10 @@ class Readings(NamedTuple):
     head_mm: float
     """Insertion axis encoder: position of the catheter head (x)."""
     head_valid: bool
+    carriage_mm: float
+    """Second sensor of the same position, on the catheter head itself: behind gear and rack, in the
+    same zero as the encoder, which sits on the motor."""
+    carriage_valid: bool
     cam_rad: float
     """Valve axis encoder: angle of the cam; 0 is closed."""
     cam_valid: bool

@@ -198,10 +198,12 @@ def ended(state: CheckState, broken_off: bool) -> CheckState:
 def _valid(readings: Readings) -> bool:
     return (
         readings.head_valid
+        and readings.carriage_valid
         and readings.cam_valid
         and readings.vacuum_valid
         and readings.contact_valid
         and math.isfinite(readings.head_mm)
+        and math.isfinite(readings.carriage_mm)
         and math.isfinite(readings.cam_rad)
         and math.isfinite(readings.line_vacuum_mmhg)
     )

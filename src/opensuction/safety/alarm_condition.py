@@ -68,7 +68,7 @@ class Condition(IntEnum):
     """What can be wrong. Never renumber: recordings hold these.
 
     A trip has the number of its condition, so that the governor's bit mask of trips is at once a
-    mask of conditions. Those below 20 are trips alone; number 19 is kept for another.
+    mask of conditions. Those below 20 are trips alone.
     """
 
     PROPOSAL_INVALID = 0
@@ -90,6 +90,7 @@ class Condition(IntEnum):
     WITHDRAWAL_BLOCKED = 16
     WITHDRAWAL_UNSEEN = 17
     DRIVE_OVERFORCE = 18
+    HEAD_SENSORS_DISAGREE = 19
     AUTOMATION_STOPPED = 20
     RECOVERY_NEEDED = 21
     CATHETER_LIFE_OVER = 22
@@ -121,6 +122,7 @@ class Condition(IntEnum):
     CHECK_FAILED = 48
     WATCHDOG_FIRED = 49
     CALIBRATION_OUT_OF_RANGE = 50
+    CARRIAGE_READING_INVALID = 51
 
 
 class Kind(NamedTuple):
@@ -186,6 +188,8 @@ TRIP_KINDS: dict[Trip, Kind] = {
     Trip.WITHDRAWAL_BLOCKED: _trip(H.DEATH, O.PROMPT, planned=True),
     Trip.WITHDRAWAL_UNSEEN: _trip(H.DEATH, O.PROMPT, planned=True),
     Trip.DRIVE_OVERFORCE: _trip(H.DEATH, O.IMMEDIATE),
+    Trip.HEAD_SENSORS_DISAGREE: _trip(H.DEATH, O.PROMPT, planned=True),
+    Trip.CARRIAGE_READING_INVALID: _trip(H.REVERSIBLE, O.PROMPT, ESCALATES_S, planned=True),
     Trip.VACUUM_LOST: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
     Trip.CANISTER_FULL: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),
     Trip.LINE_CLOGGED: _trip(H.DEATH, O.DELAYED, ESCALATES_S, planned=True),

@@ -38,6 +38,9 @@ TRIP_REMEDIES: dict[Trip, str] = {
     Trip.WITHDRAWAL_BLOCKED: f"{OUT_FIRST} Do not force it: look for a kink or a bitten tube.",
     Trip.WITHDRAWAL_UNSEEN: f"{OUT_FIRST} Check the encoder's cable.",
     Trip.DRIVE_OVERFORCE: f"{OUT_FIRST} {SERVICE}",
+    Trip.HEAD_SENSORS_DISAGREE: f"{OUT_FIRST} Look for a parted gear or a slipping encoder.",
+    Trip.CARRIAGE_READING_INVALID: "See that the catheter is out. Check the cable of the sensor on "
+    "the catheter head.",
     Trip.VACUUM_LOST: "Check pump and tubes; suction by hand when needed.",
     Trip.CANISTER_FULL: "Change the canister.",
     Trip.LINE_CLOGGED: "Rinse or change the catheter; check the tubes and the valve.",

@@ -39,6 +39,8 @@ JAM_S = 0.1
 """How long the head may meet more than friction; a stop against the gear's backlash rings less."""
 OVERFORCE_S = 0.05
 """How long the drive may give more than its current limit; assumed."""
+DISAGREE_S = 0.05
+"""How long the head's two sensors may disagree; two messages of different age do for less."""
 RUNAWAY_MM = 1.0
 """Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
 RUNAWAY_SUCKING_MM = 0.3
@@ -136,6 +138,8 @@ def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     runaway_mm = RUNAWAY_SUCKING_MM if lasting.sucking > 0.0 else RUNAWAY_MM
     return (
         _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
+        | _bit(seen.invalid.carriage >= INVALID_TICKS, Trip.CARRIAGE_READING_INVALID.value)
+        | _bit(lasting.disagreeing > DISAGREE_S, Trip.HEAD_SENSORS_DISAGREE.value)
         | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
         | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
         | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)

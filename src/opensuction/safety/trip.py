@@ -53,6 +53,7 @@ class Trip(IntEnum):
     WITHDRAWAL_BLOCKED = 16
     WITHDRAWAL_UNSEEN = 17
     DRIVE_OVERFORCE = 18
+    HEAD_SENSORS_DISAGREE = 19
     VACUUM_LOST = 24
     CANISTER_FULL = 25
     LINE_CLOGGED = 26
@@ -70,6 +71,7 @@ class Trip(IntEnum):
     LUNG_VOLUME_LOST = 39
     CIRCUIT_DISCONNECTED = 40
     MONITOR_LINK_LOST = 41
+    CARRIAGE_READING_INVALID = 51
 
 
 class TripKind(NamedTuple):
@@ -141,6 +143,16 @@ KINDS: dict[Trip, TripKind] = {
     ),
     Trip.DRIVE_OVERFORCE: TripKind(
         Reaction.TORQUE_OFF, True, "high", "the insertion drive is stronger than its limit"
+    ),
+    # Slipped, it still comes out; parted, it stays in, and only a hand can help.
+    Trip.HEAD_SENSORS_DISAGREE: TripKind(
+        Reaction.WITHDRAW,
+        True,
+        "high",
+        "motor and catheter head are not at the same place: the catheter may still be inside",
+    ),
+    Trip.CARRIAGE_READING_INVALID: TripKind(
+        Reaction.WITHDRAW, True, "medium", "the sensor on the catheter head gives no valid reading"
     ),
     # Without vacuum it serves nothing to stay.
     Trip.VACUUM_LOST: TripKind(Reaction.WITHDRAW, True, "medium", "there is no vacuum in the line"),

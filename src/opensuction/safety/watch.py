@@ -23,6 +23,9 @@ RELEASE_TICKS = 10
 """Consecutive ticks for which an open contact counts as released (10 ms): switches bounce."""
 SPEED_WINDOW_S = 0.01
 """Time constant over which the measured head speed is averaged."""
+APART_MM = 1.0
+"""Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
+mm, half of the carriage sensor's step 0.1 mm, and as much again for wear [computed]."""
 PARKED_MM = 3.0
 """Distance from the park position up to which the head is parked; the pre-use test needs 2."""
 
@@ -31,6 +34,7 @@ class InvalidTicks(NamedTuple):
     """Consecutive ticks without a valid reading."""
 
     head: int
+    carriage: int
     cam: int
     vacuum: int
     contact: int
@@ -53,6 +57,8 @@ class Lasting(NamedTuple):
     """Head held by more than friction."""
     overforce: float
     """Drive stronger than its current limit."""
+    disagreeing: float
+    """Motor and catheter head not at the same place."""
 
 
 class Turn(NamedTuple):
@@ -101,8 +107,8 @@ def start(limits: Limits, head_mm: float) -> Watch:
         sealed=False,
         open_contact_ticks=0,
         late_ticks=0,
-        invalid=InvalidTicks(head=0, cam=0, vacuum=0, contact=0),
-        lasting=Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        invalid=InvalidTicks(head=0, carriage=0, cam=0, vacuum=0, contact=0),
+        lasting=Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         drive=drive_force.REST,
         window=contact_window.start(limits.tip, head_mm),
         valve=valve_axis.ARRIVED,
@@ -124,6 +130,10 @@ def _time(seconds: float, holds: bool, dt_s: float) -> float:
 def _invalid(invalid: InvalidTicks, readings: Readings) -> InvalidTicks:
     return InvalidTicks(
         head=_count(invalid.head, not (readings.head_valid and math.isfinite(readings.head_mm))),
+        carriage=_count(
+            invalid.carriage,
+            not (readings.carriage_valid and math.isfinite(readings.carriage_mm)),
+        ),
         cam=_count(invalid.cam, not (readings.cam_valid and math.isfinite(readings.cam_rad))),
         vacuum=_count(
             invalid.vacuum,
@@ -131,6 +141,13 @@ def _invalid(invalid: InvalidTicks, readings: Readings) -> InvalidTicks:
         ),
         contact=_count(invalid.contact, not readings.contact_valid),
     )
+
+
+@compiled
+def _disagree(readings: Readings, invalid: InvalidTicks) -> bool:
+    """Whether motor and catheter head are further apart than the gear's play lets them be."""
+    off_mm = abs(readings.head_mm - readings.carriage_mm)
+    return invalid.head == 0 and invalid.carriage == 0 and off_mm > APART_MM
 
 
 @compiled
@@ -251,6 +268,7 @@ def observe(
             overpressure=_time(lasting.overpressure, vacuum > highest, dt_s),
             jammed=_time(lasting.jammed, abs(drive.resistance_n) > limits.drive.jam_n, dt_s),
             overforce=_time(lasting.overforce, abs(drive.force_n) > limits.drive.force_n, dt_s),
+            disagreeing=_time(lasting.disagreeing, _disagree(readings, invalid), dt_s),
         ),
         drive=drive,
         window=contact_window.step(
@@ -294,6 +312,7 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
             overpressure=0.0,
             jammed=0.0,
             overforce=0.0,
+            disagreeing=0.0,
         ),
         drive=DriveForce(force_n=0.0, resistance_n=0.0),
         window=contact_window.unseen(limits.tip, watch.window, watch.head_mm),

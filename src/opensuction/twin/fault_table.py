@@ -169,14 +169,14 @@ _INSERTION_DRIVE: dict[Fault, FaultKind] = {
         _M,
         "the gear has parted: the motor turns, and the catheter head stays where it is",
         None,
-        "",
+        "the head's two sensors",
     ),
     Fault.GEAR_WORN: FaultKind(
         Part.INSERTION_DRIVE,
         _M,
         "gear and rack have more play than they should",
         Strength("play in addition", "mm", 0.1, 30.0, 5.0),
-        "the next identification or self-calibration",
+        "the head's two sensors; under 2 mm the next identification or self-calibration",
     ),
     Fault.ENCODER_FROZEN: FaultKind(
         Part.HEAD_ENCODER, _R, "the head encoder's value no longer changes", None, "head reading"
@@ -186,7 +186,7 @@ _INSERTION_DRIVE: dict[Fault, FaultKind] = {
         _R,
         "the head encoder's wheel slips: it counts less than the head moves",
         _share("share of the motion that is not counted", 0.2),
-        "",
+        "the head's two sensors",
     ),
     Fault.ENCODER_JUMPING: FaultKind(
         Part.HEAD_ENCODER,
@@ -200,7 +200,7 @@ _INSERTION_DRIVE: dict[Fault, FaultKind] = {
         _R,
         "the head encoder has lost counts: it is off by a constant",
         Strength("reading less truth", "mm", -50.0, 50.0, -5.0),
-        "head speed at the jump",
+        "head speed at the jump, the head's two sensors",
     ),
     Fault.ENCODER_NOISY: FaultKind(
         Part.HEAD_ENCODER,
@@ -213,7 +213,25 @@ _INSERTION_DRIVE: dict[Fault, FaultKind] = {
         Part.HEAD_ENCODER, _R, "the head encoder gives no valid reading", None, "its flag"
     ),
     Fault.ENCODER_REVERSED: FaultKind(
-        Part.HEAD_ENCODER, _R, "the head encoder counts the wrong way", None, "head not following"
+        Part.HEAD_ENCODER,
+        _R,
+        "the head encoder counts the wrong way",
+        None,
+        "the head's two sensors, head not following",
+    ),
+    Fault.CARRIAGE_SENSOR_FROZEN: FaultKind(
+        Part.HEAD_ENCODER,
+        _R,
+        "the value of the sensor on the catheter head no longer changes",
+        None,
+        "the head's two sensors",
+    ),
+    Fault.CARRIAGE_SENSOR_INVALID: FaultKind(
+        Part.HEAD_ENCODER,
+        _R,
+        "the sensor on the catheter head gives no valid reading",
+        None,
+        "its flag",
     ),
     Fault.CURRENT_SENSOR_DEAD: FaultKind(
         Part.INSERTION_DRIVE, _R, "the motor current always reads 0", None, ""

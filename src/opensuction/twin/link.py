@@ -133,6 +133,8 @@ def _unmarked(readings: Readings) -> Readings:
     return Readings(
         head_mm=readings.head_mm,
         head_valid=False,
+        carriage_mm=readings.carriage_mm,
+        carriage_valid=False,
         cam_rad=readings.cam_rad,
         cam_valid=False,
         line_vacuum_mmhg=readings.line_vacuum_mmhg,

@@ -3,6 +3,7 @@
 The bedside behind the seam steps more slowly; `opensuction.twin.plant` puts both together.
 """
 
+import math
 from typing import NamedTuple
 
 from opensuction.hysteresis import play
@@ -45,6 +46,8 @@ class Machine(NamedTuple):
     """Where it ends in front."""
     gear_backlash_mm: float
     """Play between motor encoder and catheter head."""
+    carriage_step_mm: float
+    """Resolution of the sensor on the catheter head."""
     amperes_per_v: float
     """Insertion motor's current for each volt that drives current."""
     load_v_per_n: float
@@ -112,9 +115,12 @@ class Observation(NamedTuple):
 @compiled
 def read(machine: Machine, state: MachineState) -> Readings:
     """What the sensors report."""
+    step_mm = machine.carriage_step_mm
     return Readings(
         head_mm=dc_axis.encoder(machine.insertion_axis, state.insertion),
         head_valid=True,
+        carriage_mm=math.floor(state.head_mm / step_mm + 0.5) * step_mm,
+        carriage_valid=True,
         cam_rad=dc_axis.encoder(machine.valve_axis, state.valve),
         cam_valid=True,
         line_vacuum_mmhg=state.line.vacuum_mmhg,

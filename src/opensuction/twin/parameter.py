@@ -88,6 +88,13 @@ BENCH: dict[str, Parameter] = {
     "head_encoder_mm": _p(
         0.005, "mm", (0.0001, 0.1), "resolution of the head position", "[assumed]"
     ),
+    "carriage_sensor_mm": _p(
+        0.1,
+        "mm",
+        (0.001, 0.2),
+        "resolution of the sensor on the catheter head, behind gear and rack",
+        "[assumed] a magnetic strip",
+    ),
     "gear_backlash_mm": _p(
         0.10, "mm", (0, 0.5), "play of gearhead and rack", "[assumed] 0.05 to 0.2"
     ),

@@ -197,6 +197,7 @@ def machine(
         rack_from_mm=-ENDLESS_MM,
         rack_to_mm=ENDLESS_MM,
         gear_backlash_mm=fitted["gear_backlash_mm"],
+        carriage_step_mm=fitted["carriage_sensor_mm"],
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
         transmission=transmission_of(fitted),

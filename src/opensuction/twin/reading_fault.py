@@ -29,6 +29,7 @@ class Channel(IntEnum):
     VACUUM = 3
     CONTACT = 4
     CURRENT = 5
+    CARRIAGE = 6
 
 
 class Mode(IntEnum):
@@ -69,6 +70,8 @@ KINDS: dict[Fault, tuple[Channel, Mode]] = {
     Fault.ENCODER_INVALID: (Channel.HEAD, Mode.INVALID),
     Fault.ENCODER_REVERSED: (Channel.HEAD, Mode.SCALED),
     Fault.CURRENT_SENSOR_DEAD: (Channel.CURRENT, Mode.DEAD),
+    Fault.CARRIAGE_SENSOR_FROZEN: (Channel.CARRIAGE, Mode.SCALED),
+    Fault.CARRIAGE_SENSOR_INVALID: (Channel.CARRIAGE, Mode.INVALID),
     Fault.CAM_ENCODER_FROZEN: (Channel.CAM, Mode.SCALED),
     Fault.CAM_ENCODER_OFFSET: (Channel.CAM, Mode.OFFSET),
     Fault.CAM_ENCODER_NOISY: (Channel.CAM, Mode.NOISY),
@@ -82,6 +85,7 @@ KINDS: dict[Fault, tuple[Channel, Mode]] = {
 
 FACTORS = {
     Fault.ENCODER_FROZEN: 0.0,
+    Fault.CARRIAGE_SENSOR_FROZEN: 0.0,
     Fault.CAM_ENCODER_FROZEN: 0.0,
     Fault.VACUUM_SENSOR_FROZEN: 0.0,
     Fault.ENCODER_REVERSED: -1.0,
@@ -92,6 +96,7 @@ FACTORS = {
 def _anchor(channel: Channel, readings: Readings) -> float:
     return {
         Channel.HEAD: readings.head_mm,
+        Channel.CARRIAGE: readings.carriage_mm,
         Channel.CAM: readings.cam_rad,
         Channel.VACUUM: readings.line_vacuum_mmhg,
     }.get(channel, 0.0)
@@ -152,6 +157,8 @@ def applied(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
     return Readings(
         head_mm=value(fault, Channel.HEAD.value, readings.head_mm, tick),
         head_valid=_valid(fault, Channel.HEAD.value, readings.head_valid),
+        carriage_mm=value(fault, Channel.CARRIAGE.value, readings.carriage_mm, tick),
+        carriage_valid=_valid(fault, Channel.CARRIAGE.value, readings.carriage_valid),
         cam_rad=value(fault, Channel.CAM.value, readings.cam_rad, tick),
         cam_valid=_valid(fault, Channel.CAM.value, readings.cam_valid),
         line_vacuum_mmhg=value(fault, Channel.VACUUM.value, readings.line_vacuum_mmhg, tick),
