@@ -40,6 +40,7 @@ def test_two_newtons_more_than_friction_are_seen_in_a_twentieth_of_a_second() ->
     assert pushed(2.3, 2.3, 0.05).resistance_n > LIMITS.jam_n
 
 
-def test_a_current_that_is_no_number_is_none() -> None:
-    state = drive_force.step(LIMITS, REST, float("nan"), 0.0, SHARE, DT_S)
+@pytest.mark.parametrize("current_a", [float("nan"), float("-inf"), 1e306])
+def test_a_current_that_is_no_number_is_none(current_a: float) -> None:
+    state = drive_force.step(LIMITS, REST, current_a, 0.0, SHARE, DT_S)
     assert state == DriveForce(0.0, 0.0)

@@ -204,7 +204,7 @@ def test_a_head_that_moved_unseen_was_neither_too_fast_nor_a_runaway() -> None:
     assert not tripped(ticks) & {Trip.HEAD_OVERSPEED, Trip.HEAD_RUNAWAY}
 
 
-@pytest.mark.parametrize("head_mm", [NAN, INF])
+@pytest.mark.parametrize("head_mm", [NAN, INF, -1e306])
 def test_an_unknown_head_at_power_up_is_taken_to_be_as_deep_as_can_be(head_mm: float) -> None:
     state = governor.start(LIMITS, head_mm)
     assert state.last.head_mm == HEAD_CAP_MM

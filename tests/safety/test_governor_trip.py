@@ -1,11 +1,13 @@
 """Each limit, a fault that attacks it, and what the governor does about it in what time."""
 
+import math
 from typing import Any
 
 import pytest
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
+from opensuction.safety import governor
 from opensuction.safety.trip import Reaction, Trip
 from tests.safety.watchdog import (
     DT_S,
@@ -26,6 +28,8 @@ from tests.safety.watchdog import (
 
 AFTER_S = 0.05
 """Faults begin here."""
+ABSURD = 1e306
+"""A number, but a tick's difference of it over the tick is none."""
 
 
 def stay(head_mm: float = PARK_MM) -> Setpoints:
@@ -74,11 +78,14 @@ def test_an_impossible_proposal_withdraws_at_once(wrong: dict[str, Any]) -> None
     [
         ({"head_mm": NAN}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
         ({"head_mm": -INF}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_mm": ABSURD}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
         ({"head_valid": False, "head_mm": 0.0}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
         ({"carriage_mm": NAN}, Trip.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
         ({"carriage_valid": False}, Trip.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
+        ({"cam_rad": -ABSURD}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
         ({"cam_rad": NAN}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
         ({"cam_valid": False}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
+        ({"line_vacuum_mmhg": ABSURD}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
         ({"line_vacuum_mmhg": NAN}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
         ({"vacuum_valid": False}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
         ({"contact_valid": False}, Trip.CONTACT_READING_INVALID, Reaction.WITHDRAW),
@@ -89,6 +96,27 @@ def test_five_ticks_without_a_reading_are_a_fault(
     wrong: dict[str, Any], code: Trip, reaction: Reaction
 ) -> None:
     expect(faulty(**wrong), code, AFTER_S + 4 * DT_S, reaction)
+
+
+@pytest.mark.requirement("OS-R11")
+@pytest.mark.parametrize("wrong", [{"head_mm": ABSURD}, {"insertion_current_a": -ABSURD}], ids=str)
+def test_an_absurd_reading_blinds_no_limit_for_good(wrong: dict[str, Any]) -> None:
+    """Averages of it would be no number, after a reset too, and exceed no limit ever again."""
+
+    def report(time_s: float, head_mm: float) -> Readings:
+        return sound(head_mm)._replace(**wrong) if time_s < 0.02 else sound(head_mm)
+
+    ended = run(0.04, lambda _: stay(50.0), report, at(50.0))[-1].state
+    reset = governor.reset(LIMITS, ended)
+    assert math.isfinite(reset.watch.speed_mm_per_s)
+    assert math.isfinite(ended.watch.drive.force_n)
+    assert math.isfinite(ended.watch.drive.resistance_n)
+
+    def pushed(time_s: float, _head_mm: float) -> Readings:
+        return sound(50.0 + 40.0 * time_s)
+
+    seen = tripped(run(0.1, lambda _: stay(50.0), pushed, reset))
+    assert Trip.HEAD_OVERSPEED in seen
 
 
 @pytest.mark.requirement("OS-R11")

@@ -4,7 +4,6 @@ procedure (what) -> control (how) -> governor (may it?) -> servos -> commands, a
 servos come after the governor because its own reactions, hold and withdraw, need them too.
 """
 
-import math
 from typing import NamedTuple
 
 from opensuction.control import compensation, servo, valve
@@ -16,7 +15,7 @@ from opensuction.controller import alarm_source
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Host, Requests
 from opensuction.procedure import cycle, progress, upkeep
 from opensuction.procedure.cycle import Demand
@@ -158,7 +157,7 @@ def waited(state: State, duration_s: float) -> State:
 @compiled
 def _head_mm(state: Memory, readings: Readings) -> float:
     """Head as it is read in this tick; the last that was known where it is not."""
-    if readings.head_valid and math.isfinite(readings.head_mm):
+    if readings.head_valid and is_number(readings.head_mm):
         return readings.head_mm
     return state.governor.watch.head_mm
 

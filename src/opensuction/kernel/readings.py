@@ -2,7 +2,12 @@
 
 from typing import NamedTuple
 
+from opensuction.kernel.compiled import compiled
 from opensuction.kernel.monitor import Monitor
+
+LARGEST = 1.0e6
+"""Largest reading in mm, rad, mmHg or A that is a number: no machine comes near it, and no speed or
+force that is computed from it overflows."""
 
 
 class Readings(NamedTuple):
@@ -31,3 +36,13 @@ class Readings(NamedTuple):
     """Current of the insertion motor."""
     monitor: Monitor
     """Of the patient; its values are older than a tick."""
+
+
+@compiled
+def is_number(value: float) -> bool:
+    """Whether a reading can be one: not a number, infinite and absurdly large ones cannot.
+
+    What is averaged from such a value would stay not a number for ever, and no comparison with a
+    limit would hold any more.
+    """
+    return abs(value) <= LARGEST

@@ -5,14 +5,13 @@ transmission, and the valve strokes with the line vented. An item passes when it
 held for a moment, and fails when it does not come in time; the test ends with the first failure.
 """
 
-import math
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import Readings, is_number
 
 
 class CheckItem(IntEnum):
@@ -202,10 +201,10 @@ def _valid(readings: Readings) -> bool:
         and readings.cam_valid
         and readings.vacuum_valid
         and readings.contact_valid
-        and math.isfinite(readings.head_mm)
-        and math.isfinite(readings.carriage_mm)
-        and math.isfinite(readings.cam_rad)
-        and math.isfinite(readings.line_vacuum_mmhg)
+        and is_number(readings.head_mm)
+        and is_number(readings.carriage_mm)
+        and is_number(readings.cam_rad)
+        and is_number(readings.line_vacuum_mmhg)
     )
 
 

@@ -1,11 +1,10 @@
 """What has happened in a cycle: readings and requests turned into the events of a tick."""
 
-import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests
 from opensuction.procedure import check, teaching
 from opensuction.procedure.check import CheckItem, CheckSeen, CheckState
@@ -164,7 +163,7 @@ def taught(
         state,
         requests.confirm and not requests.abort,
         requests.home,
-        readings.head_valid and math.isfinite(readings.head_mm),
+        readings.head_valid and is_number(readings.head_mm),
         readings.head_mm - plan.motion.park_head_mm,
         is_home(plan.motion, readings),
         around.tip_mm,

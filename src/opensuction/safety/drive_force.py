@@ -6,10 +6,10 @@ a start or a stop leaves no trace; contact of the tip (0.3 N) is less than frict
 a jam shows.
 """
 
-import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.readings import is_number
 from opensuction.safety.limits import DriveLimits
 
 SETTLING_S = 0.03
@@ -43,7 +43,7 @@ def step(
     gained_mm_per_s: change of the averaged speed. share: of a new value in that average.
     ``r' = (F - r - m v') / T``, with the change of speed taken whole, so that no noise adds up.
     """
-    current = current_a if math.isfinite(current_a) else 0.0
+    current = current_a if is_number(current_a) else 0.0
     force = state.force_n + share * (limits.newton_per_a * current - state.force_n)
     inertia = limits.moving_mass_kg * gained_mm_per_s / MM_PER_M / SETTLING_S
     resistance = state.resistance_n + (force - state.resistance_n) * dt_s / SETTLING_S - inertia

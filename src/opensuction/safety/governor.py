@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import LARGEST, Readings
 from opensuction.safety import (
     contact_window,
     narrowing,
@@ -92,7 +92,7 @@ class Verdict(NamedTuple):
 
 def start(limits: Limits, head_mm: float) -> GovernorState:
     """State at power-up with the head read at ``head_mm``; not a number: as deep as can be."""
-    if not math.isfinite(head_mm):
+    if not abs(head_mm) <= LARGEST:
         head_mm = float(bounds.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
         last=Setpoints(

@@ -3,12 +3,11 @@
 Nothing here decides; `opensuction.safety.governor` does.
 """
 
-import math
 from typing import NamedTuple
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import Readings, is_number
 from opensuction.safety import contact_window, drive_force, vacuum_signature, valve_axis
 from opensuction.safety import limits as bounds
 from opensuction.safety.contact_window import ContactWindow
@@ -129,15 +128,15 @@ def _time(seconds: float, holds: bool, dt_s: float) -> float:
 @compiled
 def _invalid(invalid: InvalidTicks, readings: Readings) -> InvalidTicks:
     return InvalidTicks(
-        head=_count(invalid.head, not (readings.head_valid and math.isfinite(readings.head_mm))),
+        head=_count(invalid.head, not (readings.head_valid and is_number(readings.head_mm))),
         carriage=_count(
             invalid.carriage,
-            not (readings.carriage_valid and math.isfinite(readings.carriage_mm)),
+            not (readings.carriage_valid and is_number(readings.carriage_mm)),
         ),
-        cam=_count(invalid.cam, not (readings.cam_valid and math.isfinite(readings.cam_rad))),
+        cam=_count(invalid.cam, not (readings.cam_valid and is_number(readings.cam_rad))),
         vacuum=_count(
             invalid.vacuum,
-            not (readings.vacuum_valid and math.isfinite(readings.line_vacuum_mmhg)),
+            not (readings.vacuum_valid and is_number(readings.line_vacuum_mmhg)),
         ),
         contact=_count(invalid.contact, not readings.contact_valid),
     )

@@ -57,6 +57,7 @@ class Outcome(NamedTuple):
     """From the valve's leaving its seat to its return; the pre-use test strokes it without
     vacuum, and does not count."""
     peak_vacuum_mmhg: float
+    """In the line; not the pre-use test's, which tries the relief valve behind the closed one."""
     carina_force_peak_n: float
     removed_ml: float
     removed_percent: float
@@ -137,7 +138,8 @@ def outcome(
     spans = phase_spans(trace)
     resting = np.isin(trace["phase"], (Phase.PARKED, Phase.HALTED))
     closed = any(span.phase == Phase.CLOSING for span in spans)
-    opened = (trace["truth.valve_open_ratio"] > 0.0) & (trace["phase"] != Phase.CHECKING)
+    checking = trace["phase"] == Phase.CHECKING
+    opened = (trace["truth.valve_open_ratio"] > 0.0) & ~checking
     removed = float(
         trace["truth.secretion_removed_ml"][-1] - trace["truth.secretion_removed_ml"][0]
     )
@@ -151,7 +153,7 @@ def outcome(
         cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
         in_airway_s=float(np.count_nonzero(np.isin(trace["phase"], IN_AIRWAY_PHASES)) * DT_S),
         negative_pressure_s=float(np.count_nonzero(opened) * DT_S),
-        peak_vacuum_mmhg=float(np.max(trace["readings.line_vacuum_mmhg"])),
+        peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["readings.line_vacuum_mmhg"]))),
         carina_force_peak_n=float(np.max(trace["truth.contact_n"])),
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
