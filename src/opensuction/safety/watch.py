@@ -24,7 +24,7 @@ SPEED_WINDOW_S = 0.01
 """Time constant over which the measured head speed is averaged."""
 APART_MM = 1.0
 """Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
-mm, half of the carriage sensor's step 0.1 mm, and as much again for wear [computed]."""
+mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed."""
 PARKED_MM = 3.0
 """Distance from the park position up to which the head is parked; the pre-use test needs 2."""
 
