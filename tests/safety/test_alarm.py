@@ -15,6 +15,7 @@ from opensuction.safety.alarm_state import (
     Buttons,
 )
 from tests.safety.annunciator import DT_S, SETTINGS, Tick, lasting, run, wrong
+from tests.safety.watchdog import changed
 
 C = Condition
 QUIET = Tick()
@@ -405,3 +406,15 @@ def test_the_length_of_a_tick_changes_no_delay(dt_s: float) -> None:
     rows = run(lasting(wrong(C.CONSOLE_LOST), 2.1, dt_s), dt_s)
     first = next(index for index, row in enumerate(rows) if row.signals.audible)
     assert first * dt_s == pytest.approx(2.0)
+
+
+def test_only_where_nothing_is_wrong_shown_timed_or_pressed_may_a_step_be_left_out() -> None:
+    rest = alarm_state.start()
+    assert alarm.is_idle(rest, 0, RELEASED)
+    assert not alarm.is_idle(rest, mask({C.SPO2_LOW}), RELEASED)
+    for name in Buttons._fields:
+        pressed = RELEASED._replace(**{name: True})
+        assert not alarm.is_idle(rest, 0, pressed)
+        assert not alarm.is_idle(rest._replace(pressed=pressed), 0, RELEASED)
+    for name in set(rest._fields) - {"clocks_s", "pressed", "paused_priority"}:
+        assert not alarm.is_idle(changed(rest, {name: 1}), 0, RELEASED), name
