@@ -59,8 +59,8 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.foremost_mm == bounds.anywhere(LIMITS.tip, HEAD_MM)
     assert not state.sealed
     assert state.open_contact_ticks == state.late_ticks == 0
-    assert state.invalid == InvalidTicks(0, 0, 0, 0)
-    assert state.lasting == Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
+    assert state.lasting == Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert state.drive == DriveForce(0.0, 0.0)
     assert state.valve == ValveAxis(0.0, 0.0)
     assert state.line == START
@@ -70,7 +70,7 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
 def test_a_sound_tick_begins_nothing() -> None:
     after = observed(seen(PARK_MM), sound(PARK_MM))
     assert counting(after) == set()
-    assert after.invalid == InvalidTicks(0, 0, 0, 0)
+    assert after.invalid == InvalidTicks(0, 0, 0, 0, 0)
     assert after.late_ticks == 0
 
 
@@ -83,6 +83,8 @@ def test_a_sound_tick_begins_nothing() -> None:
         ({"head_mm": NAN}, "head"),
         ({"head_mm": INF}, "head"),
         ({"head_valid": False}, "head"),
+        ({"carriage_mm": NAN}, "carriage"),
+        ({"carriage_valid": False}, "carriage"),
         ({"cam_rad": -INF}, "cam"),
         ({"cam_valid": False}, "cam"),
         ({"line_vacuum_mmhg": NAN}, "vacuum"),
@@ -94,9 +96,9 @@ def test_a_sound_tick_begins_nothing() -> None:
 def test_ticks_without_a_reading_are_counted_each_for_itself(
     wrong: dict[str, object], name: str
 ) -> None:
-    before = seen()._replace(invalid=InvalidTicks(2, 2, 2, 2))
+    before = seen()._replace(invalid=InvalidTicks(2, 2, 2, 2, 2))
     after = observed(before, changed(sound(HEAD_MM), wrong))
-    assert after.invalid == InvalidTicks(0, 0, 0, 0)._replace(**{name: 3})
+    assert after.invalid == InvalidTicks(0, 0, 0, 0, 0)._replace(**{name: 3})
 
 
 def test_what_cannot_be_read_is_what_was_read_last() -> None:
@@ -420,12 +422,12 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         sealed=True,
         open_contact_ticks=4,
         late_ticks=3,
-        invalid=InvalidTicks(1, 2, 3, 4),
-        lasting=Lasting(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0),
+        invalid=InvalidTicks(1, 5, 2, 3, 4),
+        lasting=Lasting(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
         drive=DriveForce(1.0, 2.0),
         window=ContactWindow(45.0, 44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0),
-        line=LineWatch(90.0, 95.0, 120.0, 60.0, True, -300.0, 1.0, 2.0, 3.0, 4.0, 5.0),
+        line=LineWatch(90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 1.0, 2.0, 3.0, 4.0, 5.0),
     )
     tip = LIMITS.tip
     after = watch.acknowledged(LIMITS, before)
@@ -436,7 +438,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.turn == Turn(HEAD_MM, 0.0)
     assert not after.sealed
     # Valve not closed and contact go on; the rest begins anew.
-    assert after.lasting == Lasting(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert after.lasting == Lasting(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert after.drive == DriveForce(0.0, 0.0)
     assert after.window.rearmost_mm == pytest.approx(HEAD_MM - 0.5 * tip.wide_mm)
     assert after.window[1:] == (44.0, 0.0, False)
