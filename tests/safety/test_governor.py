@@ -13,6 +13,7 @@ from opensuction.safety.contact_window import ContactWindow
 from opensuction.safety.drive_force import DriveForce
 from opensuction.safety.governor import GovernorState
 from opensuction.safety.narrowing import ADVANCE_MM
+from opensuction.safety.patient_watch import PatientWatch
 from opensuction.safety.trip import Reaction, Trip, cuts_vacuum
 from opensuction.safety.vacuum_signature import LineWatch
 from opensuction.safety.valve_axis import ValveAxis
@@ -85,6 +86,8 @@ watches = st.builds(
         unvented_s=seconds,
     ),
 )
+PATIENT = (0, 1 << Trip.SPO2_LOW, 1 << Trip.LUNG_VOLUME_LOST | 1 << Trip.MONITOR_LINK_LOST)
+"""Masks of what the monitor may have said of the patient."""
 states = st.builds(
     GovernorState,
     last=st.builds(
@@ -97,6 +100,9 @@ states = st.builds(
     ),
     turned=st.booleans(),
     watch=watches,
+    patient=st.builds(
+        PatientWatch, *[seconds] * 6, st.booleans(), seconds, st.sampled_from(PATIENT)
+    ),
     withdrawal_s=seconds,
     blocked_s=seconds,
     unseen_s=seconds,

@@ -125,6 +125,7 @@ VACUUM_KEPT = {
 MEDIUM = {
     # Suction serves nothing or cannot be seen, but it hurts nobody: prompt is enough.
     "CAM_READING_INVALID",
+    "CARRIAGE_READING_INVALID",
     "VACUUM_READING_INVALID",
     "CONTACT_READING_INVALID",
     "CONTACT_STUCK_CLOSED",
