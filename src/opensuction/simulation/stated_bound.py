@@ -53,10 +53,6 @@ loses against friction alone: 1.7 mm in all where 1 mm told it [in silico]. Now 
 UNTOLD_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
-NOISY_CAM_MM = 0.5
-"""A noisy cam drives the valve off its seat for moments, and the head goes on until it has stopped:
-0.66 mm in all was the most of 500 cycles [in silico]. Not mended yet: the valve's motor could be
-left to its spring while the valve shall be closed."""
 WHOLE_WAY_MM = 400.0
 """The whole way in: an adult's tube of 300 mm and the airway below [assumed]."""
 
@@ -111,12 +107,6 @@ STATED: tuple[Stated, ...] = (
         Bound.ADVANCE,
         UNTOLD_JUMP_MM,
         "as an offset; larger jumps are told by their speed",
-    ),
-    Stated(
-        Fault.CAM_ENCODER_NOISY,
-        Bound.ADVANCE,
-        NOISY_CAM_MM,
-        "the valve's servo follows the noise and leaves its seat before the reading says so",
     ),
     Stated(
         Fault.VALVE_STUCK_OPEN,
