@@ -24,6 +24,8 @@ import numba
 from numba import config
 from platformdirs import user_cache_path
 
+from opensuction.kernel import dispatcher
+
 PACKAGE = Path(__file__).resolve().parents[1]
 
 CORE_ROOMS = (
@@ -39,8 +41,8 @@ CORE_ROOMS = (
 )
 """Rooms whose sources can end up in machine code."""
 
-CACHE_SETTING = "CACHE_DIR"
-"""Numba's setting; changed only while a function is decorated, so other users keep theirs."""
+JIT_SETTING = "DISABLE_JIT"
+"""Numba's setting, from ``NUMBA_DISABLE_JIT``."""
 
 KEPT_CACHES = 4
 """How many cache folders survive pruning: one for each of a few checkouts or versions in use."""
@@ -139,15 +141,9 @@ def compiled(function: Function) -> Function:
     inlined: passing nested records between functions costs more than most of them compute
     (a tick of the closed loop takes 0.42 us inlined, 0.87 us not).
     """
-    previous = getattr(config, CACHE_SETTING)
-    setattr(config, CACHE_SETTING, str(CACHE_FOLDER))
-    try:
-        decorated = numba.njit(
-            nogil=True, boundscheck=True, error_model="python", forceinline=True, cache=True
-        )(function)
-    finally:
-        setattr(config, CACHE_SETTING, previous)
-    return cast(Function, decorated)
+    if getattr(config, JIT_SETTING):
+        return function
+    return cast(Function, dispatcher.made(function, CACHE_FOLDER))
 
 
 def compiled_generated(function: Function) -> Function:
