@@ -77,6 +77,7 @@ def _enter(
         reference_mm_per_s=0.0,
         arrived_ticks=0,
         valve_open=valve_open,
+        line_ready=False,
         check=tested,
         teaching=taught,
     )
@@ -186,6 +187,27 @@ def _is_pumping(phase: int, valve_open: bool) -> bool:
 
 
 @compiled
+def _is_advancing(phase: int) -> bool:
+    """From the gap's taking up until the valve is asked to open."""
+    return (
+        phase == Phase.PRELOADING.value
+        or phase == Phase.INSERTING.value
+        or phase == Phase.BACKING_OFF.value
+    )
+
+
+@compiled
+def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bool:
+    """Whether the line has had its vacuum since the pump was started for this insertion.
+
+    Then the pump rests until the valve is asked to open: a valve that lets gas through on the way
+    in shows as a fall of the vacuum, and can draw no more than the canister holds.
+    """
+    filled = readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
+    return _is_advancing(phase) and (was_ready or filled)
+
+
+@compiled
 def _tested(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
     """The pre-use test as the next phase begins."""
     if phase == Phase.CHECKING.value:
@@ -252,7 +274,7 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
         jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,
-        pump_on=pumping,
+        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING.value),
         vacuum_mmhg=vacuum_mmhg,
     )
 
@@ -274,7 +296,7 @@ def step(
         taught = progress.taught(plan, taught, readings, requests, around)
     events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
     phase = transition.follow(state.phase, events)
-    arrived_ticks = state.arrived_ticks
+    arrived_ticks, line_ready = state.arrived_ticks, state.line_ready
     if phase != state.phase:
         state = _changed(plan, state, checked, taught, events, phase, around.here_mm)
         checked, taught = state.check, state.teaching
@@ -292,6 +314,7 @@ def step(
         reference_mm_per_s=velocity,
         arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,
         valve_open=valve_open,
+        line_ready=_is_ready(plan, phase, line_ready, readings),
         check=checked,
         teaching=taught,
     )

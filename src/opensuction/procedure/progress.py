@@ -36,6 +36,8 @@ class ProcedureState(NamedTuple):
     arrived_ticks: int
     """Ticks since the reference reached the target."""
     valve_open: bool
+    line_ready: bool
+    """The line has had its vacuum in this cycle."""
     check: CheckState
     teaching: TeachingState
 

@@ -178,7 +178,7 @@ def _suction_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     stuck = valve_axis.is_stuck(limits.valve, seen.valve)
     opened = state.last.valve_open
     return (
-        vacuum_signature.trips(limits.line, seen.line)
+        vacuum_signature.trips(limits.line, seen.line, seen.sealed)
         | _bit(seen.invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID.value)
         | _bit(seen.invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID.value)
         | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED.value)
