@@ -33,10 +33,10 @@ REST_SETTLE_S = 0.3
 ms, and `RATE_S` to see it [computed]."""
 REST_SHARE_PER_S = 0.06
 """Share of the set point that a resting line may lose in a second: the pre-use test allows 0.05, a
-sound line loses 0.02 [computed]; through a sixth of a thin catheter's bore it loses 0.1."""
+sound line loses 0.02, one whose valve is 30 % open on a thin catheter 0.1 [computed]."""
 REST_FALL_MMHG = 2.0
 """Vacuum below what a resting line must keep that is a loss: a sensor's noise of 1 mmHg averaged
-over `RATE_S` is 0.1; assumed."""
+over `RATE_S` is 0.1 [computed]; the margin is assumed."""
 STEEP_RATIO = 1.5
 """A fall steeper than an open valve's by this is a leak."""
 SMALL_RATIO = 2.0
