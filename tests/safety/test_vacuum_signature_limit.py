@@ -25,6 +25,8 @@ BUILT = LineWatch(
     pumping_s=60.0,
     built=True,
     fall_mmhg_per_s=0.0,
+    rest_s=0.0,
+    kept_mmhg=0.0,
     closed_low_s=0.0,
     open_low_s=0.0,
     clogged_s=0.0,
@@ -37,7 +39,7 @@ DT_S = 0.001
 
 
 def found(**values: object) -> list[Trip]:
-    return names(vacuum_signature.trips(LIMITS, changed(BUILT, values)))
+    return names(vacuum_signature.trips(LIMITS, changed(BUILT, values), False))
 
 
 def tick(
@@ -59,9 +61,9 @@ def counting(state: LineWatch) -> set[str]:
 
 
 def test_a_sound_line_and_one_at_power_up_have_nothing_against_them() -> None:
-    assert vacuum_signature.trips(LIMITS, BUILT) == 0
-    assert vacuum_signature.trips(LIMITS, START) == 0
-    assert LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) == START
+    assert vacuum_signature.trips(LIMITS, BUILT, False) == 0
+    assert vacuum_signature.trips(LIMITS, START, False) == 0
+    assert LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) == START
 
 
 @pytest.mark.parametrize(
@@ -247,8 +249,8 @@ def test_at_its_set_point_the_line_is_taken_as_it_is() -> None:
 
 
 def test_after_a_reset_the_vacuum_is_known_and_nothing_is_held_against_it() -> None:
-    broken = LineWatch(90.0, 95.0, SET, 60.0, True, -300.0, 1.0, 2.0, 6.0, 3.0, 4.0)
+    broken = LineWatch(90.0, 95.0, SET, 60.0, True, -300.0, 5.0, 80.0, 1.0, 2.0, 6.0, 3.0, 4.0)
     # What is going on, the average too, goes on.
     assert vacuum_signature.afresh(broken) == LineWatch(
-        90.0, 95.0, SET, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        90.0, 95.0, SET, 0.0, False, 0.0, 0.0, 95.0, 0.0, 0.0, 0.0, 0.0, 0.0
     )

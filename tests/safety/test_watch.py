@@ -427,7 +427,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         drive=DriveForce(1.0, 2.0),
         window=ContactWindow(45.0, 44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0),
-        line=LineWatch(90.0, 95.0, 120.0, 60.0, True, -300.0, 1.0, 2.0, 3.0, 4.0, 5.0),
+        line=LineWatch(90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 1.0, 2.0, 3.0, 4.0, 5.0),
     )
     tip = LIMITS.tip
     after = watch.acknowledged(LIMITS, before)
