@@ -69,7 +69,7 @@ LATEST: list[tuple[str, Any, Any, Trip]] = [
     ("watch.invalid.vacuum", 4, 5, Trip.VACUUM_READING_INVALID),
     ("watch.lasting.overpressure", 0.2, above(0.2), Trip.VACUUM_EXCEEDED),
     ("watch.lasting.sucking", 0.5, above(0.5), Trip.NEGATIVE_PRESSURE_TIME),
-    ("watch.line.clogged_s", 5.0, above(5.0), Trip.LINE_CLOGGED),
+    ("watch.line.clogged_s", 4.6, above(4.6), Trip.LINE_CLOGGED),
     ("watch.valve.still_s", 0.15, above(0.15), Trip.VALVE_STUCK_OPEN),
     # The patient, and the host.
     ("watch.lasting.inside", 0.8, above(0.8), Trip.IN_AIRWAY_TIME),
@@ -284,7 +284,7 @@ def test_a_verdict_tells_what_was_done() -> None:
     assert verdict.reaction == Reaction.PASS
     assert (verdict.trips, verdict.patient) == (0, 0)
     assert verdict.insertion_on
-    assert verdict.valve_on
+    assert not verdict.valve_on  # it is closed, and its spring keeps it so
     assert verdict.deepest_mm == pytest.approx(
         0.9677 * (HEAD_MM + 0.5 * PATIENT.tip.wide_mm) - 7.151
     )
@@ -297,9 +297,20 @@ def test_a_valve_that_cannot_be_read_or_steered_is_left_to_its_spring_and_no_oth
     for code in Trip:
         latched = AT_REST._replace(trips=1 << code)
         proposal = staying(HEAD_MM)
-        verdict = governor.step(PATIENT, latched, proposal, sound(HEAD_MM), False, DT_S)[2]
+        read = sound(HEAD_MM)._replace(cam_rad=0.3)
+        verdict = governor.step(PATIENT, latched, proposal, read, False, DT_S)[2]
         assert verdict.trips == 1 << code
         assert verdict.valve_on == (code not in springs), code.name
+
+
+def test_a_closed_valve_is_driven_from_the_tick_in_which_it_shall_open() -> None:
+    closed = governor.step(PATIENT, AT_REST, staying(HEAD_MM), sound(HEAD_MM), False, DT_S)
+    erring = sound(HEAD_MM)._replace(cam_rad=-0.3)
+    still = governor.step(PATIENT, closed[0], staying(HEAD_MM), erring, False, DT_S)
+    assert not closed[2].valve_on
+    assert not still[2].valve_on
+    opened = staying(HEAD_MM)._replace(valve_open=True)
+    assert governor.step(PATIENT, closed[0], opened, sound(HEAD_MM), False, DT_S)[2].valve_on
 
 
 def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> None:

@@ -62,7 +62,7 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
     assert state.lasting == Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert state.drive == DriveForce(0.0, 0.0)
-    assert state.valve == ValveAxis(0.0, 0.0)
+    assert state.valve == ValveAxis(0.0, 0.0, resting=False)
     assert state.line == START
     assert state.window.rearmost_mm < HEAD_MM
 
@@ -334,12 +334,14 @@ def test_a_line_that_is_not_read_keeps_what_was_known() -> None:
 
 
 def test_a_cam_that_is_not_read_is_not_stuck() -> None:
-    stuck = seen(valve=ValveAxis(1.0, 1.0), cam_rad=0.3)
+    stuck = seen(valve=ValveAxis(1.0, 1.0, resting=False), cam_rad=0.3)
     read = sound(HEAD_MM)._replace(cam_rad=0.3)
-    assert observed(stuck, read).valve == ValveAxis(1.0 + DT_S, 1.0 + DT_S)
+    assert observed(stuck, read).valve == ValveAxis(1.0 + DT_S, 1.0 + DT_S, resting=False)
     missing = changed(stuck, {"invalid.cam": 1})
-    assert observed(missing, read._replace(cam_valid=False)).valve == ValveAxis(0.0, 0.0)
-    assert observed(stuck, read, turned=True).valve == ValveAxis(0.0, 0.0)
+    assert observed(missing, read._replace(cam_valid=False)).valve == ValveAxis(
+        0.0, 0.0, resting=False
+    )
+    assert observed(stuck, read, turned=True).valve == ValveAxis(0.0, 0.0, resting=False)
 
 
 # The switch.
@@ -426,8 +428,10 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         lasting=Lasting(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
         drive=DriveForce(1.0, 2.0),
         window=ContactWindow(45.0, 44.0, 0.1, True),
-        valve=ValveAxis(1.0, 2.0),
-        line=LineWatch(90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 1.0, 2.0, 3.0, 4.0, 5.0),
+        valve=ValveAxis(1.0, 2.0, resting=True),
+        line=LineWatch(
+            90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0
+        ),
     )
     tip = LIMITS.tip
     after = watch.acknowledged(LIMITS, before)
@@ -442,6 +446,6 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.drive == DriveForce(0.0, 0.0)
     assert after.window.rearmost_mm == pytest.approx(HEAD_MM - 0.5 * tip.wide_mm)
     assert after.window[1:] == (44.0, 0.0, False)
-    assert after.valve == ValveAxis(0.0, 0.0)
+    assert after.valve == ValveAxis(0.0, 0.0, resting=True)
     assert after.line.vacuum_mmhg == 90.0
     assert after.line.unvented_s == after.line.over_s == after.line.pumping_s == 0.0

@@ -203,14 +203,18 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
 
 
 @compiled
-def _drives_valve(trips: int) -> bool:
-    """Whether the valve's motor is trusted: else its spring closes it."""
+def _drives_valve(trips: int, opened: bool, resting: bool) -> bool:
+    """Whether the valve's motor is trusted: else its spring closes it.
+
+    opened: what the valve is told. A valve that has come home is left to its spring: an encoder
+    that errs later cannot have the motor open it.
+    """
     untrusted = (
         1 << Trip.CAM_READING_INVALID.value
         | 1 << Trip.VALVE_STUCK_OPEN.value
         | 1 << Trip.VALVE_STUCK_CLOSED.value
     )
-    return trips & untrusted == 0
+    return trips & untrusted == 0 and (opened or not resting)
 
 
 @compiled
@@ -241,7 +245,7 @@ def step(
         patient=patient.conditions,
         deepest_mm=bounds.deepest_mm(limits.tip, seen.foremost_mm),
         insertion_on=allowed.insertion_on,
-        valve_on=_drives_valve(trips),
+        valve_on=_drives_valve(trips, allowed.valve_open, seen.valve.resting),
     )
     forced = reaction == Reaction.WITHDRAW.value and (
         seen.head_mm > limits.park_head_mm + ADVANCE_MM

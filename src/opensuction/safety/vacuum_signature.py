@@ -37,6 +37,12 @@ sound line loses 0.02, one whose valve is 30 % open on a thin catheter 0.1 [comp
 REST_FALL_MMHG = 2.0
 """Vacuum below what a resting line must keep that is a loss: a sensor's noise of 1 mmHg averaged
 over `RATE_S` is 0.1 [computed]; the margin is assumed."""
+REST_LOW_S = 0.1
+"""How long it may have less: then its fall, averaged over `RATE_S`, tells a leak from the valve. A
+catheter's fall is at most 0.8 of its first rate by then, and a leak's of 7 mL/s per mmHg more than
+that [computed]."""
+REST_NOISE_MMHG_PER_S = 20.0
+"""What a sensor's noise of 1 mmHg can add to that fall, two standard deviations [computed]."""
 STEEP_RATIO = 1.5
 """A fall steeper than an open valve's by this is a leak."""
 SMALL_RATIO = 2.0
@@ -74,6 +80,8 @@ class LineWatch(NamedTuple):
     """How long the pump has rested behind a closed valve."""
     kept_mmhg: float
     """Vacuum that a sound line has left by now."""
+    rest_low_s: float
+    """How long it has had less."""
     closed_low_s: float
     open_low_s: float
     clogged_s: float
@@ -81,7 +89,7 @@ class LineWatch(NamedTuple):
     unvented_s: float
 
 
-START = LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+START = LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
@@ -115,7 +123,8 @@ def step(
     rest_s = _time(state.rest_s, paused and is_closed, dt_s)
     kept = slow
     if rest_s > REST_SETTLE_S:
-        kept = state.kept_mmhg - REST_SHARE_PER_S * set_mmhg * dt_s
+        # Never below what there is: a loss is noticed by its rate, however long the rest before.
+        kept = max(state.kept_mmhg - REST_SHARE_PER_S * set_mmhg * dt_s, slow)
     built = (pumping and vacuum_mmhg >= READY_SHARE * set_mmhg) or (
         (pumping or paused) and state.built and not raised
     )
@@ -135,6 +144,7 @@ def step(
         fall_mmhg_per_s=fall,
         rest_s=rest_s,
         kept_mmhg=kept,
+        rest_low_s=_time(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
         closed_low_s=_time(state.closed_low_s, low, dt_s),
         open_low_s=_time(state.open_low_s, open_low, dt_s),
         clogged_s=_time(state.clogged_s, clogged, dt_s),
@@ -166,9 +176,9 @@ def trips(limits: LineLimits, state: LineWatch, sealed: bool) -> int:
     found = 0
     if state.closed_low_s > CLOSED_LOW_S:
         found |= 1 << _lost(limits, state)
-    if not sealed and state.slow_mmhg < state.kept_mmhg - REST_FALL_MMHG:
-        steepest = -STEEP_RATIO * limits.bore_fall_mmhg_per_s
-        leaking = state.fall_mmhg_per_s < steepest
+    if not sealed and state.rest_low_s > REST_LOW_S:
+        rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
+        leaking = rate < -limits.bore_fall_mmhg_per_s - REST_NOISE_MMHG_PER_S
         found |= 1 << (Trip.LINE_LEAKING.value if leaking else Trip.VALVE_STUCK_OPEN.value)
     if state.open_low_s > OPEN_LOW_S:
         small = state.fall_mmhg_per_s < -SMALL_RATIO * limits.bore_fall_mmhg_per_s
@@ -198,6 +208,7 @@ def afresh(state: LineWatch) -> LineWatch:
         fall_mmhg_per_s=0.0,
         rest_s=0.0,
         kept_mmhg=state.slow_mmhg,
+        rest_low_s=0.0,
         closed_low_s=0.0,
         open_low_s=0.0,
         clogged_s=0.0,

@@ -24,9 +24,11 @@ class ValveAxis(NamedTuple):
     away_s: float
     still_s: float
     """And has not moved."""
+    resting: bool
+    """Told to be closed, it has been: the spring alone holds it there."""
 
 
-ARRIVED = ValveAxis(away_s=0.0, still_s=0.0)
+START = ValveAxis(away_s=0.0, still_s=0.0, resting=False)
 
 
 @compiled
@@ -56,11 +58,13 @@ def step(
     opened: what the valve is told. turned: told otherwise than a tick ago.
     """
     arrived = is_open(limits, cam_rad) if opened else is_closed(cam_rad)
+    resting = not opened and (arrived or (state.resting and not turned))
     if arrived or turned:
-        return ARRIVED
+        return ValveAxis(away_s=0.0, still_s=0.0, resting=resting)
     return ValveAxis(
         away_s=state.away_s + dt_s,
         still_s=state.still_s + dt_s if cam_rad == before_rad else 0.0,
+        resting=resting,
     )
 
 

@@ -110,7 +110,7 @@ def start(limits: Limits, head_mm: float) -> Watch:
         lasting=Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         drive=drive_force.REST,
         window=contact_window.start(limits.tip, head_mm),
-        valve=valve_axis.ARRIVED,
+        valve=valve_axis.START,
         line=vacuum_signature.START,
     )
 
@@ -181,7 +181,7 @@ def _turned(
 ) -> ValveAxis:
     """The valve's axis; an encoder that gives nothing is another fault."""
     if watch.invalid.cam > 0:
-        return ValveAxis(away_s=0.0, still_s=0.0)
+        return ValveAxis(away_s=0.0, still_s=0.0, resting=watch.valve.resting)
     return valve_axis.step(
         limits.valve, watch.valve, last.valve_open, turned, cam, watch.cam_rad, dt_s
     )
@@ -315,6 +315,6 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
         ),
         drive=DriveForce(force_n=0.0, resistance_n=0.0),
         window=contact_window.unseen(limits.tip, watch.window, watch.head_mm),
-        valve=ValveAxis(away_s=0.0, still_s=0.0),
+        valve=ValveAxis(away_s=0.0, still_s=0.0, resting=watch.valve.resting),
         line=vacuum_signature.afresh(watch.line),
     )
