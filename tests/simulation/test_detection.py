@@ -80,8 +80,9 @@ FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Trip, float]] = {
     "jam of 2 N on the way out": (
         lambda m: held(m, 2.0), Phase.WITHDRAWING, Trip.CATHETER_JAMMED, 0.25,
     ),
-    "pump lost, valve closed": (
-        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.INSERTING, Trip.VACUUM_LOST, 6.5,
+    # The pump rests on the way in, 8 s long: there it can neither fail nor do harm.
+    "pump lost at rest": (
+        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.INSERTING, Trip.VACUUM_LOST, 9.6,
     ),
     "pump lost, valve open": (
         lambda m: line(m, pump_free_ml_per_s=0.0), Phase.SUCTIONING, Trip.VACUUM_LOST, 1.5,
@@ -89,12 +90,15 @@ FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Trip, float]] = {
     "pump at half its flow": (
         lambda m: line(m, pump_free_ml_per_s=150.0), Phase.SUCTIONING, Trip.VACUUM_LOST, 2.0,
     ),
-    "regulator shut": (
+    "regulator shut at rest": (
         lambda m: line(m, regulator_ml_per_s_per_mmhg=0.0),
-        Phase.INSERTING, Trip.VACUUM_EXCEEDED, 1.0,
+        Phase.INSERTING, Trip.VACUUM_EXCEEDED, 8.6,
     ),
     "leak": (
-        lambda m: line(m, leak_ml_per_s_per_mmhg=6.0), Phase.INSERTING, Trip.LINE_LEAKING, 0.6,
+        lambda m: line(m, leak_ml_per_s_per_mmhg=10.0), Phase.INSERTING, Trip.LINE_LEAKING, 0.3,
+    ),
+    "leak like an open valve": (
+        lambda m: line(m, leak_ml_per_s_per_mmhg=4.0), Phase.INSERTING, Trip.VALVE_STUCK_OPEN, 0.3,
     ),
     "clog": (
         lambda m: line(m, bore_ml_per_s_per_root_mmhg=1.5),
