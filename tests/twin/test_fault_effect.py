@@ -178,7 +178,7 @@ def test_a_jam_weaker_than_the_drive_only_slows_it() -> None:
 def test_another_route_of_the_conduit_has_another_gap() -> None:
     """Head travel from a turn until the last play has taken hold."""
     other = faulty(Fault.CONDUIT_REROUTED, 1.5)
-    widths = other.transmission.widths_mm / HEALTHY.transmission.widths_mm
+    widths = np.divide(other.transmission.widths_mm, HEALTHY.transmission.widths_mm)
     np.testing.assert_allclose(widths, 1.5)
     assert other.transmission.stretch_mm == pytest.approx(1.5 * HEALTHY.transmission.stretch_mm)
 

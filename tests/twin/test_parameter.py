@@ -13,7 +13,7 @@ def outcome(values: Values) -> str:
     """Everything that a set of parameters decides, as text."""
     twin = preset.machine(values)
     state = preset.parked(twin, values, 0.0, seed=1, run=2)
-    arrays = (twin.transmission.widths_mm.tolist(), state.bedside.secretion_ml.tolist())
+    arrays = (twin.transmission.widths_mm, state.bedside.secretion_ml.tolist())
     return f"{arrays} {twin} {state}"
 
 

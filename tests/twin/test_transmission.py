@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.hysteresis import play, play_bundle
 from opensuction.twin import parameter, preset, transmission
 from opensuction.twin.transmission import Transmission, TransmissionState
 
@@ -130,8 +131,17 @@ def test_widths_have_exactly_their_mean_and_deviation(
     assert np.std(widths) == pytest.approx(spread, rel=1e-9, abs=1e-12)
 
 
-def test_the_state_given_is_not_changed() -> None:
-    start = transmission.retracted(NOMINAL, 0.0)
-    before = start.plays_mm.copy()
-    transmission.step(NOMINAL, start, 40.0, DT_S)
-    assert start.plays_mm.tolist() == before.tolist()
+def test_a_bundle_is_the_plays_that_an_array_holds() -> None:
+    """Number for number what `play.distributed_step` gives."""
+    widths = np.array(NOMINAL.widths_mm)
+    positions = play.retracted_positions_mm(widths, 0.0)
+    state = transmission.bundle(positions)
+    for head_mm in (3.0, 40.0, 18.5, 19.0, -20.0, 70.0):
+        state, mean = play_bundle.step(NOMINAL.widths_mm, state, head_mm)
+        assert mean == play.distributed_step(widths, positions, head_mm)
+        assert state == tuple(positions)
+
+
+def test_a_conduit_has_twelve_plays() -> None:
+    with pytest.raises(ValueError, match="12 plays, not 11"):
+        transmission.bundle([20.0] * 11)

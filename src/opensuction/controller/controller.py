@@ -45,6 +45,14 @@ class Settings(NamedTuple):
     alarms: alarm_state.Settings
 
 
+class Axes(NamedTuple):
+    """How both axes are driven."""
+
+    insertion: Servo
+    valve: Servo
+    valve_motion: ValveMotion
+
+
 class State(NamedTuple):
     """Everything the controller remembers."""
 
@@ -63,14 +71,14 @@ class State(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """State without the alarms: there is no array in it, so handing it on costs nothing.
+    """State without alarms and compensation: no array is in it, so handing it on costs nothing.
 
-    Whoever takes a record with an array in it counts a reference to it, every tick.
+    Whoever takes a record with an array in it counts a reference to it, every tick: so here
+    records with arrays go only where the arrays are used.
     """
 
     procedure: ProcedureState
     upkeep: Upkeep
-    compensation: HeadState
     insertion_servo: ServoState
     valve_servo: ServoState
     cam_rad: float
@@ -155,25 +163,33 @@ def waited(state: State, duration_s: float) -> State:
 
 
 @compiled
-def _head_mm(state: Memory, readings: Readings) -> float:
+def _head_mm(known_mm: float, readings: Readings) -> float:
     """Head as it is read in this tick; the last that was known where it is not."""
     if readings.head_valid and is_number(readings.head_mm):
         return readings.head_mm
-    return state.governor.watch.head_mm
+    return known_mm
 
 
 @compiled
 def _lead(
-    settings: Settings, state: Memory, origin: HeadState, demand: Demand, phase: int, dt_s: float
+    settings: Settings,
+    led: HeadState,
+    origin: HeadState,
+    let_through_mm: float,
+    demand: Demand,
+    phase: int,
+    dt_s: float,
 ) -> HeadState:
-    """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip."""
+    """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip.
+
+    led: as the last tick led it. let_through_mm: what the governor let through of that.
+    """
     by_hand = not demand.insertion_on
     if phase == Phase.HALTED.value or by_hand:
-        return compensation.held(state.compensation, state.governor.last.head_mm, 0.0)
+        return compensation.held(led, let_through_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
-        led = state.compensation
-        let_through = compensation.held(led, state.governor.last.head_mm, led.head_mm_per_s)
+        let_through = compensation.held(led, let_through_mm, led.head_mm_per_s)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
         speed = settings.plan.motion.abort_mm_per_s
         if phase == Phase.TEACHING.value:
@@ -198,7 +214,7 @@ def _lead(
 
 @compiled
 def _actuate(
-    settings: Settings,
+    axes: Axes,
     state: Memory,
     allowed: Setpoints,
     verdict: Verdict,
@@ -212,9 +228,9 @@ def _actuate(
     """
     insertion_on = verdict.insertion_on and in_service
     valve_on = verdict.valve_on and in_service
-    cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
+    cam, cam_speed = valve.step(axes.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
-        settings.insertion_servo,
+        axes.insertion,
         state.insertion_servo,
         allowed.head_mm,
         allowed.head_mm_per_s,
@@ -222,7 +238,7 @@ def _actuate(
         dt_s,
     )
     valve_state, valve_v = servo.step(
-        settings.valve_servo, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
+        axes.valve, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
     )
     commands = Commands(
         head_mm=allowed.head_mm,
@@ -238,19 +254,15 @@ def _actuate(
 
 
 @compiled
-def _acknowledged(settings: Settings, state: Memory) -> Memory:
+def _acknowledged(limits: Limits, state: Memory) -> Memory:
     """A person has dealt with what halted the machine: the head begins again from where it is."""
-    watch = governor.reset(settings.limits, state.governor)
     return Memory(
         procedure=state.procedure,
         upkeep=state.upkeep,
-        compensation=compensation.rested(
-            settings.compensation, settings.parked, state.compensation, watch.last.head_mm, 0.0
-        ),
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
         cam_rad=state.cam_rad,
-        governor=watch,
+        governor=governor.reset(limits, state.governor),
         tripped=False,
         powerless=False,
         reasons=state.reasons,
@@ -278,35 +290,36 @@ def _granted(requests: Requests, start: bool) -> Requests:
 
 
 @compiled
-def _attended(settings: Settings, state: Memory, requests: Requests) -> Memory:
-    """The state as a person's reset or return to service leaves it, where there was one."""
-    before = state.procedure.phase
+def _is_attended(before: int, requests: Requests) -> bool:
+    """Whether a person resets the machine or returns it to service in this tick."""
     cleared = (before == Phase.HALTED.value and requests.reset) or (
         before == Phase.OUT_OF_SERVICE.value and requests.return_to_service
     )
-    if cleared and not requests.abort:
-        return _acknowledged(settings, state)
-    return state
+    return cleared and not requests.abort
 
 
 @compiled
 def _surroundings(
-    settings: Settings, state: Memory, readings: Readings, touched: bool, confirm: bool
+    settings: Settings,
+    state: Memory,
+    led: HeadState,
+    readings: Readings,
+    touched: bool,
+    confirm: bool,
 ) -> tuple[HeadState, Surroundings]:
     """What the procedure learns of the rest, and the head as it is led from where it touched.
 
     touched: the tip has met something on its way in. confirm: a person says where the tip is.
     """
-    here, here_mm, tip_mm = state.compensation, 0.0, 0.0
-    if touched:
-        head_mm = _head_mm(state, readings)
-        here, here_mm = compensation.stopped(settings.compensation, state.compensation, head_mm)
+    here, here_mm, tip_mm = led, 0.0, 0.0
     if touched or confirm:
-        head_mm = _head_mm(state, readings)
+        head_mm = _head_mm(state.governor.watch.head_mm, readings)
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
+        if touched:
+            here, here_mm = compensation.stopped(settings.compensation, led, head_mm)
     around = Surroundings(
-        head_wanted_mm=state.compensation.head_mm,
-        head_wanted_mm_per_s=state.compensation.head_mm_per_s,
+        head_wanted_mm=led.head_mm,
+        head_wanted_mm_per_s=led.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
         here_mm=here_mm,
@@ -330,7 +343,7 @@ def _proposal(led: HeadState, demand: Demand) -> Setpoints:
 
 @compiled
 def _outputs(
-    settings: Settings,
+    service: Service,
     procedure: ProcedureState,
     kept: Upkeep,
     commands: Commands,
@@ -351,14 +364,15 @@ def _outputs(
         taught=procedure.teaching.taught,
         taught_mm=procedure.teaching.taught_mm,
         refusal=kept.refusal,
-        assessment_due=upkeep.is_prompting(settings.service, kept, procedure.phase),
+        assessment_due=upkeep.is_prompting(service, kept, procedure.phase),
         catheter_age_s=kept.catheter_age_s,
     )
 
 
 @compiled
 def _wrong(
-    settings: Settings,
+    plan: Plan,
+    service: Service,
     state: Memory,
     procedure: ProcedureState,
     kept: Upkeep,
@@ -369,7 +383,6 @@ def _wrong(
 
     state: as the tick began. procedure, kept: as it ended.
     """
-    plan, service = settings.plan, settings.service
     held = alarm_source.reasons(
         plan, state.procedure.phase, procedure, state.reasons, inputs.readings
     )
@@ -393,11 +406,10 @@ def _buttons(requests: Requests) -> alarm_state.Buttons:
 
 @compiled
 def memory(state: State) -> Memory:
-    """The state without the alarms."""
+    """The state without alarms and compensation."""
     return Memory(
         procedure=state.procedure,
         upkeep=state.upkeep,
-        compensation=state.compensation,
         insertion_servo=state.insertion_servo,
         valve_servo=state.valve_servo,
         cam_rad=state.cam_rad,
@@ -410,28 +422,30 @@ def memory(state: State) -> Memory:
 
 @compiled
 def _decide(
-    settings: Settings, state: Memory, inputs: Inputs, start: bool
+    settings: Settings, state: Memory, led: HeadState, inputs: Inputs, start: bool
 ) -> tuple[ProcedureState, Demand, HeadState]:
     """Procedure and control: the cycle one tick on, what it asks for, and where the head goes."""
     readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
     inserting = state.procedure.phase == Phase.INSERTING.value
     touched = inserting and progress.is_contact(readings)
-    here, around = _surroundings(settings, state, readings, touched, requests.confirm)
+    here, around = _surroundings(settings, state, led, readings, touched, requests.confirm)
     procedure, demand = cycle.step(
         settings.plan, state.procedure, readings, _granted(requests, start), around, dt_s
     )
     from_here = touched and procedure.phase == Phase.BACKING_OFF.value
-    origin = here if from_here else state.compensation
-    return procedure, demand, _lead(settings, state, origin, demand, procedure.phase, dt_s)
+    origin = here if from_here else led
+    let_through_mm = state.governor.last.head_mm
+    leading = _lead(settings, led, origin, let_through_mm, demand, procedure.phase, dt_s)
+    return procedure, demand, leading
 
 
 @compiled
-def joined(memory: Memory, alarms: alarm_state.State) -> State:
-    """The whole state of its two parts."""
+def joined(memory: Memory, led: HeadState, alarms: alarm_state.State) -> State:
+    """The whole state of its parts."""
     return State(
         procedure=memory.procedure,
         upkeep=memory.upkeep,
-        compensation=memory.compensation,
+        compensation=led,
         insertion_servo=memory.insertion_servo,
         valve_servo=memory.valve_servo,
         cam_rad=memory.cam_rad,
@@ -467,39 +481,42 @@ def is_silent(alarms: alarm_state.State, wrong: int, requests: Requests) -> bool
 
 
 @compiled
-def act(settings: Settings, state: Memory, inputs: Inputs) -> tuple[Memory, Outputs, int]:
+def act(
+    settings: Settings, state: Memory, led: HeadState, inputs: Inputs
+) -> tuple[Memory, HeadState, Outputs, int]:
     """One half of a tick, without the alarms: all that moves anything.
 
-    Returns what is remembered, what leaves (its signals silent), and the mask of alarm conditions
-    that `announce` must hear of. A loop that carries the two halves apart spares itself the
-    alarms' arrays in every tick: a sixth of it.
+    led: the compensation's state. Returns what is remembered, where the head is led, what leaves
+    (its signals silent), and the mask of alarm conditions that `announce` must hear of. A loop that
+    carries the parts of the state apart spares itself the alarms' arrays in every tick: a sixth of
+    it.
     """
     readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
-    service, before = settings.service, state.procedure.phase
-    now = _attended(settings, state, requests)
-    asked = upkeep.is_asked(service, now.upkeep, before, requests)
-    refused = upkeep.refusal(
-        service,
-        now.upkeep,
-        before,
-        settings.plan.travel_known,
-        now.governor.patient.conditions,
-    )
+    plan, service, before = settings.plan, settings.service, state.procedure.phase
+    if _is_attended(before, requests):
+        state = _acknowledged(settings.limits, state)
+        led = compensation.rested(
+            settings.compensation, settings.parked, led, state.governor.last.head_mm, 0.0
+        )
+    patient = state.governor.patient.conditions
+    asked = upkeep.is_asked(service, state.upkeep, before, requests)
+    refused = upkeep.refusal(service, state.upkeep, before, plan.travel_known, patient)
     start = asked and refused == Refusal.NONE.value
-    procedure, demand, led = _decide(settings, now, inputs, start)
+    procedure, demand, led = _decide(settings, state, led, inputs, start)
     watch, allowed, verdict = governor.step(
-        settings.limits, now.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
+        settings.limits, state.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
     )
     in_service = procedure.phase != Phase.OUT_OF_SERVICE.value
+    axes = Axes(settings.insertion_servo, settings.valve_servo, settings.valve_motion)
     insertion, valve_state, commands = _actuate(
-        settings, now, allowed, verdict, watch.watch, in_service, dt_s
+        axes, state, allowed, verdict, watch.watch, in_service, dt_s
     )
-    kept = upkeep.step(now.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
-    reasons, wrong = _wrong(settings, now, procedure, kept, inputs, verdict.trips | verdict.patient)
+    kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
+    trips = verdict.trips | verdict.patient
+    reasons, wrong = _wrong(plan, service, state, procedure, kept, inputs, trips)
     following = Memory(
         procedure=procedure,
         upkeep=kept,
-        compensation=led,
         insertion_servo=insertion,
         valve_servo=valve_state,
         cam_rad=commands.cam_rad,
@@ -508,7 +525,8 @@ def act(settings: Settings, state: Memory, inputs: Inputs) -> tuple[Memory, Outp
         powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
         reasons=reasons,
     )
-    return following, _outputs(settings, procedure, kept, commands, demand, verdict, SILENT), wrong
+    silent = _outputs(service, procedure, kept, commands, demand, verdict, SILENT)
+    return following, led, silent, wrong
 
 
 @compiled
@@ -534,8 +552,8 @@ def told(outputs: Outputs, signals: Signals) -> Outputs:
 @compiled
 def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
     """One tick of the controller; no clock, no I/O, nothing hidden."""
-    following, outputs, wrong = act(settings, memory(state), inputs)
+    following, led, outputs, wrong = act(settings, memory(state), state.compensation, inputs)
     alarms, signals = announce(
         settings, state.alarms, wrong, outputs.phase, inputs.requests, inputs.dt_s
     )
-    return joined(following, alarms), told(outputs, signals)
+    return joined(following, led, alarms), told(outputs, signals)

@@ -131,13 +131,14 @@ def run(
     active = not is_resting(state.controller.procedure.phase)
     tick, body, bedside = state.tick, state.machine, state.bedside
     # What moves and what is told are carried apart: alarms are touched only when there are some.
-    memory, alarms = controller.memory(state.controller), state.controller.alarms
+    memory, led = controller.memory(state.controller), state.controller.compensation
+    alarms = state.controller.alarms
     done, at_rest = 0, False
     while done < trace.shape[0] and not at_rest:
         # Ticks up to the bedside's next step: an inner loop that does not carry its state.
         while done < trace.shape[0] and not at_rest and not plant.is_due(body):
             inputs = _inputs(loop, tick, body, requests)
-            memory, outputs, wrong = controller.act(loop.controller, memory, inputs)
+            memory, led, outputs, wrong = controller.act(loop.controller, memory, led, inputs)
             signals = SILENT
             if not controller.is_silent(alarms, wrong, requests):
                 alarms, signals = controller.announce(
@@ -153,4 +154,4 @@ def run(
             active = not is_resting(record.phase)
         if plant.is_due(body):
             body, bedside = plant.settle(loop.machine, body, bedside, DT_S)
-    return LoopState(tick, controller.joined(memory, alarms), body, bedside), done
+    return LoopState(tick, controller.joined(memory, led, alarms), body, bedside), done

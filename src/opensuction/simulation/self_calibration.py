@@ -20,6 +20,7 @@ from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.bench import Rig
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
+from opensuction.twin.transmission import bundle
 
 PARKING_S = 1.0
 """Time in which a parked head goes to its new park position; a few mm take .2 s."""
@@ -31,7 +32,7 @@ def with_widths(chosen: Rig, scale: float = 1.0, shift_mm: float = 0.0) -> Rig:
     Every gap width is multiplied and then enlarged. The drawn values keep what was drawn.
     """
     transmission = chosen.machine.transmission
-    widths = np.maximum(scale * transmission.widths_mm + shift_mm, 0.0)
+    widths = bundle(max(scale * width + shift_mm, 0.0) for width in transmission.widths_mm)
     moved = transmission._replace(widths_mm=widths)
     return chosen._replace(machine=chosen.machine._replace(transmission=moved))
 

@@ -15,6 +15,7 @@ from opensuction.twin.fault import Fault, Means
 from opensuction.twin.fault_table import KINDS
 from opensuction.twin.machine import Machine
 from opensuction.twin.patient import Patient
+from opensuction.twin.transmission import bundle
 
 SEIZED_V = 1.0e6
 """Friction that no drive overcomes, and every motion ends in at once."""
@@ -134,10 +135,9 @@ def _catheter_jammed(machine: Machine, strength: float) -> Machine:
 
 def _conduit_rerouted(machine: Machine, strength: float) -> Machine:
     moved = machine.transmission
+    widths = bundle(width * strength for width in moved.widths_mm)
     return machine._replace(
-        transmission=moved._replace(
-            widths_mm=moved.widths_mm * strength, stretch_mm=moved.stretch_mm * strength
-        )
+        transmission=moved._replace(widths_mm=widths, stretch_mm=moved.stretch_mm * strength)
     )
 
 

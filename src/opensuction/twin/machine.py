@@ -133,35 +133,43 @@ def read(machine: Machine, state: MachineState) -> Readings:
 
 
 @compiled
-def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
-    """Vacuum that mucus in the bore takes, the valve being that far open."""
+def _lost_mmhg(
+    resistance: Bore,
+    line: SuctionLine,
+    mucus: BoreState,
+    suction: SuctionState,
+    free_share: float,
+    opened: float,
+) -> float:
+    """Vacuum that mucus in the bore takes, the valve being that far open.
+
+    These few records and not the whole machine: a reference to each of its arrays is counted
+    wherever it is passed on.
+    """
     return bore.lost_mmhg(
-        machine.bore,
-        state.bore,
-        state.line.vacuum_mmhg,
-        opened * state.airway.free_share * machine.line.bore_ml_per_s_per_root_mmhg,
-        state.line.gas_ml_per_s,
+        resistance,
+        mucus,
+        suction.vacuum_mmhg,
+        opened * free_share * line.bore_ml_per_s_per_root_mmhg,
+        suction.gas_ml_per_s,
     )
-
-
-@compiled
-def tip_vacuum_mmhg(machine: Machine, state: MachineState) -> float:
-    """Vacuum that draws mucus at the tip: the line's, less the bore's loss, behind the valve."""
-    opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
-    return opened * (state.line.vacuum_mmhg - _lost_mmhg(machine, state, opened))
 
 
 @compiled
 def observe(machine: Machine, state: MachineState) -> Observation:
     """What really is."""
     shown = state.seam.shown
+    opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
+    lost = _lost_mmhg(
+        machine.bore, machine.line, state.bore, state.line, state.airway.free_share, opened
+    )
     return Observation(
         head_mm=state.head_mm,
         tip_mm=state.airway.tip_mm,
         laser_mm=state.laser.reading_mm,
         contact_n=state.airway.contact_n,
-        valve_open_ratio=valve_mechanism.open_ratio(machine.valve, state.valve.position),
-        tip_vacuum_mmhg=tip_vacuum_mmhg(machine, state),
+        valve_open_ratio=opened,
+        tip_vacuum_mmhg=opened * (state.line.vacuum_mmhg - lost),
         gas_ml_per_s=state.line.gas_ml_per_s,
         secretion_removed_ml=state.airway.removed_ml,
         bore_ml=state.bore.mucus_ml,
@@ -204,13 +212,14 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     )
     valve = valve_mechanism.stopped(machine.valve, turned)
     opened = valve_mechanism.open_ratio(machine.valve, valve.position)
-    lost = _lost_mmhg(machine, state, opened)
+    free_share = state.airway.free_share
+    lost = _lost_mmhg(machine.bore, machine.line, state.bore, state.line, free_share, opened)
     line = suction_line.step(
         machine.line,
         state.line,
         commands.pump_on,
         commands.vacuum_mmhg,
-        opened * state.airway.free_share,
+        opened * free_share,
         lost,
         dt_s,
     )

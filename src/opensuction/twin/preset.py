@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri
 
+from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.kernel import random_stream
 from opensuction.twin import (
     bedside,
@@ -31,11 +32,9 @@ from opensuction.twin.plant import PlantState
 from opensuction.twin.secretion import BIN_MM, Bins
 from opensuction.twin.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
 from opensuction.twin.tip import Tip
-from opensuction.twin.transmission import Transmission
+from opensuction.twin.transmission import Transmission, bundle
 from opensuction.twin.valve_mechanism import ValveMechanism
 
-PLAYS = 12
-"""Plays side by side: enough that more change no figure of the bench by 1 %."""
 BINS = 12
 """Bins of secretions along the airway."""
 NOISE_PURPOSE = 1000
@@ -87,7 +86,7 @@ def transmission_of(values: Values) -> Transmission:
     """Transmission from its parameters: mean width is bend angle times diametral clearance."""
     mean_width = values["bend_rad"] * values["clearance_mm"]
     return Transmission(
-        widths_mm=play_widths_mm(mean_width, values["width_spread_mm"], PLAYS),
+        widths_mm=bundle(play_widths_mm(mean_width, values["width_spread_mm"], PLAYS)),
         stretch_mm=values["stretch_mm"],
         gain=values["gain"],
         gain_per_mm=values["gain_per_100mm"] / 100.0,

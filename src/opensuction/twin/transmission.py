@@ -6,12 +6,13 @@ creeps for seconds after the catheter has moved; and the gain changes slightly w
 is bend angle times diametral clearance: re-routing the conduit changes it.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 
-from opensuction.hysteresis import play
+from opensuction.hysteresis import play, play_bundle
+from opensuction.hysteresis.play_bundle import PLAYS, Bundle
 from opensuction.kernel.compiled import compiled
 
 CREEP_VELOCITY_MM_PER_S = 3.0
@@ -21,8 +22,8 @@ CREEP_VELOCITY_MM_PER_S = 3.0
 class Transmission(NamedTuple):
     """Parameters of the catheter and its conduit."""
 
-    widths_mm: npt.NDArray[np.float64]
-    """Full widths of the plays, shape (n,)."""
+    widths_mm: Bundle
+    """Full widths of the plays."""
     stretch_mm: float
     """Friction-limited elastic stretch: full width of the play in series."""
     gain: float
@@ -43,7 +44,7 @@ class Transmission(NamedTuple):
 class TransmissionState(NamedTuple):
     """State of the catheter in its conduit."""
 
-    plays_mm: npt.NDArray[np.float64]
+    plays_mm: Bundle
     stretch_mm: float
     """Position behind the elastic stretch."""
     head_mm: float
@@ -53,9 +54,17 @@ class TransmissionState(NamedTuple):
     """Where the tip would be, were nothing in its way."""
 
 
+def bundle(values: Iterable[float]) -> Bundle:
+    """A number for each play. Raises ValueError for more or fewer."""
+    found = tuple(float(value) for value in values)
+    if len(found) != PLAYS:
+        raise ValueError(f"a conduit has {PLAYS} plays, not {len(found)}")
+    return cast(Bundle, found)
+
+
 def retracted(transmission: Transmission, head_mm: float) -> TransmissionState:
     """State at rest after a long retract that ended with the head at ``head_mm``."""
-    plays = play.retracted_positions_mm(transmission.widths_mm, head_mm)
+    plays = bundle(play.retracted_positions_mm(np.array(transmission.widths_mm), head_mm))
     behind = float(np.mean(plays)) + 0.5 * transmission.stretch_mm
     return TransmissionState(
         plays_mm=plays,
@@ -86,8 +95,7 @@ def step(
     behind = state.stretch_mm
     drawn = 0.0
     if head_mm != state.head_mm:
-        plays = plays.copy()
-        mean = play.distributed_step(transmission.widths_mm, plays, head_mm)
+        plays, mean = play_bundle.step(transmission.widths_mm, plays, head_mm)
         behind = play.step(transmission.stretch_mm, behind, mean)
         # Crossing the clearance strains nothing: only the catheter's own motion counts.
         speed = (behind - state.stretch_mm) / dt_s

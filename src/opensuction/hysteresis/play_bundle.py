@@ -1,0 +1,40 @@
+"""A dozen plays side by side as plain numbers, for a twin that steps them every millisecond.
+
+An array in a record costs: wherever the record is passed on a reference is counted, and every step
+copies it. A tuple of numbers is part of the record. Its step is generated, for compiled code builds
+a tuple only of elements that are written out.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from opensuction.hysteresis import play
+from opensuction.kernel.compiled import compiled_generated
+
+PLAYS = 12
+"""How many: more change no figure of the bench by 1 %."""
+
+Bundle = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
+"""A number for each of them."""
+
+
+def _stepper() -> Callable[[Bundle, Bundle, float], tuple[Bundle, float]]:
+    moved = [f"p{j}" for j in range(PLAYS)]
+    element = "    p{j} = play_step(widths_mm[{j}], positions_mm[{j}], head_mm)"
+    lines = [
+        "def step(widths_mm, positions_mm, head_mm):",
+        *(element.format(j=j) for j in range(PLAYS)),
+        f"    return ({', '.join(moved)}), ({' + '.join(moved)}) / {PLAYS}",
+    ]
+    scope: dict[str, Any] = {"play_step": play.step}
+    source = "\n".join(lines) + "\n"
+    exec(compile(source, "<step of a play bundle>", "exec"), scope)  # noqa: S102
+    generated: Callable[[Bundle, Bundle, float], tuple[Bundle, float]] = compiled_generated(
+        scope["step"]
+    )
+    return generated
+
+
+step = _stepper()
+"""``step(widths_mm, positions_mm, head_mm)``: the positions as they follow the head, and their
+mean in mm. See `play.step`, `play.distributed_step`."""
