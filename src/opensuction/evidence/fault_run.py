@@ -55,6 +55,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
         resets=RESETS if restarts else 0,
         seed=prepared.choice.seed,
         watch=heard,
+        piece_s=cycle_run.PIECE_S,
     )
     if len(later) == 1 and math.isnan(found.faults[0].at_s):
         last_s = found.columns["time_s"].size * DT_S

@@ -32,8 +32,9 @@ MOST_FAULTS = 2
 """Single and double faults; more at once are not looked at."""
 LIMIT_S = 180.0
 """No cycle lasts longer: every phase has a limit of its own."""
-PIECE_S = 0.05
-"""Simulated at once; the last piece before a fault ends with the tick before it."""
+PIECE_S = 0.5
+"""Simulated at once; the last piece before a fault ends with the tick before it. To hand a state
+to compiled code and take it back costs as much as half a second of it."""
 IDLE_S = 1.0
 """A machine that has not begun by then was refused its start."""
 AFTERMATH_S = 5.0
@@ -137,24 +138,26 @@ def run(
     resets: int = 0,
     seed: int = 0,
     watch: Watcher = lambda _: None,
+    piece_s: float = PIECE_S,
 ) -> InjectedRun:
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. watch: hears of each piece. With no fault it gives the healthy
+    seed: chance of the faults. watch: hears of each piece of
+    ``piece_s``. With no fault it gives the healthy
     loop's rows. Raises InputError for what cannot be injected (see `check`).
     """
     check(injections)
     room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s
     going = FaultyRun(loop, start, injections, trace.rows(room_s), seed)
     most = round(LIMIT_S / DT_S)
-    _until_rest(going, most, watch)
+    _until_rest(going, most, watch, piece_s)
     for _ in range(resets):
         _for(going, RESET_S)
         if not going.is_halted:
             break
         going.requests = RESET
-        _until_rest(going, going.done + most, watch)
+        _until_rest(going, going.done + most, watch, piece_s)
     _for(going, after_s)
     columns = trace.by_name(going.table[: going.done])
     found = tuple(
@@ -164,9 +167,9 @@ def run(
     return InjectedRun(going.state, columns, found, going.sent(columns))
 
 
-def _until_rest(going: FaultyRun, last: int, watch: Watcher) -> None:
+def _until_rest(going: FaultyRun, last: int, watch: Watcher, piece_s: float) -> None:
     """Run until the machine rests, or its controller has been gone for long."""
-    piece, begun = round(PIECE_S / DT_S), going.done
+    piece, begun = round(piece_s / DT_S), going.done
     active = False
     while going.done < last:
         going.advance(min(piece, last - going.done))

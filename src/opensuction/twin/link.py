@@ -19,7 +19,7 @@ from opensuction.twin import reading_fault
 from opensuction.twin.fault import Fault
 from opensuction.twin.reading_fault import FAULT_PURPOSE, ReadingFault
 
-RING_TICKS = 64
+RING_TICKS = 512
 """Rows that a ring holds: longer than the longest delay."""
 Ring = npt.NDArray[np.float64]
 """Last messages one way, shape (`RING_TICKS`, columns)."""
