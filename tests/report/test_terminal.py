@@ -16,6 +16,12 @@ CYCLE = (
 )
 
 
+@pytest.fixture(autouse=True)
+def _terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that moves its cursor, wherever the tests run: on a dumb one phases are plain lines."""
+    monkeypatch.setenv("TERM", "xterm")
+
+
 def _console(*, is_terminal: bool) -> tuple[Console, io.StringIO]:
     file = io.StringIO()
     return Console(file=file, force_terminal=is_terminal, width=100, color_system=None), file
