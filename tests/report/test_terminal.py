@@ -1,5 +1,6 @@
 import io
 
+import pytest
 from rich.console import Console
 
 from opensuction.report import terminal
