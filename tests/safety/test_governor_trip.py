@@ -176,6 +176,22 @@ def test_a_catheter_head_that_is_not_where_the_motor_is_brings_the_catheter_out(
 
 
 @pytest.mark.requirement("OS-R09")
+def test_a_catheter_that_its_motor_cannot_bring_home_is_left_to_a_hand() -> None:
+    """The motor is home, the catheter head is not: the drive lets go of what it cannot move."""
+
+    def report(_time_s: float, head_mm: float) -> Readings:
+        return sound(head_mm)._replace(carriage_mm=head_mm + 30.0)
+
+    limits = LIMITS._replace(in_airway_s=INF, withdrawal_s=2.0)
+    ticks = run(2.5, lambda _: stay(PARK_MM), report, at(PARK_MM), limits=limits)
+    assert first(ticks, Trip.HEAD_SENSORS_DISAGREE).verdict.insertion_on
+    given_up = first(ticks, Trip.WITHDRAWAL_TIME)
+    assert given_up.time_s == pytest.approx(0.05 + 2.0, abs=0.005)
+    assert given_up.verdict.reaction == Reaction.TORQUE_OFF
+    assert not ticks[-1].verdict.insertion_on
+
+
+@pytest.mark.requirement("OS-R09")
 @pytest.mark.parametrize("apart_mm", [-0.9, 0.9])
 def test_play_and_steps_of_the_sensors_are_no_fault(apart_mm: float) -> None:
     def report(time_s: float, head_mm: float) -> Readings:

@@ -247,8 +247,10 @@ def step(
         insertion_on=allowed.insertion_on,
         valve_on=_drives_valve(trips, allowed.valve_open, seen.valve.resting),
     )
+    # A motor that is home while the head is not has withdrawn nothing: a hand must.
+    out = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
     forced = reaction == Reaction.WITHDRAW.value and (
-        seen.head_mm > limits.park_head_mm + ADVANCE_MM
+        not out or seen.lasting.disagreeing > DISAGREE_S
     )
     held = forced and seen.lasting.jammed > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
     unseen = forced and (seen.invalid.head > 0 or seen.lasting.stalled > STALL_S)
