@@ -171,11 +171,12 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
     found = []
     guideline_s = GUIDELINES[prepared.rig.site.age].negative_pressure_s
     if result.negative_pressure_s > guideline_s + BUDGET_MARGIN_S:
+        planned = prepared.protocol.negative_pressure_budget_s > guideline_s + BUDGET_MARGIN_S
         found.append(
             f"Suction lasted {result.negative_pressure_s:.1f} s: guidelines allow "
-            f"{guideline_s:g} s. This protocol is for the bench only."
+            f"{guideline_s:g} s." + (" This protocol is for the bench only." if planned else "")
         )
-    if result.removed_percent < SECRETION_SHARE_PERCENT:
+    if result.completed and result.removed_percent < SECRETION_SHARE_PERCENT:
         found.append(
             f"Only {result.removed_percent:.0f} % of the secretions were removed: the rest lies "
             "deeper than the tip may go, or needs more than the "

@@ -12,6 +12,7 @@ import numpy as np
 from opensuction.evidence import cycle_run
 from opensuction.evidence.cycle_choice import Choice
 from opensuction.evidence.fault_campaign import APPROACHES, BASKET
+from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm_condition import Condition
 from opensuction.safety.alarm_episode import Episode
 from opensuction.simulation.trace import Columns
@@ -73,6 +74,23 @@ def played(number: int, compensation: str) -> Quiet:
     )
 
 
-def campaign(numbers: Iterable[int], compensation: str) -> list[Quiet]:
-    """These cycles, in order."""
-    return [played(number, compensation) for number in numbers]
+class Campaign(NamedTuple):
+    """Cycles that were played, and those that planning refused before they began."""
+
+    cases: list[Quiet]
+    refused: list[str]
+    """Why: one line each. A machine that cannot keep its patient's limits is told so."""
+
+
+def campaign(numbers: Iterable[int], compensation: str, cycles: int) -> Campaign:
+    """That many cycles of these numbers, in order; a refused one does not count."""
+    cases: list[Quiet] = []
+    refused: list[str] = []
+    for number in numbers:
+        if len(cases) == cycles:
+            break
+        try:
+            cases.append(played(number, compensation))
+        except InputError as error:
+            refused.append(f"{number}: {error}")
+    return Campaign(cases, refused)

@@ -23,6 +23,9 @@ IN_AIRWAY_PHASES = (
     Phase.WITHDRAWING,
 )
 
+VENTED_MMHG = 1.0
+"""A line with less draws nothing."""
+
 
 class TripTime(NamedTuple):
     """A trip and when it happened, s after the start of the run."""
@@ -54,8 +57,8 @@ class Outcome(NamedTuple):
     """Until the machine rests again; a patient is followed for longer."""
     in_airway_s: float
     negative_pressure_s: float
-    """From the valve's leaving its seat to its return; the pre-use test strokes it without
-    vacuum, and does not count."""
+    """With the valve off its seat and vacuum in the line; the pre-use test strokes it without, and
+    does not count."""
     peak_vacuum_mmhg: float
     """In the line; not the pre-use test's, which tries the relief valve behind the closed one."""
     carina_force_peak_n: float
@@ -139,7 +142,8 @@ def outcome(
     resting = np.isin(trace["phase"], (Phase.PARKED, Phase.HALTED))
     closed = any(span.phase == Phase.CLOSING for span in spans)
     checking = trace["phase"] == Phase.CHECKING
-    opened = (trace["truth.valve_open_ratio"] > 0.0) & ~checking
+    drawing = trace["truth.line_vacuum_mmhg"] > VENTED_MMHG
+    sucking = (trace["truth.valve_open_ratio"] > 0.0) & drawing & ~checking
     removed = float(
         trace["truth.secretion_removed_ml"][-1] - trace["truth.secretion_removed_ml"][0]
     )
@@ -152,7 +156,7 @@ def outcome(
         peak_error_mm=float(np.max(np.abs(error))) if error.size else float("nan"),
         cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
         in_airway_s=float(np.count_nonzero(np.isin(trace["phase"], IN_AIRWAY_PHASES)) * DT_S),
-        negative_pressure_s=float(np.count_nonzero(opened) * DT_S),
+        negative_pressure_s=float(np.count_nonzero(sucking) * DT_S),
         peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["readings.line_vacuum_mmhg"]))),
         carina_force_peak_n=float(np.max(trace["truth.contact_n"])),
         removed_ml=removed,
