@@ -53,8 +53,8 @@ loses against friction alone: 1.7 mm in all where 1 mm told it [in silico]. Now 
 UNTOLD_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
-WHOLE_WAY_MM = 400.0
-"""The whole way in: an adult's tube of 300 mm and the airway below [assumed]."""
+WHOLE_WAY_MM = 200.0
+"""The whole way in: 100 mm outside the patient, and from there to the deepest cap of an adult."""
 
 STATED: tuple[Stated, ...] = (
     Stated(
@@ -112,9 +112,9 @@ STATED: tuple[Stated, ...] = (
         Fault.VALVE_STUCK_OPEN,
         Bound.ADVANCE,
         WHOLE_WAY_MM,
-        "a slide that leaves its seat by itself shows only in the line; where pump and regulator "
-        "hold the set point against a small opening or a thin catheter, nothing shows before the "
-        "next pre-use test, and the insertion goes on",
+        "a slide that leaves its seat by itself shows in the vacuum of the resting line within a "
+        "second or two; through a thin catheter, open by less than a fifth, or where mucus blocks "
+        "it, not before the next pre-use test, and the insertion goes on",
     ),
 )
 """All of them."""
