@@ -195,3 +195,45 @@ def test_every_value_lies_in_its_range_and_says_where_the_range_is_from() -> Non
     for value in signal_value.VALUES.values():
         assert value.least <= value.value <= value.most
         assert value.source
+
+
+@pytest.mark.parametrize("priority", SOUNDING)
+def test_a_pulse_is_between_its_points_at_ninety_percent(priority: Priority) -> None:
+    """The burst begins with the foot of the first rise and ends with that of the last fall."""
+    foot_s = auditory_signal.NINETY_PERCENT * auditory_signal.edge_s(priority)
+    pulses = auditory_signal.pulses(priority)
+    marks_s = np.array([mark + foot_s for pulse in pulses for mark in pulse])
+    levels = auditory_signal.envelope(priority, marks_s)
+    assert levels == pytest.approx(0.9)
+    end_s = auditory_signal.burst_s(priority)
+    just_before_s = end_s - 0.1 * auditory_signal.edge_s(priority)
+    ends = auditory_signal.envelope(priority, np.array([0.0, just_before_s, end_s, end_s + 0.1]))
+    assert ends == pytest.approx([0.0, 0.5 * (1.0 - np.cos(0.1 * np.pi)), 0.0, 0.0])
+
+
+@pytest.mark.parametrize("priority", SOUNDING)
+def test_each_harmonic_has_its_share_of_the_sound(priority: Priority) -> None:
+    """Over whole periods of a pulse's plateau the harmonics are found one by one."""
+    fundamental_hz = auditory_signal.TONES[priority].fundamental_hz.value
+    first = auditory_signal.pulses(priority)[0]
+    edge_s = auditory_signal.edge_s(priority)
+    periods = np.floor((first.end_s - edge_s) * fundamental_hz)
+    samples = auditory_signal.burst(priority, RATE_HZ)
+    time_s = np.arange(samples.size) / RATE_HZ
+    plateau = (time_s >= edge_s) & (time_s < edge_s + periods / fundamental_hz)
+    orders = np.arange(1, int(signal_value.HARMONICS.value) + 1)
+    found = [
+        2.0 * np.mean(samples[plateau] * np.sin(2.0 * np.pi * k * fundamental_hz * time_s[plateau]))
+        for k in orders
+    ]
+    levels = 10.0 ** (signal_value.HARMONIC_DB.value * (orders - 1) / 20.0)
+    assert found == pytest.approx(list(levels / levels.sum()), abs=0.02 * levels[0] / levels.sum())
+
+
+@pytest.mark.parametrize("priority", SOUNDING)
+def test_twice_the_highest_harmonic_is_not_rate_enough(priority: Priority) -> None:
+    least_hz = 2.0 * signal_value.HARMONICS.value
+    least_hz *= auditory_signal.TONES[priority].fundamental_hz.value
+    with pytest.raises(InputError, match="needs more than"):
+        auditory_signal.burst(priority, least_hz)
+    assert auditory_signal.burst(priority, least_hz + 1.0).size > 0

@@ -232,6 +232,14 @@ def test_a_resting_line_may_lose_a_little_a_second() -> None:
     assert later.kept_mmhg == pytest.approx(100.0 - 0.06 * SET * DT_S)
     assert later.rest_low_s == 0.0
     assert resting(settled._replace(slow_mmhg=97.98), 97.98).rest_low_s == DT_S
+    # From more than 0.3 s on; and at 2 mmHg below nothing is lost yet.
+    assert 0.299 + DT_S == 0.3
+    assert resting(settled._replace(rest_s=0.299), 98.0).kept_mmhg == 98.0
+    edge = later.kept_mmhg - 2.0
+    assert resting(settled._replace(slow_mmhg=edge), edge).rest_low_s == 0.0
+    assert resting(settled._replace(slow_mmhg=below(edge)), below(edge)).rest_low_s == DT_S
+    # A set point of 1 mmHg is one.
+    assert resting(BUILT, 98.0, set_mmhg=1.0).rest_s == DT_S
     # A line that loses less is held to what it still has.
     assert resting(settled._replace(kept_mmhg=97.0), 98.0).kept_mmhg == 98.0
     # Pumped, vented or open it is not looked at.
@@ -249,6 +257,10 @@ def test_what_a_resting_line_lost_is_named_by_how_fast_it_falls() -> None:
     falling = {"rest_low_s": 0.2, "slow_mmhg": 98.0}
     assert found(**falling, vacuum_mmhg=steep + 1e-9) == [Trip.VALVE_STUCK_OPEN]
     assert found(**falling, vacuum_mmhg=steep - 1e-9) == [Trip.LINE_LEAKING]
+    # At that rate to the last digit it is still the valve's.
+    last = -0.1 * (-LIMITS.bore_fall_mmhg_per_s - 20.0)
+    assert (0.0 - last) / 0.1 == -LIMITS.bore_fall_mmhg_per_s - 20.0
+    assert found(rest_low_s=0.2, slow_mmhg=last, vacuum_mmhg=0.0) == [Trip.VALVE_STUCK_OPEN]
     parked = changed(BUILT, {"rest_low_s": 9.0})
     assert vacuum_signature.trips(LIMITS, parked, True) == 0
 
