@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.evidence import fault_campaign, fault_campaign_page, fault_tally
+from opensuction.evidence import campaign_store, fault_campaign, fault_campaign_page, fault_tally
 from opensuction.evidence.fault_campaign import FAULTS, PHASES, Case, Drawn, Part
 from opensuction.evidence.fault_tally import Tally
 from opensuction.kernel.phase import Phase
@@ -41,9 +41,13 @@ def test_no_invariant_breaks_under_faults_nor_a_bound_under_one() -> None:
 
 @pytest.mark.soak
 def test_no_invariant_breaks_in_a_hundred_thousand_cycles() -> None:
-    cases = fault_campaign.spread(SOAK, os.cpu_count() or 1)
     folder = Path("runs") / "soak"
     folder.mkdir(parents=True, exist_ok=True)
+
+    def tell(cycles: int) -> None:
+        (folder / "fault-campaign.progress").write_text(f"{cycles} of {SOAK.last} cycles\n")
+
+    cases = campaign_store.spread(folder, SOAK, os.cpu_count() or 1, tell=tell)
     result = {"in_silico": True, **SOAK._asdict(), **fault_tally.plain(fault_tally.tally(cases))}
     (folder / "fault-campaign.json").write_text(json.dumps(result, indent=2) + "\n")
     page = fault_campaign_page.markdown(result, datetime.now(UTC).date().isoformat())

@@ -7,9 +7,7 @@ be played again alone and any part of a campaign on its own.
 
 import math
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor
 from functools import lru_cache
-from multiprocessing import get_context
 from typing import NamedTuple
 
 from opensuction.evidence import cycle_run
@@ -171,22 +169,3 @@ def played_part(part: Part) -> list[Case]:
     """Cases of a part, in order; a process prepares its pool once."""
     machines = _pool(part.machines, part.first_seed, part.compensation)
     return campaign(machines, range(part.first, part.last))
-
-
-def spread(
-    whole: Part, workers: int, size: int = 500, tell: Callable[[int], None] = lambda _: None
-) -> list[Case]:
-    """The same cases as `played_part`, over processes of their own.
-
-    size: cycles that a process is given at once. tell: called with how many are done. What is
-    compiled is compiled here first, and found by the processes in the cache.
-    """
-    cases = played_part(whole._replace(last=min(whole.first + size, whole.last)))
-    tell(len(cases))
-    firsts = range(whole.first + size, whole.last, size)
-    parts = [whole._replace(first=at, last=min(at + size, whole.last)) for at in firsts]
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as processes:
-        for found in processes.map(played_part, parts):
-            cases += found
-            tell(len(cases))
-    return cases
