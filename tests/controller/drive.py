@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.controller.controller import Inputs
+from opensuction.controller.record import Inputs
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled

@@ -6,7 +6,7 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import alarm_source, setup
-from opensuction.controller.controller import Settings
+from opensuction.controller.record import Settings
 from opensuction.controller.setup import PLAIN_PD
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.monitor import ABSENT

@@ -18,7 +18,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.controller.controller import Outputs
+from opensuction.controller.record import Outputs
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, Requests

@@ -4,8 +4,8 @@ import pytest
 
 from opensuction.control.compensation import FED_FORWARD, LOOKS_AHEAD, CompensationKind
 from opensuction.controller import setup
-from opensuction.controller.controller import Settings
 from opensuction.controller.machine_profile import BENCH
+from opensuction.controller.record import Settings
 from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED

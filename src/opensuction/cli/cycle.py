@@ -14,7 +14,9 @@ from opensuction.cli import output_folder
 from opensuction.kernel.errors import InputError
 
 if TYPE_CHECKING:
+    from opensuction.evidence.cycle_choice import Choice
     from opensuction.evidence.cycle_run import Prepared
+    from opensuction.simulation.injection import InjectedRun
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
@@ -109,24 +111,11 @@ def run(options: Options) -> int:
     return 0 if data["outcome"] == "completed" and not refused else 1
 
 
-def _run_and_write(
-    options: Options, console: Console, pace: float, staging: Path, began_s: float
-) -> dict[str, Any]:
-    # Heavy imports.
-    from opensuction.evidence import (
-        cycle_choice,
-        cycle_run,
-        cycle_summary,
-        day_calibration,
-        day_run,
-        fault_choice,
-        fault_run,
-    )
-    from opensuction.kernel import compiled
-    from opensuction.kernel.phase import Phase
-    from opensuction.report import page, terminal
+def _choice(options: Options) -> "Choice":
+    from opensuction.evidence import fault_choice
+    from opensuction.evidence.cycle_choice import Choice
 
-    choice = cycle_choice.Choice(
+    return Choice(
         machine=options.machine,
         protocol=options.protocol,
         approach=options.approach,
@@ -139,6 +128,46 @@ def _run_and_write(
         faults=fault_choice.chosen(options.faults, options.approach, options.repeat),
         gap_scale=options.gap_scale,
     )
+
+
+def _played(prepared: "Prepared", console: Console, pacer: Pacer) -> "InjectedRun":
+    """The cycle, shown as it goes."""
+    from opensuction.evidence import cycle_run, fault_run
+    from opensuction.kernel.phase import Phase
+    from opensuction.report import terminal
+
+    target_mm = cycle_run.stopping_mm(prepared)
+    with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
+
+        def watch(progress: cycle_run.Progress) -> None:
+            live.update(
+                Phase(progress.phase).name.lower(),
+                progress.time_s,
+                progress.tip_mm,
+                progress.valve_open_ratio,
+                progress.vacuum_mmhg,
+            )
+            pacer.wait_until(progress.time_s)
+
+        return fault_run.play(prepared, watch)
+
+
+def _run_and_write(
+    options: Options, console: Console, pace: float, staging: Path, began_s: float
+) -> dict[str, Any]:
+    # Heavy imports.
+    from opensuction.evidence import (
+        cycle_choice,
+        cycle_run,
+        cycle_summary,
+        day_calibration,
+        day_run,
+        fault_run,
+    )
+    from opensuction.kernel import compiled
+    from opensuction.report import page
+
+    choice = _choice(options)
     # Progress goes to stderr: a refusal may still come, and then nothing is on stdout.
     progress = Console(stderr=True, highlight=False)
 
@@ -159,21 +188,7 @@ def _run_and_write(
         interruptible(lambda: cycle_run.warm_up(prepared))
     if options.every_min is not None:
         return _day(prepared, options, options.every_min, console, staging, began_s)
-    pacer = Pacer(pace)
-    target_mm = cycle_run.stopping_mm(prepared)
-    with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
-
-        def watch(progress: cycle_run.Progress) -> None:
-            live.update(
-                Phase(progress.phase).name.lower(),
-                progress.time_s,
-                progress.tip_mm,
-                progress.valve_open_ratio,
-                progress.vacuum_mmhg,
-            )
-            pacer.wait_until(progress.time_s)
-
-        played = fault_run.play(prepared, watch)
+    played = _played(prepared, console, Pacer(pace))
     columns = played.columns
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(prepared, columns, time.monotonic() - began_s, factor)

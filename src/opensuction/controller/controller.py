@@ -4,124 +4,26 @@ procedure (what) -> control (how) -> governor (may it?) -> servos -> commands, a
 servos come after the governor because its own reactions, hold and withdraw, need them too.
 """
 
-from typing import NamedTuple
-
 from opensuction.control import compensation, servo, valve
-from opensuction.control.compensation import Compensation, Rest
 from opensuction.control.exact_inverse import HeadState
-from opensuction.control.servo import Servo, ServoState
-from opensuction.control.valve import ValveMotion
-from opensuction.controller import alarm_source
+from opensuction.control.servo import ServoState
+from opensuction.controller import alarm_source, leading
+from opensuction.controller.record import Axes, Inputs, Memory, Outputs, Settings, State
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings, is_number
-from opensuction.kernel.requests import Host, Requests
+from opensuction.kernel.requests import Requests
 from opensuction.procedure import cycle, progress, upkeep
 from opensuction.procedure.cycle import Demand
 from opensuction.procedure.plan import Plan
-from opensuction.procedure.progress import ProcedureState, Surroundings
+from opensuction.procedure.progress import ProcedureState
 from opensuction.procedure.upkeep import Refusal, Service, Upkeep
 from opensuction.safety import alarm, alarm_state, governor
 from opensuction.safety.alarm_state import SILENT, Signals
-from opensuction.safety.governor import GovernorState, Verdict
+from opensuction.safety.governor import Verdict
 from opensuction.safety.limits import Limits
 from opensuction.safety.trip import Reaction
 from opensuction.safety.watch import Watch
-
-
-class Settings(NamedTuple):
-    """Everything the controller is set to for one run."""
-
-    plan: Plan
-    service: Service
-    compensation: Compensation
-    parked: Rest
-    """Where the compensator has the head parked."""
-    insertion_servo: Servo
-    valve_servo: Servo
-    valve_motion: ValveMotion
-    limits: Limits
-    alarms: alarm_state.Settings
-
-
-class Axes(NamedTuple):
-    """How both axes are driven."""
-
-    insertion: Servo
-    valve: Servo
-    valve_motion: ValveMotion
-
-
-class State(NamedTuple):
-    """Everything the controller remembers."""
-
-    procedure: ProcedureState
-    upkeep: Upkeep
-    compensation: HeadState
-    insertion_servo: ServoState
-    valve_servo: ServoState
-    cam_rad: float
-    governor: GovernorState
-    tripped: bool
-    powerless: bool
-    reasons: int
-    """Alarm conditions for which it halts; see `alarm_source.reasons`."""
-    alarms: alarm_state.State
-
-
-class Memory(NamedTuple):
-    """State without alarms and compensation: no array is in it, so handing it on costs nothing.
-
-    Whoever takes a record with an array in it counts a reference to it, every tick: so here
-    records with arrays go only where the arrays are used.
-    """
-
-    procedure: ProcedureState
-    upkeep: Upkeep
-    insertion_servo: ServoState
-    valve_servo: ServoState
-    cam_rad: float
-    governor: GovernorState
-    tripped: bool
-    powerless: bool
-    reasons: int
-
-
-class Inputs(NamedTuple):
-    """Everything that reaches the controller in a tick."""
-
-    tick: int
-    dt_s: float
-    readings: Readings
-    requests: Requests
-    host: Host
-
-
-class Outputs(NamedTuple):
-    """Everything that leaves the controller in a tick."""
-
-    commands: Commands
-    demand: Demand
-    verdict: Verdict
-    signals: Signals
-    """Alarms: what people are told."""
-    phase: int
-    cause: int
-    """Event that led into the phase."""
-    check_item: int
-    """Item of the pre-use test that is being tested; see `check.CheckItem`."""
-    check_failed: int
-    """Item of the last pre-use test that failed."""
-    taught: int
-    """What became of the last confirmation; see `teaching.Taught`."""
-    taught_mm: float
-    """Travel length that was taught: tube's lower end to carina; 0 where none was taken."""
-    refusal: int
-    """Why the last start was refused; see `upkeep.Refusal`."""
-    assessment_due: bool
-    """A person shall look at the patient, and start a cycle or find none needed."""
-    catheter_age_s: float
 
 
 def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
@@ -160,56 +62,6 @@ def waited(state: State, duration_s: float) -> State:
     Nothing else of it changes by itself while it is parked.
     """
     return state._replace(upkeep=upkeep.waited(state.upkeep, duration_s))
-
-
-@compiled
-def _head_mm(known_mm: float, readings: Readings) -> float:
-    """Head as it is read in this tick; the last that was known where it is not."""
-    if readings.head_valid and is_number(readings.head_mm):
-        return readings.head_mm
-    return known_mm
-
-
-@compiled
-def _lead(
-    settings: Settings,
-    led: HeadState,
-    origin: HeadState,
-    let_through_mm: float,
-    demand: Demand,
-    phase: int,
-    dt_s: float,
-) -> HeadState:
-    """Head as the cycle wants it: home, kept where it is, or led from ``origin`` to the tip.
-
-    led: as the last tick led it. let_through_mm: what the governor let through of that.
-    """
-    by_hand = not demand.insertion_on
-    if phase == Phase.HALTED.value or by_hand:
-        return compensation.held(led, let_through_mm, 0.0)
-    if demand.homing:
-        # From what was let through: the compensation may be far ahead of what the head can do.
-        let_through = compensation.held(led, let_through_mm, led.head_mm_per_s)
-        home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
-        speed = settings.plan.motion.abort_mm_per_s
-        if phase == Phase.TEACHING.value:
-            speed = settings.plan.teaching.home_mm_per_s
-        sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
-        if phase == Phase.CHECKING.value:
-            # The jog stays within the gap: it moves no tip, though the model has none so sharp.
-            return compensation.rested(
-                settings.compensation, settings.parked, led, sent.head_mm, sent.head_mm_per_s
-            )
-        return sent
-    return compensation.step(
-        settings.compensation,
-        origin,
-        demand.reference_mm,
-        demand.reference_mm_per_s,
-        demand.direction,
-        demand.starts_in_s,
-        dt_s,
-    )
 
 
 @compiled
@@ -296,36 +148,6 @@ def _is_attended(before: int, requests: Requests) -> bool:
         before == Phase.OUT_OF_SERVICE.value and requests.return_to_service
     )
     return cleared and not requests.abort
-
-
-@compiled
-def _surroundings(
-    settings: Settings,
-    state: Memory,
-    led: HeadState,
-    readings: Readings,
-    touched: bool,
-    confirm: bool,
-) -> tuple[HeadState, Surroundings]:
-    """What the procedure learns of the rest, and the head as it is led from where it touched.
-
-    touched: the tip has met something on its way in. confirm: a person says where the tip is.
-    """
-    here, here_mm, tip_mm = led, 0.0, 0.0
-    if touched or confirm:
-        head_mm = _head_mm(state.governor.watch.head_mm, readings)
-        tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
-        if touched:
-            here, here_mm = compensation.stopped(settings.compensation, led, head_mm)
-    around = Surroundings(
-        head_wanted_mm=led.head_mm,
-        head_wanted_mm_per_s=led.head_mm_per_s,
-        tripped=state.tripped,
-        powerless=state.powerless,
-        here_mm=here_mm,
-        tip_mm=tip_mm,
-    )
-    return here, around
 
 
 @compiled
@@ -428,15 +250,15 @@ def _decide(
     readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
     inserting = state.procedure.phase == Phase.INSERTING.value
     touched = inserting and progress.is_contact(readings)
-    here, around = _surroundings(settings, state, led, readings, touched, requests.confirm)
+    here, around = leading.surroundings(settings, state, led, readings, touched, requests.confirm)
     procedure, demand = cycle.step(
         settings.plan, state.procedure, readings, _granted(requests, start), around, dt_s
     )
     from_here = touched and procedure.phase == Phase.BACKING_OFF.value
     origin = here if from_here else led
     let_through_mm = state.governor.last.head_mm
-    leading = _lead(settings, led, origin, let_through_mm, demand, procedure.phase, dt_s)
-    return procedure, demand, leading
+    led = leading.lead(settings, led, origin, let_through_mm, demand, procedure.phase, dt_s)
+    return procedure, demand, led
 
 
 @compiled

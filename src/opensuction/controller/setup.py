@@ -19,9 +19,9 @@ from opensuction.control.preview import RunIn
 from opensuction.control.profile import Profile
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
-from opensuction.controller.controller import Settings
 from opensuction.controller.governor_limit import limits
 from opensuction.controller.machine_profile import MachineProfile
+from opensuction.controller.record import Settings
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii

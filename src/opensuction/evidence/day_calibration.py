@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from opensuction.control.compensation import KIND_OF_NAME, ON_PLAYS, CompensationKind
 from opensuction.controller import setup
-from opensuction.controller.controller import Settings
+from opensuction.controller.record import Settings
 from opensuction.controller.setup import Calibration
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.identification.gap_scale import TRUSTED, ScaleRecord

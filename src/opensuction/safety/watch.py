@@ -212,6 +212,41 @@ def _line(
     )
 
 
+class _Now(NamedTuple):
+    """What is so in this tick and may be so for a time only."""
+
+    head_mm: float
+    sucking: bool
+    deepest_mm: float
+    touching: bool
+    vacuum_mmhg: float
+    sealed: bool
+    disagreeing: bool
+
+
+@compiled
+def _lasting(
+    limits: Limits, watch: Watch, last: Setpoints, now: _Now, drive: DriveForce, dt_s: float
+) -> Lasting:
+    """For how long it has been so."""
+    lasting, off_mm = watch.lasting, abs(last.head_mm - now.head_mm)
+    stalled = now.head_mm == watch.head_mm and off_mm > limits.stalled_mm
+    highest = limits.line.sealed_mmhg if now.sealed else limits.vacuum_mmhg
+    jammed = abs(drive.resistance_n) > limits.drive.jam_n
+    overforce = abs(drive.force_n) > limits.drive.force_n
+    return Lasting(
+        sucking=_time(lasting.sucking, now.sucking, dt_s),
+        inside=_time(lasting.inside, now.deepest_mm > limits.outside_mm, dt_s),
+        contact=_time(lasting.contact, now.touching, dt_s),
+        beyond=_time(lasting.beyond, off_mm > limits.following_mm, dt_s),
+        stalled=_time(lasting.stalled, stalled, dt_s),
+        overpressure=_time(lasting.overpressure, now.vacuum_mmhg > highest, dt_s),
+        jammed=_time(lasting.jammed, jammed, dt_s),
+        overforce=_time(lasting.overforce, overforce, dt_s),
+        disagreeing=_time(lasting.disagreeing, now.disagreeing, dt_s),
+    )
+
+
 @compiled
 def observe(
     limits: Limits,
@@ -236,14 +271,14 @@ def observe(
     sucking = last.valve_open or abs(cam) > valve_axis.CLOSED_RAD or invalid.cam >= INVALID_TICKS
     foremost = bounds.follow(limits.tip, watch.foremost_mm, head)
     deepest = bounds.deepest_mm(limits.tip, foremost)
-    lasting = watch.lasting
+    before = watch.lasting.contact
     open_ticks = _count(watch.open_contact_ticks, not readings.contact_closed)
-    touching = open_ticks == 0 or (lasting.contact > 0.0 and open_ticks < RELEASE_TICKS)
-    off_mm = abs(last.head_mm - head)
+    touching = open_ticks == 0 or (before > 0.0 and open_ticks < RELEASE_TICKS)
     parked = invalid.head == 0 and abs(head - limits.park_head_mm) <= PARKED_MM
-    vacuum = watch.line.vacuum_mmhg if invalid.vacuum > 0 else readings.line_vacuum_mmhg
     sealed = parked and closed and not last.valve_open
-    highest = limits.line.sealed_mmhg if sealed else limits.vacuum_mmhg
+    vacuum = watch.line.vacuum_mmhg if invalid.vacuum > 0 else readings.line_vacuum_mmhg
+    disagree = _disagree(readings, invalid)
+    now = _Now(head, sucking, deepest, touching, vacuum, sealed, disagree)
     drive = _driven(limits, watch, last, readings.insertion_current_a, gained, share, dt_s)
     return Watch(
         head_mm=head,
@@ -256,19 +291,7 @@ def observe(
         open_contact_ticks=open_ticks,
         late_ticks=_count(watch.late_ticks, overrun),
         invalid=invalid,
-        lasting=Lasting(
-            sucking=_time(lasting.sucking, sucking, dt_s),
-            inside=_time(lasting.inside, deepest > limits.outside_mm, dt_s),
-            contact=_time(lasting.contact, touching, dt_s),
-            beyond=_time(lasting.beyond, off_mm > limits.following_mm, dt_s),
-            stalled=_time(
-                lasting.stalled, head == watch.head_mm and off_mm > limits.stalled_mm, dt_s
-            ),
-            overpressure=_time(lasting.overpressure, vacuum > highest, dt_s),
-            jammed=_time(lasting.jammed, abs(drive.resistance_n) > limits.drive.jam_n, dt_s),
-            overforce=_time(lasting.overforce, abs(drive.force_n) > limits.drive.force_n, dt_s),
-            disagreeing=_time(lasting.disagreeing, _disagree(readings, invalid), dt_s),
-        ),
+        lasting=_lasting(limits, watch, last, now, drive, dt_s),
         drive=drive,
         window=contact_window.step(
             limits.tip,
@@ -277,7 +300,7 @@ def observe(
             head,
             deepest,
             touching,
-            lasting.contact > 0.0,
+            before > 0.0,
             dt_s,
         ),
         valve=_turned(limits, watch, last, turned, cam, dt_s),

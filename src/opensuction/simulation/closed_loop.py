@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.controller.controller import Inputs, Outputs, Settings, State
+from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.controller.controller import Outputs
+from opensuction.controller.record import Outputs
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.errors import InputError

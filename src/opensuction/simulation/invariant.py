@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.controller.controller import Settings
+from opensuction.controller.record import Settings
 from opensuction.kernel.phase import Phase
 from opensuction.safety import trip, valve_axis, watch
 from opensuction.safety.narrowing import ADVANCE_MM

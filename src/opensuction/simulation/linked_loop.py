@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.controller.controller import Inputs, Outputs, State
+from opensuction.controller.record import Inputs, Outputs, State
 from opensuction.kernel import row
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase

@@ -6,8 +6,8 @@ The compensation learns, the governor does not: see docs/decisions/0007.
 import numpy as np
 
 from opensuction.control import compensation
-from opensuction.controller.controller import Settings
 from opensuction.controller.machine_profile import MachineProfile
+from opensuction.controller.record import Settings
 from opensuction.controller.setup import Calibration
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.identification import gap_scale

@@ -133,26 +133,29 @@ def read(machine: Machine, state: MachineState) -> Readings:
 
 
 @compiled
-def _lost_mmhg(
-    resistance: Bore,
-    line: SuctionLine,
-    mucus: BoreState,
-    suction: SuctionState,
-    free_share: float,
-    opened: float,
-) -> float:
-    """Vacuum that mucus in the bore takes, the valve being that far open.
-
-    These few records and not the whole machine: a reference to each of its arrays is counted
-    wherever it is passed on.
-    """
+def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
+    """Vacuum that mucus in the bore takes, the valve being that far open."""
     return bore.lost_mmhg(
-        resistance,
-        mucus,
-        suction.vacuum_mmhg,
-        opened * free_share * line.bore_ml_per_s_per_root_mmhg,
-        suction.gas_ml_per_s,
+        machine.bore,
+        state.bore,
+        state.line.vacuum_mmhg,
+        opened * state.airway.free_share * machine.line.bore_ml_per_s_per_root_mmhg,
+        state.line.gas_ml_per_s,
     )
+
+
+@compiled
+def _turned(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> AxisMotion:
+    """The valve's axis a tick on, against its spring and its end stop."""
+    turned = dc_axis.step(
+        machine.valve_axis,
+        state.valve,
+        commands.valve_v,
+        commands.valve_on,
+        valve_mechanism.load_v(machine.valve, state.valve.position),
+        dt_s,
+    )
+    return valve_mechanism.stopped(machine.valve, turned)
 
 
 @compiled
@@ -160,16 +163,13 @@ def observe(machine: Machine, state: MachineState) -> Observation:
     """What really is."""
     shown = state.seam.shown
     opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
-    lost = _lost_mmhg(
-        machine.bore, machine.line, state.bore, state.line, state.airway.free_share, opened
-    )
     return Observation(
         head_mm=state.head_mm,
         tip_mm=state.airway.tip_mm,
         laser_mm=state.laser.reading_mm,
         contact_n=state.airway.contact_n,
         valve_open_ratio=opened,
-        tip_vacuum_mmhg=opened * (state.line.vacuum_mmhg - lost),
+        tip_vacuum_mmhg=opened * (state.line.vacuum_mmhg - _lost_mmhg(machine, state, opened)),
         gas_ml_per_s=state.line.gas_ml_per_s,
         secretion_removed_ml=state.airway.removed_ml,
         bore_ml=state.bore.mucus_ml,
@@ -202,24 +202,15 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     insertion = dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm)
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
-    turned = dc_axis.step(
-        machine.valve_axis,
-        state.valve,
-        commands.valve_v,
-        commands.valve_on,
-        valve_mechanism.load_v(machine.valve, state.valve.position),
-        dt_s,
-    )
-    valve = valve_mechanism.stopped(machine.valve, turned)
+    valve = _turned(machine, state, commands, dt_s)
     opened = valve_mechanism.open_ratio(machine.valve, valve.position)
-    free_share = state.airway.free_share
-    lost = _lost_mmhg(machine.bore, machine.line, state.bore, state.line, free_share, opened)
+    lost = _lost_mmhg(machine, state, opened)
     line = suction_line.step(
         machine.line,
         state.line,
         commands.pump_on,
         commands.vacuum_mmhg,
-        opened * free_share,
+        opened * state.airway.free_share,
         lost,
         dt_s,
     )

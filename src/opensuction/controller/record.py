@@ -1,0 +1,113 @@
+"""What the controller is set to, remembers, is given and gives."""
+
+from typing import NamedTuple
+
+from opensuction.control.compensation import Compensation, Rest
+from opensuction.control.exact_inverse import HeadState
+from opensuction.control.servo import Servo, ServoState
+from opensuction.control.valve import ValveMotion
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.requests import Host, Requests
+from opensuction.procedure.cycle import Demand
+from opensuction.procedure.plan import Plan
+from opensuction.procedure.progress import ProcedureState
+from opensuction.procedure.upkeep import Service, Upkeep
+from opensuction.safety import alarm_state
+from opensuction.safety.alarm_state import Signals
+from opensuction.safety.governor import GovernorState, Verdict
+from opensuction.safety.limits import Limits
+
+
+class Settings(NamedTuple):
+    """Everything the controller is set to for one run."""
+
+    plan: Plan
+    service: Service
+    compensation: Compensation
+    parked: Rest
+    """Where the compensator has the head parked."""
+    insertion_servo: Servo
+    valve_servo: Servo
+    valve_motion: ValveMotion
+    limits: Limits
+    alarms: alarm_state.Settings
+
+
+class Axes(NamedTuple):
+    """How both axes are driven."""
+
+    insertion: Servo
+    valve: Servo
+    valve_motion: ValveMotion
+
+
+class State(NamedTuple):
+    """Everything the controller remembers."""
+
+    procedure: ProcedureState
+    upkeep: Upkeep
+    compensation: HeadState
+    insertion_servo: ServoState
+    valve_servo: ServoState
+    cam_rad: float
+    governor: GovernorState
+    tripped: bool
+    powerless: bool
+    reasons: int
+    """Alarm conditions for which it halts; see `alarm_source.reasons`."""
+    alarms: alarm_state.State
+
+
+class Memory(NamedTuple):
+    """State without alarms and compensation: no array is in it, so handing it on costs nothing.
+
+    Whoever takes a record with an array in it counts a reference to it, every tick: so here
+    records with arrays go only where the arrays are used.
+    """
+
+    procedure: ProcedureState
+    upkeep: Upkeep
+    insertion_servo: ServoState
+    valve_servo: ServoState
+    cam_rad: float
+    governor: GovernorState
+    tripped: bool
+    powerless: bool
+    reasons: int
+
+
+class Inputs(NamedTuple):
+    """Everything that reaches the controller in a tick."""
+
+    tick: int
+    dt_s: float
+    readings: Readings
+    requests: Requests
+    host: Host
+
+
+class Outputs(NamedTuple):
+    """Everything that leaves the controller in a tick."""
+
+    commands: Commands
+    demand: Demand
+    verdict: Verdict
+    signals: Signals
+    """Alarms: what people are told."""
+    phase: int
+    cause: int
+    """Event that led into the phase."""
+    check_item: int
+    """Item of the pre-use test that is being tested; see `check.CheckItem`."""
+    check_failed: int
+    """Item of the last pre-use test that failed."""
+    taught: int
+    """What became of the last confirmation; see `teaching.Taught`."""
+    taught_mm: float
+    """Travel length that was taught: tube's lower end to carina; 0 where none was taken."""
+    refusal: int
+    """Why the last start was refused; see `upkeep.Refusal`."""
+    assessment_due: bool
+    """A person shall look at the patient, and start a cycle or find none needed."""
+    catheter_age_s: float
