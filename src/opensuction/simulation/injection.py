@@ -143,9 +143,8 @@ def run(
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. watch: hears of each piece of
-    ``piece_s``. With no fault it gives the healthy
-    loop's rows. Raises InputError for what cannot be injected (see `check`).
+    seed: chance of the faults. watch: hears of each piece of ``piece_s``. With no fault it gives
+    the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
     """
     check(injections)
     room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s

@@ -18,6 +18,7 @@ from opensuction.safety import trip, valve_axis, watch
 from opensuction.safety.narrowing import ADVANCE_MM
 from opensuction.simulation import stated_bound
 from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.outcome import VENTED_MMHG
 from opensuction.simulation.stated_bound import Bound
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault import Fault
@@ -27,8 +28,6 @@ Values = npt.NDArray[np.float64]
 
 SUCTION_PHASES = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING, Phase.ABORTING)
 """Phases in which the valve may be told to open; in CHECKING with the line vented."""
-VENTED_MMHG = 1.0
-"""Vacuum at the tip below which a valve may stroke for the pre-use test."""
 ROUNDING = 1e-9
 """Positions of about 100 mm are rounded to 1e-14; a tick divides that by 1e-3."""
 

@@ -24,7 +24,7 @@ IN_AIRWAY_PHASES = (
 )
 
 VENTED_MMHG = 1.0
-"""A line with less draws nothing."""
+"""A line, or a tip, with less draws nothing."""
 
 
 class TripTime(NamedTuple):
