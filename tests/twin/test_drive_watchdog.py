@@ -5,9 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
-from opensuction.twin import drive_watchdog, machine, preset
-from opensuction.twin.drive_watchdog import LISTENING, SILENCE_S, WatchdogState
-from opensuction.twin.machine import MachineState
+from opensuction.twin import drive_watchdog, fault_effect, machine, preset
+from opensuction.twin.drive_watchdog import INWARDS_MM, LISTENING, SILENCE_S, WatchdogState
+from opensuction.twin.fault import Fault
+from opensuction.twin.machine import Machine, MachineState
 from opensuction.twin.parameter import BENCH, nominal
 
 DT_S = 0.001
@@ -52,8 +53,12 @@ def test_a_loss_of_mains_is_acted_on_at_once() -> None:
     assert drive_watchdog.step(WATCHDOG, LISTENING, True, False, 40.0, DT_S).alone
 
 
-def alone(powered: bool, seconds: float) -> tuple[MachineState, Commands]:
-    """A machine left to its drives at full suction, the head at 40 mm."""
+def alone(
+    powered: bool, seconds: float, driven: Machine = MACHINE
+) -> tuple[MachineState, Commands]:
+    """A machine left to its drives at full suction, the head at 40 mm. driven: as its drives are
+    then.
+    """
     body = preset.parked(MACHINE, VALUES, 40.0, seed=1, run=2).machine
     for _ in range(3000):
         body = machine.step(MACHINE, body, VALVE_OPEN, DT_S)
@@ -61,12 +66,12 @@ def alone(powered: bool, seconds: float) -> tuple[MachineState, Commands]:
     state = LISTENING
     orders = VALVE_OPEN
     for _ in range(round(seconds / DT_S)):
-        head_mm = machine.read(MACHINE, body).head_mm
+        head_mm = machine.read(driven, body).head_mm
         state = drive_watchdog.step(WATCHDOG, state, False, powered, head_mm, DT_S)
         orders = VALVE_OPEN
         if state.alone:
             orders = drive_watchdog.commands(WATCHDOG, state, powered, head_mm, 0.0)
-        body = machine.step(MACHINE, body, orders, DT_S)
+        body = machine.step(driven, body, orders, DT_S)
     return body, orders
 
 
@@ -89,8 +94,24 @@ def test_without_energy_the_head_stays_and_nothing_sucks() -> None:
     assert truth.line_vacuum_mmhg < 5.0
 
 
+@pytest.mark.requirement("OS-R39")
+def test_a_head_that_the_motor_drives_in_instead_of_out_is_let_go() -> None:
+    reversed_motor = fault_effect.faulty(MACHINE, Fault.MOTOR_REVERSED, 0.0)
+    body, orders = alone(powered=True, seconds=3.0, driven=reversed_motor)
+    assert INWARDS_MM < body.insertion.position - 40.0 < 2.0 * INWARDS_MM
+    assert not orders.insertion_on
+
+
+@given(st.lists(st.floats(40.0, 40.0 + INWARDS_MM), max_size=30))
+def test_a_head_that_coasts_is_drawn_out_all_the_same(coasting_mm: list[float]) -> None:
+    state = drive_watchdog.step(WATCHDOG, LISTENING, False, False, 40.0, DT_S)
+    for head_mm in coasting_mm:
+        state = drive_watchdog.step(WATCHDOG, state, False, False, head_mm, DT_S)
+    assert drive_watchdog.commands(WATCHDOG, state, True, 40.0, 0.0).insertion_on
+
+
 @given(st.floats(-50.0, 200.0), st.floats(-300.0, 300.0))
 def test_the_drives_never_push_in(head_mm: float, ramp_mm: float) -> None:
-    before = WatchdogState(silent_s=1.0, alone=True, alone_s=1.0, ramp_mm=ramp_mm)
+    before = LISTENING._replace(silent_s=1.0, alone=True, alone_s=1.0, ramp_mm=ramp_mm)
     state = drive_watchdog.step(WATCHDOG, before, False, True, head_mm, DT_S)
     assert drive_watchdog.commands(WATCHDOG, state, True, head_mm, 0.0).insertion_v <= 0.0
