@@ -47,7 +47,7 @@ def test_the_check_moves_no_tip_and_draws_nothing(kind: CompensationKind) -> Non
     assert head.max() - head[0] == pytest.approx(loop.controller.plan.check.jog_mm, abs=0.25)
     assert columns["truth.valve_open_ratio"][testing].max() > 0.9
     span = phase_spans(columns)[0]
-    assert 6.5 < span.end_s - span.start_s < 7.5  # two strokes of 2 s
+    assert 5.2 < span.end_s - span.start_s < 6.2  # a stroke of 2 s, and the spring's
 
 
 @pytest.mark.requirement("OS-R20")
@@ -94,6 +94,21 @@ def test_a_leak_is_found_from_twice_what_a_sound_line_loses(times: float) -> Non
     )
     _, columns = simulate(EXACT, 20.0, {0.0: START}, start=start, loop=leaking)
     assert failed(columns) == CheckItem.VACUUM_HOLDS
+
+
+@pytest.mark.requirement("OS-R20")
+def test_the_valve_closes_by_its_spring_alone_and_one_without_is_found() -> None:
+    loop, start = at_rest(EXACT)
+    _, sound = simulate(EXACT, 9.0, {0.0: START})
+    closing = sound["check_item"] == CheckItem.VALVE_CLOSES
+    assert not sound["commands.valve_on"][closing].any()
+    assert sound["truth.valve_open_ratio"][closing][0] > 0.9
+    assert sound["truth.valve_open_ratio"][closing][-1] == 0.0
+    valve = loop.machine.valve._replace(spring_preload_v=0.0, spring_v_per_rad=0.0)
+    broken = loop._replace(machine=loop.machine._replace(valve=valve))
+    _, columns = simulate(EXACT, 40.0, {0.0: START}, start=start, loop=broken)
+    assert failed(columns) == CheckItem.VALVE_CLOSES
+    assert Phase.PRELOADING not in phases(columns)
 
 
 def test_a_stop_is_no_failure_and_the_next_test_begins_anew() -> None:

@@ -112,13 +112,13 @@ def test_no_contact_until_the_end_of_the_search_ends_the_cycle(kind: Compensatio
 
 
 def test_by_travel_contact_is_held_by_the_governor_and_nothing_to_the_cycle() -> None:
-    _, columns = simulate(NONE, 36.0, {0.0: START}, during(Fault.CONTACT_CLOSED, 10.0))
+    _, columns = simulate(NONE, 36.0, {0.0: START}, during(Fault.CONTACT_CLOSED, 8.7))
     assert phases(columns)[-3:] == HALTED
     assert trips(columns) == {Trip.CONTACT_TIME}
-    held = columns["commands.head_mm"][10000:]
-    assert held.max() == held[0] == columns["readings.head_mm"][10000]
+    held = columns["commands.head_mm"][8700:]
+    assert held.max() == held[0] == columns["readings.head_mm"][8700]
     # The cycle goes on wanting to advance; 2 s later the governor takes it out.
-    assert start_s(columns, Phase.ABORTING) == pytest.approx(12.0, abs=0.01)
+    assert start_s(columns, Phase.ABORTING) == pytest.approx(10.7, abs=0.01)
 
 
 def test_only_a_search_that_stays_on_the_carina_may_touch_longer_than_two_seconds() -> None:

@@ -41,6 +41,7 @@ GOLDEN_COLUMNS = [
     "demand.jog_mm",
     "demand.insertion_on",
     "demand.valve_open",
+    "demand.valve_on",
     "demand.pump_on",
     "demand.vacuum_mmhg",
     "verdict.reaction",

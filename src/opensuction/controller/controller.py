@@ -69,17 +69,15 @@ def _actuate(
     axes: Axes,
     state: Memory,
     allowed: Setpoints,
-    verdict: Verdict,
+    insertion_on: bool,
+    valve_on: bool,
     seen: Watch,
-    in_service: bool,
     dt_s: float,
 ) -> tuple[ServoState, ServoState, Commands]:
     """Servos of both axes on the setpoints that were let through.
 
-    in_service: otherwise hands are in the machine, and nothing moves, not even to withdraw.
+    insertion_on, valve_on: which may have torque.
     """
-    insertion_on = verdict.insertion_on and in_service
-    valve_on = verdict.valve_on and in_service
     cam, cam_speed = valve.step(axes.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
         axes.insertion,
@@ -328,10 +326,13 @@ def act(
     watch, allowed, verdict = governor.step(
         settings.limits, state.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
     )
+    # Out of service hands are in the machine: nothing moves, not even to withdraw.
     in_service = procedure.phase != Phase.OUT_OF_SERVICE.value
+    insertion_on = verdict.insertion_on and in_service
+    valve_on = verdict.valve_on and demand.valve_on and in_service
     axes = Axes(settings.insertion_servo, settings.valve_servo, settings.valve_motion)
     insertion, valve_state, commands = _actuate(
-        axes, state, allowed, verdict, watch.watch, in_service, dt_s
+        axes, state, allowed, insertion_on, valve_on, watch.watch, dt_s
     )
     kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
     trips = verdict.trips | verdict.patient

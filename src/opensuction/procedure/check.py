@@ -61,7 +61,7 @@ SENTENCES: dict[CheckItem, str] = {
     I.HEAD_RETURNS: "the insertion motor does not bring the catheter head back",
     I.LINE_VENTED: "there is vacuum in the line with the pump off",
     I.VALVE_OPENS: "the suction valve does not open in time",
-    I.VALVE_CLOSES: "the suction valve does not close in time",
+    I.VALVE_CLOSES: "the spring does not close the suction valve in time",
     I.VACUUM_BUILDS: "the pump does not reach its set point in time",
     I.VACUUM_HOLDS: "the line loses its vacuum with the pump off: there is a leak",
     I.RELIEF_OPENS: "the mechanical relief valve does not keep the line at its vacuum",
@@ -77,7 +77,7 @@ ITEMS: dict[CheckItem, str] = {
     I.HEAD_RETURNS: "Insertion motor brings it back",
     I.LINE_VENTED: "Line is vented with the pump off",
     I.VALVE_OPENS: "Suction valve opens in time",
-    I.VALVE_CLOSES: "Suction valve closes in time",
+    I.VALVE_CLOSES: "Suction valve closes in time, by its spring alone",
     I.VACUUM_BUILDS: "Pump reaches its set point",
     I.RELIEF_OPENS: "Relief valve opens, behind the closed valve",
     I.REGULATOR_HOLDS: "Regulator keeps a lower set point",
@@ -289,6 +289,16 @@ def step(
 def is_stroking(item: int) -> bool:
     """Whether the item asks for an open valve."""
     return item == CheckItem.VALVE_OPENS.value
+
+
+@compiled
+def is_by_spring(item: int) -> bool:
+    """Whether the valve motor's torque stays off: the spring alone must close what it opened.
+
+    It is the spring that ends suction when motor, encoder or power fail, and a closed valve is left
+    to it.
+    """
+    return item == CheckItem.VALVE_CLOSES.value
 
 
 @compiled

@@ -43,6 +43,8 @@ class Demand(NamedTuple):
     insertion_on: bool
     """Torque of the insertion drive; off while a hand moves the head."""
     valve_open: bool
+    valve_on: bool
+    """Torque of the valve drive; off while the pre-use test leaves the valve to its spring."""
     pump_on: bool
     vacuum_mmhg: float
 
@@ -274,6 +276,7 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
         jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,
+        valve_on=not check.is_by_spring(item),
         pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING.value),
         vacuum_mmhg=vacuum_mmhg,
     )

@@ -275,7 +275,7 @@ _VALVE: dict[Fault, FaultKind] = {
         _M,
         "the return spring is broken: the valve closes only by its motor",
         None,
-        "",
+        "pre-use test",
     ),
     Fault.CAM_ENCODER_FROZEN: FaultKind(
         Part.CAM_ENCODER, _R, "the valve encoder's value no longer changes", None, "phase overdue"
