@@ -50,6 +50,8 @@ def judged(
 LATEST: list[tuple[str, Any, Any, Trip]] = [
     # The head.
     ("watch.invalid.head", 4, 5, Trip.HEAD_READING_INVALID),
+    ("watch.invalid.carriage", 4, 5, Trip.CARRIAGE_READING_INVALID),
+    ("watch.lasting.disagreeing", 0.05, above(0.05), Trip.HEAD_SENSORS_DISAGREE),
     ("watch.speed_mm_per_s", 25.0, above(25.0), Trip.HEAD_OVERSPEED),
     ("watch.speed_mm_per_s", -25.0, below(-25.0), Trip.HEAD_OVERSPEED),
     ("watch.lasting.beyond", 0.2, above(0.2), Trip.HEAD_NOT_FOLLOWING),
@@ -83,6 +85,12 @@ def test_what_is_on_a_limit_is_allowed_and_the_least_more_is_its_trip_alone(
 ) -> None:
     assert judged(changed(AT_REST, {place: allowed})) == []
     assert judged(changed(AT_REST, {place: beyond})) == [code]
+
+
+def test_sensors_that_disagree_with_the_valve_open_are_told_ten_times_sooner() -> None:
+    for lasted_s, trips in ((0.005, []), (above(0.005), [Trip.HEAD_SENSORS_DISAGREE])):
+        opened = {"watch.lasting.sucking": DT_S, "watch.lasting.disagreeing": lasted_s}
+        assert judged(changed(AT_REST, opened)) == trips
 
 
 def test_a_head_at_rest_has_nothing_against_it() -> None:
@@ -224,6 +232,18 @@ def drawn(mm_per_s: float) -> GovernorState:
     }
     state: GovernorState = changed(FORCED, values)
     return state
+
+
+@pytest.mark.parametrize(("apart_s", "forced"), [(0.049, False), (above(0.049), True)])
+def test_a_motor_that_is_home_has_withdrawn_nothing_while_its_sensors_disagree(
+    apart_s: float, forced: bool
+) -> None:
+    home = changed(
+        read_at(PARK_MM, **{"lasting.disagreeing": apart_s}),
+        {"trips": 1 << Trip.HEAD_SENSORS_DISAGREE, "last.head_mm": PARK_MM, "withdrawal_s": 0.1},
+    )
+    after = following(home, sound(PARK_MM)._replace(carriage_mm=PARK_MM + 9.0))
+    assert after.withdrawal_s == (0.1 + DT_S if forced else 0.0)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from opensuction.safety.limits import Limits
 from opensuction.safety.narrowing import ADVANCE_MM
 from opensuction.safety.patient_watch import PatientWatch
 from opensuction.safety.trip import Reaction, Trip
-from opensuction.safety.watch import INVALID_TICKS, Watch
+from opensuction.safety.watch import INVALID_TICKS, Lasting, Watch
 
 LATE_TICKS = 5
 """Consecutive late ticks of the host that are a fault."""
@@ -41,6 +41,9 @@ OVERFORCE_S = 0.05
 """How long the drive may give more than its current limit; assumed."""
 DISAGREE_S = 0.05
 """How long the head's two sensors may disagree; two messages of different age do for less."""
+DISAGREE_SUCKING_S = 0.005
+"""The same with the valve open: messages 1 ms apart are 0.06 mm apart at the fastest 62 mm/s, so
+what disagrees for five ticks is no matter of age."""
 RUNAWAY_MM = 1.0
 """Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
 RUNAWAY_SUCKING_MM = 0.3
@@ -129,6 +132,13 @@ def _possible(proposal: Setpoints) -> bool:
 
 
 @compiled
+def _disagree(lasting: Lasting) -> bool:
+    """Whether motor and catheter head have not been at the same place for too long."""
+    limit_s = DISAGREE_SUCKING_S if lasting.sucking > 0.0 else DISAGREE_S
+    return lasting.disagreeing > limit_s
+
+
+@compiled
 def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     """Bit mask of what is wrong with the insertion axis."""
     lasting = seen.lasting
@@ -139,7 +149,7 @@ def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     return (
         _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
         | _bit(seen.invalid.carriage >= INVALID_TICKS, Trip.CARRIAGE_READING_INVALID.value)
-        | _bit(lasting.disagreeing > DISAGREE_S, Trip.HEAD_SENSORS_DISAGREE.value)
+        | _bit(_disagree(lasting), Trip.HEAD_SENSORS_DISAGREE.value)
         | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
         | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
         | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
@@ -249,9 +259,7 @@ def step(
     )
     # A motor that is home while the head is not has withdrawn nothing: a hand must.
     out = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
-    forced = reaction == Reaction.WITHDRAW.value and (
-        not out or seen.lasting.disagreeing > DISAGREE_S
-    )
+    forced = reaction == Reaction.WITHDRAW.value and (not out or _disagree(seen.lasting))
     held = forced and seen.lasting.jammed > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
     unseen = forced and (seen.invalid.head > 0 or seen.lasting.stalled > STALL_S)
     following = GovernorState(

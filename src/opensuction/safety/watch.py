@@ -25,6 +25,9 @@ SPEED_WINDOW_S = 0.01
 APART_MM = 1.0
 """Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
 mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed."""
+APART_SUCKING_MM = 0.5
+"""The same with the valve open, where a head that goes in strips mucosa: of a reversed encoder that
+is 0.25 mm of way. No room for wear."""
 PARKED_MM = 3.0
 """Distance from the park position up to which the head is parked; the pre-use test needs 2."""
 
@@ -143,10 +146,11 @@ def _invalid(invalid: InvalidTicks, readings: Readings) -> InvalidTicks:
 
 
 @compiled
-def _disagree(readings: Readings, invalid: InvalidTicks) -> bool:
+def _disagree(readings: Readings, invalid: InvalidTicks, sucking: bool) -> bool:
     """Whether motor and catheter head are further apart than the gear's play lets them be."""
     off_mm = abs(readings.head_mm - readings.carriage_mm)
-    return invalid.head == 0 and invalid.carriage == 0 and off_mm > APART_MM
+    apart_mm = APART_SUCKING_MM if sucking else APART_MM
+    return invalid.head == 0 and invalid.carriage == 0 and off_mm > apart_mm
 
 
 @compiled
@@ -277,7 +281,7 @@ def observe(
     parked = invalid.head == 0 and abs(head - limits.park_head_mm) <= PARKED_MM
     sealed = parked and closed and not last.valve_open
     vacuum = watch.line.vacuum_mmhg if invalid.vacuum > 0 else readings.line_vacuum_mmhg
-    disagree = _disagree(readings, invalid)
+    disagree = _disagree(readings, invalid, sucking)
     now = _Now(head, sucking, deepest, touching, vacuum, sealed, disagree)
     drive = _driven(limits, watch, last, readings.insertion_current_a, gained, share, dt_s)
     return Watch(

@@ -1,0 +1,24 @@
+"""One tick of what the governor makes of readings."""
+
+from opensuction.kernel.readings import Readings
+from opensuction.safety import watch
+from opensuction.safety.watch import Watch
+from tests.safety.watchdog import DT_S, LIMITS, changed, staying
+
+HEAD_MM = 50.0
+
+
+def seen(head_mm: float = HEAD_MM, **values: object) -> Watch:
+    known: Watch = changed(watch.start(LIMITS, head_mm), values)
+    return known
+
+
+def observed(
+    before: Watch,
+    readings: Readings,
+    turned: bool = False,
+    overrun: bool = False,
+    **last: object,
+) -> Watch:
+    told = changed(staying(before.head_mm), last)
+    return watch.observe(LIMITS, before, told, turned, readings, overrun, DT_S)
