@@ -227,9 +227,9 @@ def test_a_resting_line_may_lose_a_little_a_second() -> None:
     # While it settles, what it keeps is what it has.
     early = resting(settled._replace(rest_s=0.1), 98.0)
     assert (early.kept_mmhg, early.rest_low_s) == (98.0, 0.0)
-    # 0.06 of the set point a second; what is left is within 2 mmHg of that.
+    # 0.06 of its vacuum a second; what is left is within 2 mmHg of that.
     later = resting(settled, 98.0)
-    assert later.kept_mmhg == pytest.approx(100.0 - 0.06 * SET * DT_S)
+    assert later.kept_mmhg == pytest.approx(100.0 - 0.06 * 100.0 * DT_S)
     assert later.rest_low_s == 0.0
     assert resting(settled._replace(slow_mmhg=97.98), 97.98).rest_low_s == DT_S
     # From more than 0.3 s on; and at 2 mmHg below nothing is lost yet.

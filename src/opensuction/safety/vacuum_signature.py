@@ -32,8 +32,10 @@ REST_SETTLE_S = 0.3
 """How long after the pump came to rest the regulator may let the line down to its set point: 17
 ms, and `RATE_S` to see it [computed]."""
 REST_SHARE_PER_S = 0.06
-"""Share of the set point that a resting line may lose in a second: the pre-use test allows 0.05, a
-sound line loses 0.02, one whose valve is 30 % open on a thin catheter 0.1 [computed]."""
+"""Share of its vacuum that a resting line may lose in a second: the pre-use test allows 0.05, a
+sound line loses 0.02, one whose valve is 30 % open on a thin catheter 0.1, or 5 % open on a thick
+one 0.07 [computed]. A leak takes the same share all the way down; turbulent flow through a bore a
+growing one."""
 REST_FALL_MMHG = 2.0
 """Vacuum below what a resting line must keep that is a loss: a sensor's noise of 1 mmHg averaged
 over `RATE_S` is 0.1 [computed]; the margin is assumed."""
@@ -124,7 +126,7 @@ def step(
     kept = slow
     if rest_s > REST_SETTLE_S:
         # Never below what there is: a loss is noticed by its rate, however long the rest before.
-        kept = max(state.kept_mmhg - REST_SHARE_PER_S * set_mmhg * dt_s, slow)
+        kept = max(state.kept_mmhg - REST_SHARE_PER_S * state.kept_mmhg * dt_s, slow)
     built = (pumping and vacuum_mmhg >= READY_SHARE * set_mmhg) or (
         (pumping or paused) and state.built and not raised
     )
