@@ -1,7 +1,7 @@
 """Alarms on their own: what is wrong and what is pressed, tick by tick, and what comes of it."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from hypothesis import strategies as st
 
@@ -59,6 +59,16 @@ def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: State | None = None) -
 def wrong(*conditions: Condition) -> Tick:
     """A tick in which these conditions hold and nobody presses anything."""
     return Tick(frozenset(conditions))
+
+
+def press(tick: Tick, name: Literal["acknowledge", "audio_pause", "reset"]) -> Tick:
+    """The same tick, in which somebody presses this."""
+    return Tick(
+        tick.conditions,
+        acknowledge=name == "acknowledge",
+        audio_pause=name == "audio_pause",
+        reset=name == "reset",
+    )
 
 
 def lasting(tick: Tick, seconds: float, dt_s: float = DT_S) -> list[Tick]:
