@@ -157,6 +157,26 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
     )
 
 
+@compiled
+def _requests(pressed: int) -> Requests:
+    """What the buttons ask for."""
+    return Requests(
+        start=pressed & 1 != 0,
+        identify=pressed & 2 != 0,
+        abort=pressed & 4 != 0,
+        reset=pressed & 8 != 0,
+        teach=pressed & 16 != 0,
+        confirm=pressed & 32 != 0,
+        home=pressed & 64 != 0,
+        service=pressed & 128 != 0,
+        changed=pressed & 256 != 0,
+        return_to_service=pressed & 512 != 0,
+        not_needed=pressed & 1024 != 0,
+        acknowledge=pressed & 2048 != 0,
+        audio_pause=pressed & 4096 != 0,
+    )
+
+
 write = row.writer(TraceRow)
 
 
@@ -174,22 +194,7 @@ def run(
         fault = when.fault if when.start <= i < when.end else 0
         readings = _read(fault, i, before, machine.read(loop.machine, state.machine))
         before = readings
-        pressed = buttons[i]
-        requests = Requests(
-            start=pressed & 1 != 0,
-            identify=pressed & 2 != 0,
-            abort=pressed & 4 != 0,
-            reset=pressed & 8 != 0,
-            teach=pressed & 16 != 0,
-            confirm=pressed & 32 != 0,
-            home=pressed & 64 != 0,
-            service=pressed & 128 != 0,
-            changed=pressed & 256 != 0,
-            return_to_service=pressed & 512 != 0,
-            not_needed=pressed & 1024 != 0,
-            acknowledge=pressed & 2048 != 0,
-            audio_pause=pressed & 4096 != 0,
-        )
+        requests = _requests(buttons[i])
         host = Host(overrun=fault == Fault.OVERRUN.value, conditions=0)
         truth = machine.observe(loop.machine, state.machine)
         decided, outputs = controller.step(
