@@ -20,6 +20,19 @@ PLOTS = ("depth", "error", "suction", "secretion", "loop")
 PATIENT_PLOTS = (*PLOTS, "contact", "airway", "lung", "saturation")
 
 
+MARKED = """() => {
+    const canvas = document.querySelector("#error canvas");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const bad = getComputedStyle(document.documentElement).getPropertyValue("--bad").trim();
+    const [red, green, blue] = [1, 3, 5].map((i) => parseInt(bad.slice(i, i + 2), 16));
+    let found = 0;
+    for (let i = 0; i < data.length; i += 4)
+        found += data[i] === red && data[i + 1] === green && data[i + 2] === blue;
+    return found;
+}"""
+"""Pixels of the colour of an alarm in a plot that has no other use for it."""
+
+
 def _open(browser: "Browser", folder: Path, summary: dict[str, Any], **context: Any) -> Opened:
     trace = example.breathing_trace() if summary["patient"] else example.trace()
     return open_page(browser, folder, page.render(summary, trace), "loop", **context)
@@ -139,3 +152,13 @@ def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
     assert opened.page.evaluate(paper) != "rgb(255, 255, 255)"
     assert opened.complaints == []
     opened.page.context.close()
+
+
+def test_an_alarm_is_marked_from_top_to_bottom(chromium: "Browser", tmp_path: Path) -> None:
+    pixels = []
+    for summary in (example.aborted(), example.aborted() | {"alarms": []}):
+        report = _open(chromium, tmp_path, summary)
+        pixels.append(report.page.evaluate(MARKED))
+        report.page.context.close()
+    assert pixels[0] > 100
+    assert pixels[1] == 0

@@ -44,6 +44,13 @@ def test_aborted_cycle_shows_trip_and_alarm() -> None:
     assert "Check the regulator." in row
 
 
+def test_plots_mark_when_the_alarm_began() -> None:
+    payload = _payload(page.render(example.aborted(), example.trace()))
+    marked = [[label, time_s] for label, _, time_s in payload["instants"]]
+    assert marked == [["Alarm: vacuum exceeded", 16.9]]
+    assert _payload(page.render(example.summary(), example.trace()))["instants"] == []
+
+
 def test_a_page_without_alarms_has_no_section_for_them() -> None:
     assert 'id="alarms"' not in page.render(example.summary(), example.trace())
 

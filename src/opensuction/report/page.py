@@ -3,7 +3,16 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from opensuction.report import anatomy, figures, html, narrative, requirement, series, wording
+from opensuction.report import (
+    anatomy,
+    figures,
+    html,
+    instant,
+    narrative,
+    requirement,
+    series,
+    wording,
+)
 from opensuction.report.series import Trace
 from opensuction.report.summary import Summary, completed, flattened, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
@@ -72,6 +81,7 @@ def _plots(summary: Summary, trace: Trace, phases: list[PhaseBand]) -> dict[str,
         "series": series.machine(summary, trace),
         "patient": series.patient(summary, trace),
         "phases": [[band.label, band.kind, band.start_s, band.end_s] for band in phases],
+        "instants": instant.instants(summary),
         "target_mm": number(summary, "tip", "target_mm"),
         "cap_mm": number(summary, "anatomy", "cap_mm"),
         "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),

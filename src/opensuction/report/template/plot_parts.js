@@ -81,6 +81,7 @@ const parts = (() => {
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = colour(hue);
     ctx.lineWidth = 1.5 * ratio;
+    ctx.setLineDash([]);
     ctx.beginPath();
     ctx.moveTo(x, bbox.top);
     ctx.lineTo(x, bbox.top + bbox.height);
@@ -89,7 +90,12 @@ const parts = (() => {
     ctx.textBaseline = "top";
     const late = x > bbox.left + 0.7 * bbox.width;
     ctx.textAlign = late ? "right" : "left";
-    ctx.fillText(name, x + (late ? -4 : 4) * ratio, bbox.top + (3 + 15 * row) * ratio);
+    const at = [x + (late ? -4 : 4) * ratio, bbox.top + (3 + 15 * row) * ratio];
+    ctx.strokeStyle = colour("paper"); // a name stays readable where it crosses a curve
+    ctx.lineWidth = 4 * ratio;
+    ctx.lineJoin = "round";
+    ctx.strokeText(name, ...at);
+    ctx.fillText(name, ...at);
     ctx.restore();
   }
 

@@ -10,7 +10,7 @@
   const SECOND_AXIS_PX = 62; // kept free where there is none, so that all times line up
   const DEPTH_HEADROOM = 0.13; // room above the cap, for its name and the phases', over the span
   const NARROW_HEADROOM = 0.28;
-  const { axis, colour, fromZero, level, line, second } = parts;
+  const { axis, colour, fromZero, level, line, mark, second } = parts;
   const sync = uPlot.sync("cycle");
   let plots = [];
   let markLoop = () => {};
@@ -19,6 +19,11 @@
   series.valve_percent = scaled(series.valve, 100);
   const touched = (series.contact || []).some((force) => force > 0);
   const dashed = { dash: (u, i) => (u.series[i].dash ? "dashed" : "solid") };
+
+  /* Faults and alarms across every plot, named under the phases of the first. */
+  function markInstants(u, named) {
+    page.instants.forEach(([label, hue, time], i) => mark(u, time, named ? label : "", hue, i + 1));
+  }
 
   /* One plot of lines of data (the machine's or the patient's series) over time. */
   function timePlot(id, height, data, lines, axes, more = {}) {
@@ -37,7 +42,7 @@
       axes: [axis("Time (s)", { size: 32 }), ...axes],
       hooks: {
         drawClear: [(u) => parts.shadePhases(u, page.phases, more.named)],
-        draw: more.draw ? [more.draw] : [],
+        draw: [...(more.draw ? [more.draw] : []), (u) => markInstants(u, more.named)],
         setCursor: data === series ? [(u) => markLoop(u.cursor.idx)] : [],
         ready: [parts.followTouch],
       },
