@@ -5,7 +5,6 @@ from opensuction.procedure.transition import BROKEN_OFF
 from opensuction.safety.alarm_condition import Condition, Priority
 from opensuction.safety.alarm_episode import Episode
 from opensuction.safety.trip import WORD
-from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, laid
 
 
 def test_every_event_that_breaks_a_cycle_off_has_its_sentence() -> None:
@@ -26,14 +25,3 @@ def test_every_alarm_has_what_a_person_needs() -> None:
     assert (stalled["started_s"], stalled["ended_s"]) == (3.0, None)
     assert unknown["condition"] == f"unknown-{unnamed}"
     assert (unknown["latched"], unknown["acknowledged_s"]) == (True, 4.5)
-
-
-def test_catheter_and_conduit_are_named_or_measured() -> None:
-    for name, catheter in CATHETERS.items():
-        assert cycle_summary.catheter_name(catheter) == name
-        for route in ROUTES:
-            assert cycle_summary.conduit_name(catheter, laid(route, catheter)) == route
-    own = Catheter(3.0, 2.5)
-    assert cycle_summary.catheter_name(own) == "3 mm, bore 2.5 mm"
-    longer = laid("short", own)._replace(length_mm=1200.0, bend_rad=8.0)
-    assert cycle_summary.conduit_name(own, longer) == "1200 mm, bore 5 mm, bent by 8 rad"

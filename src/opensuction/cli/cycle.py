@@ -163,6 +163,7 @@ def _run_and_write(
         day_calibration,
         day_run,
         fault_run,
+        machine_summary,
     )
     from opensuction.kernel import compiled
     from opensuction.report import page
@@ -193,7 +194,7 @@ def _run_and_write(
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(prepared, columns, time.monotonic() - began_s, factor)
     data["faults"] = fault_run.plain(played)
-    html = page.render(data, columns, cycle_summary.sections(prepared))
+    html = page.render(data, columns, machine_summary.sections(prepared))
     (staging / "report.html").write_text(html, encoding="utf-8")
     return _written(data, staging, began_s)
 
@@ -224,7 +225,14 @@ def _day(
     began_s: float,
 ) -> dict[str, Any]:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
-    from opensuction.evidence import cycle_run, cycle_summary, day_gap, day_run, day_summary
+    from opensuction.evidence import (
+        cycle_run,
+        cycle_summary,
+        day_gap,
+        day_run,
+        day_summary,
+        machine_summary,
+    )
     from opensuction.report import page, sheet
 
     def tell(cycle: day_run.DayCycle) -> None:
@@ -246,7 +254,7 @@ def _day(
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
     data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
-    html = page.render(data, day.columns, cycle_summary.sections(day.last))
+    html = page.render(data, day.columns, machine_summary.sections(day.last))
     (staging / "report.html").write_text(html, encoding="utf-8")
     sheet_html = sheet.render(day_summary.page(day, options.repeat, every_min))
     (staging / "day.html").write_text(sheet_html, encoding="utf-8")

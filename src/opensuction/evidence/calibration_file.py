@@ -3,14 +3,13 @@
 import hashlib
 import io
 from datetime import datetime
-from typing import Any
 
 import numpy as np
 
 from opensuction import __version__
 from opensuction.evidence import calibration_check, cycle_choice
 from opensuction.evidence.calibration_run import Calibrated
-from opensuction.evidence.cycle_summary import without_nan
+from opensuction.evidence.plain import Json, without_nan
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.settings import calibration_section, identification_file, plausibility
@@ -26,8 +25,6 @@ from opensuction.settings.identification_file import (
 )
 from opensuction.simulation.bench import Identification, Recording
 from opensuction.simulation.closed_loop import DT_S
-
-Json = dict[str, Any]
 
 PARAMETER_FILE = "calibration.toml"
 RECORDING_FILE = "recording.csv"

@@ -4,8 +4,8 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.evidence import calibration_check, calibration_run
-from opensuction.evidence.calibration_file import Json
 from opensuction.evidence.calibration_run import Calibrated
+from opensuction.evidence.plain import Json
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
 from opensuction.simulation.bench import Identification
 from opensuction.simulation.closed_loop import DT_S

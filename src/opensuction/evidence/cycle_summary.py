@@ -3,18 +3,17 @@
 Keys and units are a contract (DESIGN section 8); ``null`` is what this twin does not simulate.
 """
 
-import math
 from collections.abc import Iterable
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 
 from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
-from opensuction.evidence import cycle_choice, cycle_run
+from opensuction.evidence import cycle_choice, cycle_run, machine_summary
 from opensuction.evidence.cycle_run import Prepared
-from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.evidence.plain import Json, without_nan
+from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.check import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.guideline import GUIDELINES
@@ -24,13 +23,10 @@ from opensuction.safety.alarm_condition import Condition
 from opensuction.safety.alarm_episode import Episode
 from opensuction.safety.trip import KINDS
 from opensuction.simulation import trace
-from opensuction.simulation.bench import Identification
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
-from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, Conduit, laid
 
-Json = dict[str, Any]
 SECRETION_SHARE_PERCENT = 80.0
 """Share of the secretions below which the report says why there is some left."""
 BUDGET_MARGIN_S = 0.05
@@ -44,17 +40,6 @@ ABORT_SENTENCES = {
     Event.CHECK_FAILED: "the pre-use test failed: {failed}",
 }
 """Why a cycle is broken off, for every event that can."""
-
-
-def without_nan(value: Any) -> Any:
-    """The same data with every number that is not finite as None: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: without_nan(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [without_nan(inner) for inner in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def _tip(result: Outcome) -> Json:
@@ -125,17 +110,6 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     }
 
 
-def _teaching(prepared: Prepared) -> Json | None:
-    """Where the protocol's depth comes from, and how far it is from the truth."""
-    if prepared.taught_mm is None:
-        return None
-    by_hand = prepared.choice.taught_mm is None
-    return {
-        "source": "hand" if by_hand else "given",
-        "error_mm": prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
-    }
-
-
 def _check(columns: Columns) -> Json:
     """The pre-use test: whether it was passed, what failed, and each item with its time."""
     failed = CheckItem(int(columns["check_failed"][-1]))
@@ -203,77 +177,6 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
     return found
 
 
-def _plays(found: Identification) -> Json:
-    """The plays that `prandtl-ishlinskii` and `preview` work with."""
-    plays = found.plays.model
-    return {
-        "thresholds_mm": plays.thresholds_mm.tolist(),
-        "weights": plays.weights.tolist(),
-        "slope": plays.slope,
-        "offset_mm": plays.offset_mm,
-        "curvature_per_mm": plays.curvature_per_mm,
-        "gap_mm": prandtl_ishlinskii.gap_mm(plays),
-        "rmse_mm": found.plays.rmse_mm,
-        "well_posed": found.plays.well_posed,
-    }
-
-
-def _identification(prepared: Prepared) -> Json | None:
-    """What the compensator works with, and where it is from; None for one that needs no model."""
-    found, file = prepared.identification, prepared.parameter_file
-    if found is None and file is None:
-        return None
-    model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
-    data: Json = {
-        "model": "modified-dahl",
-        "slope": model.slope,
-        "velocity_gain": model.velocity_gain,
-        "decay_per_mm": model.decay_per_mm,
-        "offset_mm": model.offset_mm,
-        "gap_mm": float(modified_dahl.gap_mm(model)),
-        "rmse_mm": None,
-        "well_posed": bool(modified_dahl.is_monotone(model)),
-        "samples": None,
-        "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
-        "friction_v": feedforward.friction_v,
-        "file": None,
-        "recording": None,
-        "recording_sha256": None,
-    }
-    if found is not None:
-        return data | {
-            "rmse_mm": found.fit.rmse_mm,
-            "samples": found.fit.samples,
-            "plays": _plays(found),
-        }
-    assert file is not None
-    return data | {
-        "rmse_mm": file.about.rmse,
-        "samples": file.about.recording.fitted_samples,
-        "file": prepared.choice.compensation,
-        "recording": file.about.recording.file,
-        "recording_sha256": file.about.recording.sha256,
-    }
-
-
-def catheter_name(catheter: Catheter) -> str:
-    """Name of a catheter, or its diameters where it has none."""
-    for name, known in CATHETERS.items():
-        if known == catheter:
-            return name
-    return f"{catheter.outer_mm:g} mm, bore {catheter.bore_mm:g} mm"
-
-
-def conduit_name(catheter: Catheter, conduit: Conduit) -> str:
-    """Name of a conduit for a catheter, or its measures where it has none."""
-    for name in ROUTES:
-        if laid(name, catheter) == conduit:
-            return name
-    return (
-        f"{conduit.length_mm:g} mm, bore {conduit.bore_mm:g} mm, bent by {conduit.bend_rad:g} rad"
-    )
-
-
 def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor: float) -> Json:
     """Everything about one cycle as plain data.
 
@@ -291,12 +194,12 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "approach": choice.approach,
         "compensation": choice.compensation,
         "patient": cycle_choice.patient_of(choice, kind.preset == "bench"),
-        "catheter": catheter_name(kind.catheter),
-        "conduit": conduit_name(kind.catheter, kind.conduit),
+        "catheter": machine_summary.catheter_name(kind.catheter),
+        "conduit": machine_summary.conduit_name(kind.catheter, kind.conduit),
         "seed": choice.seed,
         "gap_scale": choice.gap_scale,
         "taught_mm": prepared.taught_mm,
-        "teaching": _teaching(prepared),
+        "teaching": machine_summary.teaching(prepared),
         "phases": [
             {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
             for span in trace.phase_spans(columns)
@@ -327,28 +230,9 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
             "carina_mm": prepared.rig.machine.airway.carina_mm,
             "cap_mm": prepared.protocol.cap_mm,
         },
-        "identification": _identification(prepared),
+        "identification": machine_summary.identification(prepared),
         "wall_s": wall_s,
         "realtime_factor": realtime_factor,
     }
     plain: Json = without_nan(data)
     return plain
-
-
-def sections(prepared: Prepared) -> dict[str, Json]:
-    """Settings of the run for the last part of the report: title to names and values."""
-    settings = prepared.loop.controller
-    return {
-        "Protocol": prepared.protocol._asdict(),
-        "Plan": {
-            "preload_s": settings.plan.preload_s,
-            "dwell_s": settings.plan.dwell_s,
-            "gap_lead_s": settings.plan.gap_lead_s,
-            **settings.plan.motion._asdict(),
-        },
-        "Governor limits": settings.limits._asdict() | {"tip": settings.limits.tip._asdict()},
-        "Insertion servo": settings.insertion_servo._asdict(),
-        "Catheter": prepared.rig.kind.catheter._asdict(),
-        "Conduit": prepared.rig.kind.conduit._asdict(),
-        "Twin (drawn by the seed)": dict(prepared.rig.values),
-    }

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from opensuction.evidence.day_run import Day
+from opensuction.evidence.plain import Json
 from opensuction.identification.gap_scale import ScaleRecord
 from opensuction.report.sheet import Curve, Plot, Section, Table
 from opensuction.safety import alarm_text
 from opensuction.safety.alarm_condition import KINDS, Condition
 
-Json = dict[str, Any]
 CONDITION = Condition.CALIBRATION_OUT_OF_RANGE
 
 

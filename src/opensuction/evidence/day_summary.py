@@ -1,18 +1,15 @@
 """A day of cycles as plain data and as a page."""
 
-from typing import Any
-
 import numpy as np
 
 from opensuction import __version__
 from opensuction.evidence import cycle_choice, cycle_summary, day_gap
-from opensuction.evidence.cycle_summary import without_nan
 from opensuction.evidence.day_run import Day, DayCycle
+from opensuction.evidence.plain import Json, without_nan
 from opensuction.procedure import schedule
 from opensuction.procedure.schedule import ScheduleMode
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
 
-Json = dict[str, Any]
 HOUR_S = 3600.0
 MINUTE_S = 60.0
 

@@ -1,10 +1,8 @@
 """A campaign of faults as a page: counts with bounds, breaches, and what went untold."""
 
-from typing import Any
-
+from opensuction.evidence.plain import Json
 from opensuction.simulation.stated_bound import STATED
 
-Json = dict[str, Any]
 KINDS_SHOWN = 40
 """Kinds of breaches that are listed, the most frequent first."""
 LABELS = {

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +9,7 @@ import numpy.typing as npt
 from opensuction.evidence import cycle_run, fault_choice
 from opensuction.evidence.cycle_run import AFTERMATH_S, Prepared, Progress
 from opensuction.evidence.cycle_summary import ABORT_SENTENCES
+from opensuction.evidence.plain import Json
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
@@ -26,7 +26,6 @@ from opensuction.simulation.trace import Columns
 from opensuction.twin.fault import Fault
 from opensuction.twin.fault_table import KINDS
 
-Json = dict[str, Any]
 RESETS = 2
 """After a new controller has started a person lets it recover, and resets it once more."""
 WATCHDOG = "the drives heard nothing new from the controller and acted on their own"

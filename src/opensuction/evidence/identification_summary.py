@@ -5,14 +5,13 @@ Keys and units are a contract (DESIGN section 8); ``null`` is what could not be 
 
 import math
 from datetime import datetime
-from typing import Any
 
 import numpy as np
 
 from opensuction import __version__
 from opensuction.evidence import identification_run
-from opensuction.evidence.cycle_summary import without_nan
 from opensuction.evidence.identification_run import Loaded
+from opensuction.evidence.plain import Json, without_nan
 from opensuction.identification.workbench import METHODS, MODELS, Estimate, Result
 from opensuction.settings.identification_file import (
     COMPENSATOR_OF_MODEL,
@@ -24,8 +23,6 @@ from opensuction.settings.identification_file import (
     Quantity,
     Source,
 )
-
-Json = dict[str, Any]
 
 
 def _interval(estimate: Estimate) -> list[float]:

@@ -13,7 +13,7 @@ from opensuction.evidence import (
     paper_tracking,
 )
 from opensuction.evidence.claim import Claim
-from opensuction.evidence.cycle_summary import without_nan
+from opensuction.evidence.plain import without_nan
 from opensuction.report.sheet import Section, Sheet, Table
 
 ORIGINS = (
