@@ -153,7 +153,7 @@ def test_a_command_just_as_far_as_friction_may_hold_the_head_is_no_stall() -> No
         assert after.lasting.stalled == stalled
 
 
-@pytest.mark.parametrize(("opened", "apart_mm"), [(False, 1.0), (True, 0.5)])
+@pytest.mark.parametrize(("opened", "apart_mm"), [(False, 1.0), (True, 0.35)])
 def test_motor_and_catheter_head_disagree_beyond_a_distance_that_is_less_with_the_valve_open(
     opened: bool, apart_mm: float
 ) -> None:
