@@ -49,6 +49,13 @@ def test_a_hand_teaches_a_little_too_deep(seed: int, patient: str) -> None:
     assert 0.5 <= found.taught_mm - rig(seed, patient)[0].machine.airway.carina_mm <= 5.0
 
 
+def test_who_is_slow_to_confirm_teaches_too() -> None:
+    chosen, identified = rig(51_040)
+    loop, _ = teaching.assemble(chosen, identified.calibration)
+    assert loop.machine.hand.confirm_s > 0.29
+    assert teaching.teach(chosen, identified.calibration).taught == Taught.TAKEN
+
+
 def test_the_hand_moves_the_head_as_a_hand_can() -> None:
     columns = taught(1).columns
     assert [int(phase) for phase in dict.fromkeys(columns["phase"])] == [

@@ -26,9 +26,9 @@ APART_MM = 1.0
 """Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
 mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed."""
 APART_SUCKING_MM = 0.35
-"""The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1 mm,
-half of the sensor's step, and 0.06 mm for messages 1 ms apart at 62 mm/s. With a frozen encoder the
-head has gone in by 0.45 mm at most then (0.5 are allowed), with a reversed one by half of that."""
+"""The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1
+mm, half of the sensor's step, and 0.06 mm for messages 1 ms apart at 62 mm/s. With a frozen encoder
+the head has gone in by 0.45 mm at most then (0.5 are allowed), with a reversed one by half."""
 PARKED_MM = 3.0
 """Distance from the park position up to which the head is parked; the pre-use test needs 2."""
 

@@ -54,7 +54,7 @@ PARAMETERS: dict[str, Parameter] = {
         0.05,
         2.0,
     ),
-    "hold_s": Parameter(0.3, 0.0, "s", "from stopping to drawing back", "[assumed]", 0.1, 5.0),
+    "hold_s": Parameter(0.1, 0.0, "s", "from confirming to drawing back", "[assumed]", 0.05, 5.0),
     "mark_mm": Parameter(
         0.0, 0.15, "mm", "error of the mark at which it lets go", "[assumed]", -2.0, 2.0
     ),
@@ -163,7 +163,7 @@ def _following(hand: Hand, state: HandState, head_mm: float, felt_s: float) -> i
     stage = state.stage
     if stage == HandStage.PUSHING.value and felt_s > hand.reaction_s:
         return HandStage.HOLDING.value
-    if stage == HandStage.HOLDING.value and state.stage_s >= hand.hold_s:
+    if stage == HandStage.HOLDING.value and state.stage_s >= hand.confirm_s + hand.hold_s:
         return HandStage.PULLING.value
     if stage == HandStage.PULLING.value and head_mm <= hand.park_mm:
         return HandStage.LET_GO.value
