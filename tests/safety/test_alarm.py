@@ -264,3 +264,28 @@ def test_at_power_up_nothing_is_known_shown_pressed_or_paused() -> None:
     assert not any(state.pressed)
     others = set(state._fields) - {"clocks_s", "pressed"}
     assert {name for name in others if getattr(state, name) != 0} == set()
+
+
+def test_at_rest_nothing_is_left_of_what_was() -> None:
+    rest = alarm_state.start()
+    before = rest._replace(
+        acknowledged=2, escalated=2, pause_left_s=1.0, paused_priority=3, owed_s=1.0, silent_s=1.0
+    )
+    after = run([QUIET], state=before)[0].state
+    assert after._replace(clocks_s=rest.clocks_s) == rest
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("pause_left_s", "owed_s"), ("owed_s", "silent_s"), ("pause_left_s", "silent_s")],
+)
+def test_what_is_timed_twice_is_not_idle(one: str, other: str) -> None:
+    timed = changed(alarm_state.start(), {one: 1.0, other: 1.0})
+    assert not alarm.is_idle(timed, 0, RELEASED)
+
+
+def test_half_a_tick_before_its_time_is_in_time() -> None:
+    assert run([wrong(C.CONSOLE_LOST)], dt_s=4.0)[0].signals.audible  # after 2 s
+    invalid = wrong(C.CAM_READING_INVALID)
+    assert run([invalid, invalid], dt_s=80.0)[1].signals.escalated  # after 120 s
+    assert run([SPO2, press(SPO2, "acknowledge")], dt_s=40.0)[1].signals.reminder  # after 60 s

@@ -158,3 +158,20 @@ def test_an_audible_alarm_needs_no_reminder() -> None:
     louder = wrong(C.SPO2_LOW, C.HEART_RATE_LOW)
     rows = run([*broken, louder, press(louder, "acknowledge"), *lasting(louder, 50.0)])
     assert not any(row.signals.reminder for row in rows)
+
+
+@pytest.mark.parametrize(("left_s", "after_s"), [(0.75, 0.25), (0.7, 0.0), (1.5, 1.0)])
+def test_a_pause_lasts_to_its_last_half_tick(left_s: float, after_s: float) -> None:
+    paused = run([SPO2, press(SPO2, "audio_pause")])[-1].state
+    assert paused.owed_s == 0.0
+    row = run([SPO2], state=paused._replace(pause_left_s=left_s))[0]
+    assert row.signals.pause_left_s == after_s
+
+
+@pytest.mark.parametrize(("owed_s", "granted"), [(0.75, False), (0.7, True)])
+def test_another_pause_comes_when_less_than_half_a_tick_is_owed(
+    owed_s: float, granted: bool
+) -> None:
+    sounding = run([SPO2])[-1].state._replace(owed_s=owed_s)
+    row = run([press(SPO2, "audio_pause")], state=sounding)[0]
+    assert (row.signals.pause_left_s > 0.0) == granted
