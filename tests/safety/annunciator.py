@@ -61,6 +61,12 @@ def wrong(*conditions: Condition) -> Tick:
     return Tick(frozenset(conditions))
 
 
+QUIET = Tick()
+"""Nothing is wrong."""
+SPO2 = wrong(Condition.SPO2_LOW)
+"""A high alarm of the patient."""
+
+
 def press(tick: Tick, name: Literal["acknowledge", "audio_pause", "reset"]) -> Tick:
     """The same tick, in which somebody presses this."""
     return Tick(

@@ -11,12 +11,10 @@ from opensuction.safety.alarm_state import (
     SILENT,
     Buttons,
 )
-from tests.safety.annunciator import DT_S, SETTINGS, Tick, lasting, press, run, wrong
+from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, lasting, press, run, wrong
 from tests.safety.watchdog import changed
 
 C = Condition
-QUIET = Tick()
-SPO2 = wrong(C.SPO2_LOW)
 STOPPED = wrong(C.AUTOMATION_STOPPED)
 RUNAWAY = wrong(C.HEAD_RUNAWAY)
 

@@ -11,11 +11,9 @@ from opensuction.safety.alarm_state import (
     SILENT,
     Buttons,
 )
-from tests.safety.annunciator import DT_S, SETTINGS, Tick, lasting, press, run, wrong
+from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, Tick, lasting, press, run, wrong
 
 C = Condition
-QUIET = Tick()
-SPO2 = wrong(C.SPO2_LOW)
 
 
 @pytest.mark.requirement("OS-R32")
@@ -116,10 +114,11 @@ def test_a_pause_ends_with_its_cause() -> None:
     assert rows[-1].signals.pause_left_s == 0.0
 
 
-def test_what_begins_after_an_answered_alarm_may_be_paused_at_once() -> None:
+@pytest.mark.parametrize("dt_s", [0.5, 0.001])
+def test_what_begins_after_an_answered_alarm_may_be_paused_at_once(dt_s: float) -> None:
     both = wrong(C.SPO2_LOW, C.HEART_RATE_LOW)
     pressed = [press(SPO2, "audio_pause"), press(SPO2, "acknowledge")]
-    rows = run([SPO2, *pressed, both, press(both, "audio_pause")])
+    rows = run([SPO2, *pressed, both, press(both, "audio_pause")], dt_s)
     assert rows[-2].signals.audible == Priority.HIGH
     assert rows[-1].signals.audible == Priority.NONE
 
