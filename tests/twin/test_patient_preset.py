@@ -9,7 +9,7 @@ from opensuction.twin import parameter, patient_preset
 from opensuction.twin import patient as model
 from opensuction.twin.patient_parameter import PRESETS, ROWS, TABLES
 
-TAGS = ("[F:", "[K]", "[computed]", "[calibrated]", "[assumed]")
+TAGS = ("[K]", "[computed]", "[calibrated]", "[assumed]")
 ADULTS = ("adult-icu", "adult-ards")
 SEEDS = range(40)
 
