@@ -57,7 +57,7 @@ STATE_WORDS: dict[str, str] = {
 
 
 class Severity(Enum):
-    """How bad the harm is, in the words of ISO 14971."""
+    """How bad the harm is, in the words of [ISO-14971]."""
 
     NEGLIGIBLE = "negligible"
     MINOR = "minor"

@@ -3,7 +3,7 @@
 The travel length is the tip that the controller's model gives for the measured head, pushed in
 through the gap; one that no such patient has is not taken. Then the person draws the catheter
 back, or asks the drive to bring it home slowly.
-Source: paper.txt, section II: a first insertion by hand measures the travel length.
+Source: [paper] II-A: a first insertion by hand measures the travel length.
 """
 
 from enum import IntEnum
@@ -17,7 +17,7 @@ AWAY_MM = 5.0
 RETURNED_S = 0.5
 """How long the head must be home again: the hand has let go; assumed."""
 HOME_MM_PER_S = 10.0
-"""Speed at which the drive brings the head home on request: that of a hand [paper II-A]."""
+"""Speed at which the drive brings the head home on request: that of a hand, [paper] II-A."""
 
 
 class Taught(IntEnum):
@@ -51,7 +51,7 @@ class Span(NamedTuple):
 PLAUSIBLE: dict[AgeGroup, Span] = {
     # [K] typically 40 to 90; the neck moves the tube's tip by some 20 mm, half of it each way
     AgeGroup.ADULT: Span(least_mm=30.0, most_mm=100.0),
-    # [F: ATS, secondary] 10 to 20; half and half again: [assumed]
+    # [ATS-2000] 10 to 20; half and half again: [assumed]
     AgeGroup.CHILD: Span(least_mm=5.0, most_mm=30.0),
     # [assumed] 9.6 to 14.4 in the twin's presets; with the child's margins
     AgeGroup.NEONATE: Span(least_mm=5.0, most_mm=25.0),

@@ -11,7 +11,7 @@ from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
 from opensuction.safety.trip import Trip
 
 LIFE_S = 86400.0
-"""A catheter is used for 24 h from its first use. Source: paper.txt, section II-A, 5."""
+"""A catheter is used for 24 h from its first use. Source: [paper] II-A."""
 NEW_CATHETER_S = 0.0
 """Age of a catheter at its first use."""
 

