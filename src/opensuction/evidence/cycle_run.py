@@ -12,6 +12,7 @@ from opensuction.controller.setup import Calibration
 from opensuction.evidence import compensation_choice, cycle_choice, fault_choice
 from opensuction.evidence.cycle_choice import APPROACHES, Choice
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import RESTING
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure import clinical, teaching
 from opensuction.procedure.clinical import Template
@@ -194,7 +195,7 @@ def played(
         requests = NO_REQUESTS
         done += ticks
         watch(progress(table[done - 1]))
-        resting = closed_loop.is_resting(state.controller.procedure.phase)
+        resting = state.controller.procedure.phase in RESTING
         if resting and active:
             break
         active = active or not resting
