@@ -20,13 +20,15 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, trace
-from opensuction.simulation.bench import Identification, Rig
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import rig as rigs
+from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, TraceRow
+from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin import machine, plant
-from opensuction.twin.machine import MachineState
+from opensuction.twin import plant
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
 TEACH, CONFIRM, HOME = 16, 32, 64
@@ -151,7 +153,7 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
         bore=after.bore,
         airway=airway,
         switch=after.switch,
-        seam=after.seam,
+        coupling=after.coupling,
         hand=after.hand,
         laser=after.laser,
     )
@@ -233,19 +235,19 @@ def run(
 @cache
 def rig() -> Rig:
     """The nominal bench."""
-    return bench.rig("bench", 1, nominal=True)
+    return rigs.rig("bench", 1, nominal=True)
 
 
 @cache
 def identification() -> Identification:
     """The nominal bench, identified."""
-    return bench.identify(rig())
+    return rigs.identify(rig())
 
 
 @cache
 def at_rest(kind: CompensationKind) -> tuple[Loop, LoopState]:
     """The bench with a calibrated controller, parked."""
-    return bench.assemble(rig(), PAPER, kind, identification().calibration, run=2)
+    return rigs.assemble(rig(), PAPER, kind, identification().calibration, run=2)
 
 
 def simulate(

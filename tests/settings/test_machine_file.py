@@ -7,7 +7,8 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.settings import machine_file
 from opensuction.simulation import machine_kind
-from opensuction.twin import catheter, parameter
+from opensuction.twin import parameter
+from opensuction.twin.machine import catheter
 
 LEAST = 'preset = "clinical"\ncatheter = "12fr"\nconduit = "standard"\n'
 

@@ -14,13 +14,13 @@ import numpy as np
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
-from opensuction.procedure import progress, schedule
-from opensuction.procedure.check import CheckItem, CheckPlan
-from opensuction.procedure.plan import Plan
-from opensuction.procedure.progress import ProcedureState
-from opensuction.procedure.transition import Event
-from opensuction.procedure.upkeep import Refusal, Service, Upkeep
-from opensuction.safety.alarm_condition import Condition
+from opensuction.procedure.cycle import progress, schedule
+from opensuction.procedure.cycle.check import CheckItem, CheckPlan
+from opensuction.procedure.cycle.plan import Plan
+from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.safety.alarm.alarm_condition import Condition
 
 NONE = 0
 """No condition."""

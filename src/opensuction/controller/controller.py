@@ -13,17 +13,18 @@ from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
-from opensuction.procedure import cycle, progress, upkeep
-from opensuction.procedure.cycle import Demand
-from opensuction.procedure.plan import Plan
-from opensuction.procedure.progress import ProcedureState
-from opensuction.procedure.upkeep import Refusal, Service, Upkeep
-from opensuction.safety import alarm, alarm_state, governor
-from opensuction.safety.alarm_state import SILENT, Signals
-from opensuction.safety.governor import Verdict
+from opensuction.procedure.cycle import cycle, progress, upkeep
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.plan import Plan
+from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.safety.alarm import alarm, alarm_state
+from opensuction.safety.alarm.alarm_state import SILENT, Signals
+from opensuction.safety.governor import governor
+from opensuction.safety.governor.governor import Verdict
 from opensuction.safety.limits import Limits
 from opensuction.safety.trip import Reaction
-from opensuction.safety.watch import Watch
+from opensuction.safety.watch.watch import Watch
 
 
 def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:

@@ -6,8 +6,8 @@ from opensuction.controller.record import Memory, Settings
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.procedure.cycle import Demand
-from opensuction.procedure.progress import Surroundings
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.progress import Surroundings
 
 
 @compiled

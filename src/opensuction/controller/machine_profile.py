@@ -12,7 +12,7 @@ from annotated_types import Ge, Gt, Le
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.meaning import Meaning
-from opensuction.procedure.plan import Excitation
+from opensuction.procedure.cycle.plan import Excitation
 
 
 class MachineProfile(NamedTuple):

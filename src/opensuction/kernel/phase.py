@@ -1,6 +1,6 @@
 """Phases of a suction cycle: the words that procedure, trace, reports and console share.
 
-Where each phase may go is a table of its own: `opensuction.procedure.transition`.
+Where each phase may go is a table of its own: `opensuction.procedure.cycle.transition`.
 """
 
 from enum import IntEnum

@@ -13,12 +13,13 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import RESTING
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
-from opensuction.procedure.cycle import Demand
-from opensuction.safety.alarm_state import SILENT, Signals
-from opensuction.safety.governor import Verdict
-from opensuction.twin import machine, plant
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.safety.alarm.alarm_state import SILENT, Signals
+from opensuction.safety.governor.governor import Verdict
+from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.machine import Machine, MachineState, Observation
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import Machine, MachineState, Observation
 
 DT_S = 0.001
 """One tick: controller, axes, transmission, tip and line run at 1 kHz."""

@@ -17,10 +17,12 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, TraceRow
-from opensuction.twin import drive_watchdog, link, machine, plant
-from opensuction.twin.drive_watchdog import DriveWatchdog, WatchdogState
-from opensuction.twin.link import Link, LinkState, Ring
-from opensuction.twin.machine import MachineState
+from opensuction.twin import plant
+from opensuction.twin.fault import link
+from opensuction.twin.fault.link import Link, LinkState, Ring
+from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
+from opensuction.twin.machine.machine import MachineState
 
 _write = row.writer(TraceRow)
 

@@ -12,15 +12,16 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller.setup import Calibration
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import CONFIRM, NO_REQUESTS, TEACH
-from opensuction.procedure import teaching
-from opensuction.procedure.guideline import GUIDELINES
-from opensuction.procedure.teaching import Taught
-from opensuction.simulation import bench, closed_loop, trace
-from opensuction.simulation.bench import Rig
+from opensuction.procedure.cycle.teaching import Taught
+from opensuction.procedure.planning import teaching_limit
+from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin import hand
-from opensuction.twin.hand import HandStage
+from opensuction.twin.machine import hand
+from opensuction.twin.machine.hand import HandStage
 
 TEACHING_RUN = 3
 """Number of the noise stream and of the person; identification and cycles have others."""
@@ -52,9 +53,9 @@ def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
     airway by the guideline; no cycle can be started.
     """
     age = chosen.site.age
-    loop, state = bench.assemble(
+    loop, state = rigs.assemble(
         chosen,
-        teaching.protocol(age, VACUUM_MMHG),
+        teaching_limit.protocol(age, VACUUM_MMHG),
         CompensationKind.EXACT_INVERSE,
         calibration,
         TEACHING_RUN,

@@ -10,7 +10,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.simulation import closed_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
-from opensuction.twin import machine as twin
+from opensuction.twin.machine import machine as twin
 from opensuction.twin.plant import PlantState
 
 Columns = dict[str, npt.NDArray[np.float64]]
