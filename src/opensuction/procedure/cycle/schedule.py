@@ -90,15 +90,13 @@ def waited(state: ScheduleState, duration_s: float) -> ScheduleState:
 @compiled
 def starts(chosen: Schedule, state: ScheduleState) -> bool:
     """Whether a cycle shall start by itself."""
-    return chosen.mode == ScheduleMode.TIMED.value and state.since_cycle_s >= chosen.interval_s
+    return chosen.mode == ScheduleMode.TIMED and state.since_cycle_s >= chosen.interval_s
 
 
 @compiled
 def prompts(chosen: Schedule, state: ScheduleState) -> bool:
     """Whether a person shall look at the patient."""
-    return (
-        chosen.mode == ScheduleMode.PROMPT.value and state.since_assessment_s >= chosen.interval_s
-    )
+    return chosen.mode == ScheduleMode.PROMPT and state.since_assessment_s >= chosen.interval_s
 
 
 @compiled

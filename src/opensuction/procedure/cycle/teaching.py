@@ -106,12 +106,12 @@ def begun() -> TeachingState:
 @compiled
 def _judged(span: Span, tip_mm: float, readable: bool) -> int:
     if not readable:
-        return Taught.HEAD_UNREAD.value
+        return Taught.HEAD_UNREAD
     if tip_mm < span.least_mm:
-        return Taught.TOO_SHORT.value
+        return Taught.TOO_SHORT
     if tip_mm > span.most_mm:
-        return Taught.TOO_DEEP.value
-    return Taught.TAKEN.value
+        return Taught.TOO_DEEP
+    return Taught.TAKEN
 
 
 @compiled
@@ -133,7 +133,7 @@ def step(
     taught, taught_mm = state.taught, state.taught_mm
     if confirm:
         taught = _judged(plan.plausible, tip_mm, readable)
-        taught_mm = tip_mm if taught == Taught.TAKEN.value else 0.0
+        taught_mm = tip_mm if taught == Taught.TAKEN else 0.0
     return TeachingState(
         taught=taught,
         taught_mm=taught_mm,

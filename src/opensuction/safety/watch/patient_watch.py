@@ -98,7 +98,7 @@ def step(
     missing_s = _time(watch.missing_s, True, not (has_spo2 and has_rate and has_pressure), dt_s)
     low = low_s > LOW_S
     # What suction took stays its doing while the valve closes.
-    taken = sucking or watch.conditions >> Trip.LUNG_VOLUME_LOST.value & 1 == 1
+    taken = sucking or watch.conditions >> Trip.LUNG_VOLUME_LOST & 1 == 1
     unsafe = high_s > HIGH_S or breath_s > limits.breath_s or (low and not taken)
     return PatientWatch(
         spo2_low_s=spo2_low_s,
@@ -109,12 +109,12 @@ def step(
         breath_s=breath_s,
         raised=raised,
         missing_s=missing_s,
-        conditions=_bit(spo2_low_s > SPO2_S, Trip.SPO2_LOW.value)
-        | _bit(heart_rate_low_s > HEART_RATE_S, Trip.HEART_RATE_LOW.value)
-        | _bit(unsafe, Trip.AIRWAY_PRESSURE_UNSAFE.value)
-        | _bit(low and taken, Trip.LUNG_VOLUME_LOST.value)
-        | _bit(open_s > limits.open_s, Trip.CIRCUIT_DISCONNECTED.value)
-        | _bit(missing_s > LINK_S, Trip.MONITOR_LINK_LOST.value),
+        conditions=_bit(spo2_low_s > SPO2_S, Trip.SPO2_LOW)
+        | _bit(heart_rate_low_s > HEART_RATE_S, Trip.HEART_RATE_LOW)
+        | _bit(unsafe, Trip.AIRWAY_PRESSURE_UNSAFE)
+        | _bit(low and taken, Trip.LUNG_VOLUME_LOST)
+        | _bit(open_s > limits.open_s, Trip.CIRCUIT_DISCONNECTED)
+        | _bit(missing_s > LINK_S, Trip.MONITOR_LINK_LOST),
     )
 
 
@@ -130,4 +130,4 @@ def trips(conditions: int, inside: bool, entering: bool) -> int:
         return 0
     if entering:
         return conditions
-    return conditions & ~(1 << Trip.MONITOR_LINK_LOST.value)
+    return conditions & ~(1 << Trip.MONITOR_LINK_LOST)
