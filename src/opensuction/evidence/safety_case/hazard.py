@@ -214,7 +214,8 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
 
 
 def _check_fault(claim: Claim) -> None:
-    choose(claim.name, {fault.title: fault for fault in fault_table.KINDS}, "fault in name")
+    known = {fault.title: fault for fault in fault_table.KINDS}
+    choose(claim.name, known, "fault in name", "docs/faults.md")
     for strength in claim.strengths:
         fault_effect.check_strength(claim.fault, strength)
     choose(claim.approach, APPROACHES, "approach")
@@ -246,7 +247,7 @@ def _check_answer(claim: Claim) -> None:
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")
     known = {condition.name: condition for condition in Condition}
-    found = [choose(name, known, "alarm condition in alarm") for name in claim.alarm]
+    found = [choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm]
     for number, condition in enumerate(found):
         priority = alarm_condition.KINDS[condition].priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):
