@@ -201,7 +201,10 @@ BAD_OPTIONS = [
     (("identify", "bench.csv", "--input", "head_mm"), "--output"),
     (("identify", "none.csv", *COLUMNS), "no such file"),
     (("identify", ".", *COLUMNS), "is a folder"),
-    (("identify", "bench.csv", "--input", "hed_mm", "--output", "tip_mm"), "did you mean 'head_mm'"),
+    (
+        ("identify", "bench.csv", "--input", "hed_mm", "--output", "tip_mm"),
+        "did you mean 'head_mm'",
+    ),
     (("identify", "bench.csv", "--input", "head", "--output", "y"), "time_s, head_mm, tip_mm"),
     (("identify", "bench.csv", "--input", "tip_mm", "--output", "tip_mm"), "both 'tip_mm'"),
     (("identify", "bench.csv", *COLUMNS, "--time", "t"), "time_s"),

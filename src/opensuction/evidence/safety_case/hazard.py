@@ -247,7 +247,9 @@ def _check_answer(claim: Claim) -> None:
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")
     known = {condition.name: condition for condition in Condition}
-    found = [choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm]
+    found = [
+        choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm
+    ]
     for number, condition in enumerate(found):
         priority = alarm_condition.KINDS[condition].priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):
