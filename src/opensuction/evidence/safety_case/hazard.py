@@ -231,8 +231,8 @@ def _check_fault(claim: Claim) -> None:
                 else ("not be set up: name phases of a cycle")
             )
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
-        known = (*PHASES[claim.approach], ALL, SET_UP)
-        choose(phase, dict.fromkeys(known, None), f"phase by {claim.approach} in phases")
+        phases = (*PHASES[claim.approach], ALL, SET_UP)
+        choose(phase, dict.fromkeys(phases, None), f"phase by {claim.approach} in phases")
     for after in claim.after_s:
         if not 0.0 <= after < 180.0:
             raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
