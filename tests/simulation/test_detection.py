@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
@@ -62,7 +62,7 @@ def broken(
         if since < 0 and now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
             loop, since = loop._replace(machine=fault(loop.machine)), done
         over = since >= 0 and (done - since) * DT_S > AFTER_S
-        at_rest = over or (done > PIECE and closed_loop.is_resting(now.phase))
+        at_rest = over or (done > PIECE and now.phase in RESTING)
     assert since >= 0
     columns = trace.by_name(table[:done])
     masks = columns["verdict.trips"].astype(np.int64)

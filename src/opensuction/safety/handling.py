@@ -1,6 +1,6 @@
 """How a condition is handled: the behaviour of its alarm, and the reaction of the governor.
 
-A condition to which the governor reacts is a *trip*. The words are those of IEC 60601-1-8.
+A condition to which the governor reacts is a *trip*. The words are those of [IEC-60601-1-8].
 """
 
 from enum import IntEnum

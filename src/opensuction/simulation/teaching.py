@@ -10,7 +10,7 @@ import numpy as np
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller.setup import Calibration
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import CONFIRM, NO_REQUESTS, TEACH
 from opensuction.procedure.cycle.teaching import Taught
 from opensuction.procedure.planning import teaching_limit
@@ -91,7 +91,7 @@ def teach(chosen: Rig, calibration: Calibration) -> Teaching:
         waited = person.stage == HandStage.HOLDING and person.stage_s >= loop.machine.hand.confirm_s
         if waited and not confirmed:
             requests, confirmed = CONFIRM, True
-        if closed_loop.is_resting(state.controller.procedure.phase):
+        if state.controller.procedure.phase in RESTING:
             break
     found = state.controller.procedure.teaching
     taken = found.taught == Taught.TAKEN

@@ -57,7 +57,7 @@ STATE_WORDS: dict[str, str] = {
 
 
 class Severity(Enum):
-    """How bad the harm is, in the words of ISO 14971."""
+    """How bad the harm is, in the words of [ISO-14971]."""
 
     NEGLIGIBLE = "negligible"
     MINOR = "minor"
@@ -214,7 +214,8 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
 
 
 def _check_fault(claim: Claim) -> None:
-    choose(claim.name, {fault.title: fault for fault in fault_table.KINDS}, "fault in name")
+    known = {fault.title: fault for fault in fault_table.KINDS}
+    choose(claim.name, known, "fault in name", "docs/faults.md")
     for strength in claim.strengths:
         fault_effect.check_strength(claim.fault, strength)
     choose(claim.approach, APPROACHES, "approach")
@@ -230,8 +231,8 @@ def _check_fault(claim: Claim) -> None:
                 else ("not be set up: name phases of a cycle")
             )
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
-        known = (*PHASES[claim.approach], ALL, SET_UP)
-        choose(phase, dict.fromkeys(known, None), f"phase by {claim.approach} in phases")
+        phases = (*PHASES[claim.approach], ALL, SET_UP)
+        choose(phase, dict.fromkeys(phases, None), f"phase by {claim.approach} in phases")
     for after in claim.after_s:
         if not 0.0 <= after < 180.0:
             raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
@@ -246,7 +247,9 @@ def _check_answer(claim: Claim) -> None:
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")
     known = {condition.name: condition for condition in Condition}
-    found = [choose(name, known, "alarm condition in alarm") for name in claim.alarm]
+    found = [
+        choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm
+    ]
     for number, condition in enumerate(found):
         priority = condition.row.handling.priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):

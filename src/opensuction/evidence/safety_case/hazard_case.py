@@ -44,9 +44,9 @@ VENTED_MMHG = 10.0
 TOUCH_N = 0.01
 """[assumed] Force that is no contact: an eighth of what closes the switch."""
 FORCE_N = 0.3
-"""Peak force at the tip: a third of what punctures (FACTS 3, own margin)."""
+"""Peak force at the tip: a third of what punctures [design-force]."""
 VACUUM_SHARE = 4.0 / 3.0
-"""Highest line vacuum over the governor's limit: 200 mmHg for an adult [F: AARC 2022]."""
+"""Highest line vacuum over the governor's limit: 200 mmHg for an adult [AARC-2022]."""
 OUT_S = 10.0
 """What a withdrawal may add to the limit of time in the airway: 8 s at 30 mm/s, and friction."""
 PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)

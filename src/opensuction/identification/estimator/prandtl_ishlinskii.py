@@ -10,8 +10,7 @@ excitation is our own: the past is known (a long retract), so is how wide a gap 
 is left sparse by non-negativity alone, and curvature is worth a parameter, since the tip follows
 the model. There a recording is anybody's: its past is unknown and tried, units are any, and
 cross-validation chooses how many plays stand in a ranking with other models.
-Source: Kuhnen (see ``hysteresis.prandtl_ishlinskii``) for the grid; Lawson and Hanson, Solving
-Least Squares Problems (1974), for the algorithm (`scipy.optimize.nnls`).
+Source: [Kuhnen-2003] for the grid; [Lawson-1974] for the algorithm (`scipy.optimize.nnls`).
 """
 
 import math

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from opensuction.control import profile, staged_path
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, progress, teaching, transition
@@ -24,6 +24,16 @@ INWARDS = 1.0
 OUTWARDS = -1.0
 NOT_ANNOUNCED_S = -1.0
 """The tip's next motion lies further ahead than the gap needs."""
+PUMPED = (
+    Phase.PRELOADING,
+    Phase.INSERTING,
+    Phase.BACKING_OFF,
+    Phase.OPENING,
+    Phase.SUCTIONING,
+    Phase.WITHDRAWING,
+    Phase.CLOSING,
+)
+"""Phases in which the pump runs; elsewhere the line vents, so that each check tests it."""
 
 
 class Demand(NamedTuple):
@@ -52,7 +62,7 @@ class Demand(NamedTuple):
 def parked(plan: Plan) -> ProcedureState:
     """Ready for a cycle, tip at its parked reference."""
     return _enter(
-        Phase.PARKED.value,
+        int(Phase.PARKED),
         transition.STAY,
         plan.motion.park_mm,
         False,
@@ -100,16 +110,16 @@ def excite(excitation: Excitation, time_s: float) -> tuple[float, float]:
 def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float, float]:
     """Desired tip position and velocity ``time_s`` after the phase began."""
     motion = plan.motion
-    if state.phase == Phase.INSERTING.value:
+    if state.phase == Phase.INSERTING:
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
-    if state.phase == Phase.BACKING_OFF.value:
+    if state.phase == Phase.BACKING_OFF:
         way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
         return profile.at(way, time_s - plans.back_off_wait_s(plan))  # the gap comes first
-    if state.phase == Phase.WITHDRAWING.value:
+    if state.phase == Phase.WITHDRAWING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
-    if state.phase == Phase.ABORTING.value:
+    if state.phase == Phase.ABORTING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s)
-    if state.phase == Phase.IDENTIFYING.value:
+    if state.phase == Phase.IDENTIFYING:
         moved_mm, velocity = excite(plan.excitation, time_s)
         return motion.park_mm + moved_mm, velocity
     return state.reference_mm, 0.0
@@ -121,13 +131,9 @@ def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
 
     The pre-use test strokes it too: see `check.is_stroking`.
     """
-    if phase == Phase.ABORTING.value:
+    if phase == Phase.ABORTING:
         return was_open and not home
-    return (
-        phase == Phase.OPENING.value
-        or phase == Phase.SUCTIONING.value
-        or phase == Phase.WITHDRAWING.value
-    )
+    return phase in (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
 
 
 @compiled
@@ -137,16 +143,16 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
     time_s: since the phase began. arrived_s: since the reference reached the target. The direction
     turns when the way back's gap is to be crossed.
     """
-    if phase == Phase.PRELOADING.value:
+    if phase == Phase.PRELOADING:
         return INWARDS, max(plan.preload_s - time_s, 0.0)
-    if phase == Phase.INSERTING.value:
+    if phase == Phase.INSERTING:
         return INWARDS, 0.0
     backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
-    if phase == Phase.BACKING_OFF.value:
+    if phase == Phase.BACKING_OFF:
         if not backing:
             return INWARDS, NOT_ANNOUNCED_S
         return OUTWARDS, max(plans.back_off_wait_s(plan) - time_s, 0.0)
-    if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
+    if phase in (Phase.OPENING, Phase.SUCTIONING):
         if backing:
             return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
         left_s = plan.dwell_s - arrived_s
@@ -158,44 +164,29 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
 
 @compiled
 def _is_homing(phase: int) -> bool:
-    return (
-        phase == Phase.PARKED.value
-        or phase == Phase.CHECKING.value
-        or phase == Phase.ABORTING.value
-    )
+    return phase in (Phase.PARKED, Phase.CHECKING, Phase.ABORTING)
 
 
 @compiled
 def _is_driven(phase: int, bringing: bool) -> bool:
     """Torque on the insertion drive: not while hands move the head."""
-    if phase == Phase.TEACHING.value:
+    if phase == Phase.TEACHING:
         return bringing
-    return phase != Phase.OUT_OF_SERVICE.value
+    return phase != Phase.OUT_OF_SERVICE
 
 
 @compiled
 def _is_pumping(phase: int, valve_open: bool) -> bool:
-    """Pump on: not while parked or halted, where the line vents, so that each check tests it."""
-    if phase == Phase.ABORTING.value:
+    """Pump on: in the cycle itself, and on the way out of one as long as the valve is open."""
+    if phase == Phase.ABORTING:
         return valve_open
-    return (
-        phase != Phase.PARKED.value
-        and phase != Phase.CHECKING.value
-        and phase != Phase.HALTED.value
-        and phase != Phase.IDENTIFYING.value
-        and phase != Phase.TEACHING.value
-        and phase != Phase.OUT_OF_SERVICE.value
-    )
+    return phase in PUMPED
 
 
 @compiled
 def _is_advancing(phase: int) -> bool:
     """From the gap's taking up until the valve is asked to open."""
-    return (
-        phase == Phase.PRELOADING.value
-        or phase == Phase.INSERTING.value
-        or phase == Phase.BACKING_OFF.value
-    )
+    return phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
 
 
 @compiled
@@ -212,10 +203,10 @@ def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bo
 @compiled
 def _tested(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
     """The pre-use test as the next phase begins."""
-    if phase == Phase.CHECKING.value:
+    if phase == Phase.CHECKING:
         return check.begun()
-    if state.phase == Phase.CHECKING.value:
-        broken = cause == Event.TRIPPED.value or cause == Event.PHASE_OVERDUE.value
+    if state.phase == Phase.CHECKING:
+        broken = cause in (Event.TRIPPED, Event.PHASE_OVERDUE)
         return check.ended(checked, broken)
     return checked
 
@@ -231,18 +222,14 @@ def _changed(
     here_mm: float,
 ) -> ProcedureState:
     """The cycle as events lead it into another phase. here_mm: see `Surroundings`."""
-    resting = (
-        phase == Phase.HALTED.value
-        or phase == Phase.PARKED.value
-        or phase == Phase.OUT_OF_SERVICE.value
-    )
+    resting = phase in RESTING
     reference_mm = plan.motion.park_mm if resting else state.reference_mm
-    if phase == Phase.BACKING_OFF.value:
+    if phase == Phase.BACKING_OFF:
         reference_mm = here_mm
     cause = transition.taken(state.phase, events)
     checked = _tested(state, checked, phase, cause)
-    was_open = state.valve_open and state.phase != Phase.CHECKING.value
-    if phase == Phase.TEACHING.value:
+    was_open = state.valve_open and state.phase != Phase.CHECKING
+    if phase == Phase.TEACHING:
         taught = teaching.begun()
     return _enter(phase, cause, reference_mm, was_open and not resting, checked, taught)
 
@@ -250,11 +237,9 @@ def _changed(
 @compiled
 def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
     """Whether the reference stands at the target."""
-    return (
-        phase == Phase.OPENING.value
-        or phase == Phase.SUCTIONING.value
-        or (phase == Phase.INSERTING.value and reference_mm == plan.motion.target_mm)
-    )
+    if phase == Phase.INSERTING:
+        return reference_mm == plan.motion.target_mm
+    return phase in (Phase.OPENING, Phase.SUCTIONING)
 
 
 @compiled
@@ -263,7 +248,7 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
     phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
     pumping = _is_pumping(phase, now.valve_open)
     vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0
-    if phase == Phase.CHECKING.value:
+    if phase == Phase.CHECKING:
         pumping = check.is_pumping(item)
         vacuum_mmhg = check.set_point_mmhg(plan.check, item)
     direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
@@ -272,12 +257,12 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
         reference_mm_per_s=now.reference_mm_per_s,
         direction=direction,
         starts_in_s=starts_in_s,
-        homing=_is_homing(phase) or (phase == Phase.TEACHING.value and bringing),
+        homing=_is_homing(phase) or (phase == Phase.TEACHING and bringing),
         jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,
         valve_on=not check.is_by_spring(item),
-        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING.value),
+        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING),
         vacuum_mmhg=vacuum_mmhg,
     )
 
@@ -293,9 +278,9 @@ def step(
 ) -> tuple[ProcedureState, Demand]:
     """Advance the cycle by one tick; returns the new state and what it asks for."""
     checked, taught = state.check, state.teaching
-    if state.phase == Phase.CHECKING.value:
+    if state.phase == Phase.CHECKING:
         checked = progress.tested(plan, checked, readings, around, dt_s)
-    if state.phase == Phase.TEACHING.value:
+    if state.phase == Phase.TEACHING:
         taught = progress.taught(plan, taught, readings, requests, around)
     events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
     phase = transition.follow(state.phase, events)
@@ -306,7 +291,7 @@ def step(
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, time_s)
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
-    if phase == Phase.CHECKING.value:
+    if phase == Phase.CHECKING:
         valve_open = check.is_stroking(checked.item)
     now = ProcedureState(
         phase=phase,

@@ -80,10 +80,8 @@ def _search(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readi
     """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
         expected = tip_mm >= search.window_start_mm
-        return _bit(expected, Event.CONTACTED.value) | _bit(
-            not expected, Event.CONTACT_MISPLACED.value
-        )
-    return _bit(arrived, Event.CONTACT_MISPLACED.value)
+        return _bit(expected, Event.CONTACTED) | _bit(not expected, Event.CONTACT_MISPLACED)
+    return _bit(arrived, Event.CONTACT_MISPLACED)
 
 
 @compiled
@@ -98,21 +96,21 @@ def _inside(
     """What the phases between the start of insertion and the end of suction wait for."""
     phase = state.phase
     still = state.reference_mm_per_s == 0.0
-    if phase == Phase.INSERTING.value:
+    if phase == Phase.INSERTING:
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
             return _search(plan.contact, around.tip_mm, arrived, readings)
-        return _bit(arrived, Event.TARGET_REACHED.value)
-    if phase == Phase.BACKING_OFF.value:
+        return _bit(arrived, Event.TARGET_REACHED)
+    if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
         there = still and state.reference_mm <= state.start_mm - plan.contact.backoff_mm
         resting = abs(around.head_wanted_mm_per_s) < RESTING_MM_PER_S
-        return _bit(there and resting and settled, Event.BACKED_OFF.value)
-    if phase == Phase.OPENING.value:
-        return _bit(_is_opened(plan, readings), Event.VALVE_OPENED.value)
-    if phase == Phase.SUCTIONING.value:
+        return _bit(there and resting and settled, Event.BACKED_OFF)
+    if phase == Phase.OPENING:
+        return _bit(_is_opened(plan, readings), Event.VALVE_OPENED)
+    if phase == Phase.SUCTIONING:
         elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        return _bit(elapsed, Event.DWELL_ELAPSED.value)
+        return _bit(elapsed, Event.DWELL_ELAPSED)
     return 0
 
 
@@ -186,27 +184,27 @@ def _progress(
     still = state.reference_mm_per_s == 0.0
     closed = is_closed(plan, readings)
     home = is_home(plan.motion, readings)
-    if phase == Phase.CHECKING.value:
-        passed = checked.item == CheckItem.NONE.value
-        return _bit(checked.failed != CheckItem.NONE.value, Event.CHECK_FAILED.value) | _bit(
-            passed and settled and home and closed, Event.CHECK_PASSED.value
+    if phase == Phase.CHECKING:
+        passed = checked.item == CheckItem.NONE
+        return _bit(checked.failed != CheckItem.NONE, Event.CHECK_FAILED) | _bit(
+            passed and settled and home and closed, Event.CHECK_PASSED
         )
-    if phase == Phase.PRELOADING.value:
-        return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED.value)
-    if phase == Phase.WITHDRAWING.value:
+    if phase == Phase.PRELOADING:
+        return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED)
+    if phase == Phase.WITHDRAWING:
         return _bit(
-            still and state.reference_mm == plan.motion.park_mm and settled, Event.WITHDRAWN.value
+            still and state.reference_mm == plan.motion.park_mm and settled, Event.WITHDRAWN
         )
-    if phase == Phase.CLOSING.value:
-        return _bit(closed, Event.VALVE_CLOSED.value)
-    if phase == Phase.ABORTING.value:
+    if phase == Phase.CLOSING:
+        return _bit(closed, Event.VALVE_CLOSED)
+    if phase == Phase.ABORTING:
         resting = abs(around.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
-        return _bit((home and resting and closed) or around.powerless, Event.CLEARED.value)
-    if phase == Phase.IDENTIFYING.value:
-        return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED.value)
-    if phase == Phase.TEACHING.value:
+        return _bit((home and resting and closed) or around.powerless, Event.CLEARED)
+    if phase == Phase.IDENTIFYING:
+        return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
+    if phase == Phase.TEACHING:
         over = teaching.is_over(plan.teaching, state.teaching, dt_s)
-        return _bit(over, Event.TEACHING_ENDED.value)
+        return _bit(over, Event.TEACHING_ENDED)
     return _inside(plan, state, readings, around, settled, dt_s)
 
 
@@ -232,15 +230,15 @@ def happened(
     reset = requests.reset and not requests.abort
     return (
         _progress(plan, state, checked, readings, around, dt_s)
-        | _bit(around.tripped, Event.TRIPPED.value)
-        | _bit(requests.abort, Event.ABORT_REQUESTED.value)
-        | _bit(overdue, Event.PHASE_OVERDUE.value)
-        | _bit(start, Event.START_REQUESTED.value)
-        | _bit(identify, Event.IDENTIFY_REQUESTED.value)
-        | _bit(requests.teach and not requests.abort and home, Event.TEACH_REQUESTED.value)
-        | _bit(reset and home, Event.RESET_REQUESTED.value)
-        | _bit(reset and not home, Event.RECOVERY_REQUESTED.value)
-        | _bit(requests.service and not requests.abort and home, Event.SERVICE_REQUESTED.value)
-        | _bit(ended and home, Event.SERVICE_ENDED.value)
-        | _bit(ended and not home, Event.SERVICE_ENDED_AWAY.value)
+        | _bit(around.tripped, Event.TRIPPED)
+        | _bit(requests.abort, Event.ABORT_REQUESTED)
+        | _bit(overdue, Event.PHASE_OVERDUE)
+        | _bit(start, Event.START_REQUESTED)
+        | _bit(identify, Event.IDENTIFY_REQUESTED)
+        | _bit(requests.teach and not requests.abort and home, Event.TEACH_REQUESTED)
+        | _bit(reset and home, Event.RESET_REQUESTED)
+        | _bit(reset and not home, Event.RECOVERY_REQUESTED)
+        | _bit(requests.service and not requests.abort and home, Event.SERVICE_REQUESTED)
+        | _bit(ended and home, Event.SERVICE_ENDED)
+        | _bit(ended and not home, Event.SERVICE_ENDED_AWAY)
     )

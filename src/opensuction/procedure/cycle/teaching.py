@@ -3,7 +3,7 @@
 The travel length is the tip that the controller's model gives for the measured head, pushed in
 through the gap; one that no such patient has is not taken. Then the person draws the catheter
 back, or asks the drive to bring it home slowly.
-Source: paper.txt, section II: a first insertion by hand measures the travel length.
+Source: [paper] II-A: a first insertion by hand measures the travel length.
 """
 
 from enum import IntEnum
@@ -17,7 +17,7 @@ AWAY_MM = 5.0
 RETURNED_S = 0.5
 """How long the head must be home again: the hand has let go; assumed."""
 HOME_MM_PER_S = 10.0
-"""Speed at which the drive brings the head home on request: that of a hand [paper II-A]."""
+"""Speed at which the drive brings the head home on request: that of a hand, [paper] II-A."""
 
 
 class Taught(IntEnum):
@@ -51,7 +51,7 @@ class Span(NamedTuple):
 PLAUSIBLE: dict[AgeGroup, Span] = {
     # [K] typically 40 to 90; the neck moves the tube's tip by some 20 mm, half of it each way
     AgeGroup.ADULT: Span(least_mm=30.0, most_mm=100.0),
-    # [F: ATS, secondary] 10 to 20; half and half again: [assumed]
+    # [ATS-2000] 10 to 20; half and half again: [assumed]
     AgeGroup.CHILD: Span(least_mm=5.0, most_mm=30.0),
     # [assumed] 9.6 to 14.4 in the twin's presets; with the child's margins
     AgeGroup.NEONATE: Span(least_mm=5.0, most_mm=25.0),
@@ -106,12 +106,12 @@ def begun() -> TeachingState:
 @compiled
 def _judged(span: Span, tip_mm: float, readable: bool) -> int:
     if not readable:
-        return Taught.HEAD_UNREAD.value
+        return Taught.HEAD_UNREAD
     if tip_mm < span.least_mm:
-        return Taught.TOO_SHORT.value
+        return Taught.TOO_SHORT
     if tip_mm > span.most_mm:
-        return Taught.TOO_DEEP.value
-    return Taught.TAKEN.value
+        return Taught.TOO_DEEP
+    return Taught.TAKEN
 
 
 @compiled
@@ -133,7 +133,7 @@ def step(
     taught, taught_mm = state.taught, state.taught_mm
     if confirm:
         taught = _judged(plan.plausible, tip_mm, readable)
-        taught_mm = tip_mm if taught == Taught.TAKEN.value else 0.0
+        taught_mm = tip_mm if taught == Taught.TAKEN else 0.0
     return TeachingState(
         taught=taught,
         taught_mm=taught_mm,

@@ -12,7 +12,7 @@ from opensuction.safety.priority import Priority
 Seconds = npt.NDArray[np.float64]
 
 LONGEST_PAUSE_S = 120.0
-"""Longest audio pause; ISO 80601-2-12 allows ventilators as much (from memory, unverified)."""
+"""Longest audio pause: as much as ventilators have, [ISO-80601-2-12] [K]."""
 AUDIBLE_S = 4.0
 """After a pause the alarm sounds for so long, a whole high burst, before the next is granted:
 pressing again and again cannot keep it silent."""

@@ -256,7 +256,7 @@ def step(
     )
     # A motor that is home while the head is not has withdrawn nothing: a hand must.
     out = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
-    forced = reaction == Reaction.WITHDRAW.value and (not out or _disagree(seen.lasting))
+    forced = reaction == Reaction.WITHDRAW and (not out or _disagree(seen.lasting))
     held = forced and seen.lasting.jammed > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
     unseen = forced and (seen.invalid.head > 0 or seen.lasting.stalled > STALL_S)
     following = GovernorState(

@@ -52,7 +52,7 @@ class PatientWatch(NamedTuple):
     missing_s: float
     """Since every value was there."""
     conditions: int
-    """Bit mask of what holds now, by the numbers of `trip.Trip`."""
+    """Bit mask of what holds now, of `condition.Condition`."""
 
 
 UNSEEN = PatientWatch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, raised=False, missing_s=0.0, conditions=0)

@@ -51,7 +51,7 @@ SMALL_RATIO = 2.0
 """A fall steeper than an open catheter's without a pump by this is a canister without room."""
 CLOGGED_S = 4.6
 """How long an open valve may draw no flow: plugs of thick mucus do so for up to 4 s in sound
-cycles [in silico]."""
+cycles [in-silico]."""
 OVER_MMHG = 15.0
 """Vacuum over the set point: a regulator settles at most 5 mmHg above (300 mL/s / 60 mL/s/mmHg)
 [computed], and a sensor's error of 5; assumed."""

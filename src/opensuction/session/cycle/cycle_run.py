@@ -10,6 +10,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import RESTING
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import SENTENCES, Taught
@@ -196,7 +197,7 @@ def played(
         requests = NO_REQUESTS
         done += ticks
         watch(progress(table[done - 1]))
-        resting = closed_loop.is_resting(state.controller.procedure.phase)
+        resting = state.controller.procedure.phase in RESTING
         if resting and active:
             break
         active = active or not resting

@@ -1,6 +1,6 @@
 """The JSON object of the ``cycle`` command: what a cycle came to, in plain data.
 
-Keys and units are a contract (DESIGN section 8); ``null`` is what this twin does not simulate.
+Keys and units are a contract (docs/reference/results.md); ``null``: not simulated.
 """
 
 from collections.abc import Iterable

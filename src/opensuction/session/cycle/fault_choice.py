@@ -20,6 +20,8 @@ FORM = "NAME[@S][=STRENGTH], S in seconds after the start or PHASE+S"
 _PARTS = re.compile(r"(?P<name>[^@=]*)(?:@(?P<at>[^@=]*))?(?:=(?P<strength>[^@=]*))?")
 NAMES = {fault.title: fault for fault in KINDS}
 """Faults by name."""
+LISTED = "'opensuction cycle --help'"
+"""Where all of them are: too many for a message."""
 PHASES = {
     phase.name.lower(): phase
     for phase in (
@@ -63,7 +65,7 @@ def parsed(text: str) -> Injection:
     parts = _PARTS.fullmatch(text)
     if parts is None:
         raise InputError(one_line(f"--fault {shown(text)}: should be {FORM}"))
-    fault = choose(parts["name"], NAMES, "fault")
+    fault = choose(parts["name"], NAMES, "fault", LISTED)
     strength = fault_table.default_strength(fault)
     if parts["strength"] is not None:
         strength = _number(parts["strength"], "the strength", text)

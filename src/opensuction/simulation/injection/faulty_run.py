@@ -10,7 +10,7 @@ from opensuction.controller.record import Outputs
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.simulation import closed_loop, linked_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
@@ -84,7 +84,7 @@ class FaultyRun:
     def is_resting(self) -> bool:
         """Whether the machine waits for a person."""
         runs = self._linked.link.controller_runs
-        return runs and bool(closed_loop.is_resting(self.state.controller.procedure.phase))
+        return runs and self.state.controller.procedure.phase in RESTING
 
     @property
     def is_halted(self) -> bool:

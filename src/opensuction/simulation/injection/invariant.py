@@ -194,7 +194,7 @@ class Grace(NamedTuple):
 
 
 FORCE_N = 0.3
-"""Peak force on the carina. Source: DESIGN section 7."""
+"""Peak force on the carina [design-force]."""
 CLOSING_S = 2.5
 """The cam's stroke of 2 s at the paper's 15 deg/s, and the line's venting."""
 EXCESS_S = 0.5

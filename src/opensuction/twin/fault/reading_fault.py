@@ -130,17 +130,17 @@ def value(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
     """What is read of a channel where ``true`` is right."""
     if fault.channel != channel:
         return true
-    if fault.mode == Mode.OFFSET.value:
+    if fault.mode == Mode.OFFSET:
         return true + fault.strength
-    if fault.mode == Mode.SCALED.value:
+    if fault.mode == Mode.SCALED:
         return fault.anchor + fault.strength * (true - fault.anchor)
-    if fault.mode == Mode.DEAD.value:
+    if fault.mode == Mode.DEAD:
         return 0.0
-    if fault.mode == Mode.INVALID.value:
+    if fault.mode == Mode.INVALID:
         return math.nan
-    block = tick if fault.mode == Mode.NOISY.value else tick // JUMP_TICKS
+    block = tick if fault.mode == Mode.NOISY else tick // JUMP_TICKS
     first, second, _ = random_stream.uniform_pair(at(fault.stream, block))
-    if fault.mode == Mode.JUMPING.value:
+    if fault.mode == Mode.JUMPING:
         return true + fault.strength * (2.0 * first - 1.0)
     radius = math.sqrt(-2.0 * math.log(first))
     return true + fault.strength * radius * math.cos(2.0 * math.pi * second)
@@ -148,23 +148,23 @@ def value(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
 
 @compiled
 def _valid(fault: ReadingFault, channel: int, valid: bool) -> bool:
-    return valid and not (fault.channel == channel and fault.mode == Mode.INVALID.value)
+    return valid and not (fault.channel == channel and fault.mode == Mode.INVALID)
 
 
 @compiled
 def applied(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
     """What the sensors report in a tick, one of them at fault."""
     return Readings(
-        head_mm=value(fault, Channel.HEAD.value, readings.head_mm, tick),
-        head_valid=_valid(fault, Channel.HEAD.value, readings.head_valid),
-        carriage_mm=value(fault, Channel.CARRIAGE.value, readings.carriage_mm, tick),
-        carriage_valid=_valid(fault, Channel.CARRIAGE.value, readings.carriage_valid),
-        cam_rad=value(fault, Channel.CAM.value, readings.cam_rad, tick),
-        cam_valid=_valid(fault, Channel.CAM.value, readings.cam_valid),
-        line_vacuum_mmhg=value(fault, Channel.VACUUM.value, readings.line_vacuum_mmhg, tick),
-        vacuum_valid=_valid(fault, Channel.VACUUM.value, readings.vacuum_valid),
+        head_mm=value(fault, Channel.HEAD, readings.head_mm, tick),
+        head_valid=_valid(fault, Channel.HEAD, readings.head_valid),
+        carriage_mm=value(fault, Channel.CARRIAGE, readings.carriage_mm, tick),
+        carriage_valid=_valid(fault, Channel.CARRIAGE, readings.carriage_valid),
+        cam_rad=value(fault, Channel.CAM, readings.cam_rad, tick),
+        cam_valid=_valid(fault, Channel.CAM, readings.cam_valid),
+        line_vacuum_mmhg=value(fault, Channel.VACUUM, readings.line_vacuum_mmhg, tick),
+        vacuum_valid=_valid(fault, Channel.VACUUM, readings.vacuum_valid),
         contact_closed=readings.contact_closed,
-        contact_valid=_valid(fault, Channel.CONTACT.value, readings.contact_valid),
-        insertion_current_a=value(fault, Channel.CURRENT.value, readings.insertion_current_a, tick),
+        contact_valid=_valid(fault, Channel.CONTACT, readings.contact_valid),
+        insertion_current_a=value(fault, Channel.CURRENT, readings.insertion_current_a, tick),
         monitor=readings.monitor,
     )
