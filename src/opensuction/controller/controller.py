@@ -22,8 +22,8 @@ from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction
 from opensuction.safety.watch.watch import Watch
 
 

@@ -3,8 +3,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.safety.alarm import alarm, alarm_state
-from opensuction.safety.alarm.alarm_condition import KINDS, WORD, Condition, Priority, mask
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S, NOTHING, RELEASED, SILENT, Buttons
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import WORD, encode
+from opensuction.safety.priority import Priority
 from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, lasting, press, run, wrong
 from tests.safety.watchdog import changed
 
@@ -27,9 +29,9 @@ def test_a_condition_without_a_delay_sounds_in_its_first_tick() -> None:
 
 @pytest.mark.requirement("OS-R30")
 def test_every_condition_sounds_with_its_own_priority() -> None:
-    for condition, kind in KINDS.items():
+    for condition in Condition:
         last = run(lasting(wrong(condition), 4.0))[-1].signals
-        assert last.audible == last.priority == kind.priority, condition
+        assert last.audible == last.priority == condition.row.handling.priority, condition
         assert last.first == condition
 
 
@@ -79,7 +81,7 @@ def test_what_latches_sounds_until_a_person_resets() -> None:
     rows = run([RUNAWAY, *lasting(QUIET, 300.0), press(QUIET, "reset"), QUIET])
     for row in rows[1:-2]:
         assert row.signals.present == 0
-        assert row.signals.latched == mask({C.HEAD_RUNAWAY})
+        assert row.signals.latched == encode({C.HEAD_RUNAWAY})
         assert row.signals.priority == row.signals.audible == Priority.HIGH
         assert row.signals.first == C.HEAD_RUNAWAY
     assert rows[-2].signals == rows[-1].signals == SILENT
@@ -89,7 +91,7 @@ def test_what_latches_sounds_until_a_person_resets() -> None:
 def test_a_reset_clears_nothing_that_still_holds() -> None:
     rows = run([RUNAWAY, press(RUNAWAY, "reset"), RUNAWAY, QUIET])
     assert rows[2].present == {C.HEAD_RUNAWAY}
-    assert rows[3].signals.latched == mask({C.HEAD_RUNAWAY})
+    assert rows[3].signals.latched == encode({C.HEAD_RUNAWAY})
 
 
 def test_a_reset_in_the_tick_in_which_the_cause_ends_clears_it() -> None:
@@ -100,7 +102,7 @@ def test_a_reset_in_the_tick_in_which_the_cause_ends_clears_it() -> None:
 def test_a_button_held_down_resets_once() -> None:
     held = press(QUIET, "reset")
     rows = run([press(RUNAWAY, "reset"), held, held])
-    assert rows[-1].signals.latched == mask({C.HEAD_RUNAWAY})
+    assert rows[-1].signals.latched == encode({C.HEAD_RUNAWAY})
 
 
 def test_acknowledged_is_silent_but_shown_until_it_ends() -> None:
@@ -241,7 +243,7 @@ def test_the_length_of_a_tick_changes_no_delay(dt_s: float) -> None:
 def test_only_where_nothing_is_wrong_shown_timed_or_pressed_may_a_step_be_left_out() -> None:
     rest = alarm_state.start()
     assert alarm.is_idle(rest, 0, RELEASED)
-    assert not alarm.is_idle(rest, mask({C.SPO2_LOW}), RELEASED)
+    assert not alarm.is_idle(rest, encode({C.SPO2_LOW}), RELEASED)
     for name in Buttons._fields:
         pressed = RELEASED._replace(**{name: True})
         assert not alarm.is_idle(rest, 0, pressed)

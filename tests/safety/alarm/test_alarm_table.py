@@ -2,8 +2,8 @@ from pathlib import Path
 
 from opensuction.report.document import spliced
 from opensuction.safety.alarm import alarm_table
-from opensuction.safety.alarm.alarm_condition import Condition
 from opensuction.safety.alarm.signal_value import VALUES
+from opensuction.safety.condition import Condition
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "alarms.md"
 

@@ -16,8 +16,8 @@ from annotated_types import Ge, Le
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.safety.alarm import alarm_condition
-from opensuction.safety.alarm.alarm_condition import Condition, Priority
+from opensuction.safety.condition import Condition
+from opensuction.safety.priority import Priority
 from opensuction.session.cycle.cycle_choice import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
@@ -251,7 +251,7 @@ def _check_answer(claim: Claim) -> None:
         choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm
     ]
     for number, condition in enumerate(found):
-        priority = alarm_condition.KINDS[condition].priority
+        priority = condition.row.handling.priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):
             raise InputError(
                 f"priority: {claim.priority.name.lower()}, but the alarm table gives "

@@ -22,8 +22,8 @@ from opensuction.evidence.safety_case.hazard import (
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.safety.alarm import alarm_condition
-from opensuction.safety.alarm.alarm_condition import Condition
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
@@ -201,7 +201,7 @@ def _signalled(columns: Columns, at_s: float) -> dict[str, float]:
     shown = present.astype(np.int64) | latched.astype(np.int64)
     new = shown[first:] & ~(int(shown[first - 1]) if first > 0 else 0)
     found: dict[str, float] = {}
-    for bit in alarm_condition.members(int(np.bitwise_or.reduce(new))):
+    for bit in condition_mask.decode(int(np.bitwise_or.reduce(new))):
         tick = first + int(np.argmax(new >> bit & 1))
         name = Condition(bit).name if bit in set(Condition) else str(bit)
         found[name] = float(columns["time_s"][tick])
@@ -279,7 +279,7 @@ def _judged(case: Case, prepared: Prepared, columns: Columns, found: Injected) -
     detected_ms, safe_ms = 1000.0 * (alarm_s - found.at_s), 1000.0 * (safe_s - found.at_s)
     others = [name.lower() for name in signalled if name not in claim.alarm]
     problem = _problem(claim, detected_ms, safe_ms, harmful, within, others)
-    priority = alarm_condition.KINDS[Condition[alarm]].priority.name.lower() if alarm else "none"
+    priority = Condition[alarm].row.handling.priority.name.lower() if alarm else "none"
     strip = _strip(columns, found.at_s, max(_or_0(safe_s), _or_0(alarm_s)))
     return Result(
         case, alarm, priority, found.at_s, detected_ms, safe_ms, within, harm, problem, strip

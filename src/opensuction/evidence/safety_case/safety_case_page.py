@@ -7,8 +7,7 @@ from opensuction.evidence.safety_case.hazard import STATE_WORDS, Hazard, Respons
 from opensuction.evidence.safety_case.hazard_case import Result
 from opensuction.evidence.safety_case.safety_case import SafetyCase, Verdict
 from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
-from opensuction.safety.alarm import alarm_text
-from opensuction.safety.alarm.alarm_condition import Condition
+from opensuction.safety.condition import Condition
 from opensuction.twin.fault import fault_table
 
 LEAD = (
@@ -137,7 +136,7 @@ def _section(verdict: Verdict) -> Section:
         "Why these bounds: " + " ".join(_because(verdict.hazard)),
     ]
     if worst.alarm:
-        said = alarm_text.text(int(Condition[worst.alarm]))
+        said = Condition[worst.alarm].row
         text.append(f"What a person reads: {said.sentence}. {said.remedy}")
     text.append(f"Requirements: {', '.join(row.requirements)}. Worst run: {worst.case.title}.")
     title = f"{row.id} {row.hazard}{'' if verdict.ok else ': broken'}"

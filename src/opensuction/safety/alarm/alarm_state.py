@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
-from opensuction.safety.alarm.alarm_condition import WORD, Priority
+from opensuction.safety.condition_mask import WORD
+from opensuction.safety.priority import Priority
 
 Seconds = npt.NDArray[np.float64]
 

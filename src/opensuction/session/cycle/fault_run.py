@@ -13,8 +13,7 @@ from opensuction.procedure.cycle import check, upkeep
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
-from opensuction.safety import trip
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run, fault_choice
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Progress
 from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
@@ -72,7 +71,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
 
 def _sentence(notice: Notice, columns: Columns) -> str:
     if notice.detector == Detector.TRIP:
-        return trip.KINDS[Trip(notice.code)].sentence
+        return Condition(notice.code).row.sentence
     if notice.detector == Detector.CHECK:
         return f"the pre-use test failed: {check.SENTENCES[CheckItem(notice.code)]}"
     if notice.detector == Detector.REFUSAL:

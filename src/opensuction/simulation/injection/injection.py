@@ -18,7 +18,8 @@ from opensuction.kernel.requests import RESET
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
-from opensuction.safety import trip
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
@@ -49,7 +50,7 @@ class Detector(IntEnum):
     """What notices a fault first."""
 
     TRIP = 0
-    """A limit of the governor; ``code`` is a `Trip`."""
+    """A limit of the governor; ``code`` is a `Condition`."""
     CHECK = 1
     """The pre-use test; ``code`` is a `CheckItem`."""
     ABORT = 2
@@ -71,7 +72,7 @@ class Notice(NamedTuple):
     def title(self) -> str:
         """Name of what noticed it, as JSON writes it."""
         names: dict[Detector, type[IntEnum]] = {
-            Detector.TRIP: trip.Trip,
+            Detector.TRIP: Condition,
             Detector.CHECK: CheckItem,
             Detector.ABORT: Event,
             Detector.REFUSAL: Refusal,
@@ -195,7 +196,7 @@ def _trip(columns: Columns, first: int) -> Notice | None:
     if not new.size:
         return None
     tick = first + int(new[0])
-    code = trip.names(int(masks[tick]) & ~known)[0]
+    code = condition_mask.decode_trips(int(masks[tick]) & ~known)[0]
     return Notice(Detector.TRIP, code, float(columns["time_s"][tick]))
 
 
