@@ -10,7 +10,7 @@ from opensuction.kernel.requests import ABORT, HOME, NO_REQUESTS, START, TEACH
 from opensuction.procedure.teaching import Taught
 from opensuction.simulation import bench, closed_loop, teaching, trace
 from opensuction.simulation.bench import Rig
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.teaching import Teaching
 from opensuction.simulation.trace import Columns
 
@@ -24,7 +24,7 @@ def rig(seed: int, patient: str = "adult-icu") -> tuple[Rig, bench.Identificatio
 @cache
 def taught(seed: int, patient: str = "adult-icu") -> Teaching:
     chosen, identified = rig(seed, patient)
-    return teaching.teach(chosen, identified.calibration)
+    return teaching.teach(chosen, identified.calibration, COLUMNS)
 
 
 def run(loop: Loop, state: LoopState, pressed: dict[float, object]) -> Columns:
