@@ -8,9 +8,9 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.kernel.compiled import compiled
-from opensuction.safety import alarm, alarm_state
-from opensuction.safety.alarm_condition import Condition, mask
-from opensuction.safety.alarm_state import RELEASED, Settings, State
+from opensuction.safety.alarm import alarm, alarm_state
+from opensuction.safety.alarm.alarm_condition import Condition, mask
+from opensuction.safety.alarm.alarm_state import RELEASED, Settings, State
 
 SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
 TICKS = 200_000

@@ -13,24 +13,25 @@ from pathlib import Path
 from mutation import campaign
 from mutation.campaign import ROOT, Result, Target
 
-ALARM_TESTS = ("tests/safety/test_alarm.py", "tests/safety/test_alarm_*.py")
-SOUND_TESTS = ("tests/safety/test_*_signal.py", "tests/safety/test_alarm_table.py")
-GOVERNOR_TESTS = ("tests/safety/test_governor_*.py",)
+ALARM_TESTS = ("tests/safety/alarm/test_alarm.py", "tests/safety/alarm/test_alarm_*.py")
+SOUND_TESTS = ("tests/safety/alarm/test_*_signal.py", "tests/safety/alarm/test_alarm_table.py")
+GOVERNOR_TESTS = ("tests/safety/governor/test_governor_*.py",)
 """Its examples. Its properties are slow, and left to the governor itself: a lower bound."""
-PATIENT_TESTS = ("tests/safety/test_governor_patient.py",)
+PATIENT_TESTS = ("tests/safety/governor/test_governor_patient.py",)
 EXTRA: dict[str, tuple[str, ...]] = {
-    "safety.alarm": ALARM_TESTS,
-    "safety.alarm_condition": ALARM_TESTS,
-    "safety.alarm_state": ALARM_TESTS,
-    "safety.alarm_text": ("tests/safety/test_alarm_condition.py",),
-    "safety.drive_force": ("tests/safety/test_governor_drive.py",),
+    "safety.alarm.alarm": ALARM_TESTS,
+    "safety.alarm.alarm_condition": ALARM_TESTS,
+    "safety.alarm.alarm_state": ALARM_TESTS,
+    "safety.alarm.alarm_text": ("tests/safety/alarm/test_alarm_condition.py",),
+    "safety.watch.drive_force": ("tests/safety/governor/test_governor_drive.py",),
     "safety.limits": GOVERNOR_TESTS,
-    "safety.narrowing": GOVERNOR_TESTS,
-    "safety.patient_watch": PATIENT_TESTS,
-    "safety.signal_value": SOUND_TESTS,
+    "safety.governor.limiter": GOVERNOR_TESTS,
+    "safety.patient_limit": ("tests/safety/watch/test_patient_watch.py",),
+    "safety.watch.patient_watch": PATIENT_TESTS,
+    "safety.alarm.signal_value": SOUND_TESTS,
     "safety.trip": GOVERNOR_TESTS,
-    "safety.watch": GOVERNOR_TESTS,
-    "procedure.transition": ("tests/procedure/test_diagram.py",),
+    "safety.watch.watch": GOVERNOR_TESTS,
+    "procedure.cycle.transition": ("tests/procedure/test_diagram.py",),
 }
 """Tests of a module beyond those of its own name."""
 
@@ -40,16 +41,18 @@ def target(short: str) -> Target:
 
     Those that end soonest for most mistakes come first.
     """
-    room, name = short.split(".")
+    *rooms, name = short.split(".")
     mirrors = (f"test_{name}_limit.py", f"test_{name}_*.py", f"test_{name}.py")
-    patterns = tuple(f"tests/{room}/{file}" for file in mirrors)
+    patterns = tuple(f"tests/{'/'.join(rooms)}/{file}" for file in mirrors)
     return Target(f"opensuction.{short}", (*patterns, *EXTRA.get(short, ())))
 
 
 def everything() -> list[str]:
     """Every module of safety, and the table of transitions."""
-    sources = sorted((ROOT / "src" / "opensuction" / "safety").glob("[!_]*.py"))
-    return [*(f"safety.{source.stem}" for source in sources), "procedure.transition"]
+    package = ROOT / "src" / "opensuction"
+    sources = sorted((package / "safety").rglob("[!_]*.py"))
+    names = (".".join(source.relative_to(package).with_suffix("").parts) for source in sources)
+    return [*names, "procedure.cycle.transition"]
 
 
 def as_json(results: list[Result]) -> str:

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.procedure.check import ORDER
-from opensuction.procedure.protocol import PAPER
+from opensuction.procedure.cycle.check import ORDER
+from opensuction.procedure.planning.protocol import PAPER
 from tests.cli.command import opensuction
 
 PAPER_CYCLE = ("cycle", "--protocol", "paper")
@@ -35,7 +35,7 @@ KEYS = {
     "wall_s",
     "realtime_factor",
 }
-"""DESIGN section 8."""
+"""docs/reference/results.md."""
 
 
 def protocol_file(folder: Path, **changes: object) -> Path:

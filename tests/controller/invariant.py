@@ -4,9 +4,9 @@ import numpy as np
 
 from opensuction.safety import trip
 from opensuction.safety.trip import Trip
-from opensuction.simulation import invariant
 from opensuction.simulation.closed_loop import Loop
-from opensuction.simulation.invariant import advance_mm
+from opensuction.simulation.injection import invariant
+from opensuction.simulation.injection.invariant import advance_mm
 from opensuction.simulation.trace import Columns
 from tests.controller.drive import Fault
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
-from opensuction.procedure import schedule, upkeep
-from opensuction.procedure.schedule import ScheduleMode, ScheduleState
-from opensuction.procedure.upkeep import LIFE_S
-from opensuction.safety import alarm_condition
-from opensuction.safety.alarm_condition import Condition, Priority, members
-from opensuction.safety.alarm_episode import Episode, episodes
-from opensuction.safety.alarm_state import LONGEST_PAUSE_S
+from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
+from opensuction.procedure.cycle.upkeep import LIFE_S
+from opensuction.safety.alarm import alarm_condition
+from opensuction.safety.alarm.alarm_condition import Condition, Priority, members
+from opensuction.safety.alarm.alarm_episode import Episode, episodes
+from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S
 from opensuction.simulation import alarm_record, trace
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns

@@ -12,15 +12,15 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
-from opensuction.procedure import check, cycle, schedule, upkeep
-from opensuction.procedure.check import CheckItem
-from opensuction.procedure.protocol import PAPER
-from opensuction.procedure.schedule import Schedule, ScheduleMode, ScheduleState
-from opensuction.procedure.transition import TRANSITIONS, Event
-from opensuction.procedure.upkeep import Refusal
-from opensuction.safety.alarm_condition import Condition, members
+from opensuction.procedure.cycle import check, cycle, schedule, upkeep
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
+from opensuction.procedure.cycle.transition import TRANSITIONS, Event
+from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.safety.alarm.alarm_condition import Condition, members
 from opensuction.safety.trip import Trip
-from opensuction.simulation import bench
+from opensuction.simulation import rig as rigs
 
 C = Condition
 STOPPED = {C.AUTOMATION_STOPPED}
@@ -29,9 +29,9 @@ STOPPED = {C.AUTOMATION_STOPPED}
 @cache
 def settings() -> Settings:
     """The nominal bench's controller, uncalibrated."""
-    rig = bench.rig("bench", 1, nominal=True)
+    rig = rigs.rig("bench", 1, nominal=True)
     known = setup.nominal(PUBLISHED, PLAIN_PD)
-    return bench.assemble(rig, PAPER, CompensationKind.NONE, known, run=2)[0].controller
+    return rigs.assemble(rig, PAPER, CompensationKind.NONE, known, run=2)[0].controller
 
 
 def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0.0) -> Readings:

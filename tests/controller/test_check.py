@@ -5,8 +5,8 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.check import ORDER, CheckItem
-from opensuction.procedure.transition import Event
+from opensuction.procedure.cycle.check import ORDER, CheckItem
+from opensuction.procedure.cycle.transition import Event
 from opensuction.safety.trip import Trip
 from opensuction.simulation.trace import Columns, phase_spans
 from tests.controller.drive import (

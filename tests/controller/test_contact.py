@@ -9,10 +9,10 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.protocol import PAPER, Protocol
-from opensuction.procedure.transition import Event
+from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.safety.trip import Trip
-from opensuction.simulation import bench
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
 from tests.controller.drive import (
@@ -52,9 +52,9 @@ def searching(
     kind: CompensationKind, protocol: Protocol, carina_mm: float
 ) -> tuple[Loop, LoopState]:
     """The nominal bench about to search for a carina."""
-    placed = bench.with_carina(rig(), carina_mm)
+    placed = rigs.with_carina(rig(), carina_mm)
     calibration = identification().calibration
-    return bench.assemble(placed, protocol, kind, calibration, run=2, by_contact=True)
+    return rigs.assemble(placed, protocol, kind, calibration, run=2, by_contact=True)
 
 
 def search(

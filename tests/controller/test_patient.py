@@ -9,18 +9,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from opensuction.evidence import cycle_run
-from opensuction.evidence.cycle_choice import Choice
-from opensuction.evidence.cycle_run import Prepared
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.procedure.upkeep import Refusal
+from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety.trip import Trip, names
+from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
-from opensuction.twin import oximeter, patient_fault, patient_preset
-from opensuction.twin.patient import Patient
+from opensuction.twin.fault import patient_fault
+from opensuction.twin.patient import oximeter, patient_preset
+from opensuction.twin.patient.patient import Patient
 
 PROTOCOLS = {"adult-icu": "adult", "child-10kg": "paediatric", "neonate": "paediatric"}
 PROTOCOL = {**PROTOCOLS, "adult-ards": "adult"}

@@ -5,9 +5,9 @@ from typing import Literal, NamedTuple
 
 from hypothesis import strategies as st
 
-from opensuction.safety import alarm, alarm_state
-from opensuction.safety.alarm_condition import Condition, mask, members
-from opensuction.safety.alarm_state import Buttons, Signals, State
+from opensuction.safety.alarm import alarm, alarm_state
+from opensuction.safety.alarm.alarm_condition import Condition, mask, members
+from opensuction.safety.alarm.alarm_state import Buttons, Signals, State
 
 SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
 DT_S = 0.5

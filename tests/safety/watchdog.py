@@ -8,9 +8,10 @@ from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
-from opensuction.safety import governor, patient_watch
 from opensuction.safety import limits as bounds
-from opensuction.safety.governor import GovernorState, Verdict
+from opensuction.safety import patient_limit
+from opensuction.safety.governor import governor
+from opensuction.safety.governor.governor import GovernorState, Verdict
 from opensuction.safety.limits import (
     DriveLimits,
     Limits,
@@ -54,7 +55,7 @@ LIMITS = Limits(
     in_airway_s=0.8,
     contact_s=0.3,
     withdrawal_s=0.4,
-    patient=patient_watch.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
+    patient=patient_limit.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
 )
 """As on the bench, with times short enough to wait for, and a head that starts at once."""
 

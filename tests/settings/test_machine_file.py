@@ -7,7 +7,8 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.settings import machine_file
 from opensuction.simulation import machine_kind
-from opensuction.twin import catheter, parameter
+from opensuction.twin import parameter
+from opensuction.twin.machine import catheter
 
 LEAST = 'preset = "clinical"\ncatheter = "12fr"\nconduit = "standard"\n'
 
@@ -62,19 +63,22 @@ bend_rad = 8.0
         ("", "preset is missing; give one of bench, clinical"),
         ('preset = "clinical"\nconduit = "short"\n', "catheter is missing; give one of 6fr, 8fr"),
         ('preset = "clinical"\ncatheter = "6fr"\n', "conduit is missing; give one of standard"),
-        (LEAST.replace("clinical", "clinicl"), "unknown preset 'clinicl'; nearest: clinical"),
+        (LEAST.replace("clinical", "clinicl"), "unknown preset 'clinicl': did you mean 'clinical'"),
         (LEAST.replace('"clinical"', "3"), "unknown preset 3; known: bench, clinical"),
-        (LEAST.replace("12fr", "13fr"), "unknown catheter '13fr'; nearest: "),
-        (LEAST.replace("standard", "loped"), "unknown conduit 'loped'; nearest: looped"),
-        (LEAST + "twni = 3\n", "unknown key twni; nearest: twin"),
+        (LEAST.replace("12fr", "13fr"), "unknown catheter '13fr': did you mean "),
+        (LEAST.replace("standard", "loped"), "unknown conduit 'loped': did you mean 'looped'"),
+        (LEAST + "twni = 3\n", "unknown key twni: did you mean 'twin'"),
         (LEAST + "twin = 3\n", "twin is 3, not a section"),
         (LEAST + "controller = 3\n", "controller is 3, not a section"),
-        (LEAST + "[twin]\nsuply_v = 24.0\n", "unknown key twin.suply_v; nearest: supply_v"),
+        (LEAST + "[twin]\nsuply_v = 24.0\n", "unknown key twin.suply_v: did you mean 'supply_v'"),
         (LEAST + "[twin]\nbend_rad = 9.0\n", "twin.bend_rad follows from the conduit"),
         (LEAST + "[twin]\ncarina_mm = 60.0\n", "twin.carina_mm is the patient's"),
         (LEAST + "[twin]\nsupply_v = 20\n", "controller.supply_v is 24 V and twin.supply_v 20 V"),
-        (LEAST + "[controller]\ncam_deg_per_s = 15\n", "controller.cam_deg_per_s; nearest: cam_"),
-        (LEAST + "[controller]\nexcitation = 3\n", "unknown key controller.excitation; known: "),
+        (
+            LEAST + "[controller]\ncam_deg_per_s = 15\n",
+            "controller.cam_deg_per_s: did you mean 'cam_",
+        ),
+        (LEAST + "[controller]\nexcitation = 3\n", "unknown key controller.excitation"),
         (
             LEAST + "[controller]\ncam_rad_per_s = 15\n",
             "controller: cam_rad_per_s is 15 rad/s, above the limit of 10 rad/s",

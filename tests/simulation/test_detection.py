@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from opensuction.evidence import cycle_run
-from opensuction.evidence.cycle_choice import Choice
-from opensuction.evidence.cycle_run import Prepared
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.safety import trip
 from opensuction.safety.trip import Trip
+from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
-from opensuction.twin.machine import Machine
+from opensuction.twin.machine.machine import Machine
 
 PIECE = 10
 """Ticks between two looks at the phase."""
@@ -62,7 +62,7 @@ def broken(
         if since < 0 and now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
             loop, since = loop._replace(machine=fault(loop.machine)), done
         over = since >= 0 and (done - since) * DT_S > AFTER_S
-        at_rest = over or (done > PIECE and closed_loop.is_resting(now.phase))
+        at_rest = over or (done > PIECE and now.phase in RESTING)
     assert since >= 0
     columns = trace.by_name(table[:done])
     masks = columns["verdict.trips"].astype(np.int64)

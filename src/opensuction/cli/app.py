@@ -9,7 +9,7 @@ import typer
 from opensuction import __version__
 from opensuction.cli import interruption, option, study, workbench
 from opensuction.kernel.errors import InputError
-from opensuction.twin.fault_table import KINDS
+from opensuction.twin.fault.fault_table import KINDS
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2

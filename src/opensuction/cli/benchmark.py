@@ -29,7 +29,7 @@ def run(options: Options) -> int:
     with output_folder.whole(folder, options.force) as staging:
         progress.print(f"Compensators on twins and models, {options.seeds} seeds each")
         # Heavy imports, after the first line is out.
-        from opensuction.evidence import benchmark, benchmark_page
+        from opensuction.evidence.benchmark import benchmark, benchmark_page
         from opensuction.kernel import compiled
         from opensuction.report import sheet
 

@@ -48,10 +48,10 @@ def run(options: Options) -> int:
 
 def _calibrate_and_write(options: Options, staging: Path, folder: Path, began_s: float) -> Json:
     # Heavy imports.
-    from opensuction.evidence import calibration_file, calibration_page, calibration_run
-    from opensuction.evidence.cycle_choice import Choice
     from opensuction.kernel import compiled
     from opensuction.report import sheet
+    from opensuction.session.calibration import calibration_file, calibration_page, calibration_run
+    from opensuction.session.cycle.cycle_choice import Choice
     from opensuction.settings import identification_file
 
     choice = Choice(

@@ -14,9 +14,9 @@ from opensuction.cli import output_folder
 from opensuction.kernel.errors import InputError
 
 if TYPE_CHECKING:
-    from opensuction.evidence.cycle_choice import Choice
-    from opensuction.evidence.cycle_run import Prepared
-    from opensuction.simulation.injection import InjectedRun
+    from opensuction.session.cycle.cycle_choice import Choice
+    from opensuction.session.cycle.cycle_run import Prepared
+    from opensuction.simulation.injection.injection import InjectedRun
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
@@ -112,8 +112,8 @@ def run(options: Options) -> int:
 
 
 def _choice(options: Options) -> "Choice":
-    from opensuction.evidence import fault_choice
-    from opensuction.evidence.cycle_choice import Choice
+    from opensuction.session.cycle import fault_choice
+    from opensuction.session.cycle.cycle_choice import Choice
 
     return Choice(
         machine=options.machine,
@@ -132,9 +132,9 @@ def _choice(options: Options) -> "Choice":
 
 def _played(prepared: "Prepared", console: Console, pacer: Pacer) -> "InjectedRun":
     """The cycle, shown as it goes."""
-    from opensuction.evidence import cycle_run, fault_run
     from opensuction.kernel.phase import Phase
     from opensuction.report import terminal
+    from opensuction.session.cycle import cycle_run, fault_run
 
     target_mm = cycle_run.stopping_mm(prepared)
     with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
@@ -156,17 +156,16 @@ def _run_and_write(
     options: Options, console: Console, pace: float, staging: Path, began_s: float
 ) -> dict[str, Any]:
     # Heavy imports.
-    from opensuction.evidence import (
+    from opensuction.kernel import compiled
+    from opensuction.report.cycle import page
+    from opensuction.session.cycle import (
         cycle_choice,
         cycle_run,
         cycle_summary,
-        day_calibration,
-        day_run,
         fault_run,
         machine_summary,
     )
-    from opensuction.kernel import compiled
-    from opensuction.report import page
+    from opensuction.session.day import day_calibration, day_run
 
     choice = _choice(options)
     # Progress goes to stderr: a refusal may still come, and then nothing is on stdout.
@@ -208,8 +207,8 @@ def _written(data: dict[str, Any], staging: Path, began_s: float) -> dict[str, A
 
 def _write_sound(data: dict[str, Any], staging: Path) -> None:
     """What was heard of the most urgent alarm, beside the report; nothing where there was none."""
-    from opensuction.report import alarm_sound
-    from opensuction.safety.alarm_condition import Priority
+    from opensuction.report.cycle import alarm_sound
+    from opensuction.safety.alarm.alarm_condition import Priority
 
     if data["alarms"]:
         loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
@@ -225,15 +224,10 @@ def _day(
     began_s: float,
 ) -> dict[str, Any]:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
-    from opensuction.evidence import (
-        cycle_run,
-        cycle_summary,
-        day_gap,
-        day_run,
-        day_summary,
-        machine_summary,
-    )
-    from opensuction.report import page, sheet
+    from opensuction.report import sheet
+    from opensuction.report.cycle import page
+    from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
+    from opensuction.session.day import day_gap, day_run, day_summary
 
     def tell(cycle: day_run.DayCycle) -> None:
         found = cycle.outcome

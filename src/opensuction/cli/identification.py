@@ -12,8 +12,8 @@ from opensuction.cli import output_folder
 from opensuction.cli.cycle import interruptible
 
 if TYPE_CHECKING:
-    from opensuction.evidence.identification_run import Loaded
     from opensuction.identification.workbench import Result
+    from opensuction.session.identification.identification_run import Loaded
 
 Json = dict[str, Any]
 
@@ -50,7 +50,7 @@ def run(options: Options) -> int:
     if options.as_json:
         print(json.dumps(data))  # noqa: T201 - the one object of --json
     else:
-        from opensuction.report import identification_terminal
+        from opensuction.report.identification import identification_terminal
 
         identification_terminal.print_summary(console, data, [folder / name for name in files])
     return 0
@@ -67,10 +67,10 @@ def _identify_and_write(
 ) -> tuple[Json, list[str]]:
     """The JSON object, and the names of the files that were written."""
     # Heavy imports, after the first line is out.
-    from opensuction.evidence import identification_run, identification_summary
     from opensuction.kernel import compiled
     from opensuction.recording.pair import Span
-    from opensuction.report import identification_page, identification_series
+    from opensuction.report.identification import identification_page, identification_series
+    from opensuction.session.identification import identification_run, identification_summary
     from opensuction.settings import identification_file
 
     choice = identification_run.Choice(
@@ -125,7 +125,7 @@ def _identify_and_write(
 
 def _fitted(loaded: "Loaded", console: Console) -> "list[Result]":
     """One result, or those of every model."""
-    from opensuction.evidence import identification_run
+    from opensuction.session.identification import identification_run
 
     with console.status("Identifying") as status:  # turns on a terminal, silent elsewhere
 

@@ -28,7 +28,7 @@ def run(options: Options) -> int:
     with output_folder.whole(folder, options.force) as staging:
         console.print("The paper reproduced on the digital twin: some ten seconds")
         # Heavy imports, after the first line is out.
-        from opensuction.evidence import reproduction
+        from opensuction.evidence.paper import reproduction
         from opensuction.kernel import compiled
         from opensuction.report import sheet
 

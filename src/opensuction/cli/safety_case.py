@@ -31,7 +31,7 @@ def run(options: Options) -> int:
     progress = Console(stderr=True, highlight=False)
     folder = output_folder.chosen(options.out, "safety-case")
     # Heavy imports.
-    from opensuction.evidence import hazard
+    from opensuction.evidence.safety_case import hazard
 
     hazards = hazard.load(options.table)
     with output_folder.whole(folder, options.force) as staging:
@@ -40,8 +40,8 @@ def run(options: Options) -> int:
             "at its instants and strengths",
             soft_wrap=True,
         )
-        from opensuction.evidence import safety_case, safety_case_page
-        from opensuction.evidence.hazard_case import Result
+        from opensuction.evidence.safety_case import safety_case, safety_case_page
+        from opensuction.evidence.safety_case.hazard_case import Result
         from opensuction.kernel import compiled
         from opensuction.report import sheet
 

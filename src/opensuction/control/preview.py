@@ -5,7 +5,7 @@ crosses the gap while the tip stands still, stops where the first play is about 
 begins its run-in a moment before the reference does: over the rounded corner of the loop the tip
 follows slowly at first, and the head, bounded in speed and acceleration, could not catch up.
 Without preview the gap is crossed once the reference has turned.
-Source: DESIGN section 4, "What beats it".
+Source: [calc-preview].
 """
 
 from typing import NamedTuple

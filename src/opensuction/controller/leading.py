@@ -6,8 +6,8 @@ from opensuction.controller.record import Memory, Settings
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.procedure.cycle import Demand
-from opensuction.procedure.progress import Surroundings
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.progress import Surroundings
 
 
 @compiled
@@ -33,17 +33,17 @@ def lead(
     led: as the last tick led it. let_through_mm: what the governor let through of that.
     """
     by_hand = not demand.insertion_on
-    if phase == Phase.HALTED.value or by_hand:
+    if phase == Phase.HALTED or by_hand:
         return compensation.held(led, let_through_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         let_through = compensation.held(led, let_through_mm, led.head_mm_per_s)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
         speed = settings.plan.motion.abort_mm_per_s
-        if phase == Phase.TEACHING.value:
+        if phase == Phase.TEACHING:
             speed = settings.plan.teaching.home_mm_per_s
         sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
-        if phase == Phase.CHECKING.value:
+        if phase == Phase.CHECKING:
             # The jog stays within the gap: it moves no tip, though the model has none so sharp.
             return compensation.rested(
                 settings.compensation, settings.parked, led, sent.head_mm, sent.head_mm_per_s

@@ -27,16 +27,16 @@ from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
-from opensuction.procedure import planner
-from opensuction.procedure.plan import TUBE_END_MM
-from opensuction.procedure.planner import Abilities
-from opensuction.procedure.protocol import Protocol
-from opensuction.procedure.schedule import ON_REQUEST_ONLY, Schedule
-from opensuction.procedure.site import Site
-from opensuction.procedure.upkeep import LIFE_S, Service
-from opensuction.safety import alarm_state
+from opensuction.procedure.cycle.plan import TUBE_END_MM
+from opensuction.procedure.cycle.schedule import ON_REQUEST_ONLY, Schedule
+from opensuction.procedure.cycle.upkeep import LIFE_S, Service
+from opensuction.procedure.planning import planner
+from opensuction.procedure.planning.planner import Abilities
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.procedure.planning.site import Site
 from opensuction.safety import limits as bounds
-from opensuction.safety.signal_value import REMINDER
+from opensuction.safety.alarm import alarm_state
+from opensuction.safety.alarm.signal_value import REMINDER
 
 AUDIO_PAUSE_S = 120.0
 """Length of an audio pause: the longest that is allowed."""

@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.transition import Event
-from opensuction.safety import alarm_episode, trip
-from opensuction.safety.alarm_episode import Episode
+from opensuction.procedure.cycle.transition import Event
+from opensuction.safety import trip
+from opensuction.safety.alarm import alarm_episode
+from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.trip import Trip
 from opensuction.simulation import alarm_record
 from opensuction.simulation.closed_loop import DT_S

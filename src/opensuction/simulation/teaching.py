@@ -11,16 +11,17 @@ import numpy as np
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller.setup import Calibration
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import CONFIRM, NO_REQUESTS, TEACH
-from opensuction.procedure import teaching
-from opensuction.procedure.guideline import GUIDELINES
-from opensuction.procedure.teaching import Taught
-from opensuction.simulation import bench, closed_loop, trace
-from opensuction.simulation.bench import Rig
+from opensuction.procedure.cycle.teaching import Taught
+from opensuction.procedure.planning import teaching_limit
+from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin import hand
+from opensuction.twin.machine import hand
 
 TEACHING_RUN = 3
 """Number of the noise stream and of the person; identification and cycles have others."""
@@ -50,9 +51,9 @@ def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
     airway by the guideline; no cycle can be started.
     """
     age = chosen.site.age
-    loop, state = bench.assemble(
+    loop, state = rigs.assemble(
         chosen,
-        teaching.protocol(age, VACUUM_MMHG),
+        teaching_limit.protocol(age, VACUUM_MMHG),
         CompensationKind.EXACT_INVERSE,
         calibration,
         TEACHING_RUN,
@@ -89,7 +90,7 @@ def teach(chosen: Rig, calibration: Calibration, names: Sequence[str] = ()) -> T
         state, ticks = closed_loop.run(loop, state, requests, table[:piece])
         requests = NO_REQUESTS
         parts.append(trace.by_name(table[:ticks], names))
-        if closed_loop.is_resting(state.controller.procedure.phase):
+        if state.controller.procedure.phase in RESTING:
             break
     found = state.controller.procedure.teaching
     taken = found.taught == Taught.TAKEN

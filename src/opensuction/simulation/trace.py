@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.simulation import closed_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
-from opensuction.twin import machine as twin
+from opensuction.twin.machine import machine as twin
 from opensuction.twin.plant import PlantState
 
 Columns = dict[str, npt.NDArray[np.float64]]
@@ -87,8 +87,8 @@ def record(
         requests = NO_REQUESTS
         done += ticks
         parts.append(by_name(table[:ticks], names))
-        came_to_rest = [closed_loop.is_resting(phase) for phase in table[:ticks, _PHASE][-2:]]
-        at_rest = ticks < len(table) or came_to_rest == [False, True]
+        resting = [phase in RESTING for phase in table[:ticks, _PHASE][-2:]]
+        at_rest = ticks < len(table) or resting == [False, True]
     return state, joined(parts)
 
 
