@@ -14,7 +14,7 @@ Source: [Kuhnen-2003] for the grid; [Lawson-1974] for the algorithm (`scipy.opti
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -114,7 +114,7 @@ def _solve(
     weights, offset_mm, curvature = np.zeros(columns.shape[0]), 0.0, 0.0
     for _ in range(ROUNDS):
         # Only the triangle of a QR decomposition matters: the same solution from a small system.
-        triangle = np.linalg.qr(system, mode="r")
+        triangle = cast(NDArray[np.float64], np.linalg.qr(system, mode="r"))
         found, _ = nnls(triangle[:, :-1], triangle[:, -1])
         weights = found[: columns.shape[0]]
         offset_mm = float(found[-4] - found[-3])
