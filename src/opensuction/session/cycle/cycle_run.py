@@ -128,7 +128,7 @@ def _refuse_early(
         least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
     protocol = _fitted(found, first, kind, calibration, by_contact)
-    rigs.assemble(first, protocol, kind, calibration, CYCLE_RUN, by_contact)
+    setup.planned(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
 def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Prepared:
