@@ -13,8 +13,12 @@ from pathlib import Path
 from mutation import campaign
 from mutation.campaign import ROOT, Result, Target
 
-ALARM_TESTS = ("tests/safety/test_alarm.py", "tests/safety/test_alarm_*.py")
-SOUND_TESTS = ("tests/safety/test_*_signal.py", "tests/safety/test_alarm_table.py")
+ALARM_TESTS = (
+    "tests/safety/test_alarm.py",
+    "tests/safety/test_alarm_*.py",
+    "tests/docs/test_alarm_table.py",
+)
+SOUND_TESTS = ("tests/safety/test_*_signal.py", "tests/docs/test_alarm_table.py")
 GOVERNOR_TESTS = ("tests/safety/test_governor_*.py",)
 """Its examples. Its properties are slow, and left to the governor itself: a lower bound."""
 PATIENT_TESTS = ("tests/safety/test_governor_patient.py",)
@@ -30,7 +34,7 @@ EXTRA: dict[str, tuple[str, ...]] = {
     "safety.signal_value": SOUND_TESTS,
     "safety.trip": GOVERNOR_TESTS,
     "safety.watch": GOVERNOR_TESTS,
-    "procedure.transition": ("tests/procedure/test_diagram.py",),
+    "procedure.transition": ("tests/docs/test_phase_page.py",),
 }
 """Tests of a module beyond those of its own name."""
 
