@@ -1,4 +1,4 @@
-"""Faults as a table for the documentation: `docs/faults.md` holds its text."""
+"""The faults of the twin as a table for each part that is attacked."""
 
 from opensuction.twin.fault.fault import Fault, Means, Part
 from opensuction.twin.fault.fault_table import KINDS, FaultKind, Strength
