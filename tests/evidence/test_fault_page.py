@@ -2,7 +2,7 @@ from pathlib import Path
 
 from opensuction.evidence import fault_page
 from opensuction.report.document import spliced
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault_table import ROWS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 
@@ -14,7 +14,7 @@ def test_the_page_is_what_make_docs_would_write() -> None:
 
 def test_every_fault_has_a_row_with_its_strength() -> None:
     table = fault_page.markdown()
-    for fault in KINDS:
+    for fault in ROWS:
         assert f"| {int(fault)} | `{fault.title}`" in table
     row = next(line for line in table.splitlines() if "`line-leak`" in line)
     assert "| leak in addition, 0.02 to 50 mL/s/mmHg | 2 mL/s/mmHg |" in row
