@@ -1,17 +1,10 @@
 """The faults of the twin as a table for each part that is attacked."""
 
-from opensuction.twin.fault.fault import Fault, Means, Part
-from opensuction.twin.fault.fault_table import KINDS, FaultKind, Strength
+from opensuction.twin.fault.fault_row import FaultRow, Part, Strength
+from opensuction.twin.fault.fault_table import ROWS
 
 COLUMNS = ("no.", "name", "what it is", "strength", "default", "what can tell it")
 HEADER = f"| {' | '.join(COLUMNS)} |\n{'|---' * len(COLUMNS)}|\n"
-MEANS = {
-    Means.MACHINE: "",
-    Means.READING: " *",
-    Means.LINK: " *",
-    Means.SETTING: "",
-}
-"""Mark of those whose loop is compiled on first use."""
 
 
 def _strength(known: Strength | None) -> tuple[str, str]:
@@ -24,12 +17,14 @@ def _strength(known: Strength | None) -> tuple[str, str]:
     )
 
 
-def _row(fault: Fault, kind: FaultKind) -> str:
-    strength, default = _strength(kind.strength)
-    told = kind.told if kind.told else "nothing, as long as it is alone"
+def _row(row: FaultRow) -> str:
+    """A row of the table; * marks those whose loop is compiled on first use."""
+    mark = " *" if row.is_linked else ""
+    strength, default = _strength(row.strength)
+    detected_by = row.detected_by or "nothing, as long as it is alone"
     return (
-        f"| {int(fault)} | `{fault.title}`{MEANS[kind.means]} | {kind.meaning} | {strength} "
-        f"| {default} | {told} |\n"
+        f"| {int(row.fault)} | `{row.fault.title}`{mark} | {row.meaning} | {strength} "
+        f"| {default} | {detected_by} |\n"
     )
 
 
@@ -37,7 +32,7 @@ def markdown() -> str:
     """A table for each part that is attacked."""
     parts = []
     for part in Part:
-        rows = [_row(fault, kind) for fault, kind in KINDS.items() if kind.part == part]
+        rows = [_row(row) for row in ROWS.values() if row.part == part]
         if rows:
             title = part.name.capitalize().replace("_", " ")
             parts.append(f"### {title}\n\n{HEADER}{''.join(rows)}")
