@@ -4,7 +4,7 @@ import pytest
 
 from opensuction.kernel.row import columns
 from opensuction.safety import trip
-from opensuction.safety.alarm import alarm_condition, alarm_text
+from opensuction.safety.alarm import alarm_clock, alarm_condition, alarm_text
 from opensuction.safety.alarm.alarm_condition import (
     KINDS,
     PRIORITIES,
@@ -241,12 +241,11 @@ def test_a_medium_alarm_rises_after_two_minutes_and_the_ending_life_of_a_cathete
 
 def test_the_compiled_step_reads_the_same_table() -> None:
     for code, kind in KINDS.items():
-        assert alarm_condition.DELAY_S[code] == kind.delay_s
-        assert alarm_condition.ESCALATES_AFTER_S[code] == kind.escalates_s
+        assert (code in alarm_clock.DELAYED) == (kind.delay_s > 0.0)
+        assert (code in alarm_clock.RISING) == (kind.escalates_s > 0.0)
         assert (alarm_condition.LATCHING >> code & 1) == kind.latching
         assert (alarm_condition.PLANNED >> code & 1) == kind.planned
-    unknown = alarm_condition.DELAY_S[19], alarm_condition.ESCALATES_AFTER_S[19]
-    assert unknown == (0.0, 0.0)
+    assert WORD - 1 not in (*KINDS, *alarm_clock.DELAYED, *alarm_clock.RISING)
     assert {level.name: int(level) for level in Priority} == {
         "NONE": 0,
         "LOW": 1,

@@ -9,8 +9,6 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
-import numpy as np
-
 from opensuction.safety import trip
 from opensuction.safety.trip import Trip
 
@@ -25,6 +23,10 @@ class Priority(IntEnum):
     """Act promptly."""
     HIGH = 3
     """Act at once."""
+
+
+NONE, LOW, MEDIUM, HIGH = (int(priority) for priority in Priority)
+"""The same as plain integers, as records hold them."""
 
 
 class Harm(IntEnum):
@@ -239,15 +241,12 @@ KINDS: dict[Condition, Kind] = {
 UNKNOWN = Kind(Harm.DEATH, Onset.IMMEDIATE, True, 0.0, 0.0, planned=False)
 """A bit that no condition has is a mistake of the software: as urgent as can be, never lost."""
 
-_ROWS = [KINDS[Condition(bit)] if bit in set(Condition) else UNKNOWN for bit in range(WORD)]
-
-DELAY_S = np.array([kind.delay_s for kind in _ROWS])
-ESCALATES_AFTER_S = np.array([kind.escalates_s for kind in _ROWS])
-"""Times of the table for the compiled step, shape (``WORD``,)."""
+ROWS = tuple(KINDS[Condition(bit)] if bit in set(Condition) else UNKNOWN for bit in range(WORD))
+"""A row for every bit of a mask."""
 
 
 def _bits(chosen: Callable[[Kind], bool]) -> int:
-    return sum(1 << bit for bit, kind in enumerate(_ROWS) if chosen(kind))
+    return sum(1 << bit for bit, kind in enumerate(ROWS) if chosen(kind))
 
 
 KNOWN = 2**WORD - 1
