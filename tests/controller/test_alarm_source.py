@@ -63,7 +63,7 @@ def found(
     """Reasons after a change of phase."""
     plan = settings().plan
     tested = check.untested()._replace(failed=int(item))
-    now = cycle.parked(plan)._replace(phase=int(phase), cause=int(cause), check=tested)
+    now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
     return named(alarm_source.reasons(plan, int(before), now, held, seen))
 

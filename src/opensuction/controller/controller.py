@@ -36,11 +36,10 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     """
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
-    procedure = cycle.parked(settings.plan)
+    procedure = cycle.begin(settings.plan, Phase.PARKED if parked else Phase.HALTED)
     led = compensation.parked(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:
-        procedure = procedure._replace(phase=int(Phase.HALTED))
         led = led._replace(head_mm=watch.last.head_mm)
     return State(
         procedure=procedure,
@@ -57,12 +56,12 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     )
 
 
-def waited(state: State, duration_s: float) -> State:
+def pass_idle_time(state: State, duration_s: float) -> State:
     """The controller after a time parked, in which its host did not step it: its clocks go on.
 
     Nothing else of it changes by itself while it is parked.
     """
-    return state._replace(upkeep=upkeep.waited(state.upkeep, duration_s))
+    return state._replace(upkeep=upkeep.pass_idle_time(state.upkeep, duration_s))
 
 
 @compiled

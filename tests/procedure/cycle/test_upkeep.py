@@ -97,7 +97,7 @@ def test_only_a_change_out_of_service_makes_the_catheter_new(
 def test_a_machine_put_back_to_work_waits_a_whole_interval() -> None:
     for before in (Phase.HALTED, Phase.OUT_OF_SERVICE):
         after = upkeep.step(DUE, int(before), int(Phase.PARKED), False, 0, NO_REQUESTS, 0.001)
-        assert after.schedule == schedule.restarted()
+        assert after.schedule == schedule.restart()
     waiting = upkeep.step(DUE, int(Phase.HALTED), int(Phase.HALTED), False, 0, NO_REQUESTS, 0.001)
     assert waiting.schedule.since_cycle_s > 3600.0
 

@@ -33,8 +33,8 @@ from opensuction.simulation.injection.fault_instant import AT_START, Injection, 
 from opensuction.simulation.injection.injection import Detector, Injected
 from opensuction.simulation.injection.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import fault_table
-from opensuction.twin.fault.fault import Fault, Part
+from opensuction.twin.fault.fault_row import Part
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient import patient_kind
 
 COMPENSATION = "exact-inverse"
@@ -49,8 +49,6 @@ VACUUM_SHARE = 4.0 / 3.0
 """Highest line vacuum over the governor's limit: 200 mmHg for an adult [AARC-2022]."""
 OUT_S = 10.0
 """What a withdrawal may add to the limit of time in the airway: 8 s at 30 mm/s, and friction."""
-PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
-"""Faults of the set-up: what is planned and driven is wrong from the beginning."""
 MONITORED_S = 30.0
 """How long a patient at fault is followed: a saturation is shown 10 to 30 s late."""
 STRIP_ROWS = 400
@@ -77,7 +75,7 @@ class Case(NamedTuple):
     def title(self) -> str:
         """Fault, instant, strength and seed, as the command line writes them."""
         at = "" if self.phase is None else f"@{self.phase.name.lower()}+{self.after_s:g}"
-        known = fault_table.KINDS[self.claim.fault].strength
+        known = ROWS[self.claim.fault].strength
         strength = "" if known is None else f"={self.strength:g}"
         contact = "" if self.claim.approach == "travel" else f" by {self.claim.approach}"
         return f"{self.claim.name}{at}{strength}{contact}, seed {self.seed}"
@@ -146,7 +144,7 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[Case]:
     """Every run of a hazard."""
     found = []
     for claim in one.claims:
-        strengths = claim.strengths or [fault_table.default_strength(claim.fault)]
+        strengths = claim.strengths or [ROWS[claim.fault].default_strength]
         for phase in hazard.phases_of(claim):
             after = [0.0] if phase is None else claim.after_s
             found += [
@@ -175,13 +173,13 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[Injection, .
 def run(case: Case) -> Result:
     """Run a case and hold it against its claim."""
     one, claim = _injection(case), case.claim
-    planned = (one,) if claim.fault in PLANNED else ()
+    planned = (one,) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
     except InputError as refusal:
         return _refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = fault_table.KINDS[claim.fault].part == Part.PATIENT
+    patient = ROWS[claim.fault].part == Part.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)
