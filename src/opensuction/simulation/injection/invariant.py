@@ -111,19 +111,21 @@ def _head_speed(columns: Columns, settings: Settings) -> Breach | None:
     return _above("head command within its speed", columns, speed, limit)
 
 
-def _sealed(columns: Columns, settings: Settings) -> Ticks:
+def _is_parked_closed(columns: Columns, settings: Settings) -> Ticks:
     """Pre-use test with the valve read closed and the head parked: the relief valve's own test."""
     cam, off_mm = columns["readings.cam_rad"], columns["readings.head_mm"]
     off_mm = np.abs(off_mm - settings.limits.park_head_mm)
     closed = (np.abs(cam) <= valve_axis.CLOSED_RAD) & (columns["readings.cam_valid"] > 0.0)
     parked = (off_mm <= watch.PARKED_MM) & (columns["readings.head_valid"] > 0.0)
-    sealed: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
-    return sealed
+    found: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
+    return found
 
 
 def _vacuum_command(columns: Columns, settings: Settings) -> Breach | None:
     wanted, limit = columns["commands.vacuum_mmhg"], settings.limits.vacuum_mmhg
-    highest = np.where(_sealed(columns, settings), settings.limits.line.sealed_mmhg, limit)
+    highest = np.where(
+        _is_parked_closed(columns, settings), settings.limits.line.parked_closed_mmhg, limit
+    )
     return _breach("vacuum command within its limit", columns, wanted > highest, wanted, limit)
 
 
