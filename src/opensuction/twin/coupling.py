@@ -14,7 +14,7 @@ TICKS = 10
 """Ticks of the machine for each step of the bedside."""
 
 
-class Shown(NamedTuple):
+class PatientSigns(NamedTuple):
     """What the patient shows since the bedside's last step; 0 where nobody is there."""
 
     airway_pressure_cmh2o: float
@@ -26,7 +26,7 @@ class Shown(NamedTuple):
     """What the monitor passes on."""
 
 
-NOBODY_SHOWN = Shown(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
+NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
 
 
 class CouplingState(NamedTuple):
@@ -41,7 +41,7 @@ class CouplingState(NamedTuple):
     """Mucus still within reach of where the tip was then."""
     from_mm: float
     """Where the tip was then."""
-    shown: Shown
+    signs: PatientSigns
 
 
 @compiled
@@ -53,5 +53,5 @@ def accumulate(state: CouplingState, gas_ml: float, mucus_ml: float) -> Coupling
         mucus_ml=state.mucus_ml + mucus_ml,
         reachable_ml=max(state.reachable_ml - mucus_ml, 0.0),
         from_mm=state.from_mm,
-        shown=state.shown,
+        signs=state.signs,
     )

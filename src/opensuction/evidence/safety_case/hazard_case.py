@@ -29,11 +29,11 @@ from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection, safe_state
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Detector, Injected
 from opensuction.simulation.injection.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault.fault_row import Part
+from opensuction.twin.fault.fault_row import FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient import patient_kind
 
@@ -157,7 +157,7 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[Case]:
 
 
 def _injection(case: Case) -> Injection:
-    at = AT_START if case.phase is None else Instant(case.phase, case.after_s)
+    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
     return Injection(case.claim.fault, at, case.strength)
 
 
@@ -179,7 +179,7 @@ def run(case: Case) -> Result:
     except InputError as refusal:
         return _refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = ROWS[claim.fault].part == Part.PATIENT
+    patient = ROWS[claim.fault].site == FaultSite.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)

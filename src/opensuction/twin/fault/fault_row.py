@@ -18,7 +18,7 @@ from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient.patient import Patient
 
 
-class Part(IntEnum):
+class FaultSite(IntEnum):
     """What a fault attacks, in the order of the documentation."""
 
     SWITCH = 0
@@ -80,7 +80,7 @@ class ReadingEffect(NamedTuple):
     """For `Mode.SCALED`; None where it is 1 less the strength."""
 
 
-class Onset(NamedTuple):
+class FaultOnset(NamedTuple):
     """How strong a fault of the link is, and when it begins."""
 
     strength: float
@@ -96,7 +96,7 @@ class Onset(NamedTuple):
 class LinkEffect(NamedTuple):
     """Power, the controller or the messages between it and the drives fail."""
 
-    change: Callable[[Link, Onset], Link]
+    change: Callable[[Link, FaultOnset], Link]
     """From a link to the link with the fault."""
 
 
@@ -111,7 +111,7 @@ class FaultRow(NamedTuple):
     """A fault that can be injected."""
 
     fault: Fault
-    part: Part
+    site: FaultSite
     meaning: str
     """In one sentence: what is broken, and what that does."""
     effect: MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
@@ -179,7 +179,7 @@ class FaultRow(NamedTuple):
             strength = 1.0 - strength if factor is None else factor
         return reading_fault.begin(channel, mode, strength, readings, seed, self.fault)
 
-    def change_link(self, link: Link, onset: Onset) -> Link:
+    def change_link(self, link: Link, onset: FaultOnset) -> Link:
         """The same link with the fault. Raises TypeError where the fault does not change it."""
         if not isinstance(self.effect, LinkEffect):
             raise TypeError(f"fault '{self.fault.title}' does not change the link")

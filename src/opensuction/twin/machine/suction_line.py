@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 
-ATMOSPHERE_MMHG = 760.0
-
 
 class SuctionLine(NamedTuple):
     """Parameters of the suction line."""
