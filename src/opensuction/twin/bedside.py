@@ -1,7 +1,7 @@
 """The bedside at 100 Hz: the patient, and the secretions in the trachea.
 
-It steps with every tenth tick of the machine, and only here: its arrays and its hundred numbers
-stay out of the machine's tick (carried through each, they cost a quarter of it).
+It is stepped once every ten ticks of the machine: its arrays and its hundred numbers stay out of
+the 1 kHz tick, where carrying them costs a quarter of the time.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ class BedsideState(NamedTuple):
     """State of the patient and of the trachea, the bench's too."""
 
     patient: PatientState
-    """Never stepped where nobody is there."""
+    """Not stepped on the bench, which has no patient."""
     secretion_ml: Bins
     """Secretions in each bin; never written, only replaced."""
     produced_ml_per_s: Bins
@@ -30,7 +30,7 @@ class BedsideState(NamedTuple):
 
 @compiled
 def patient_signs(machine: Machine, state: BedsideState) -> PatientSigns:
-    """What the patient shows."""
+    """What the machine and the trace learn of the patient."""
     if not machine.has_patient:
         return NO_SIGNS
     seen = patient_model.truth(machine.patient, state.patient)
@@ -46,7 +46,7 @@ def patient_signs(machine: Machine, state: BedsideState) -> PatientSigns:
 
 @compiled
 def couple(machine: Machine, state: BedsideState, tip_mm: float) -> CouplingState:
-    """The coupling right after a step of the bedside, the tip being where it is."""
+    """The coupling right after a step of the bedside. tip_mm: where the tip is now."""
     return CouplingState(
         ticks=0,
         gas_ml=0.0,

@@ -1,8 +1,8 @@
-"""Where the machine meets the bedside: what passes between 1 kHz and 100 Hz, and nothing else.
+"""What the machine at 1 kHz and the bedside at 100 Hz exchange, and nothing else.
 
-Between two steps of the bedside the gas and the mucus that the tip takes are added up, so that
-none is lost at the coupling; the bedside feels them a hundredth of a second late at most. The other
-way go what the patient shows and how much mucus lies within reach of the tip.
+Gas and mucus that the tip takes are added up between two steps of the bedside, so that none is
+lost; the bedside gets them a hundredth of a second late at most. The machine gets the patient's
+signs and the volume of mucus within reach of the tip.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ TICKS = 10
 
 
 class PatientSigns(NamedTuple):
-    """What the patient shows since the bedside's last step; 0 where nobody is there."""
+    """Signs of the patient at the bedside's last step; 0 on the bench, which has no patient."""
 
     airway_pressure_cmh2o: float
     lung_volume_ml: float

@@ -28,7 +28,7 @@ def is_due(state: MachineState) -> bool:
 def settle(
     machine: Machine, state: MachineState, bedside: BedsideState, dt_s: float
 ) -> tuple[MachineState, BedsideState]:
-    """Step the bedside and let both sides know of each other; for a machine where `is_due`."""
+    """Step the bedside and couple it to the machine anew; to be called where `is_due`."""
     tip_mm = state.airway.tip_mm
     later = bedside_model.step(machine, bedside, state.coupling, tip_mm, dt_s)
     return state._replace(coupling=bedside_model.couple(machine, later, tip_mm)), later

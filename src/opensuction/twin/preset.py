@@ -37,7 +37,7 @@ NOISE_PURPOSE = 1000
 SWITCH_PURPOSE = 1_000_000
 """Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
 ENDLESS_MM = 1.0e9
-"""A rack whose ends no healthy run comes near; `limit_rack` gives it some."""
+"""Ends of a rack that no run reaches; `limit_rack` sets real ones."""
 BEHIND_PARK_MM = 10.0
 """[assumed] Rack behind the park position."""
 NO_PATIENT = patient_preset.patient("adult-icu", 0, nominal=True)

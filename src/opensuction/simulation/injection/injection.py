@@ -1,8 +1,8 @@
 """One cycle with up to two faults, each at its instant: the trace, and when each was noticed.
 
-The loop runs in pieces; at its instant a fault swaps the machine for the faulty one, or the link
-between controller and machine. Where all faults are in the machine the healthy loop is what runs.
-What is safe is for the one who asks to say: `opensuction.simulation.injection.safe_state`.
+The loop runs in pieces; at the instant of a fault the machine is replaced by the faulty one, or the
+link between controller and machine is. Which state is safe depends on the hazard: see
+`opensuction.simulation.injection.safe_state`.
 """
 
 from collections.abc import Callable, Sequence
@@ -126,7 +126,7 @@ def check(injections: Sequence[Injection]) -> None:
 
 
 Watcher = Callable[[npt.NDArray[np.float64]], None]
-"""Hears of the last row of each piece."""
+"""Called with the last row of each piece."""
 
 
 def run(
@@ -142,8 +142,8 @@ def run(
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. watch: hears of each piece of ``piece_s``. With no fault it gives
-    the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
+    seed: chance of the faults. watch: called after each piece of ``piece_s``. Without a fault it
+    gives the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
     """
     check(injections)
     room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s

@@ -1,9 +1,8 @@
-"""What must hold in every tick of a run, whatever is broken: checked on its trace afterwards.
+"""What must hold in every tick of a run under any fault, checked on the trace afterwards.
 
-Two kinds. The *command side* is what the controller sends, judged by what it read itself: no fault
-excuses a breach. The *physical bounds* are what really happens to the patient: they hold without a
-fault and under any single one, but for those of `fault_allowance`, where a
-fault does the harm itself before anything could be read of it.
+There are two kinds. The *command side* is what the controller sends, judged by what it has read: no
+fault excuses a breach. The *physical bounds* are what happens to the patient: they hold without a
+fault and under any single one, raised for some faults by `fault_allowance`.
 """
 
 from collections.abc import Callable, Iterable
@@ -28,7 +27,7 @@ Ticks = npt.NDArray[np.bool_]
 Samples = npt.NDArray[np.float64]
 
 SUCTION_PHASES = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING, Phase.ABORTING)
-"""Phases in which the valve may be told to open; in CHECKING with the line vented."""
+"""Phases in which the valve may be commanded open; in CHECKING with the line vented."""
 ROUNDING = 1e-9
 """Positions of about 100 mm are rounded to 1e-14; a tick divides that by 1e-3."""
 
@@ -130,7 +129,7 @@ def _vacuum_command(columns: Columns, settings: Settings) -> Breach | None:
 
 
 def _is_opening(columns: Columns) -> Ticks:
-    """Ticks in which the valve is told to open further."""
+    """Ticks in which the valve is commanded to open further."""
     cam = columns["commands.cam_rad"]
     return np.concatenate(([False], np.diff(cam) > 0.0))
 
@@ -152,7 +151,7 @@ def _cut_by_trip(columns: Columns, _: Settings) -> Breach | None:
 
 
 def _command_advance(columns: Columns, settings: Settings) -> Breach | None:
-    """By what was read: the head command does not advance while the valve is told to be open."""
+    """By what was read: the head command does not advance while the valve is commanded open."""
     told_open = columns["commands.cam_rad"] > 0.0
     told_open &= columns["commands.valve_on"] > 0.0
     driven = columns["commands.insertion_on"] > 0.0
@@ -187,12 +186,12 @@ def command_side(columns: Columns, settings: Settings) -> list[Breach]:
 
 
 class Grace(NamedTuple):
-    """What a limit allows on top: the times that the machine needs once it has noticed."""
+    """Times that the machine needs once it has noticed, on top of a limit."""
 
     closing_s: float
     """From the order to close until no vacuum is left at the tip."""
     withdrawal_s: float
-    """From the order to come out until the tip is out, or the catheter is let go."""
+    """From the command to withdraw until the tip is out, or the drive's torque is off."""
 
 
 FORCE_N = 0.3
@@ -235,7 +234,7 @@ def _negative_pressure(columns: Columns, settings: Settings) -> Samples:
 
 
 def _in_airway(columns: Columns, settings: Settings) -> Samples:
-    """A catheter that cannot be drawn out is let go, vented, with an alarm: then a hand must."""
+    """A catheter that cannot be drawn out is left without torque, vented, to a person's hand."""
     let_go = (columns["commands.insertion_on"] == 0.0) & ~_is_sucking(columns)
     return duration_s(_is_inside(columns, settings) & ~let_go)
 
@@ -252,7 +251,7 @@ class PhysicalCheck(NamedTuple):
     bound: PhysicalBound
     values: Callable[[Columns, Settings], Samples]
     limit: Callable[[Settings], float]
-    """Where no fault states another."""
+    """Where no fault raises it."""
 
 
 PHYSICAL: tuple[PhysicalCheck, ...] = (
@@ -271,13 +270,13 @@ PHYSICAL: tuple[PhysicalCheck, ...] = (
     ),
     PhysicalCheck(PhysicalBound.VACUUM, _excess, lambda _: EXCESS_S),
 )
-"""What the patient must be spared, also under any single fault."""
+"""Bounds that hold under any single fault, too."""
 
 
 def physical(columns: Columns, settings: Settings, faults: Iterable[Fault] = ()) -> list[Breach]:
-    """Bounds of what really happened that were broken.
+    """Physical bounds that were broken.
 
-    faults: those that came; where they state a higher bound, or more on top of it, that counts.
+    faults: those that came; the bound is raised by what the worst of them adds.
     """
     came = tuple(faults)
     found = []

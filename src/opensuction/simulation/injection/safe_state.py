@@ -1,7 +1,7 @@
-"""What can be called safe: predicates over the truth of a trace, by name.
+"""What a safe state is put together from: predicates on a trace, by name.
 
-Each says of every tick whether it holds. What the controller believes does not count: the twin's
-own columns are asked, and the commands that the drives obeyed.
+Each is true or false in every tick. They are judged on the truth of the twin and on the commands
+that the drives obeyed, not on what the controller has read.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +25,7 @@ STANDING_S = 0.05
 
 
 class SafeBounds(NamedTuple):
-    """What the predicates go by; none has a default."""
+    """Limits of the predicates; none has a default."""
 
     boundary_mm: float
     """Tip here or above is outside the patient."""
@@ -68,7 +68,7 @@ def _is_torque_off(columns: Columns, _bounds: SafeBounds) -> Holds:
 
 
 def _is_pump_off(columns: Columns, _bounds: SafeBounds) -> Holds:
-    """The pump is told to stand still."""
+    """The pump is commanded off."""
     return np.equal(columns["commands.pump_on"], 0.0)
 
 

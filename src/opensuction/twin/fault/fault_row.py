@@ -101,7 +101,7 @@ class LinkEffect(NamedTuple):
 
 
 class SetupEffect(NamedTuple):
-    """The machine was set up wrongly: whoever sets up a run has to do so."""
+    """The machine was set up wrongly; the session that sets up a run does it."""
 
     is_planned: bool
     """Whether it is there before the cycle is planned, or only when it is requested."""
@@ -118,7 +118,7 @@ class FaultRow(NamedTuple):
     strength: Strength | None = None
     """None where there is no more or less of it."""
     detected_by: str = ""
-    """What can detect it; empty where nothing in this machine can as long as it is alone."""
+    """What can detect it; empty where nothing in this machine can while it is the only fault."""
 
     @property
     def default_strength(self) -> float:

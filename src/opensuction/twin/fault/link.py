@@ -1,8 +1,8 @@
-"""What lies between controller and machine: sensors' wires, messages, power; healthy or not.
+"""What lies between controller and machine: sensors' wires, messages and power, sound or not.
 
-A healthy run does without it. A run with faults of this kind sends every reading and every command
-through here; what comes out is what controller and drives get. Both ways are kept in rings of
-rows, so that a message can come late.
+A run without such faults does not use it. A run with one passes every reading and every command
+through here, and controller and drives get what comes out. Recent messages of both directions are
+kept in rings of rows, so that one can come late.
 """
 
 from typing import NamedTuple

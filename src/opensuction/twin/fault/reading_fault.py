@@ -1,7 +1,7 @@
-"""A sensor at fault, tick by tick: what is read changes on its way, what is does not.
+"""A sensor at fault, tick by tick: the reading changes on its way, what it measures does not.
 
-Nothing is remembered from tick to tick: what a fault needs of the past, the value at its instant,
-is among its parameters, and chance is drawn from the number of the tick.
+There is no state: what a fault needs of the past, the reading at its instant, is one of its
+parameters, and chance is drawn from the number of the tick.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Mucus in the catheter's bore: it lies there, takes pressure, and travels to the canister.
+"""Mucus in the catheter's bore: where it lies, the pressure that it takes, its way to the canister.
 
 What the tip has taken lies as plugs, gas between them, evenly from a tail to a front; both move
 with the flow, and what passes the bore's end is in the canister. The plugs fill the bore over

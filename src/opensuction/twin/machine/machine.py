@@ -162,7 +162,7 @@ def _step_valve(
 
 @compiled
 def truth(machine: Machine, state: MachineState) -> Truth:
-    """What really is."""
+    """The truth in a state."""
     signs = state.coupling.signs
     opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
     return Truth(
