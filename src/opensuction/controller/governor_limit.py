@@ -5,6 +5,7 @@ import math
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.constant import ATMOSPHERE_MMHG, BLASIUS_POWER, ML_PER_S
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
@@ -50,11 +51,6 @@ BORE_MM = 3.5
 """Inner diameter of the paper's catheter."""
 BORE_ML_PER_S_PER_ROOT = 29.5
 """Its flow for each root of the vacuum in mmHg: 17.7 L/min at 100 mmHg [computed], Blasius."""
-BLASIUS_POWER = 19.0 / 7.0
-"""Turbulent flow at a given pressure loss grows with this power of the bore."""
-ATMOSPHERE_MMHG = 760.0
-ML_PER_S = 1000.0 / 60.0
-"""mL/s for each L/min."""
 
 
 def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float) -> LineLimits:

@@ -25,7 +25,7 @@ from opensuction.settings.validation import validate
 from opensuction.settings.wording import one_line, shown
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 FILE = "hazard.toml"
 REQUIREMENTS = "requirement.toml"
@@ -220,7 +220,7 @@ def _check_fault(claim: HazardClaim) -> None:
     for strength in claim.strengths:
         ROWS[claim.fault].check_strength(strength)
     choose(claim.approach, APPROACHES, "approach")
-    choose(claim.patient, TABLES, "patient")
+    choose(claim.patient, PATIENT_TABLES, "patient")
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
     at_start = ROWS[claim.fault].is_setup

@@ -20,7 +20,7 @@ from opensuction.settings.identification_file import (
     MODIFIED_DAHL,
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -79,9 +79,10 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
             ),
         ),
         parameters={
-            name: Parameter(model[field], unit, []) for name, (field, unit) in MODIFIED_DAHL.items()
+            name: IdentifiedParameter(model[field], unit, [])
+            for name, (field, unit) in MODIFIED_DAHL.items()
         }
-        | {"initial_lag": Parameter(found.fit.lag_mm, "mm", [])},
+        | {"initial_lag": IdentifiedParameter(found.fit.lag_mm, "mm", [])},
         servo=found.calibration.feedforward,
         measured=Measured(
             machine=Origin(

@@ -17,10 +17,10 @@ from opensuction.simulation import rig as rigs
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.twin import preset
-from opensuction.twin.machine.catheter import CATHETERS, ROUTES, laid
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, lay
 from opensuction.twin.patient import patient_kind
 from opensuction.twin.patient.patient_kind import PatientKind
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 APPROACHES = {"travel": False, "contact": True}
 """Ways to find the stopping point, and whether it is the contact switch that does."""
@@ -97,7 +97,7 @@ def kinds(choice: Choice) -> tuple[MachineKind, PatientKind | None]:
             if given is not None:
                 raise InputError(f"{option} is the machine file's to say: change it in {name}")
         return machine, person
-    choose(name, preset.TABLES, "machine")
+    choose(name, preset.MACHINE_TABLES, "machine")
     person = _patient_kind(patient_of(choice, name == "bench"))
     machine = machine_kind.of_preset(name, None if person is None else person.age)
     catheter = machine.catheter
@@ -105,7 +105,7 @@ def kinds(choice: Choice) -> tuple[MachineKind, PatientKind | None]:
         catheter = choose(choice.catheter, CATHETERS, "catheter")
     route = choice.conduit if choice.conduit is not None else "standard"
     choose(route, ROUTES, "conduit")
-    return machine_kind.equipped(machine, catheter, laid(route, catheter)), person
+    return machine_kind.equipped(machine, catheter, lay(route, catheter)), person
 
 
 def _patient_kind(name: str | None) -> PatientKind | None:
@@ -113,7 +113,7 @@ def _patient_kind(name: str | None) -> PatientKind | None:
         return None
     if is_file(name):
         return patient_file.load(name)
-    choose(name, TABLES, "patient")
+    choose(name, PATIENT_TABLES, "patient")
     return patient_kind.of_preset(name)
 
 

@@ -10,7 +10,7 @@ from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
 from opensuction.settings.choice import choose
 from opensuction.settings.wording import one_line, shown
 from opensuction.simulation.injection import injection
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine.catheter import CATHETERS
@@ -48,13 +48,13 @@ def _number(text: str, what: str, whole: str) -> float:
     return value
 
 
-def _instant(text: str, whole: str) -> Instant:
+def _instant(text: str, whole: str) -> FaultInstant:
     """The instant after the ``@``."""
     name, plus, after = text.partition("+")
     if not name or not name[0].isalpha():
-        return Instant(None, _number(text, "the instant", whole))
+        return FaultInstant(None, _number(text, "the instant", whole))
     phase = choose(name.replace("-", "_"), PHASES, "phase of a fault")
-    return Instant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
+    return FaultInstant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
 
 
 def parsed(text: str) -> Injection:

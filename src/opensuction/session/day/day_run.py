@@ -110,7 +110,7 @@ class _Diary:
 
     def note(self, state: LoopState) -> None:
         """Add how it is now."""
-        seen = state.machine.coupling.shown
+        seen = state.machine.coupling.signs
         self.rows.append(
             (
                 state.tick * DT_S,

@@ -19,7 +19,7 @@ from opensuction.settings.identification_file import (
     NO_COMPENSATOR,
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -132,7 +132,7 @@ def parameter_file(loaded: Loaded, result: Result, now: datetime) -> Identified:
             ),
         ),
         parameters={
-            name: Parameter(found.value, found.unit, _interval(found))
+            name: IdentifiedParameter(found.value, found.unit, _interval(found))
             for name, found in result.parameters.items()
         },
         servo=None,
