@@ -81,35 +81,35 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
     """What the sensors report under a fault; ``before`` is what they reported last."""
     head, cam = true.head_mm, true.cam_rad
     vacuum, contact = true.line_vacuum_mmhg, true.contact_closed
-    if fault == Fault.HEAD_FLAGGED.value:
+    if fault == Fault.HEAD_FLAGGED:
         head = 0.0
-    if fault == Fault.HEAD_NAN.value:
+    if fault == Fault.HEAD_NAN:
         head = NAN
-    if fault == Fault.HEAD_FROZEN.value:
+    if fault == Fault.HEAD_FROZEN:
         head = before.head_mm
-    if fault == Fault.CAM_FLAGGED.value:
+    if fault == Fault.CAM_FLAGGED:
         cam = -1.0e3
-    if fault == Fault.CAM_NAN.value:
+    if fault == Fault.CAM_NAN:
         cam = NAN
-    if fault == Fault.CAM_FROZEN.value:
+    if fault == Fault.CAM_FROZEN:
         cam = before.cam_rad
-    if fault == Fault.VACUUM_HIGH.value:
+    if fault == Fault.VACUUM_HIGH:
         vacuum = 400.0
-    if fault == Fault.CONTACT_CLOSED.value:
+    if fault == Fault.CONTACT_CLOSED:
         contact = True
-    if fault == Fault.CONTACT_BOUNCING.value:
+    if fault == Fault.CONTACT_BOUNCING:
         contact = tick % 3 > 0
     return Readings(
         head_mm=head,
-        head_valid=fault != Fault.HEAD_FLAGGED.value,
+        head_valid=fault != Fault.HEAD_FLAGGED,
         carriage_mm=true.carriage_mm,
         carriage_valid=True,
         cam_rad=cam,
-        cam_valid=fault != Fault.CAM_FLAGGED.value,
+        cam_valid=fault != Fault.CAM_FLAGGED,
         line_vacuum_mmhg=vacuum,
-        vacuum_valid=fault != Fault.VACUUM_FLAGGED.value,
+        vacuum_valid=fault != Fault.VACUUM_FLAGGED,
         contact_closed=contact,
-        contact_valid=fault != Fault.CONTACT_FLAGGED.value,
+        contact_valid=fault != Fault.CONTACT_FLAGGED,
         insertion_current_a=true.insertion_current_a,
         monitor=true.monitor,
     )
@@ -119,7 +119,7 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
 def _drive(fault: int, wanted: Commands) -> Commands:
     """What reaches the actuators under a fault."""
     volts = wanted.insertion_v
-    if fault == Fault.DRIVE_INWARDS.value and wanted.insertion_on:
+    if fault == Fault.DRIVE_INWARDS and wanted.insertion_on:
         volts = 24.0
     return Commands(
         head_mm=wanted.head_mm,
@@ -128,7 +128,7 @@ def _drive(fault: int, wanted: Commands) -> Commands:
         cam_rad=wanted.cam_rad,
         valve_v=wanted.valve_v,
         valve_on=wanted.valve_on,
-        pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD.value,
+        pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD,
         vacuum_mmhg=wanted.vacuum_mmhg,
     )
 
@@ -139,10 +139,10 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
     insertion, head = after.insertion, after.head_mm
     transmission, valve = after.transmission, after.valve
     airway = after.airway
-    if fault == Fault.HEAD_JAMMED.value:
+    if fault == Fault.HEAD_JAMMED:
         insertion, head = before.insertion, before.head_mm
         transmission, airway = before.transmission, before.airway
-    if fault == Fault.VALVE_OPEN.value:
+    if fault == Fault.VALVE_OPEN:
         valve = before.valve
     return MachineState(
         insertion=insertion,
@@ -197,7 +197,7 @@ def run(
         readings = _read(fault, i, before, machine.read(loop.machine, state.machine))
         before = readings
         requests = _requests(buttons[i])
-        host = Host(overrun=fault == Fault.OVERRUN.value, conditions=0)
+        host = Host(overrun=fault == Fault.OVERRUN, conditions=0)
         truth = machine.observe(loop.machine, state.machine)
         decided, outputs = controller.step(
             loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)

@@ -37,3 +37,7 @@ class Phase(IntEnum):
     """Bench: the head follows the identification excitation."""
     OUT_OF_SERVICE = 13
     """Catheter change or cleaning."""
+
+
+RESTING = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
+"""Phases that wait for a person."""

@@ -88,7 +88,7 @@ DAHL = HysteresisModel(
     name="dahl",
     title="Dahl",
     summary="friction that saturates, without a line (eqs. 1 and 2)",
-    source="paper eqs. (1) and (2); Dahl 1976",
+    source="[paper] eqs. (1) and (2); [Dahl-1976]",
     cannot="an output that goes on growing with the input (backlash), closed minor loops, "
     "breakaway and viscous friction, an offset",
     inverse="closed form, for outputs below saturation",
@@ -153,7 +153,7 @@ MODIFIED_DAHL = HysteresisModel(
     name="modified-dahl",
     title="modified Dahl",
     summary="straight line plus a Dahl state (the paper's model, eqs. 3 and 4)",
-    source="paper eqs. (3) and (4)",
+    source="[paper] eqs. (3) and (4)",
     cannot="a gap with corners or with a known width, closed minor loops (it drifts in them), "
     "loops that differ along the range; with c <= 2 beta it moves the wrong way after a reversal",
     inverse="exact, by Newton's method; beyond the gap where c <= 2 beta",
@@ -221,7 +221,7 @@ BOUC_WEN = HysteresisModel(
     name="bouc-wen",
     title="Bouc-Wen",
     summary="line plus a Bouc-Wen state, standard form (eqs. 5 and 6)",
-    source="paper eqs. (5) and (6), standard form; Wen 1976",
+    source="[paper] eqs. (5) and (6), standard form; [Wen-1976]",
     cannot="a gap with corners, closed minor loops (it drifts in them), loops that differ along "
     "the range; for D > B some excursions give more work than was stored",
     inverse="numerical, by bracketing, where it is monotone",

@@ -59,7 +59,7 @@ GENERALISED = HysteresisModel(
     name="generalised",
     title="generalised, linear in its parameters",
     summary="Dahl states, plays and a polynomial envelope",
-    source="Dahl states of paper eq. (3) and plays of Fig. 5, with a polynomial envelope",
+    source="Dahl states of [paper] eq. (3) and plays of Fig. 5, with a polynomial envelope",
     cannot="loops whose height depends on where in the range they lie; noise is fitted where the "
     "elements are too many",
     inverse="numerical, by bracketing, where it is monotone",

@@ -34,7 +34,7 @@ PLAY = HysteresisModel(
     name="play",
     title="play",
     summary="a gap of one width with corners (Fig. 5)",
-    source="paper Fig. 5; Krasnosel'skii and Pokrovskii 1989",
+    source="[paper] Fig. 5; [Krasnoselskii-1989]",
     cannot="rounded corners, any motion inside the gap",
     inverse="exact: the smallest move; it jumps across the gap",
     parameters=(
@@ -114,7 +114,7 @@ PRANDTL_ISHLINSKII = HysteresisModel(
     name="prandtl-ishlinskii",
     title="Prandtl-Ishlinskii",
     summary="plays of known widths, weights at least 0",
-    source="Krasnosel'skii and Pokrovskii 1989; Kuhnen 2003",
+    source="[Krasnoselskii-1989]; [Kuhnen-2003]",
     cannot="loops whose shape changes with the place in the range, loops that are not symmetric "
     "under reversal, corners at other widths than its thresholds",
     inverse="exact, corner by corner",
@@ -185,7 +185,7 @@ PREISACH = HysteresisModel(
     name="preisach",
     title="Preisach",
     summary="a triangle of relays, weights at least 0",
-    source="Preisach 1935; Mayergoyz 1991",
+    source="[Preisach-1935]; [Mayergoyz-1991]",
     cannot="minor loops of equal input that differ in shape with the output, outputs beyond its "
     "grid, gaps of other widths than whole levels",
     inverse="numerical, by bracketing, for weights of 0 and above",

@@ -181,13 +181,13 @@ def untested() -> CheckState:
 
 
 @compiled
-def begun() -> CheckState:
+def begin() -> CheckState:
     """The first item of a new test."""
     return CheckState(item=FOLLOWING[0], ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
 
 
 @compiled
-def ended(state: CheckState, broken_off: bool) -> CheckState:
+def end(state: CheckState, broken_off: bool) -> CheckState:
     """The test is over; broken off by a fault, the item that was tested has failed."""
     failed = state.item if broken_off and state.failed == 0 else state.failed
     return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=failed)
@@ -212,15 +212,15 @@ def _valid(readings: Readings) -> bool:
 def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> bool:
     """Whether the condition of an item that tests the suction line holds; true for any other."""
     item = state.item
-    if item == CheckItem.LINE_VENTED.value:
+    if item == CheckItem.LINE_VENTED:
         return vacuum_mmhg <= plan.vented_mmhg
-    if item == CheckItem.VACUUM_BUILDS.value:
+    if item == CheckItem.VACUUM_BUILDS:
         return vacuum_mmhg >= plan.ready_mmhg
-    if item == CheckItem.RELIEF_OPENS.value:
+    if item == CheckItem.RELIEF_OPENS:
         return abs(vacuum_mmhg - plan.relief_mmhg) <= plan.near_mmhg
-    if item == CheckItem.REGULATOR_HOLDS.value:
+    if item == CheckItem.REGULATOR_HOLDS:
         return abs(vacuum_mmhg - plan.lowered_mmhg) <= plan.near_mmhg
-    if item == CheckItem.VACUUM_HOLDS.value:
+    if item == CheckItem.VACUUM_HOLDS:
         return vacuum_mmhg >= (1.0 - plan.leak_share) * state.vacuum_mmhg
     return True
 
@@ -229,15 +229,15 @@ def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> b
 def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen) -> bool:
     """Whether the item's own condition holds; sensors and contact are judged before."""
     item = state.item
-    if item == CheckItem.HEAD_HOME.value:
+    if item == CheckItem.HEAD_HOME:
         return seen.home and seen.settled
-    if item == CheckItem.HEAD_ADVANCES.value:
+    if item == CheckItem.HEAD_ADVANCES:
         return abs(seen.off_park_mm - plan.jog_mm) <= seen.settle_mm
-    if item == CheckItem.HEAD_RETURNS.value:
+    if item == CheckItem.HEAD_RETURNS:
         return abs(seen.off_park_mm) <= seen.settle_mm
-    if item == CheckItem.VALVE_OPENS.value:
+    if item == CheckItem.VALVE_OPENS:
         return seen.opened and readings.line_vacuum_mmhg <= plan.vented_mmhg
-    if item == CheckItem.VALVE_CLOSES.value:
+    if item == CheckItem.VALVE_CLOSES:
         return seen.closed
     return _line_condition(plan, state, readings.line_vacuum_mmhg)
 
@@ -245,11 +245,11 @@ def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: Che
 @compiled
 def _needed_s(plan: CheckPlan, item: int) -> float:
     """How long the condition of an item must hold."""
-    if item == CheckItem.VACUUM_BUILDS.value:
+    if item == CheckItem.VACUUM_BUILDS:
         return plan.settle_s
-    if item == CheckItem.VACUUM_HOLDS.value:
+    if item == CheckItem.VACUUM_HOLDS:
         return plan.settle_s + plan.leak_s
-    if item == CheckItem.RELIEF_OPENS.value or item == CheckItem.REGULATOR_HOLDS.value:
+    if item in (CheckItem.RELIEF_OPENS, CheckItem.REGULATOR_HOLDS):
         return plan.level_s
     return plan.hold_s
 
@@ -261,10 +261,10 @@ def step(
     """Advance the test by one tick; with ``item`` and ``failed`` both NONE all have passed."""
     item = state.item
     vacuum = state.vacuum_mmhg
-    if item == CheckItem.VACUUM_HOLDS.value and state.ticks * dt_s < plan.settle_s:
+    if item == CheckItem.VACUUM_HOLDS and state.ticks * dt_s < plan.settle_s:
         vacuum = readings.line_vacuum_mmhg
     valid = _valid(readings)
-    open_contact = not readings.contact_closed or item == CheckItem.READINGS.value
+    open_contact = not readings.contact_closed or item == CheckItem.READINGS
     holds = valid and open_contact and _condition(plan, state, readings, seen)
     held = state.held_ticks + 1 if holds else 0
     if held * dt_s >= _needed_s(plan, item):
@@ -273,9 +273,9 @@ def step(
     if state.ticks * dt_s >= plan.limits_s[item]:
         failed = item
         if not valid:
-            failed = CheckItem.READINGS.value
+            failed = CheckItem.READINGS
         elif not open_contact:
-            failed = CheckItem.CONTACT_OPEN.value
+            failed = CheckItem.CONTACT_OPEN
     return CheckState(
         item=item,
         ticks=state.ticks + 1,
@@ -288,7 +288,7 @@ def step(
 @compiled
 def is_stroking(item: int) -> bool:
     """Whether the item asks for an open valve."""
-    return item == CheckItem.VALVE_OPENS.value
+    return item == CheckItem.VALVE_OPENS
 
 
 @compiled
@@ -298,17 +298,13 @@ def is_by_spring(item: int) -> bool:
     It is the spring that ends suction when motor, encoder or power fail, and a closed valve is left
     to it.
     """
-    return item == CheckItem.VALVE_CLOSES.value
+    return item == CheckItem.VALVE_CLOSES
 
 
 @compiled
 def is_pumping(item: int) -> bool:
     """Whether the item asks for the pump."""
-    return (
-        item == CheckItem.VACUUM_BUILDS.value
-        or item == CheckItem.RELIEF_OPENS.value
-        or item == CheckItem.REGULATOR_HOLDS.value
-    )
+    return item in (CheckItem.VACUUM_BUILDS, CheckItem.RELIEF_OPENS, CheckItem.REGULATOR_HOLDS)
 
 
 @compiled
@@ -317,11 +313,11 @@ def set_point_mmhg(plan: CheckPlan, item: int) -> float:
 
     With the pump off it stays at the cycle's: the regulator lets nothing in below it.
     """
-    if item == CheckItem.RELIEF_OPENS.value:
+    if item == CheckItem.RELIEF_OPENS:
         return plan.beyond_mmhg
-    if item == CheckItem.REGULATOR_HOLDS.value:
+    if item == CheckItem.REGULATOR_HOLDS:
         return plan.lowered_mmhg
-    if item == CheckItem.VACUUM_BUILDS.value or item == CheckItem.VACUUM_HOLDS.value:
+    if item in (CheckItem.VACUUM_BUILDS, CheckItem.VACUUM_HOLDS):
         return plan.set_mmhg
     return 0.0
 
@@ -329,4 +325,4 @@ def set_point_mmhg(plan: CheckPlan, item: int) -> float:
 @compiled
 def is_jogging(item: int) -> bool:
     """Whether the item asks for the head away from its park position."""
-    return item == CheckItem.HEAD_ADVANCES.value
+    return item == CheckItem.HEAD_ADVANCES

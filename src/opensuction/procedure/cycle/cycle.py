@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from opensuction.control import profile, staged_path
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
 from opensuction.procedure.cycle.plan import Excitation, Plan
-from opensuction.procedure.cycle.progress import ProcedureState, Surroundings
+from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
 
@@ -24,6 +24,16 @@ INWARDS = 1.0
 OUTWARDS = -1.0
 NOT_ANNOUNCED_S = -1.0
 """The tip's next motion lies further ahead than the gap needs."""
+PUMPED = (
+    Phase.PRELOADING,
+    Phase.INSERTING,
+    Phase.BACKING_OFF,
+    Phase.OPENING,
+    Phase.SUCTIONING,
+    Phase.WITHDRAWING,
+    Phase.CLOSING,
+)
+"""Phases in which the pump runs; elsewhere the line vents, so that each check tests it."""
 
 
 class Demand(NamedTuple):
@@ -49,10 +59,11 @@ class Demand(NamedTuple):
     vacuum_mmhg: float
 
 
-def parked(plan: Plan) -> ProcedureState:
-    """Ready for a cycle, tip at its parked reference."""
+def begin(plan: Plan, phase: Phase) -> ProcedureState:
+    """State at the beginning of a phase, tip at its parked reference, nothing tested or taught."""
     return _enter(
-        Phase.PARKED.value,
+        plan,
+        int(phase),
         transition.STAY,
         plan.motion.park_mm,
         False,
@@ -63,6 +74,7 @@ def parked(plan: Plan) -> ProcedureState:
 
 @compiled
 def _enter(
+    plan: Plan,
     phase: int,
     cause: int,
     reference_mm: float,
@@ -74,6 +86,7 @@ def _enter(
         phase=phase,
         cause=cause,
         phase_ticks=0,
+        limit_s=plan.limits_s[phase],
         start_mm=reference_mm,
         reference_mm=reference_mm,
         reference_mm_per_s=0.0,
@@ -100,16 +113,16 @@ def excite(excitation: Excitation, time_s: float) -> tuple[float, float]:
 def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float, float]:
     """Desired tip position and velocity ``time_s`` after the phase began."""
     motion = plan.motion
-    if state.phase == Phase.INSERTING.value:
+    if state.phase == Phase.INSERTING:
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
-    if state.phase == Phase.BACKING_OFF.value:
+    if state.phase == Phase.BACKING_OFF:
         way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
         return profile.at(way, time_s - plans.back_off_wait_s(plan))  # the gap comes first
-    if state.phase == Phase.WITHDRAWING.value:
+    if state.phase == Phase.WITHDRAWING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
-    if state.phase == Phase.ABORTING.value:
+    if state.phase == Phase.ABORTING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s)
-    if state.phase == Phase.IDENTIFYING.value:
+    if state.phase == Phase.IDENTIFYING:
         moved_mm, velocity = excite(plan.excitation, time_s)
         return motion.park_mm + moved_mm, velocity
     return state.reference_mm, 0.0
@@ -121,13 +134,9 @@ def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
 
     The pre-use test strokes it too: see `check.is_stroking`.
     """
-    if phase == Phase.ABORTING.value:
+    if phase == Phase.ABORTING:
         return was_open and not home
-    return (
-        phase == Phase.OPENING.value
-        or phase == Phase.SUCTIONING.value
-        or phase == Phase.WITHDRAWING.value
-    )
+    return phase in (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
 
 
 @compiled
@@ -137,16 +146,16 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
     time_s: since the phase began. arrived_s: since the reference reached the target. The direction
     turns when the way back's gap is to be crossed.
     """
-    if phase == Phase.PRELOADING.value:
+    if phase == Phase.PRELOADING:
         return INWARDS, max(plan.preload_s - time_s, 0.0)
-    if phase == Phase.INSERTING.value:
+    if phase == Phase.INSERTING:
         return INWARDS, 0.0
     backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
-    if phase == Phase.BACKING_OFF.value:
+    if phase == Phase.BACKING_OFF:
         if not backing:
             return INWARDS, NOT_ANNOUNCED_S
         return OUTWARDS, max(plans.back_off_wait_s(plan) - time_s, 0.0)
-    if phase == Phase.OPENING.value or phase == Phase.SUCTIONING.value:
+    if phase in (Phase.OPENING, Phase.SUCTIONING):
         if backing:
             return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
         left_s = plan.dwell_s - arrived_s
@@ -158,44 +167,29 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
 
 @compiled
 def _is_homing(phase: int) -> bool:
-    return (
-        phase == Phase.PARKED.value
-        or phase == Phase.CHECKING.value
-        or phase == Phase.ABORTING.value
-    )
+    return phase in (Phase.PARKED, Phase.CHECKING, Phase.ABORTING)
 
 
 @compiled
 def _is_driven(phase: int, bringing: bool) -> bool:
     """Torque on the insertion drive: not while hands move the head."""
-    if phase == Phase.TEACHING.value:
+    if phase == Phase.TEACHING:
         return bringing
-    return phase != Phase.OUT_OF_SERVICE.value
+    return phase != Phase.OUT_OF_SERVICE
 
 
 @compiled
 def _is_pumping(phase: int, valve_open: bool) -> bool:
-    """Pump on: not while parked or halted, where the line vents, so that each check tests it."""
-    if phase == Phase.ABORTING.value:
+    """Pump on: in the cycle itself, and on the way out of one as long as the valve is open."""
+    if phase == Phase.ABORTING:
         return valve_open
-    return (
-        phase != Phase.PARKED.value
-        and phase != Phase.CHECKING.value
-        and phase != Phase.HALTED.value
-        and phase != Phase.IDENTIFYING.value
-        and phase != Phase.TEACHING.value
-        and phase != Phase.OUT_OF_SERVICE.value
-    )
+    return phase in PUMPED
 
 
 @compiled
 def _is_advancing(phase: int) -> bool:
     """From the gap's taking up until the valve is asked to open."""
-    return (
-        phase == Phase.PRELOADING.value
-        or phase == Phase.INSERTING.value
-        or phase == Phase.BACKING_OFF.value
-    )
+    return phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
 
 
 @compiled
@@ -210,51 +204,45 @@ def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bo
 
 
 @compiled
-def _tested(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
-    """The pre-use test as the next phase begins."""
-    if phase == Phase.CHECKING.value:
-        return check.begun()
-    if state.phase == Phase.CHECKING.value:
-        broken = cause == Event.TRIPPED.value or cause == Event.PHASE_OVERDUE.value
-        return check.ended(checked, broken)
+def _next_check(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
+    """State of the pre-use test at the beginning of a phase."""
+    if phase == Phase.CHECKING:
+        return check.begin()
+    if state.phase == Phase.CHECKING:
+        broken = cause in (Event.TRIPPED, Event.PHASE_OVERDUE)
+        return check.end(checked, broken)
     return checked
 
 
 @compiled
-def _changed(
+def _change_phase(
     plan: Plan,
     state: ProcedureState,
     checked: CheckState,
     taught: TeachingState,
     events: int,
     phase: int,
-    here_mm: float,
+    contact_mm: float,
 ) -> ProcedureState:
-    """The cycle as events lead it into another phase. here_mm: see `Surroundings`."""
-    resting = (
-        phase == Phase.HALTED.value
-        or phase == Phase.PARKED.value
-        or phase == Phase.OUT_OF_SERVICE.value
-    )
+    """State at the beginning of another phase. contact_mm: tip reference at contact."""
+    resting = phase in RESTING
     reference_mm = plan.motion.park_mm if resting else state.reference_mm
-    if phase == Phase.BACKING_OFF.value:
-        reference_mm = here_mm
-    cause = transition.taken(state.phase, events)
-    checked = _tested(state, checked, phase, cause)
-    was_open = state.valve_open and state.phase != Phase.CHECKING.value
-    if phase == Phase.TEACHING.value:
-        taught = teaching.begun()
-    return _enter(phase, cause, reference_mm, was_open and not resting, checked, taught)
+    if phase == Phase.BACKING_OFF:
+        reference_mm = contact_mm
+    cause = transition.cause(state.phase, events)
+    checked = _next_check(state, checked, phase, cause)
+    was_open = state.valve_open and state.phase != Phase.CHECKING
+    if phase == Phase.TEACHING:
+        taught = teaching.begin()
+    return _enter(plan, phase, cause, reference_mm, was_open and not resting, checked, taught)
 
 
 @compiled
 def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
     """Whether the reference stands at the target."""
-    return (
-        phase == Phase.OPENING.value
-        or phase == Phase.SUCTIONING.value
-        or (phase == Phase.INSERTING.value and reference_mm == plan.motion.target_mm)
-    )
+    if phase == Phase.INSERTING:
+        return reference_mm == plan.motion.target_mm
+    return phase in (Phase.OPENING, Phase.SUCTIONING)
 
 
 @compiled
@@ -263,7 +251,7 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
     phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
     pumping = _is_pumping(phase, now.valve_open)
     vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0
-    if phase == Phase.CHECKING.value:
+    if phase == Phase.CHECKING:
         pumping = check.is_pumping(item)
         vacuum_mmhg = check.set_point_mmhg(plan.check, item)
     direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
@@ -272,12 +260,12 @@ def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Dema
         reference_mm_per_s=now.reference_mm_per_s,
         direction=direction,
         starts_in_s=starts_in_s,
-        homing=_is_homing(phase) or (phase == Phase.TEACHING.value and bringing),
+        homing=_is_homing(phase) or (phase == Phase.TEACHING and bringing),
         jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,
         valve_on=not check.is_by_spring(item),
-        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING.value),
+        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING),
         vacuum_mmhg=vacuum_mmhg,
     )
 
@@ -288,31 +276,29 @@ def step(
     state: ProcedureState,
     readings: Readings,
     requests: Requests,
-    around: Surroundings,
+    feedback: ControlFeedback,
     dt_s: float,
 ) -> tuple[ProcedureState, Demand]:
     """Advance the cycle by one tick; returns the new state and what it asks for."""
     checked, taught = state.check, state.teaching
-    if state.phase == Phase.CHECKING.value:
-        checked = progress.tested(plan, checked, readings, around, dt_s)
-    if state.phase == Phase.TEACHING.value:
-        taught = progress.taught(plan, taught, readings, requests, around)
-    events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
+    if state.phase == Phase.CHECKING:
+        checked = progress.step_check(plan, checked, readings, feedback, dt_s)
+    if state.phase == Phase.TEACHING:
+        taught = progress.step_teaching(plan, taught, readings, requests, feedback)
+    events = progress.events(plan, state, checked, readings, requests, feedback, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks, line_ready = state.arrived_ticks, state.line_ready
     if phase != state.phase:
-        state = _changed(plan, state, checked, taught, events, phase, around.here_mm)
+        state = _change_phase(plan, state, checked, taught, events, phase, feedback.contact_tip_mm)
         checked, taught = state.check, state.teaching
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, time_s)
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
-    if phase == Phase.CHECKING.value:
+    if phase == Phase.CHECKING:
         valve_open = check.is_stroking(checked.item)
-    now = ProcedureState(
+    now = state._replace(
         phase=phase,
-        cause=state.cause,
         phase_ticks=state.phase_ticks + 1,
-        start_mm=state.start_mm,
         reference_mm=reference,
         reference_mm_per_s=velocity,
         arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,

@@ -8,10 +8,10 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 
 LIFE_S = 86400.0
-"""A catheter is used for 24 h from its first use. Source: paper.txt, section II-A, 5."""
+"""A catheter is used for 24 h from its first use. Source: [paper] II-A."""
 NEW_CATHETER_S = 0.0
 """Age of a catheter at its first use."""
 
@@ -71,14 +71,14 @@ def start(catheter_age_s: float) -> Upkeep:
     Intervals begin anew.
     """
     age_s = catheter_age_s if catheter_age_s >= 0.0 else float("inf")
-    return Upkeep(catheter_age_s=age_s, schedule=schedule.restarted(), refusal=0)
+    return Upkeep(catheter_age_s=age_s, schedule=schedule.restart(), refusal=0)
 
 
-def waited(upkeep: Upkeep, duration_s: float) -> Upkeep:
+def pass_idle_time(upkeep: Upkeep, duration_s: float) -> Upkeep:
     """After a time in which the machine was parked and nobody asked for anything."""
     return upkeep._replace(
         catheter_age_s=upkeep.catheter_age_s + duration_s,
-        schedule=schedule.waited(upkeep.schedule, duration_s),
+        schedule=schedule.pass_idle_time(upkeep.schedule, duration_s),
     )
 
 
@@ -88,21 +88,21 @@ def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool, pa
 
     patient: bit mask of what is wrong with the patient; see `patient_watch`.
     """
-    if phase == Phase.OUT_OF_SERVICE.value:
-        return Refusal.OUT_OF_SERVICE.value
-    if phase == Phase.HALTED.value:
-        return Refusal.HALTED.value
+    if phase == Phase.OUT_OF_SERVICE:
+        return Refusal.OUT_OF_SERVICE
+    if phase == Phase.HALTED:
+        return Refusal.HALTED
     if not travel_known:
-        return Refusal.NOT_TAUGHT.value
+        return Refusal.NOT_TAUGHT
     if upkeep.catheter_age_s >= service.life_s:
-        return Refusal.CATHETER_LIFE_OVER.value
+        return Refusal.CATHETER_LIFE_OVER
     if upkeep.catheter_age_s + service.cycle_s > service.life_s:
-        return Refusal.CATHETER_LIFE_ENDS.value
-    if patient >> Trip.MONITOR_LINK_LOST.value & 1:
-        return Refusal.MONITOR_LINK_LOST.value
+        return Refusal.CATHETER_LIFE_ENDS
+    if patient >> Condition.MONITOR_LINK_LOST & 1:
+        return Refusal.MONITOR_LINK_LOST
     if patient != 0:
-        return Refusal.PATIENT_UNSAFE.value
-    return Refusal.NONE.value
+        return Refusal.PATIENT_UNSAFE
+    return Refusal.NONE
 
 
 @compiled
@@ -110,16 +110,15 @@ def is_asked(service: Service, upkeep: Upkeep, phase: int, requests: Requests) -
     """Whether a person or the clock asks for a cycle; while one runs nobody can."""
     if requests.abort:
         return False
-    if phase == Phase.PARKED.value:
+    if phase == Phase.PARKED:
         return requests.start or schedule.starts(service.schedule, upkeep.schedule)
-    waiting = phase == Phase.HALTED.value or phase == Phase.OUT_OF_SERVICE.value
-    return requests.start and waiting
+    return requests.start and phase in (Phase.HALTED, Phase.OUT_OF_SERVICE)
 
 
 @compiled
 def is_prompting(service: Service, upkeep: Upkeep, phase: int) -> bool:
     """Whether an assessment is due and the machine could act on it."""
-    return phase == Phase.PARKED.value and schedule.prompts(service.schedule, upkeep.schedule)
+    return phase == Phase.PARKED and schedule.prompts(service.schedule, upkeep.schedule)
 
 
 @compiled
@@ -133,10 +132,10 @@ def step(
     dt_s: float,
 ) -> Upkeep:
     """One tick. before, phase: last and present phase. refused: what the start met if asked."""
-    serviced = before == Phase.OUT_OF_SERVICE.value
+    serviced = before == Phase.OUT_OF_SERVICE
     renewed = serviced and requests.changed
-    attended = phase == Phase.PARKED.value and (serviced or before == Phase.HALTED.value)
-    began = phase == Phase.CHECKING.value and before == Phase.PARKED.value
+    attended = phase == Phase.PARKED and (serviced or before == Phase.HALTED)
+    began = phase == Phase.CHECKING and before == Phase.PARKED
     return Upkeep(
         catheter_age_s=0.0 if renewed else upkeep.catheter_age_s + dt_s,
         schedule=schedule.step(upkeep.schedule, began, requests.not_needed, attended, dt_s),

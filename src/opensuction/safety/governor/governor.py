@@ -8,14 +8,16 @@ pass < cap < hold < withdraw < torque off. Trips are latched until a person rese
 import math
 from typing import NamedTuple
 
+from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import LARGEST, Readings
 from opensuction.safety import limits as bounds
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
 from opensuction.safety.governor.limiter import ADVANCE_MM
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction, Trip
 from opensuction.safety.watch import (
     contact_window,
     patient_watch,
@@ -117,11 +119,6 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
 
 
 @compiled
-def _bit(happened: bool, code: int) -> int:
-    return 1 << code if happened else 0
-
-
-@compiled
 def _possible(proposal: Setpoints) -> bool:
     return (
         math.isfinite(proposal.head_mm)
@@ -147,19 +144,19 @@ def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
     runaway_mm = RUNAWAY_SUCKING_MM if lasting.sucking > 0.0 else RUNAWAY_MM
     return (
-        _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID.value)
-        | _bit(seen.invalid.carriage >= INVALID_TICKS, Trip.CARRIAGE_READING_INVALID.value)
-        | _bit(_disagree(lasting), Trip.HEAD_SENSORS_DISAGREE.value)
-        | _bit(overspeed, Trip.HEAD_OVERSPEED.value)
-        | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING.value)
-        | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED.value)
-        | _bit(seen.head_mm - seen.turn.head_mm > runaway_mm, Trip.HEAD_RUNAWAY.value)
-        | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP.value)
-        | _bit(lasting.jammed > JAM_S, Trip.CATHETER_JAMMED.value)
-        | _bit(lasting.overforce > OVERFORCE_S, Trip.DRIVE_OVERFORCE.value)
-        | _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME.value)
-        | _bit(state.blocked_s > BLOCKED_S, Trip.WITHDRAWAL_BLOCKED.value)
-        | _bit(state.unseen_s > way_s + UNSEEN_S, Trip.WITHDRAWAL_UNSEEN.value)
+        flag(seen.invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
+        | flag(seen.invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
+        | flag(_disagree(lasting), Condition.HEAD_SENSORS_DISAGREE)
+        | flag(overspeed, Condition.HEAD_OVERSPEED)
+        | flag(lasting.beyond > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
+        | flag(lasting.stalled > STALL_S, Condition.HEAD_STALLED)
+        | flag(seen.head_mm - seen.turn.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
+        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
+        | flag(lasting.jammed > JAM_S, Condition.CATHETER_JAMMED)
+        | flag(lasting.overforce > OVERFORCE_S, Condition.DRIVE_OVERFORCE)
+        | flag(state.withdrawal_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
+        | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
+        | flag(state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
     )
 
 
@@ -173,11 +170,11 @@ def _contact_trips(limits: Limits, seen: Watch) -> int:
     pressing = seen.lasting.contact > limits.contact_s and seen.window.impossible_s == 0.0
     missed = contact_window.is_missed(limits.tip, limits.window, seen.window, touching)
     return (
-        _bit(seen.invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID.value)
-        | _bit(stuck, Trip.CONTACT_STUCK_CLOSED.value)
-        | _bit(pressing, Trip.CONTACT_TIME.value)
-        | _bit(missed, Trip.CARINA_MISSED.value)
-        | _bit(missed and not seen.window.proven, Trip.CONTACT_STUCK_OPEN.value)
+        flag(seen.invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
+        | flag(stuck, Condition.CONTACT_STUCK_CLOSED)
+        | flag(pressing, Condition.CONTACT_TIME)
+        | flag(missed, Condition.CARINA_MISSED)
+        | flag(missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN)
     )
 
 
@@ -189,12 +186,12 @@ def _suction_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
     opened = state.last.valve_open
     return (
         vacuum_signature.trips(limits.line, seen.line, seen.sealed)
-        | _bit(seen.invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID.value)
-        | _bit(seen.invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID.value)
-        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED.value)
-        | _bit(lasting.sucking > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME.value)
-        | _bit(stuck and opened, Trip.VALVE_STUCK_CLOSED.value)
-        | _bit(stuck and not opened, Trip.VALVE_STUCK_OPEN.value)
+        | flag(seen.invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
+        | flag(seen.invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
+        | flag(lasting.overpressure > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
+        | flag(lasting.sucking > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
+        | flag(stuck and opened, Condition.VALVE_STUCK_CLOSED)
+        | flag(stuck and not opened, Condition.VALVE_STUCK_OPEN)
     )
 
 
@@ -206,9 +203,9 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
         | _head_trips(limits, state, seen)
         | _contact_trips(limits, seen)
         | _suction_trips(limits, state, seen)
-        | _bit(not _possible(proposal), Trip.PROPOSAL_INVALID.value)
-        | _bit(seen.lasting.inside > limits.in_airway_s, Trip.IN_AIRWAY_TIME.value)
-        | _bit(seen.late_ticks >= LATE_TICKS, Trip.LATE_TICKS.value)
+        | flag(not _possible(proposal), Condition.PROPOSAL_INVALID)
+        | flag(seen.lasting.inside > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
+        | flag(seen.late_ticks >= LATE_TICKS, Condition.LATE_TICKS)
     )
 
 
@@ -220,9 +217,9 @@ def _drives_valve(trips: int, opened: bool, resting: bool) -> bool:
     that errs later cannot have the motor open it.
     """
     untrusted = (
-        1 << Trip.CAM_READING_INVALID.value
-        | 1 << Trip.VALVE_STUCK_OPEN.value
-        | 1 << Trip.VALVE_STUCK_CLOSED.value
+        1 << Condition.CAM_READING_INVALID
+        | 1 << Condition.VALVE_STUCK_OPEN
+        | 1 << Condition.VALVE_STUCK_CLOSED
     )
     return trips & untrusted == 0 and (opened or not resting)
 
@@ -259,7 +256,7 @@ def step(
     )
     # A motor that is home while the head is not has withdrawn nothing: a hand must.
     out = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
-    forced = reaction == Reaction.WITHDRAW.value and (not out or _disagree(seen.lasting))
+    forced = reaction == Reaction.WITHDRAW and (not out or _disagree(seen.lasting))
     held = forced and seen.lasting.jammed > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
     unseen = forced and (seen.invalid.head > 0 or seen.lasting.stalled > STALL_S)
     following = GovernorState(

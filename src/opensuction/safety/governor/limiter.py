@@ -5,10 +5,10 @@ Nothing here remembers or judges; `opensuction.safety.governor.governor` does.
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
+from opensuction.safety import condition_mask
 from opensuction.safety import limits as bounds
-from opensuction.safety import trip
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction
 from opensuction.safety.watch.watch import Watch
 
 LEAD_SHARE = 0.5
@@ -106,18 +106,18 @@ def narrow(
 
     last: what was let through in the last tick.
     """
-    reaction = trip.reaction(trips)
-    cut = trip.cuts_vacuum(trips)
+    reaction = condition_mask.strongest_reaction(trips)
+    cut = condition_mask.cuts_vacuum(trips)
     valve_open, vacuum = _valve(limits, last.valve_open, seen, proposal, cut)
     held = valve_open or seen.lasting.sucking > 0.0
-    released = not proposal.insertion_on and reaction != Reaction.WITHDRAW.value
-    driven = reaction != Reaction.TORQUE_OFF.value and not released
+    released = not proposal.insertion_on and reaction != Reaction.WITHDRAW
+    driven = reaction != Reaction.TORQUE_OFF and not released
     if not driven:
         head, velocity = seen.head_mm, 0.0  # a start begins from where it is
         changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
-        if released and reaction == Reaction.PASS.value and changed:
-            reaction = Reaction.CAP.value
-    elif reaction == Reaction.WITHDRAW.value:
+        if released and reaction == Reaction.PASS and changed:
+            reaction = Reaction.CAP
+    elif reaction == Reaction.WITHDRAW:
         head, velocity = _withdrawn(limits, last.head_mm, last.head_mm_per_s, seen, dt_s)
     else:
         # Where vacuum is lost behind a closed valve, it may be drawing at the tip.
@@ -126,13 +126,13 @@ def narrow(
             limits, last.head_mm, last.head_mm_per_s, seen, proposal.head_mm, held, stopped, dt_s
         )
         if (held or stopped) and head < proposal.head_mm:
-            reaction = Reaction.HOLD.value
+            reaction = Reaction.HOLD
         elif (
             head != proposal.head_mm
             or valve_open != proposal.valve_open
             or vacuum != proposal.vacuum_mmhg
         ):
-            reaction = Reaction.CAP.value
+            reaction = Reaction.CAP
     allowed = Setpoints(
         head_mm=head,
         head_mm_per_s=velocity,

@@ -7,6 +7,7 @@ the force at the tip, which [assumed] reaches it through the catheter it grips, 
 its reaction time. While the drive has torque the hand yields to it.
 """
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -27,7 +28,7 @@ PARAMETERS: dict[str, Parameter] = {
         0.8,
         "mm/s",
         "speed beyond it",
-        "[assumed] below the 10 of nurses [paper II-A]",
+        "[assumed] below the 10 of nurses, [paper] II-A",
         2.0,
         20.0,
     ),
@@ -140,18 +141,24 @@ def drawn(park_head_mm: float, quick_mm: float, seed: int, run: int) -> Hand:
 @compiled
 def is_gripping(state: HandState) -> bool:
     """Whether the hand decides where the head goes."""
-    return (
-        state.stage == HandStage.PUSHING.value
-        or state.stage == HandStage.HOLDING.value
-        or state.stage == HandStage.PULLING.value
-    )
+    return state.stage in (HandStage.PUSHING, HandStage.HOLDING, HandStage.PULLING)
+
+
+def confirms_in_s(hand: Hand, state: HandState) -> float:
+    """Time until the hand presses the button, s; at most 0 once it is due.
+
+    While it has felt nothing, the least that is left; infinite for a hand that no longer will.
+    """
+    if state.stage == HandStage.PUSHING:
+        return hand.reaction_s - state.felt_s + hand.confirm_s
+    return hand.confirm_s - state.stage_s if state.stage == HandStage.HOLDING else math.inf
 
 
 @compiled
 def _wanted_mm_per_s(hand: Hand, stage: int, head_mm: float) -> float:
-    if stage == HandStage.PUSHING.value:
+    if stage == HandStage.PUSHING:
         return hand.quick_mm_per_s if head_mm < hand.quick_until_mm else hand.slow_mm_per_s
-    if stage == HandStage.PULLING.value:
+    if stage == HandStage.PULLING:
         # It slows down before the mark.
         left_s = (head_mm - hand.park_mm) * 5.0
         return -min(hand.out_mm_per_s, max(left_s, hand.slow_mm_per_s * 0.1))
@@ -161,12 +168,12 @@ def _wanted_mm_per_s(hand: Hand, stage: int, head_mm: float) -> float:
 @compiled
 def _following(hand: Hand, state: HandState, head_mm: float, felt_s: float) -> int:
     stage = state.stage
-    if stage == HandStage.PUSHING.value and felt_s > hand.reaction_s:
-        return HandStage.HOLDING.value
-    if stage == HandStage.HOLDING.value and state.stage_s >= hand.confirm_s + hand.hold_s:
-        return HandStage.PULLING.value
-    if stage == HandStage.PULLING.value and head_mm <= hand.park_mm:
-        return HandStage.LET_GO.value
+    if stage == HandStage.PUSHING and felt_s > hand.reaction_s:
+        return HandStage.HOLDING
+    if stage == HandStage.HOLDING and state.stage_s >= hand.confirm_s + hand.hold_s:
+        return HandStage.PULLING
+    if stage == HandStage.PULLING and head_mm <= hand.park_mm:
+        return HandStage.LET_GO
     return stage
 
 
@@ -179,7 +186,7 @@ def step(
     contact_n: force at the tip.
     """
     felt_s = state.felt_s
-    if state.stage == HandStage.PUSHING.value and (contact_n >= hand.felt_n or felt_s > 0.0):
+    if state.stage == HandStage.PUSHING and (contact_n >= hand.felt_n or felt_s > 0.0):
         felt_s += dt_s
     stage = _following(hand, state, motion.position, felt_s)
     stage_s = state.stage_s + dt_s if stage == state.stage else 0.0
