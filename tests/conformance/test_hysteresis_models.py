@@ -104,7 +104,6 @@ def test_speed_and_waiting_do_not_matter(
     case: Case, path_mm: Array, memory: float, pace: list[int]
 ) -> None:
     """Every move at another speed, with a rest after it."""
-    assert case.model.rate_independent
     moves = [
         np.append(np.linspace(a, b, parts, endpoint=False), [b] * parts)
         for (a, b), parts in zip(pairwise(path_mm), pace, strict=False)

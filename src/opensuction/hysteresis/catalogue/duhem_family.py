@@ -56,8 +56,9 @@ def _line_bounds(ranges: Ranges) -> tuple[tuple[float, float], tuple[float, floa
 
 def _simulate_dahl(vector: Array, inputs: Array) -> Array:
     stiffness, limit, offset, initial_output = vector.tolist()
-    outputs: Array = dahl.simulate(Dahl(stiffness, limit), inputs, initial_output / stiffness)
-    return outputs + offset
+    force: Array = dahl.simulate(Dahl(stiffness, limit), inputs, initial_output / stiffness)
+    outputs: Array = force + offset
+    return outputs
 
 
 def _dahl_bounds(ranges: Ranges) -> Array:

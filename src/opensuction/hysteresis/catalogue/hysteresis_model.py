@@ -79,8 +79,13 @@ class Ranges(NamedTuple):
 
 def ranges_of(input_mm: Array, output_mm: Array) -> Ranges:
     """Ranges of a recording. Raises InputError where one of the two does not move."""
-    ends = [float(end) for row in (input_mm, output_mm) for end in (row.min(), row.max())]
-    ranges = Ranges(*ends, output_mean_mm=float(output_mm.mean()))
+    ranges = Ranges(
+        input_low_mm=float(input_mm.min()),
+        input_high_mm=float(input_mm.max()),
+        output_low_mm=float(output_mm.min()),
+        output_high_mm=float(output_mm.max()),
+        output_mean_mm=float(output_mm.mean()),
+    )
     for name, width in (("input", ranges.input_mm), ("output", ranges.output_mm)):
         if not width > 0.0:
             raise InputError(f"{name}: constant or not a number, should move")
