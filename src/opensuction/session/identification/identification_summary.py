@@ -9,7 +9,8 @@ from datetime import datetime
 import numpy as np
 
 from opensuction import __version__
-from opensuction.identification.workbench import METHODS, MODELS, Estimate, Result
+from opensuction.identification.judgement.candidate import Estimate
+from opensuction.identification.workbench import METHODS, MODELS, Result
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import Loaded
 from opensuction.session.plain import Json, without_nan
@@ -35,9 +36,9 @@ def _figures(result: Result) -> Json:
     """One model's figures."""
     return {
         "model": result.model,
-        "model_words": MODELS.get(result.model),
+        "model_words": MODELS[result.model].summary,
         "method": result.method,
-        "method_words": METHODS.get(result.method),
+        "method_words": METHODS[result.method],
         "parameters": {
             name: {"value": found.value, "unit": found.unit, "ci95": _interval(found) or None}
             for name, found in result.parameters.items()
