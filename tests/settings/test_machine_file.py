@@ -73,7 +73,10 @@ bend_rad = 8.0
         (LEAST + "[twin]\nbend_rad = 9.0\n", "twin.bend_rad follows from the conduit"),
         (LEAST + "[twin]\ncarina_mm = 60.0\n", "twin.carina_mm is the patient's"),
         (LEAST + "[twin]\nsupply_v = 20\n", "controller.supply_v is 24 V and twin.supply_v 20 V"),
-        (LEAST + "[controller]\ncam_deg_per_s = 15\n", "controller.cam_deg_per_s: did you mean 'cam_"),
+        (
+            LEAST + "[controller]\ncam_deg_per_s = 15\n",
+            "cam_deg_per_s: did you mean 'cam_",
+        ),
         (LEAST + "[controller]\nexcitation = 3\n", "unknown key controller.excitation"),
         (
             LEAST + "[controller]\ncam_rad_per_s = 15\n",

@@ -30,8 +30,9 @@ class Choice(NamedTuple):
     machine: str | None
     """Name of a preset or path of a TOML file. None: the bench for a protocol that is for the bench
     only, else the clinical machine."""
-    protocol: str
-    """Name of a preset or path of a TOML file."""
+    protocol: str | None
+    """Name of a preset or path of a TOML file. None: by the patient's age, the paper's on the
+    bench."""
     approach: str
     compensation: str
     """Name of a compensator, or path of a parameter file that names one and holds its model."""
@@ -74,8 +75,20 @@ def machine_of(choice: Choice) -> str:
     """The machine that was named; else the bench for a protocol that is for the bench only."""
     if choice.machine is not None:
         return choice.machine
+    if choice.protocol is None:
+        return "clinical"
     found = find_protocol(choice.protocol)
     return "bench" if isinstance(found, Protocol) and found.bench_only else "clinical"
+
+
+def protocol_of(choice: Choice) -> str:
+    """The protocol that was named; else the one for the patient's age, the paper's on the bench."""
+    if choice.protocol is not None:
+        return choice.protocol
+    person = kinds(choice)[1]
+    if person is None:
+        return "paper"
+    return next(name for name, one in TEMPLATES.items() if person.age in one.vacuum_mmhg)
 
 
 def patient_of(choice: Choice, on_bench: bool) -> str | None:
@@ -117,19 +130,20 @@ def _patient_kind(name: str | None) -> PatientKind | None:
 
 def check(choice: Choice) -> tuple[Protocol | Template, CompensationKind]:
     """Refuse unknown names and bad files before anything slow begins; raises InputError."""
-    found = find_protocol(choice.protocol)
+    name = protocol_of(choice)
+    found = find_protocol(name)
     choose(choice.approach, APPROACHES, "approach")
     on_bench = kinds(choice)[0].preset == "bench"
     kind = compensation_choice.chosen(choice.compensation)[0]
     bench_only = isinstance(found, Protocol) and found.bench_only
     if bench_only and not on_bench:
         raise InputError(
-            f"protocol '{choice.protocol}' is for the bench only: it breaks a guideline's limit; "
+            f"protocol '{name}' is for the bench only: it breaks a guideline's limit; "
             "use --machine bench or another protocol"
         )
     if not bench_only and on_bench:
         raise InputError(
-            f"protocol '{choice.protocol}' is for a patient and the bench has none: use "
+            f"protocol '{name}' is for a patient and the bench has none: use "
             "--machine clinical or --protocol paper"
         )
     person = kinds(choice)[1]
@@ -161,9 +175,12 @@ def heading(choice: Choice) -> str:
     on_bench = kinds(choice)[0].preset == "bench"
     person = patient_of(choice, on_bench)
     who = f", patient {person}" if person is not None else ""
+    reason = ""
+    if choice.protocol is None:
+        reason = " (the bench's)" if person is None else " (by the patient's age)"
     changed = f", gaps x {choice.gap_scale:g}" if choice.gap_scale != 1.0 else ""
     return (
         f"One suction cycle on the digital twin: machine {machine_of(choice)}{who}, protocol "
-        f"{choice.protocol}, approach {choice.approach}, compensation {choice.compensation}, "
-        f"seed {choice.seed}{changed}"
+        f"{protocol_of(choice)}{reason}, approach {choice.approach}, compensation "
+        f"{choice.compensation}, seed {choice.seed}{changed}"
     )

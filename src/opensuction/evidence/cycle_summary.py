@@ -190,7 +190,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "version": __version__,
         "in_silico": True,
         "machine": cycle_choice.machine_of(choice),
-        "protocol": choice.protocol,
+        "protocol": cycle_choice.protocol_of(choice),
         "approach": choice.approach,
         "compensation": choice.compensation,
         "patient": cycle_choice.patient_of(choice, kind.preset == "bench"),

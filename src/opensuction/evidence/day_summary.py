@@ -154,7 +154,7 @@ def page(day: Day, repeat: int, every_min: float) -> Sheet:
         run=(
             ("machine", cycle_choice.machine_of(choice)),
             ("patient", cycle_choice.patient_of(choice, on_bench=False) or ""),
-            ("protocol", choice.protocol),
+            ("protocol", cycle_choice.protocol_of(choice)),
             ("approach", choice.approach),
             ("every", f"{every_min:g} min"),
             ("seed", str(choice.seed)),

@@ -210,8 +210,8 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
 
 
 def _check_fault(claim: Claim) -> None:
-    known = {fault.title: fault for fault in fault_table.KINDS}
-    choose(claim.name, known, "fault in name", "docs/faults.md")
+    faults = {fault.title: fault for fault in fault_table.KINDS}
+    choose(claim.name, faults, "fault in name", "docs/reference/faults.md")
     for strength in claim.strengths:
         fault_effect.check_strength(claim.fault, strength)
     choose(claim.approach, APPROACHES, "approach")
@@ -243,7 +243,10 @@ def _check_answer(claim: Claim) -> None:
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")
     known = {condition.name: condition for condition in Condition}
-    found = [choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm]
+    found = [
+        choose(name, known, "alarm condition in alarm", "docs/reference/alarms.md")
+        for name in claim.alarm
+    ]
     for number, condition in enumerate(found):
         priority = alarm_condition.KINDS[condition].priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):

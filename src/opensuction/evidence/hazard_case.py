@@ -14,7 +14,6 @@ from opensuction.evidence import cycle_run, hazard
 from opensuction.evidence.cycle_choice import Choice
 from opensuction.evidence.cycle_run import Prepared
 from opensuction.evidence.hazard import EITHER, SAFE_STATES, Claim, Hazard, Raiser, Response
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.safety import alarm_condition
@@ -25,7 +24,7 @@ from opensuction.simulation.fault_instant import AT_START, Injection, Instant
 from opensuction.simulation.injection import Detector, Injected
 from opensuction.simulation.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
-from opensuction.twin import fault_table, patient_kind
+from opensuction.twin import fault_table
 from opensuction.twin.fault import Fault, Part
 
 COMPENSATION = "exact-inverse"
@@ -157,9 +156,7 @@ def _injection(case: Case) -> Injection:
 @lru_cache(maxsize=4)
 def _prepared(approach: str, patient: str, seed: int, set_up: tuple[Injection, ...]) -> Prepared:
     """A cycle ready to run; raises InputError where it is refused."""
-    adult = patient_kind.of_preset(patient).age == AgeGroup.ADULT
-    protocol = "adult" if adult else "paediatric"
-    choice = Choice(None, protocol, approach, COMPENSATION, seed, patient=patient, faults=set_up)
+    choice = Choice(None, None, approach, COMPENSATION, seed, patient=patient, faults=set_up)
     return cycle_run.prepare(choice)
 
 

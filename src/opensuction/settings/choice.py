@@ -9,9 +9,7 @@ from opensuction.settings.wording import one_line, shown, unknown
 Value = TypeVar("Value")
 
 
-def choose(
-    name: object, known: Mapping[str, Value], what: str, listed: str | None = None
-) -> Value:
+def choose(name: object, known: Mapping[str, Value], what: str, listed: str | None = None) -> Value:
     """The value that ``known`` holds under ``name``.
 
     what: the kind of thing in words, such as ``compensation``; it opens the message.
