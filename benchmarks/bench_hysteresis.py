@@ -6,7 +6,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
-from opensuction.hysteresis import hysteresis_model
+from opensuction.hysteresis.catalogue import hysteresis_model
 from tests.conformance.hysteresis_cases import CASES
 
 SAMPLES = 30_000

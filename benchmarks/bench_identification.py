@@ -9,9 +9,9 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
-from opensuction.identification import modified_dahl
+from opensuction.identification.estimator import modified_dahl
+from opensuction.identification.estimator.search import SEARCHES, search
 from opensuction.identification.family import FAMILIES, squares
-from opensuction.identification.search import SEARCHES, search
 from tests.identification.plant import cosine
 
 SAMPLES = 30_000

@@ -8,8 +8,9 @@ from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.requests import START
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, closed_loop, trace
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
 from tests.conformance.plain import run_plain
 
@@ -19,9 +20,9 @@ SEGMENT_S = 2.0
 
 def segment_s() -> float:
     """Shortest time of three for a segment of a cycle, s."""
-    rig = bench.rig("bench", seed=1)
+    rig = rigs.rig("bench", seed=1)
     kind = CompensationKind.EXACT_INVERSE
-    loop, start = bench.assemble(rig, PAPER, kind, bench.uncalibrated(rig.profile), run=2)
+    loop, start = rigs.assemble(rig, PAPER, kind, rigs.uncalibrated(rig.profile), run=2)
     table = trace.rows(SEGMENT_S)
     closed_loop.run(loop, start, START, table[:10])
     times = []

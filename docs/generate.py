@@ -3,11 +3,12 @@
 import json
 from pathlib import Path
 
-from opensuction.evidence import benchmark_page, fault_page, hazard_page
+from opensuction.evidence import fault_page, hazard_page
+from opensuction.evidence.benchmark import benchmark_page
 from opensuction.hysteresis import loop_picture, model_table
 from opensuction.procedure import diagram
 from opensuction.report.document import spliced
-from opensuction.safety import alarm_table
+from opensuction.safety.alarm import alarm_table
 from opensuction.settings import parameter_page
 
 DOCS = Path(__file__).resolve().parent

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
-EVIDENCE = ROOT / "src" / "opensuction" / "evidence"
+EVIDENCE = ROOT / "src" / "opensuction" / "evidence" / "safety_case"
 HAZARDS = EVIDENCE / "hazard.toml"
 REQUIREMENTS = EVIDENCE / "requirement.toml"
 TESTS = ROOT / "tests"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from opensuction.report import identification_page
+from opensuction.report.identification import identification_page
 from tests.browser.opened import INKED, Opened, opened
 from tests.report import identification_example as example
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from opensuction.report import page
+from opensuction.report.cycle import page
 from tests.browser.opened import INKED, Opened
 from tests.browser.opened import opened as open_page
 from tests.report import example

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.evidence.benchmark_plant import NAMES
+from opensuction.evidence.benchmark.benchmark_plant import NAMES
 from tests.cli.command import opensuction
 
 KEYS = {

@@ -6,14 +6,14 @@ import pytest
 
 from opensuction.cli import completion
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.evidence.cycle_choice import APPROACHES
 from opensuction.identification.workbench import METHODS, MODELS
-from opensuction.procedure.clinical import TEMPLATES
-from opensuction.procedure.protocol import PROTOCOLS
+from opensuction.procedure.planning.clinical import TEMPLATES
+from opensuction.procedure.planning.protocol import PROTOCOLS
+from opensuction.session.cycle.cycle_choice import APPROACHES
 from opensuction.twin import preset
-from opensuction.twin.catheter import CATHETERS, ROUTES
-from opensuction.twin.fault_table import KINDS
-from opensuction.twin.patient_parameter import TABLES
+from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES
+from opensuction.twin.patient.patient_parameter import TABLES
 from tests.cli.command import opensuction, opensuction_process
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from opensuction.procedure.check import ORDER
-from opensuction.procedure.protocol import PAPER
+from opensuction.procedure.cycle.check import ORDER
+from opensuction.procedure.planning.protocol import PAPER
 from tests.cli.command import Ran, opensuction
 
 PAPER_CYCLE = ("cycle", "--protocol", "paper")

@@ -10,7 +10,7 @@ import pytest
 from opensuction.cli import interruption, output_folder
 from opensuction.cli.interruption import Stopped
 from tests.cli.command import PROGRAM, begun, opensuction_process, wait_for
-from tests.evidence.hazard_example import FAULT, ROW
+from tests.evidence.safety_case.hazard_example import FAULT, ROW
 
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.procedure.protocol import PAPER
+from opensuction.procedure.planning.protocol import PAPER
 from tests.cli.command import Ran, opensuction
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"

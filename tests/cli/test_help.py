@@ -6,7 +6,7 @@ import pytest
 
 from opensuction.cli.app import COMMANDS
 from opensuction.identification.workbench import METHODS, MODELS
-from opensuction.twin.fault_table import KINDS
+from opensuction.twin.fault.fault_table import KINDS
 from tests.cli.command import opensuction
 
 NAMES = [command.name for command in COMMANDS]

@@ -29,7 +29,7 @@ KEYS = {
     "warnings",
     "samples",
 }
-"""DESIGN section 8; ``seconds`` is of the whole run."""
+"""docs/reference/results.md; ``seconds`` is of the whole run."""
 COLUMNS = ("--input", "head_mm", "--output", "tip_mm")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import opensuction
-from tests.evidence.hazard_example import FAULT, ROW
+from tests.evidence.safety_case.hazard_example import FAULT, ROW
 
 KEYS = {
     "id",

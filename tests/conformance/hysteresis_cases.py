@@ -9,10 +9,10 @@ import numpy as np
 
 from opensuction.hysteresis import bouc_wen, generalised, modified_dahl
 from opensuction.hysteresis.bouc_wen import BoucWen
-from opensuction.hysteresis.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel, Ranges, Record
 from opensuction.hysteresis.dahl import Dahl
 from opensuction.hysteresis.generalised import Generalised
-from opensuction.hysteresis.hysteresis_model import HysteresisModel, Ranges, Record
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii

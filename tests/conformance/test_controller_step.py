@@ -8,8 +8,8 @@ from opensuction.controller import setup
 from opensuction.controller.setup import Feedforward
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS
 from tests.conformance.plain import run_plain
 from tests.controller import drive
@@ -59,11 +59,11 @@ RUNS: dict[str, tuple[CompensationKind, int, dict[int, int], When]] = {
 
 def results() -> dict[str, list[list[float]]]:
     """Every column of every run, thinned to every seventh tick."""
-    rig = bench.rig("bench", 1, nominal=True)
+    rig = rigs.rig("bench", 1, nominal=True)
     tables = {}
     for name, (kind, ticks, pressed, when) in RUNS.items():
         protocol = SHORT if kind == CompensationKind.NONE else PAPER
-        loop, state = bench.assemble(rig, protocol, kind, CALIBRATION, run=2)
+        loop, state = rigs.assemble(rig, protocol, kind, CALIBRATION, run=2)
         buttons = np.zeros(ticks, dtype=np.int64)
         for tick, bits in pressed.items():
             buttons[tick] = bits

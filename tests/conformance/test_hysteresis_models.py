@@ -9,9 +9,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.hysteresis.catalogue import CATALOGUE
-from opensuction.hysteresis.dahl import Dahl
-from opensuction.hysteresis.hysteresis_model import (
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     Place,
     invert,
@@ -19,6 +18,7 @@ from opensuction.hysteresis.hysteresis_model import (
     simulate,
     start,
 )
+from opensuction.hysteresis.dahl import Dahl
 from opensuction.kernel.errors import InputError
 from tests.conformance.hysteresis_cases import CASES, HIGH_MM, LOW_MM, RANGES, Case
 from tests.conformance.plain import run_plain

@@ -4,8 +4,10 @@ import pytest
 
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
-from opensuction.twin import machine, parameter, patient_preset, plant, preset
-from opensuction.twin.machine import Machine, Observation
+from opensuction.twin import parameter, plant, preset
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import Machine, Observation
+from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 from tests.conformance.plain import run_plain
 

@@ -1,6 +1,6 @@
 import pytest
 
-from opensuction.twin import patient, patient_preset
+from opensuction.twin.patient import patient, patient_preset
 from tests.conformance.plain import run_plain
 
 STEPS = 3000

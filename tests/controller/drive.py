@@ -20,13 +20,15 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, trace
-from opensuction.simulation.bench import Identification, Rig
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import rig as rigs
+from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, TraceRow
+from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin import machine, plant
-from opensuction.twin.machine import MachineState
+from opensuction.twin import plant
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
 TEACH, CONFIRM, HOME = 16, 32, 64
@@ -79,35 +81,35 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
     """What the sensors report under a fault; ``before`` is what they reported last."""
     head, cam = true.head_mm, true.cam_rad
     vacuum, contact = true.line_vacuum_mmhg, true.contact_closed
-    if fault == Fault.HEAD_FLAGGED.value:
+    if fault == Fault.HEAD_FLAGGED:
         head = 0.0
-    if fault == Fault.HEAD_NAN.value:
+    if fault == Fault.HEAD_NAN:
         head = NAN
-    if fault == Fault.HEAD_FROZEN.value:
+    if fault == Fault.HEAD_FROZEN:
         head = before.head_mm
-    if fault == Fault.CAM_FLAGGED.value:
+    if fault == Fault.CAM_FLAGGED:
         cam = -1.0e3
-    if fault == Fault.CAM_NAN.value:
+    if fault == Fault.CAM_NAN:
         cam = NAN
-    if fault == Fault.CAM_FROZEN.value:
+    if fault == Fault.CAM_FROZEN:
         cam = before.cam_rad
-    if fault == Fault.VACUUM_HIGH.value:
+    if fault == Fault.VACUUM_HIGH:
         vacuum = 400.0
-    if fault == Fault.CONTACT_CLOSED.value:
+    if fault == Fault.CONTACT_CLOSED:
         contact = True
-    if fault == Fault.CONTACT_BOUNCING.value:
+    if fault == Fault.CONTACT_BOUNCING:
         contact = tick % 3 > 0
     return Readings(
         head_mm=head,
-        head_valid=fault != Fault.HEAD_FLAGGED.value,
+        head_valid=fault != Fault.HEAD_FLAGGED,
         carriage_mm=true.carriage_mm,
         carriage_valid=True,
         cam_rad=cam,
-        cam_valid=fault != Fault.CAM_FLAGGED.value,
+        cam_valid=fault != Fault.CAM_FLAGGED,
         line_vacuum_mmhg=vacuum,
-        vacuum_valid=fault != Fault.VACUUM_FLAGGED.value,
+        vacuum_valid=fault != Fault.VACUUM_FLAGGED,
         contact_closed=contact,
-        contact_valid=fault != Fault.CONTACT_FLAGGED.value,
+        contact_valid=fault != Fault.CONTACT_FLAGGED,
         insertion_current_a=true.insertion_current_a,
         monitor=true.monitor,
     )
@@ -117,7 +119,7 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
 def _drive(fault: int, wanted: Commands) -> Commands:
     """What reaches the actuators under a fault."""
     volts = wanted.insertion_v
-    if fault == Fault.DRIVE_INWARDS.value and wanted.insertion_on:
+    if fault == Fault.DRIVE_INWARDS and wanted.insertion_on:
         volts = 24.0
     return Commands(
         head_mm=wanted.head_mm,
@@ -126,7 +128,7 @@ def _drive(fault: int, wanted: Commands) -> Commands:
         cam_rad=wanted.cam_rad,
         valve_v=wanted.valve_v,
         valve_on=wanted.valve_on,
-        pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD.value,
+        pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD,
         vacuum_mmhg=wanted.vacuum_mmhg,
     )
 
@@ -137,10 +139,10 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
     insertion, head = after.insertion, after.head_mm
     transmission, valve = after.transmission, after.valve
     airway = after.airway
-    if fault == Fault.HEAD_JAMMED.value:
+    if fault == Fault.HEAD_JAMMED:
         insertion, head = before.insertion, before.head_mm
         transmission, airway = before.transmission, before.airway
-    if fault == Fault.VALVE_OPEN.value:
+    if fault == Fault.VALVE_OPEN:
         valve = before.valve
     return MachineState(
         insertion=insertion,
@@ -151,7 +153,7 @@ def _break(fault: int, before: MachineState, after: MachineState) -> MachineStat
         bore=after.bore,
         airway=airway,
         switch=after.switch,
-        seam=after.seam,
+        coupling=after.coupling,
         hand=after.hand,
         laser=after.laser,
     )
@@ -195,7 +197,7 @@ def run(
         readings = _read(fault, i, before, machine.read(loop.machine, state.machine))
         before = readings
         requests = _requests(buttons[i])
-        host = Host(overrun=fault == Fault.OVERRUN.value, conditions=0)
+        host = Host(overrun=fault == Fault.OVERRUN, conditions=0)
         truth = machine.observe(loop.machine, state.machine)
         decided, outputs = controller.step(
             loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)
@@ -233,19 +235,19 @@ def run(
 @cache
 def rig() -> Rig:
     """The nominal bench."""
-    return bench.rig("bench", 1, nominal=True)
+    return rigs.rig("bench", 1, nominal=True)
 
 
 @cache
 def identification() -> Identification:
     """The nominal bench, identified."""
-    return bench.identify(rig())
+    return rigs.identify(rig())
 
 
 @cache
 def at_rest(kind: CompensationKind) -> tuple[Loop, LoopState]:
     """The bench with a calibrated controller, parked."""
-    return bench.assemble(rig(), PAPER, kind, identification().calibration, run=2)
+    return rigs.assemble(rig(), PAPER, kind, identification().calibration, run=2)
 
 
 def simulate(

@@ -12,15 +12,15 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
-from opensuction.procedure import check, cycle, schedule, upkeep
-from opensuction.procedure.check import CheckItem
-from opensuction.procedure.protocol import PAPER
-from opensuction.procedure.schedule import Schedule, ScheduleMode, ScheduleState
-from opensuction.procedure.transition import TRANSITIONS, Event
-from opensuction.procedure.upkeep import Refusal
-from opensuction.safety.alarm_condition import Condition, members
-from opensuction.safety.trip import Trip
-from opensuction.simulation import bench
+from opensuction.procedure.cycle import check, cycle, schedule, upkeep
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
+from opensuction.procedure.cycle.transition import TRANSITIONS, Event
+from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode
+from opensuction.simulation import rig as rigs
 
 C = Condition
 STOPPED = {C.AUTOMATION_STOPPED}
@@ -29,9 +29,9 @@ STOPPED = {C.AUTOMATION_STOPPED}
 @cache
 def settings() -> Settings:
     """The nominal bench's controller, uncalibrated."""
-    rig = bench.rig("bench", 1, nominal=True)
+    rig = rigs.rig("bench", 1, nominal=True)
     known = setup.nominal(PUBLISHED, PLAIN_PD)
-    return bench.assemble(rig, PAPER, CompensationKind.NONE, known, run=2)[0].controller
+    return rigs.assemble(rig, PAPER, CompensationKind.NONE, known, run=2)[0].controller
 
 
 def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0.0) -> Readings:
@@ -63,13 +63,13 @@ def found(
     """Reasons after a change of phase."""
     plan = settings().plan
     tested = check.untested()._replace(failed=int(item))
-    now = cycle.parked(plan)._replace(phase=int(phase), cause=int(cause), check=tested)
+    now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
     return named(alarm_source.reasons(plan, int(before), now, held, seen))
 
 
 def named(mask: int) -> set[Condition]:
-    return {Condition(bit) for bit in members(mask)}
+    return {Condition(bit) for bit in decode(mask)}
 
 
 def test_every_way_into_a_stop_but_a_persons_own_is_an_alarm() -> None:
@@ -158,7 +158,7 @@ def test_what_is_due_and_cannot_be_served_is_an_alarm(mode: ScheduleMode) -> Non
 
 
 def test_trips_and_what_the_host_sees_are_passed_on() -> None:
-    bit = 1 << Trip.HEAD_STALLED
+    bit = 1 << Condition.HEAD_STALLED
     assert wrong(trips=bit, phase=Phase.SUCTIONING) == {C.HEAD_STALLED}
     assert wrong(trips=bit, phase=Phase.HALTED) == {C.HEAD_STALLED, C.AUTOMATION_STOPPED}
     lost = 1 << C.MESSAGE_LATE | 1 << C.CONSOLE_LOST

@@ -6,8 +6,8 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.upkeep import NEW_CATHETER_S
-from opensuction.simulation import bench
+from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop
 from opensuction.simulation.trace import Columns, phase_spans, power_up
 from opensuction.twin import preset
@@ -210,12 +210,12 @@ def test_left_halted_in_the_airway_it_comes_out_by_itself_in_the_end() -> None:
 @pytest.mark.parametrize("seed", [2, 3, 4])
 @every_kind
 def test_other_machines_hold_the_invariants_too(kind: CompensationKind, seed: int) -> None:
-    from opensuction.procedure.protocol import PAPER
+    from opensuction.procedure.planning.protocol import PAPER
 
-    other = bench.rig("bench", seed)
+    other = rigs.rig("bench", seed)
     # Calibrated on another machine of its kind, as after a change of catheter.
-    calibration = bench.identify(rig()).calibration
-    loop, start = bench.assemble(other, PAPER, kind, calibration, run=2)
+    calibration = rigs.identify(rig()).calibration
+    loop, start = rigs.assemble(other, PAPER, kind, calibration, run=2)
     _, columns = simulate(kind, 46.0, {0.0: START}, start=start, loop=loop)
     assert trips(columns) == set()
     assert_held(columns, loop)

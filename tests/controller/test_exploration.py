@@ -22,18 +22,20 @@ from opensuction.controller.record import Outputs
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, Requests
-from opensuction.procedure.protocol import PAPER
-from opensuction.procedure.transition import TRANSITIONS
-from opensuction.safety.trip import Reaction
-from opensuction.simulation import bench, linked_loop, trace
-from opensuction.simulation import invariant as held
-from opensuction.simulation.bench import Identification, Rig
+from opensuction.procedure.cycle.transition import TRANSITIONS
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.safety.handling import Reaction
+from opensuction.simulation import linked_loop, trace
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.injection import invariant as held
 from opensuction.simulation.linked_loop import Between, Linked
+from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin import drive_watchdog, link, machine
-from opensuction.twin.link import Link, LinkState
-from opensuction.twin.reading_fault import Channel, Mode, ReadingFault
+from opensuction.twin.fault import link
+from opensuction.twin.fault.link import Link, LinkState
+from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
+from opensuction.twin.machine import drive_watchdog, machine
 
 QUIET = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
 """Phases in which nothing is sucked."""
@@ -46,10 +48,10 @@ durations = st.integers(1, 1500) | st.integers(1, 12)
 
 
 @cache
-def rigs() -> tuple[tuple[Rig, Identification], ...]:
+def identified_rigs() -> tuple[tuple[Rig, Identification], ...]:
     """The nominal bench and a drawn one, each identified."""
-    found = (bench.rig("bench", 1, nominal=True), bench.rig("bench", 7, nominal=False))
-    return tuple((rig, bench.identify(rig)) for rig in found)
+    found = (rigs.rig("bench", 1, nominal=True), rigs.rig("bench", 7, nominal=False))
+    return tuple((rig, rigs.identify(rig)) for rig in found)
 
 
 def leaves(record: Any) -> Iterator[float]:
@@ -88,9 +90,9 @@ class Exploration(RuleBasedStateMachine):
         vacuum_mmhg: float,
     ) -> None:
         """Settings, valid or not: those that cannot be meant are refused, and the paper's taken."""
-        rig, identification = rigs()[which]
+        rig, identification = identified_rigs()[which]
         if by_contact:
-            rig = bench.with_carina(rig, 65.0)
+            rig = rigs.with_carina(rig, 65.0)
         asked = PAPER._replace(
             travel_mm=travel_mm,
             cap_mm=travel_mm + margin_mm,
@@ -100,9 +102,9 @@ class Exploration(RuleBasedStateMachine):
         )
         calibration = identification.calibration
         try:
-            loop, start = bench.assemble(rig, asked, kind, calibration, 2, by_contact)
+            loop, start = rigs.assemble(rig, asked, kind, calibration, 2, by_contact)
         except InputError:
-            loop, start = bench.assemble(rig, PAPER, kind, calibration, 2, by_contact)
+            loop, start = rigs.assemble(rig, PAPER, kind, calibration, 2, by_contact)
         self.begin(loop, start)
 
     def begin(self, loop: Loop, start: LoopState) -> None:

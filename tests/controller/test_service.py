@@ -6,9 +6,9 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.kernel.phase import Phase
-from opensuction.procedure import schedule, upkeep
-from opensuction.procedure.schedule import Schedule, ScheduleMode, ScheduleState
-from opensuction.procedure.upkeep import LIFE_S, Refusal
+from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
+from opensuction.procedure.cycle.upkeep import LIFE_S, Refusal
 from opensuction.simulation.closed_loop import Loop, LoopState
 from tests.controller.drive import (
     CHANGED,

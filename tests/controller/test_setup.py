@@ -10,8 +10,8 @@ from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.protocol import PAPER, Protocol
-from opensuction.procedure.site import BENCH_SITE
+from opensuction.procedure.planning.protocol import PAPER, Protocol
+from opensuction.procedure.planning.site import BENCH_SITE
 from opensuction.safety import limits as bounds
 
 FOUND = setup.nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))

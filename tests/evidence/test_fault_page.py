@@ -2,7 +2,7 @@ from pathlib import Path
 
 from opensuction.evidence import fault_page
 from opensuction.report.document import spliced
-from opensuction.twin.fault_table import KINDS
+from opensuction.twin.fault.fault_table import KINDS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 

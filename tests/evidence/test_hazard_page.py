@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from opensuction.evidence import hazard, hazard_page
+from opensuction.evidence import hazard_page
+from opensuction.evidence.safety_case import hazard
 from opensuction.report.document import spliced
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "hazard-analysis.md"

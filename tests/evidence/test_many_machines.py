@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import KIND_OF_NAME
-from opensuction.evidence import cycle_run
-from opensuction.evidence.cycle_choice import APPROACHES, Choice
 from opensuction.kernel.phase import Phase
+from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
 from opensuction.simulation.trace import Columns
 
 MACHINES = 300

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from opensuction.hysteresis import model_table
-from opensuction.hysteresis.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.report.document import spliced
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "hysteresis.md"

@@ -74,7 +74,7 @@ class TinyCore:
         kernel = self.package / "kernel"
         kernel.mkdir(parents=True)
         (self.package / "__init__.py").touch()
-        for name in ("__init__.py", "compiled.py", "dispatcher.py"):
+        for name in ("__init__.py", "compiled.py", "dispatcher.py", "record.py"):
             shutil.copy(PACKAGE / "kernel" / name, kernel / name)
         for name, source in SOURCES.items():
             path = self.package / name

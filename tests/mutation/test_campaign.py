@@ -27,9 +27,11 @@ def campaign(*arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_every_mistake_in_the_lights_is_noticed(tmp_path: Path) -> None:
     out = tmp_path / "score.json"
-    source = target("safety.visual_signal").path()
+    source = target("safety.alarm.visual_signal").path()
     before = source.read_bytes()
-    done = campaign("safety.visual_signal", "--workers", "2", "--out", str(out), "--least", "100")
+    done = campaign(
+        "safety.alarm.visual_signal", "--workers", "2", "--out", str(out), "--least", "100"
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
     assert source.read_bytes() == before
@@ -37,19 +39,21 @@ def test_every_mistake_in_the_lights_is_noticed(tmp_path: Path) -> None:
     assert score["mutants"] == score["killed"] > 0
     assert score["score_percent"] == 100.0
     (module,) = score["modules"]
-    assert module["module"] == "opensuction.safety.visual_signal"
+    assert module["module"] == "opensuction.safety.alarm.visual_signal"
     assert module["survivors"] == []
 
 
 def test_an_unknown_module_is_refused() -> None:
     done = campaign("safety.nonsense")
     assert done.returncode == 2
-    assert "unknown module safety.nonsense; one of safety.alarm, " in done.stderr
+    assert "unknown module safety.nonsense; one of safety.alarm.alarm, " in done.stderr
 
 
 def test_every_module_of_safety_is_tried_with_tests_that_exist() -> None:
-    assert "procedure.transition" in everything()
-    assert {"safety.governor", "safety.watch", "safety.alarm"} <= set(everything())
+    assert "procedure.cycle.transition" in everything()
+    assert {"safety.governor.governor", "safety.watch.watch", "safety.alarm.alarm"} <= set(
+        everything()
+    )
     for name in everything():
         chosen = target(name)
         assert chosen.path().is_file()

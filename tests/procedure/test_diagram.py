@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from opensuction.procedure import diagram
-from opensuction.procedure.transition import BROKEN_OFF, NORMAL, TRANSITIONS
+from opensuction.procedure.cycle.transition import BROKEN_OFF, NORMAL, TRANSITIONS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

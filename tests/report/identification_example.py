@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.identification_series import Curves
+from opensuction.report.identification.identification_series import Curves
 
 SAMPLES = 4000
 FITTED = 2800

@@ -1,8 +1,8 @@
 """One tick of what the governor makes of readings."""
 
 from opensuction.kernel.readings import Readings
-from opensuction.safety import watch
-from opensuction.safety.watch import Watch
+from opensuction.safety.watch import watch
+from opensuction.safety.watch.watch import Watch
 from tests.safety.watchdog import DT_S, LIMITS, changed, staying
 
 HEAD_MM = 50.0

@@ -7,7 +7,8 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.settings import machine_file
 from opensuction.simulation import machine_kind
-from opensuction.twin import catheter, parameter
+from opensuction.twin import parameter
+from opensuction.twin.machine import catheter
 
 LEAST = 'preset = "clinical"\ncatheter = "12fr"\nconduit = "standard"\n'
 
@@ -75,7 +76,7 @@ bend_rad = 8.0
         (LEAST + "[twin]\nsupply_v = 20\n", "controller.supply_v is 24 V and twin.supply_v 20 V"),
         (
             LEAST + "[controller]\ncam_deg_per_s = 15\n",
-            "cam_deg_per_s: did you mean 'cam_",
+            "controller.cam_deg_per_s: did you mean 'cam_",
         ),
         (LEAST + "[controller]\nexcitation = 3\n", "unknown key controller.excitation"),
         (

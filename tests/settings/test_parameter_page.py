@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from opensuction.controller import machine_profile
-from opensuction.procedure import clinical, guideline, protocol
+from opensuction.procedure.planning import clinical, guideline, protocol
 from opensuction.settings import parameter_page
-from opensuction.twin.catheter import CATHETERS, ROUTES
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES
 from opensuction.twin.parameter import BENCH
-from opensuction.twin.patient_parameter import ROWS
+from opensuction.twin.patient.patient_parameter import ROWS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 TEXT = (DOCS / "parameters.md").read_text(encoding="utf-8")

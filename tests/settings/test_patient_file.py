@@ -7,7 +7,7 @@ import pytest
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.settings import patient_file
-from opensuction.twin import patient_kind
+from opensuction.twin.patient import patient_kind
 
 
 def written(folder: Path, text: str) -> Path:

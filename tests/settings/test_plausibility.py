@@ -4,13 +4,13 @@ from opensuction.controller import machine_profile, setup
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
 from opensuction.settings import plausibility
-from opensuction.simulation import bench
+from opensuction.simulation import rig as rigs
 
 
 def test_every_identified_machine_is_plausible_to_itself() -> None:
     for name in machine_profile.PROFILES:
-        rig = bench.rig(name, 1)
-        plausibility.check(bench.identify(rig).calibration, rig.profile.transmission, "file")
+        rig = rigs.rig(name, 1)
+        plausibility.check(rigs.identify(rig).calibration, rig.profile.transmission, "file")
 
 
 @pytest.mark.requirement("OS-R28")

@@ -4,8 +4,9 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, NO_REQUESTS, START
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, closed_loop, trace
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import closed_loop, trace
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
 
@@ -88,9 +89,9 @@ GOLDEN_COLUMNS = [
 
 
 def ready(seed: int = 1, run: int = 2) -> tuple[Loop, LoopState]:
-    rig = bench.rig("bench", seed)
-    calibration = bench.uncalibrated(rig.profile)
-    return bench.assemble(rig, PAPER, CompensationKind.EXACT_INVERSE, calibration, run)
+    rig = rigs.rig("bench", seed)
+    calibration = rigs.uncalibrated(rig.profile)
+    return rigs.assemble(rig, PAPER, CompensationKind.EXACT_INVERSE, calibration, run)
 
 
 def cycle(seed: int = 1, run: int = 2) -> tuple[LoopState, Columns]:

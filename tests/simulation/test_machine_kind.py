@@ -4,9 +4,11 @@ import pytest
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
-from opensuction.simulation import bench, machine_kind
+from opensuction.simulation import machine_kind
+from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_kind import MachineKind
-from opensuction.twin import catheter, patient_kind
+from opensuction.twin.machine import catheter
+from opensuction.twin.patient import patient_kind
 
 CLINICAL = machine_kind.of_preset("clinical", AgeGroup.ADULT)
 
@@ -54,7 +56,7 @@ def test_the_controller_is_told_of_the_gap_of_its_conduit(route: str) -> None:
     laid = catheter.laid(route, CLINICAL.catheter)
     kind = machine_kind.equipped(CLINICAL, CLINICAL.catheter, laid)
     person = patient_kind.of_preset("adult-icu")
-    found = bench.identify(bench.rig_of(kind, person, 1, nominal=True)).fit.model
+    found = rigs.identify(rigs.rig_of(kind, person, 1, nominal=True)).fit.model
     told = kind.profile.transmission
     half_width = told.velocity_gain / told.decay_per_mm
     assert half_width == pytest.approx(found.velocity_gain / found.decay_per_mm, rel=0.15)

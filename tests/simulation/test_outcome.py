@@ -6,8 +6,9 @@ import pytest
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, START
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, trace
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import rig as rigs
+from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import COLUMNS, DT_S
 from opensuction.simulation.outcome import Outcome, outcome, tracked
 from opensuction.simulation.trace import Columns
@@ -25,10 +26,10 @@ def of(columns: Columns, span_s: float | None = None) -> Outcome:
 
 @pytest.fixture(scope="module")
 def cycle() -> Columns:
-    rig = bench.rig("bench", 1, nominal=True)
-    calibration = bench.uncalibrated(rig.profile)
+    rig = rigs.rig("bench", 1, nominal=True)
+    calibration = rigs.uncalibrated(rig.profile)
     kind = CompensationKind.EXACT_INVERSE
-    loop, start = bench.assemble(rig, PAPER, kind, calibration, run=2)
+    loop, start = rigs.assemble(rig, PAPER, kind, calibration, run=2)
     return trace.record(loop, start, START, 60.0)[1]
 
 
@@ -70,9 +71,9 @@ def test_no_secretions_to_begin_with_are_no_share() -> None:
 
 
 def test_an_aborted_cycle_is_not_completed() -> None:
-    rig = bench.rig("bench", 1)
-    calibration = bench.uncalibrated(rig.profile)
-    loop, start = bench.assemble(rig, PAPER, CompensationKind.NONE, calibration, run=2)
+    rig = rigs.rig("bench", 1)
+    calibration = rigs.uncalibrated(rig.profile)
+    loop, start = rigs.assemble(rig, PAPER, CompensationKind.NONE, calibration, run=2)
     state, before = trace.record(loop, start, START, 14.0)
     _, after = trace.record(loop, state, ABORT, 60.0)
     both = {name: np.concatenate([before[name], after[name]]) for name in COLUMNS}

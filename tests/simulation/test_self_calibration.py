@@ -4,10 +4,11 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.requests import START
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, self_calibration, trace
-from opensuction.simulation.bench import Rig
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import rig as rigs
+from opensuction.simulation import self_calibration, trace
 from opensuction.simulation.outcome import outcome
+from opensuction.simulation.rig import Rig
 
 SCALED_MM = 0.4
 """Tracking error that is promised after two contact cycles where the widths are scaled."""
@@ -23,22 +24,22 @@ CHANGES = {"narrow": (0.7, 0.0), "wide": (1.3, 0.0), "less": (1.0, -5.0), "more"
 
 def rmse_mm(seed: int, change: str) -> list[float]:
     """Tracking error of `preview` on the paper's trapezoid, before and after each contact cycle."""
-    rig = bench.rig("bench", seed)
-    identified = bench.identify(rig).calibration
+    rig = rigs.rig("bench", seed)
+    identified = rigs.identify(rig).calibration
     moved = self_calibration.with_widths(rig, *CHANGES[change])
     touched: Rig = moved._replace(
         machine=moved.machine._replace(airway=moved.machine.airway._replace(carina_mm=65.0))
     )
     kind, scale, used, errors = CompensationKind.PREVIEW, 1.0, identified, []
     for contact in range(CONTACTS + 1):
-        loop, start = bench.assemble(moved, TRAVELLING, kind, used, 2)
+        loop, start = rigs.assemble(moved, TRAVELLING, kind, used, 2)
         columns = trace.record(loop, start, START, 60.0)[1]
         figures = outcome(columns, PAPER.travel_mm, 1.0, REFERENCE_S)
         assert figures.completed
         assert figures.trips == ()
         assert figures.deepest_mm <= TRAVELLING.cap_mm
         errors.append(figures.rmse_mm)
-        loop, start = bench.assemble(touched, TOUCHING, kind, used, 3 + contact, by_contact=True)
+        loop, start = rigs.assemble(touched, TOUCHING, kind, used, 3 + contact, by_contact=True)
         columns = trace.record(loop, start, START, 60.0)[1]
         record = self_calibration.learned(rig.profile, identified, scale, columns)
         assert record.in_range
@@ -58,9 +59,9 @@ def test_two_contact_cycles_find_the_gap(change: str) -> None:
 
 
 def test_a_cycle_without_contact_changes_nothing() -> None:
-    rig = bench.rig("bench", 1)
-    identified = bench.identify(rig).calibration
-    loop, start = bench.assemble(rig, PAPER, CompensationKind.PREVIEW, identified, 2)
+    rig = rigs.rig("bench", 1)
+    identified = rigs.identify(rig).calibration
+    loop, start = rigs.assemble(rig, PAPER, CompensationKind.PREVIEW, identified, 2)
     columns = trace.record(loop, start, START, 60.0)[1]
     record = self_calibration.learned(rig.profile, identified, 1.1, columns)
     assert (record.new, record.in_range) == (1.1, True)

@@ -7,24 +7,25 @@ import pytest
 
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, HOME, NO_REQUESTS, START, TEACH
-from opensuction.procedure.teaching import Taught
-from opensuction.simulation import bench, closed_loop, teaching, trace
-from opensuction.simulation.bench import Rig
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.procedure.cycle.teaching import Taught
+from opensuction.simulation import closed_loop, teaching, trace
+from opensuction.simulation import rig as rigs
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.rig import Rig
 from opensuction.simulation.teaching import Teaching
 from opensuction.simulation.trace import Columns
 
 
 @cache
-def rig(seed: int, patient: str = "adult-icu") -> tuple[Rig, bench.Identification]:
-    chosen = bench.rig("clinical", seed, patient=patient)
-    return chosen, bench.identify(chosen)
+def rig(seed: int, patient: str = "adult-icu") -> tuple[Rig, rigs.Identification]:
+    chosen = rigs.rig("clinical", seed, patient=patient)
+    return chosen, rigs.identify(chosen)
 
 
 @cache
 def taught(seed: int, patient: str = "adult-icu") -> Teaching:
     chosen, identified = rig(seed, patient)
-    return teaching.teach(chosen, identified.calibration)
+    return teaching.teach(chosen, identified.calibration, COLUMNS)
 
 
 def run(loop: Loop, state: LoopState, pressed: dict[float, object]) -> Columns:

@@ -3,8 +3,9 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.protocol import PAPER
-from opensuction.simulation import bench, trace
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import rig as rigs
+from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import COLUMNS
 
 
@@ -27,10 +28,10 @@ def test_by_name_gives_each_column() -> None:
 
 
 def test_the_controller_powers_up_on_the_encoder_not_on_the_truth() -> None:
-    rig = bench.rig("bench", 1)
-    calibration = bench.uncalibrated(rig.profile)
+    rig = rigs.rig("bench", 1)
+    calibration = rigs.uncalibrated(rig.profile)
     for kind in CompensationKind:
-        loop, start = bench.assemble(rig, PAPER, kind, calibration, run=2)
+        loop, start = rigs.assemble(rig, PAPER, kind, calibration, run=2)
         known = start.controller.governor.last.head_mm
         park = loop.controller.plan.motion.park_head_mm
         assert known == pytest.approx(park, abs=0.0025 + 1e-9)

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin import patient as model
-from opensuction.twin import patient_preset
-from opensuction.twin.patient import Patient, PatientObservation, PatientState
+from opensuction.twin.patient import patient as model
+from opensuction.twin.patient import patient_preset
+from opensuction.twin.patient.patient import Patient, PatientObservation, PatientState
 
 Array = NDArray[np.float64]
 DT_S = patient_preset.DT_S

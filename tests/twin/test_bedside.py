@@ -3,9 +3,11 @@ import math
 import pytest
 
 from opensuction.kernel.commands import Commands
-from opensuction.twin import machine, parameter, patient_preset, plant, preset, seam
-from opensuction.twin.machine import Machine
-from opensuction.twin.patient import PatientState
+from opensuction.twin import coupling, parameter, plant, preset
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import Machine
+from opensuction.twin.patient import patient_preset
+from opensuction.twin.patient.patient import PatientState
 from opensuction.twin.plant import PlantState
 
 DT_S = 0.001
@@ -67,9 +69,9 @@ def test_what_the_line_draws_inside_is_what_the_patient_loses() -> None:
             line_ml += drawn
         else:
             outside_ml += drawn
-        if state.machine.seam.ticks == 0:
+        if state.machine.coupling.ticks == 0:
             patient_ml += 0.01 * state.bedside.patient.airflow.suction_ml_per_s
-    assert state.machine.seam.gas_ml == 0.0
+    assert state.machine.coupling.gas_ml == 0.0
     assert line_ml > 100.0
     assert outside_ml > 100.0
     assert patient_ml == pytest.approx(line_ml, rel=1e-9)
@@ -122,9 +124,9 @@ def test_the_patient_steps_with_every_tenth_tick() -> None:
     for tick in range(1, 101):
         before = state.bedside.patient
         state = plant.step(TWIN, state, IDLE, DT_S)
-        assert state.machine.seam.ticks == tick % seam.TICKS
+        assert state.machine.coupling.ticks == tick % coupling.TICKS
         stepped = state.bedside.patient.ventilator.breath_s != before.ventilator.breath_s
-        assert stepped is (tick % seam.TICKS == 0)
+        assert stepped is (tick % coupling.TICKS == 0)
     assert state.bedside.patient.ventilator.breath_s == pytest.approx(0.1)
 
 
@@ -145,9 +147,9 @@ def test_a_patient_changes_nothing_of_machine_and_line() -> None:
     alike = TWIN._replace(airway=bench.airway, bore=bench.bore)
     one, other = open_at(-20.0, bench), open_at(-20.0)
     body = other.machine
-    there = body.seam._replace(reachable_ml=one.machine.seam.reachable_ml)
+    there = body.coupling._replace(reachable_ml=one.machine.coupling.reachable_ml)
     other = PlantState(
-        machine=body._replace(airway=one.machine.airway, seam=there),
+        machine=body._replace(airway=one.machine.airway, coupling=there),
         bedside=one.bedside._replace(patient=other.bedside.patient),
     )
     forth = SUCTION._replace(insertion_v=12.0)

@@ -3,8 +3,9 @@ import math
 import pytest
 
 from opensuction.kernel.commands import Commands
-from opensuction.twin import machine, parameter, preset
-from opensuction.twin.machine import MachineState
+from opensuction.twin import parameter, preset
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import MachineState
 
 DT_S = 0.001
 VALUES = parameter.nominal(parameter.CLINICAL)

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
-from opensuction.twin import parameter, patient_preset, plant, preset, seam
+from opensuction.twin import coupling, parameter, plant, preset
+from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 
 DT_S = 0.001
@@ -20,7 +21,7 @@ def parked(head_mm: float) -> PlantState:
 
 def secretion_ml(state: PlantState) -> float:
     """All there is: in the trachea, less what the tip took since, in bore and canister."""
-    trachea = float(np.sum(state.bedside.secretion_ml)) - state.machine.seam.mucus_ml
+    trachea = float(np.sum(state.bedside.secretion_ml)) - state.machine.coupling.mucus_ml
     return trachea + state.machine.bore.mucus_ml + state.machine.bore.canister_ml
 
 
@@ -52,7 +53,7 @@ def test_the_bedside_steps_with_every_tenth_tick() -> None:
     idle = Commands(0.0, 0.0, True, 0.0, 0.0, True, False, 0.0)
     for tick in range(1, 101):
         state = plant.step(BENCH, state, idle, DT_S)
-        assert state.machine.seam.ticks == tick % seam.TICKS
+        assert state.machine.coupling.ticks == tick % coupling.TICKS
 
 
 def test_the_tip_finds_what_the_bedside_says_is_there() -> None:
@@ -61,14 +62,14 @@ def test_the_tip_finds_what_the_bedside_says_is_there() -> None:
     body = state.machine
     opened = body._replace(valve=body.valve._replace(position=math.radians(30.0)))
     state = state._replace(machine=opened)
-    there = state.machine.seam.reachable_ml
+    there = state.machine.coupling.reachable_ml
     holding_v = VALUES["spring_preload_v"] + VALUES["spring_v_per_rad"] * math.radians(30.0)
     sucking = Commands(0.0, 0.0, True, 0.0, holding_v, True, True, 120.0)
     for _ in range(6000):
         state = plant.step(BENCH, state, sucking, DT_S)
     assert there > 0.5
     assert state.machine.airway.removed_ml == pytest.approx(there, rel=1e-9)
-    assert state.machine.seam.reachable_ml == pytest.approx(0.0, abs=1e-12)
+    assert state.machine.coupling.reachable_ml == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_is_produced_adds_to_what_there_is() -> None:

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from opensuction.twin import machine, parameter, preset
-from opensuction.twin.dc_axis import AxisMotion
+from opensuction.twin import parameter, preset
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.dc_axis import AxisMotion
 
 VALUES = parameter.nominal(parameter.BENCH)
 BENCH = preset.machine(VALUES)

@@ -7,7 +7,7 @@ those rooms.
 
 from collections.abc import Callable, Iterable
 
-from opensuction.twin.fault_table import KINDS
+from opensuction.twin.fault.fault_table import KINDS
 
 MACHINES = ("bench", "clinical")
 PROTOCOLS = ("adult", "paediatric", "paper")

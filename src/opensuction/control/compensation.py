@@ -194,7 +194,7 @@ def step(
     next motion is towards the carina, -1.0 when it is back. starts_in_s: time until it begins, 0
     while it lasts, below 0 where none is announced.
     """
-    if compensation.kind == CompensationKind.EXACT_INVERSE.value:
+    if compensation.kind == CompensationKind.EXACT_INVERSE:
         return exact_inverse.step(
             compensation.model,
             compensation.limits,
@@ -204,7 +204,7 @@ def step(
             direction,
             dt_s,
         )
-    if compensation.kind == CompensationKind.PREVIEW.value:
+    if compensation.kind == CompensationKind.PREVIEW:
         return preview.lead(
             plays_of(compensation),
             compensation.limits,
@@ -226,13 +226,13 @@ def _unprepared(
     dt_s: float,
 ) -> HeadState:
     """Head command of the kinds that know only where the reference is and goes now."""
-    if compensation.kind == CompensationKind.DIRECT_INVERSE.value:
+    if compensation.kind == CompensationKind.DIRECT_INVERSE:
         printed = direct_inverse.step(
             compensation.model, EstimatedLag(state.head_mm, state.lag_mm), reference_mm
         )
         velocity = (printed.head_mm - state.head_mm) / dt_s
         return HeadState(printed.head_mm, velocity, printed.lag_mm, state.plays_mm)
-    if compensation.kind == CompensationKind.PRANDTL_ISHLINSKII.value:
+    if compensation.kind == CompensationKind.PRANDTL_ISHLINSKII:
         return preview.follow(
             plays_of(compensation),
             compensation.limits,
@@ -241,7 +241,7 @@ def _unprepared(
             reference_mm_per_s,
             dt_s,
         )
-    if compensation.kind != CompensationKind.NONE.value:
+    if compensation.kind != CompensationKind.NONE:
         return lookup_table.step(
             curves_of(compensation),
             compensation.limits,
@@ -262,7 +262,7 @@ def rested(
     state: gives the plays' positions of a kind that has none.
     """
     plays = state.plays_mm
-    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
+    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII:
         plays = prandtl_ishlinskii.retracted_positions_mm(plays_of(compensation), at.head_mm)
     return HeadState(head_mm, head_mm_per_s, at.lag_mm, plays)
 
@@ -278,9 +278,9 @@ def moved(compensation: Compensation, state: HeadState, head_mm: float, speed: f
     """State once the head has gone somewhere for another reason than the tip, at a speed, mm/s."""
     move = head_mm - state.head_mm
     lag, plays = state.lag_mm, state.plays_mm
-    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
+    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII:
         plays = prandtl_ishlinskii.step(plays_of(compensation), plays, head_mm)
-    elif compensation.kind <= CompensationKind.EXACT_INVERSE.value:
+    elif compensation.kind <= CompensationKind.EXACT_INVERSE:
         lag = modified_dahl.step(compensation.model, lag, move)
     return HeadState(head_mm, speed, lag, plays)
 
@@ -313,7 +313,7 @@ def pushed_mm(compensation: Compensation, parked_head_mm: float, reading_mm: flo
     """Tip that the model gives for a head pushed in to ``reading_mm`` from where it parks, mm.
 
     The loading branch after a retract: the gap is taken up on the way. Of every compensation,
-    also of none, whose machine still has a nominal model. Source: paper.txt eqs. (3) and (4).
+    also of none, whose machine still has a nominal model. Source: [paper] eqs. (3) and (4).
     """
     model = compensation.model
     lag = modified_dahl.step(model, modified_dahl.saturation_mm(model), reading_mm - parked_head_mm)
@@ -327,10 +327,10 @@ def stopped(
     """State with the head stopped where it was measured, and the tip position this gives, mm."""
     there = moved(compensation, state, reading_mm, 0.0)
     tip = reading_mm
-    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII.value:
+    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII:
         tip = prandtl_ishlinskii.output_mm(plays_of(compensation), there.plays_mm, reading_mm)
-    elif compensation.kind >= CompensationKind.GAP_WIDTH.value:
+    elif compensation.kind >= CompensationKind.GAP_WIDTH:
         tip = lookup_table.tip_mm(curves_of(compensation), reading_mm, there.lag_mm > 0.0)
-    elif compensation.kind != CompensationKind.NONE.value:
+    elif compensation.kind != CompensationKind.NONE:
         tip = modified_dahl.output_mm(compensation.model, reading_mm, there.lag_mm)
     return there, tip

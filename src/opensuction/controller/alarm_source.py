@@ -2,7 +2,7 @@
 
 The governor's trips are conditions already. Here are those that nobody else sees: why the machine
 stopped, that it needs a recovery, what the pre-use test found, how old the catheter is, and that
-cycles which were due do not come. Everything is a bit mask of `alarm_condition.Condition`.
+cycles which were due do not come. Everything is a bit mask of `condition.Condition`.
 
 A person's abort is no alarm: whoever pressed the button knows that the machine stops, and an alarm
 that only says what was just done teaches people not to listen. What is still due is another
@@ -14,13 +14,13 @@ import numpy as np
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
-from opensuction.procedure import progress, schedule
-from opensuction.procedure.check import CheckItem, CheckPlan
-from opensuction.procedure.plan import Plan
-from opensuction.procedure.progress import ProcedureState
-from opensuction.procedure.transition import Event
-from opensuction.procedure.upkeep import Refusal, Service, Upkeep
-from opensuction.safety.alarm_condition import Condition
+from opensuction.procedure.cycle import progress, schedule
+from opensuction.procedure.cycle.check import CheckItem, CheckPlan
+from opensuction.procedure.cycle.plan import Plan
+from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.safety.condition import Condition
 
 NONE = 0
 """No condition."""
@@ -59,7 +59,7 @@ OF_ITEM = np.array([1 << FOUND[i] if i in FOUND else NONE for i in CheckItem], d
 def _found(plan: CheckPlan, item: int, readings: Readings) -> int:
     """What a failed item of the pre-use test means."""
     vacuum = readings.line_vacuum_mmhg > plan.vented_mmhg
-    if item == CheckItem.VALVE_OPENS.value and vacuum:
+    if item == CheckItem.VALVE_OPENS and vacuum:
         # The item wants the line vented too: with the pump off nothing may draw.
         return CHECK_FAILED | PUMP_RUNAWAY
     return CHECK_FAILED | int(OF_ITEM[item])
@@ -68,15 +68,15 @@ def _found(plan: CheckPlan, item: int, readings: Readings) -> int:
 @compiled
 def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
     """What it means that a phase took too long."""
-    if phase == Phase.OPENING.value:
+    if phase == Phase.OPENING:
         return VALVE_STUCK_CLOSED
-    if phase == Phase.CLOSING.value:
+    if phase == Phase.CLOSING:
         return VALVE_STUCK_OPEN
-    if phase == Phase.ABORTING.value:
+    if phase == Phase.ABORTING:
         stuck = NONE if progress.is_closed(plan, readings) else VALVE_STUCK_OPEN
         out = progress.is_home(plan.motion, readings)
         return stuck if out else stuck | NOT_WITHDRAWN
-    if phase == Phase.CHECKING.value:
+    if phase == Phase.CHECKING:
         return CHECK_FAILED
     return NONE
 
@@ -91,21 +91,21 @@ def reasons(
     them; that automation has stopped stays until the machine is parked.
     """
     phase, cause = procedure.phase, procedure.cause
-    if phase != Phase.ABORTING.value and phase != Phase.HALTED.value:
+    if phase not in (Phase.ABORTING, Phase.HALTED):
         return NONE
     if phase == before:
         return held
-    if cause == Event.RECOVERY_REQUESTED.value:
+    if cause == Event.RECOVERY_REQUESTED:
         return STOPPED
-    if cause == Event.SERVICE_ENDED_AWAY.value:
+    if cause == Event.SERVICE_ENDED_AWAY:
         return RECOVERY
-    if cause == Event.TRIPPED.value:
+    if cause == Event.TRIPPED:
         return held | STOPPED
-    if cause == Event.PHASE_OVERDUE.value:
+    if cause == Event.PHASE_OVERDUE:
         return held | STOPPED | _overdue(plan, before, readings)
-    if cause == Event.CHECK_FAILED.value:
+    if cause == Event.CHECK_FAILED:
         return STOPPED | _found(plan.check, procedure.check.failed, readings)
-    if cause == Event.CONTACT_MISPLACED.value:
+    if cause == Event.CONTACT_MISPLACED:
         return STOPPED | (CONTACT_STUCK if readings.contact_closed else CARINA_MISSED)
     return held  # a person's abort, and the end of any
 
@@ -113,11 +113,11 @@ def reasons(
 @compiled
 def _is_missed(service: Service, upkeep: Upkeep, phase: int, refused: int) -> bool:
     """Whether a cycle, or a look at the patient, is due and the machine cannot serve it."""
-    waiting = phase == Phase.PARKED.value or phase == Phase.HALTED.value
+    waiting = phase in (Phase.PARKED, Phase.HALTED)
     due = schedule.starts(service.schedule, upkeep.schedule) or schedule.prompts(
         service.schedule, upkeep.schedule
     )
-    return waiting and due and refused != Refusal.NONE.value
+    return waiting and due and refused != Refusal.NONE
 
 
 @compiled
@@ -130,7 +130,7 @@ def conditions(
     around the core reports.
     """
     found = held | trips | host
-    if phase == Phase.HALTED.value and trips != 0:
+    if phase == Phase.HALTED and trips != 0:
         found |= STOPPED  # also where a person had aborted before
     if _is_missed(service, upkeep, phase, refused):
         found |= STOPPED

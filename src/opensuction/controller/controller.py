@@ -13,17 +13,18 @@ from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
-from opensuction.procedure import cycle, progress, upkeep
-from opensuction.procedure.cycle import Demand
-from opensuction.procedure.plan import Plan
-from opensuction.procedure.progress import ProcedureState
-from opensuction.procedure.upkeep import Refusal, Service, Upkeep
-from opensuction.safety import alarm, alarm_state, governor
-from opensuction.safety.alarm_state import SILENT, Signals
-from opensuction.safety.governor import Verdict
+from opensuction.procedure.cycle import cycle, progress, upkeep
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.plan import Plan
+from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.safety.alarm import alarm, alarm_state
+from opensuction.safety.alarm.alarm_state import SILENT, Signals
+from opensuction.safety.governor import governor
+from opensuction.safety.governor.governor import Verdict
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction
-from opensuction.safety.watch import Watch
+from opensuction.safety.watch.watch import Watch
 
 
 def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
@@ -35,11 +36,10 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     """
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
-    procedure = cycle.parked(settings.plan)
+    procedure = cycle.begin(settings.plan, Phase.PARKED if parked else Phase.HALTED)
     led = compensation.parked(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:
-        procedure = procedure._replace(phase=int(Phase.HALTED))
         led = led._replace(head_mm=watch.last.head_mm)
     return State(
         procedure=procedure,
@@ -56,12 +56,12 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     )
 
 
-def waited(state: State, duration_s: float) -> State:
+def pass_idle_time(state: State, duration_s: float) -> State:
     """The controller after a time parked, in which its host did not step it: its clocks go on.
 
     Nothing else of it changes by itself while it is parked.
     """
-    return state._replace(upkeep=upkeep.waited(state.upkeep, duration_s))
+    return state._replace(upkeep=upkeep.pass_idle_time(state.upkeep, duration_s))
 
 
 @compiled
@@ -142,8 +142,8 @@ def _granted(requests: Requests, start: bool) -> Requests:
 @compiled
 def _is_attended(before: int, requests: Requests) -> bool:
     """Whether a person resets the machine or returns it to service in this tick."""
-    cleared = (before == Phase.HALTED.value and requests.reset) or (
-        before == Phase.OUT_OF_SERVICE.value and requests.return_to_service
+    cleared = (before == Phase.HALTED and requests.reset) or (
+        before == Phase.OUT_OF_SERVICE and requests.return_to_service
     )
     return cleared and not requests.abort
 
@@ -246,13 +246,13 @@ def _decide(
 ) -> tuple[ProcedureState, Demand, HeadState]:
     """Procedure and control: the cycle one tick on, what it asks for, and where the head goes."""
     readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
-    inserting = state.procedure.phase == Phase.INSERTING.value
+    inserting = state.procedure.phase == Phase.INSERTING
     touched = inserting and progress.is_contact(readings)
     here, around = leading.surroundings(settings, state, led, readings, touched, requests.confirm)
     procedure, demand = cycle.step(
         settings.plan, state.procedure, readings, _granted(requests, start), around, dt_s
     )
-    from_here = touched and procedure.phase == Phase.BACKING_OFF.value
+    from_here = touched and procedure.phase == Phase.BACKING_OFF
     origin = here if from_here else led
     let_through_mm = state.governor.last.head_mm
     led = leading.lead(settings, led, origin, let_through_mm, demand, procedure.phase, dt_s)
@@ -290,7 +290,7 @@ def announce(
 
     wrong: mask of alarm conditions. phase: as the tick ended.
     """
-    planned_work = phase == Phase.OUT_OF_SERVICE.value
+    planned_work = phase == Phase.OUT_OF_SERVICE
     return alarm.step(settings.alarms, alarms, wrong, planned_work, _buttons(requests), dt_s)
 
 
@@ -321,13 +321,13 @@ def act(
     patient = state.governor.patient.conditions
     asked = upkeep.is_asked(service, state.upkeep, before, requests)
     refused = upkeep.refusal(service, state.upkeep, before, plan.travel_known, patient)
-    start = asked and refused == Refusal.NONE.value
+    start = asked and refused == Refusal.NONE
     procedure, demand, led = _decide(settings, state, led, inputs, start)
     watch, allowed, verdict = governor.step(
         settings.limits, state.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
     )
     # Out of service hands are in the machine: nothing moves, not even to withdraw.
-    in_service = procedure.phase != Phase.OUT_OF_SERVICE.value
+    in_service = procedure.phase != Phase.OUT_OF_SERVICE
     insertion_on = verdict.insertion_on and in_service
     valve_on = verdict.valve_on and demand.valve_on and in_service
     axes = Axes(settings.insertion_servo, settings.valve_servo, settings.valve_motion)
@@ -345,7 +345,7 @@ def act(
         cam_rad=commands.cam_rad,
         governor=watch,
         tripped=verdict.trips != 0,
-        powerless=verdict.reaction == Reaction.TORQUE_OFF.value,
+        powerless=verdict.reaction == Reaction.TORQUE_OFF,
         reasons=reasons,
     )
     silent = _outputs(service, procedure, kept, commands, demand, verdict, SILENT)

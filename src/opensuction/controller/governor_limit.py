@@ -5,11 +5,11 @@ import math
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.procedure.plan import TUBE_END_MM
-from opensuction.procedure.protocol import Protocol
-from opensuction.procedure.site import Site
+from opensuction.procedure.cycle.plan import TUBE_END_MM
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.procedure.planning.site import Site
 from opensuction.safety import limits as bounds
-from opensuction.safety import patient_watch
+from opensuction.safety import patient_limit
 from opensuction.safety.limits import (
     DriveLimits,
     Limits,
@@ -17,7 +17,7 @@ from opensuction.safety.limits import (
     ValveLimits,
     WindowLimits,
 )
-from opensuction.safety.vacuum_signature import CLOSED_SHARE
+from opensuction.safety.watch.vacuum_signature import CLOSED_SHARE
 
 OUTSIDE_MARGIN_MM = 1.0
 """The parked interval plus this counts as outside on a machine that parks at the boundary."""
@@ -140,5 +140,5 @@ def limits(
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
         withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
-        patient=patient_watch.limits_of(site.age, site.peep_cmh2o, site.monitored),
+        patient=patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored),
     )

@@ -6,8 +6,8 @@ from opensuction.controller.record import Memory, Settings
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.procedure.cycle import Demand
-from opensuction.procedure.progress import Surroundings
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.progress import ControlFeedback
 
 
 @compiled
@@ -33,17 +33,17 @@ def lead(
     led: as the last tick led it. let_through_mm: what the governor let through of that.
     """
     by_hand = not demand.insertion_on
-    if phase == Phase.HALTED.value or by_hand:
+    if phase == Phase.HALTED or by_hand:
         return compensation.held(led, let_through_mm, 0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         let_through = compensation.held(led, let_through_mm, led.head_mm_per_s)
         home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
         speed = settings.plan.motion.abort_mm_per_s
-        if phase == Phase.TEACHING.value:
+        if phase == Phase.TEACHING:
             speed = settings.plan.teaching.home_mm_per_s
         sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
-        if phase == Phase.CHECKING.value:
+        if phase == Phase.CHECKING:
             # The jog stays within the gap: it moves no tip, though the model has none so sharp.
             return compensation.rested(
                 settings.compensation, settings.parked, led, sent.head_mm, sent.head_mm_per_s
@@ -68,7 +68,7 @@ def surroundings(
     readings: Readings,
     touched: bool,
     confirm: bool,
-) -> tuple[HeadState, Surroundings]:
+) -> tuple[HeadState, ControlFeedback]:
     """What the procedure learns of the rest, and the head as it is led from where it touched.
 
     touched: the tip has met something on its way in. confirm: a person says where the tip is.
@@ -79,12 +79,12 @@ def surroundings(
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
         if touched:
             here, here_mm = compensation.stopped(settings.compensation, led, head_mm)
-    around = Surroundings(
+    around = ControlFeedback(
         head_wanted_mm=led.head_mm,
         head_wanted_mm_per_s=led.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
-        here_mm=here_mm,
+        contact_tip_mm=here_mm,
         tip_mm=tip_mm,
     )
     return here, around

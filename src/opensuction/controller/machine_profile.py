@@ -1,7 +1,7 @@
 """A machine as its controller knows it, with the source of each value.
 
 Ranges are what a machine file may set; they are the project's own judgement of what is plausible.
-Tags: [paper]; [computed] from the twin's parameters; [assumed]; [design] the design's own choice.
+Tags of the sources: docs/sources.md.
 """
 
 import math
@@ -12,7 +12,7 @@ from annotated_types import Ge, Gt, Le
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.meaning import Meaning
-from opensuction.procedure.plan import Excitation
+from opensuction.procedure.cycle.plan import Excitation
 
 
 class MachineProfile(NamedTuple):

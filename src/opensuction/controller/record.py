@@ -9,13 +9,13 @@ from opensuction.control.valve import ValveMotion
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure.cycle import Demand
-from opensuction.procedure.plan import Plan
-from opensuction.procedure.progress import ProcedureState
-from opensuction.procedure.upkeep import Service, Upkeep
-from opensuction.safety import alarm_state
-from opensuction.safety.alarm_state import Signals
-from opensuction.safety.governor import GovernorState, Verdict
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.plan import Plan
+from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.upkeep import Service, Upkeep
+from opensuction.safety.alarm import alarm_state
+from opensuction.safety.alarm.alarm_state import Signals
+from opensuction.safety.governor.governor import GovernorState, Verdict
 from opensuction.safety.limits import Limits
 
 

@@ -1,7 +1,7 @@
 """Faults as a table for the documentation: `docs/faults.md` holds its text."""
 
-from opensuction.twin.fault import Fault, Means, Part
-from opensuction.twin.fault_table import KINDS, FaultKind, Strength
+from opensuction.twin.fault.fault import Fault, Means, Part
+from opensuction.twin.fault.fault_table import KINDS, FaultKind, Strength
 
 COLUMNS = ("no.", "name", "what it is", "strength", "default", "what can tell it")
 HEADER = f"| {' | '.join(COLUMNS)} |\n{'|---' * len(COLUMNS)}|\n"

@@ -4,8 +4,8 @@ import tomllib
 from importlib import resources
 from typing import Any
 
-from opensuction.evidence import hazard
-from opensuction.evidence.hazard import STATE_WORDS, Claim, Hazard, Response
+from opensuction.evidence.safety_case import hazard
+from opensuction.evidence.safety_case.hazard import STATE_WORDS, Claim, Hazard, Response
 
 WALK = "hazard_walk.toml"
 GUIDE_WORDS = {
@@ -25,7 +25,11 @@ GUIDE_WORDS = {
 
 def walk() -> list[dict[str, Any]]:
     """Parts of the machine with what each guide word comes to, as the file holds them."""
-    text = resources.files("opensuction.evidence").joinpath(WALK).read_text(encoding="utf-8")
+    text = (
+        resources.files("opensuction.evidence.safety_case")
+        .joinpath(WALK)
+        .read_text(encoding="utf-8")
+    )
     parts: list[dict[str, Any]] = tomllib.loads(text)["part"]
     return parts
 

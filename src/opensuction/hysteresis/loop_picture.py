@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.bouc_wen import BoucWen
-from opensuction.hysteresis.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.hysteresis_model import simulate
 from opensuction.hysteresis.dahl import Dahl
 from opensuction.hysteresis.generalised import on_range, with_factors
-from opensuction.hysteresis.hysteresis_model import simulate
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.preisach import Preisach

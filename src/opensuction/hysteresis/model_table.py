@@ -1,6 +1,6 @@
 """The catalogue as tables for the documentation."""
 
-from opensuction.hysteresis.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 
 
 def markdown() -> str:

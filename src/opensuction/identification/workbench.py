@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from opensuction.identification import diagnosis, nonlinear, superposition
-from opensuction.identification.candidate import Candidate, of_superposition, of_vector
-from opensuction.identification.diagnosis import Names
+from opensuction.identification.estimator import nonlinear, superposition
+from opensuction.identification.estimator.search import SEARCHES, search
 from opensuction.identification.family import FAMILIES
+from opensuction.identification.judgement import diagnosis
+from opensuction.identification.judgement.candidate import Candidate, of_superposition, of_vector
+from opensuction.identification.judgement.diagnosis import Names
 from opensuction.identification.record import checked, checked_pair
-from opensuction.identification.search import SEARCHES, search
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]

@@ -24,6 +24,7 @@ import numba
 from numba import config
 from platformdirs import user_cache_path
 
+import opensuction.kernel.record  # noqa: F401 - gives records their ``_replace``
 from opensuction.kernel import dispatcher
 
 PACKAGE = Path(__file__).resolve().parents[1]

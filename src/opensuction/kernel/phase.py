@@ -1,6 +1,6 @@
 """Phases of a suction cycle: the words that procedure, trace, reports and console share.
 
-Where each phase may go is a table of its own: `opensuction.procedure.transition`.
+Where each phase may go is a table of its own: `opensuction.procedure.cycle.transition`.
 """
 
 from enum import IntEnum
@@ -37,3 +37,7 @@ class Phase(IntEnum):
     """Bench: the head follows the identification excitation."""
     OUT_OF_SERVICE = 13
     """Catheter change or cleaning."""
+
+
+RESTING = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
+"""Phases that wait for a person."""

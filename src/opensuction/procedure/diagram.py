@@ -1,14 +1,14 @@
 """The page on phases in the documentation, drawn from the table of transitions."""
 
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.check import ITEMS, ORDER
-from opensuction.procedure.transition import ACTIVE, BROKEN_OFF, NORMAL, Event
+from opensuction.procedure.cycle.check import ITEMS, ORDER
+from opensuction.procedure.cycle.transition import ACTIVE, BROKEN_OFF, NORMAL, Event
 
 Table = dict[tuple[Phase, Event], Phase]
 
 PAGE = """# Phases
 
-Generated from `opensuction.procedure.transition`: do not edit. A test compares the two.
+Generated from `opensuction.procedure.cycle.transition`: do not edit. A test compares the two.
 
 One suction cycle, teaching and service, and how they end when all is well:
 

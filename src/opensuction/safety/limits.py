@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.safety.patient_watch import PatientLimits
+from opensuction.safety.patient_limit import PatientLimits
 
 GAP_LEAST = 0.7
 """Share of the identified gap that it may have shrunk to before the bound fails."""
@@ -36,7 +36,7 @@ class DriveLimits(NamedTuple):
 
 
 class WindowLimits(NamedTuple):
-    """Where the tip may and must meet something: see `opensuction.safety.contact_window`."""
+    """Where the tip may and must meet something: see `opensuction.safety.watch.contact_window`."""
 
     from_mm: float
     """A tip that is nowhere deeper has nothing to touch."""
@@ -53,7 +53,7 @@ class ValveLimits(NamedTuple):
 
 
 class LineLimits(NamedTuple):
-    """What a sound suction line does: see `opensuction.safety.vacuum_signature`."""
+    """What a sound suction line does: see `opensuction.safety.watch.vacuum_signature`."""
 
     open_low_share: float
     """Share of the set point that it keeps at least with the valve open."""

@@ -20,9 +20,10 @@ from opensuction.settings.validation import validate
 from opensuction.settings.wording import dotted, one_line, shown, unknown
 from opensuction.simulation import machine_kind
 from opensuction.simulation.machine_kind import MachineKind
-from opensuction.twin import catheter as catheters
-from opensuction.twin import patient_airway, preset
-from opensuction.twin.catheter import CATHETERS, ROUTES, Catheter, Conduit
+from opensuction.twin import preset
+from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit
+from opensuction.twin.patient import patient_airway
 
 CHOICES = {
     "preset": tuple(preset.TABLES),

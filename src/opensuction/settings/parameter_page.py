@@ -10,19 +10,19 @@ from typing import Any, get_args, get_type_hints
 from opensuction.controller import machine_profile
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.meaning import Meaning
-from opensuction.procedure import clinical, guideline, protocol
-from opensuction.safety import patient_watch
+from opensuction.procedure.planning import clinical, guideline, protocol
+from opensuction.safety import patient_limit
 from opensuction.settings.limit import in_words, limit_of, plain
 from opensuction.settings.unit import unit_of
-from opensuction.twin import catheter, hand, parameter, patient_airway, patient_kind
+from opensuction.twin import parameter
+from opensuction.twin.machine import catheter, hand
 from opensuction.twin.parameter import Parameter
-from opensuction.twin.patient_parameter import PRESETS, ROWS
+from opensuction.twin.patient import patient_airway, patient_kind
+from opensuction.twin.patient.patient_parameter import PRESETS, ROWS
 
 Rows = Iterable[Iterable[str]]
-SOURCES_TEXT = """[paper] the paper that the machine follows; [datasheet] of the motor; [F: ...] \
-found in a public source; [K] domain knowledge, not looked up; [computed] from others; \
-[calibrated] chosen so that the twin meets figures named with it; [design] chosen for this \
-software; [assumed] no source found. Plausible ranges are the project's own judgement."""
+SOURCES_TEXT = """tags in square brackets are explained in [sources.md](sources.md). Plausible \
+ranges are the project's own judgement."""
 COLUMNS = ("unit", "range in a file", "meaning", "source")
 BOTH = ("bench", "clinical")
 
@@ -72,7 +72,7 @@ def _machines(example: str) -> str:
             "model, its gap as wide as conduit and catheter make it.\n",
             controller_table(),
             "### Catheters\n",
-            f"Size in Fr = 3 x outer diameter in mm (ISO 8836). All are {catheter.LENGTH_M:g} m "
+            f"Size in Fr = 3 x outer diameter in mm [ISO-8836]. All are {catheter.LENGTH_M:g} m "
             "long [paper]. `--catheter NAME`, or in a machine file a name or a section "
             f"`[catheter]` with {_fields(catheter.Catheter)}.\n",
             catheter_table(),
@@ -155,22 +155,22 @@ def _guidelines() -> str:
 
 
 def _monitor_limits() -> str:
-    limits = patient_watch.AGE_LIMITS
+    limits = patient_limit.AGE_LIMITS
     ages = sorted(limits, reverse=True)
     rows = [
         [
             f"`{name}`",
             *(f"{getattr(limits[age], name):g}" for age in ages),
             unit_of(name),
-            patient_watch.MEANINGS[name],
+            patient_limit.MEANINGS[name],
             source,
         ]
-        for name, source in patient_watch.SOURCES.items()
+        for name, source in patient_limit.SOURCES.items()
     ]
     header = ("limit", *(_word(age) for age in ages), "unit", "meaning", "source")
     text = (
         "What the patient monitor must show for a cycle to begin and to go on. The pressure must "
-        f"also stay above PEEP - {patient_watch.LOST_CMH2O:g} cmH2O [design]. How long each may be "
+        f"also stay above PEEP - {patient_limit.LOST_CMH2O:g} cmH2O [design]. How long each may be "
         "broken: [patient.md](patient.md#the-patient-monitor).\n"
     )
     return f"## Limits of the patient monitor\n\n{text}\n{_table(header, rows)}"
@@ -245,7 +245,7 @@ def _consistency_table() -> str:
     return (
         _table(("limit", *(_word(age) for age in anatomy), "source"), rows)
         + f"\n- `carina_mm` + {kind.IN_TRACHEA_MM:g} mm of tube in the trachea within the longest "
-        "trachea of the age [F: ATS, secondary]\n"
+        "trachea of the age [ATS-2000]\n"
         f"- PEEP + driving pressure at most {kind.PEAK_CMH2O:g} cmH2O [K]; rise and fall of the "
         "pressure within half of their part of the breath [assumed]\n"
         "- what can close within what lies between relaxed and residual volume\n"

@@ -12,9 +12,9 @@ from opensuction.settings.choice import choose
 from opensuction.settings.parameter_section import changed
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.wording import one_line
-from opensuction.twin import patient_kind
-from opensuction.twin.patient_kind import PatientKind
-from opensuction.twin.patient_parameter import TABLES
+from opensuction.twin.patient import patient_kind
+from opensuction.twin.patient.patient_kind import PatientKind
+from opensuction.twin.patient.patient_parameter import TABLES
 
 
 def load(path: str | PathLike[str]) -> PatientKind:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from opensuction.safety import alarm_log
-from opensuction.safety.alarm_log import Log
-from opensuction.safety.alarm_state import Signals
+from opensuction.safety.alarm import alarm_log
+from opensuction.safety.alarm.alarm_log import Log
+from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.simulation.trace import Columns
 
 CAPACITY = 10_000

@@ -10,15 +10,16 @@ from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
-from opensuction.procedure.cycle import Demand
-from opensuction.safety.alarm_state import SILENT, Signals
-from opensuction.safety.governor import Verdict
-from opensuction.twin import machine, plant
+from opensuction.procedure.cycle.cycle import Demand
+from opensuction.safety.alarm.alarm_state import SILENT, Signals
+from opensuction.safety.governor.governor import Verdict
+from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.machine import Machine, MachineState, Observation
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import Machine, MachineState, Observation
 
 DT_S = 0.001
 """One tick: controller, axes, transmission, tip and line run at 1 kHz."""
@@ -109,16 +110,6 @@ def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, T
 
 
 @compiled
-def is_resting(phase: int) -> bool:
-    """Whether a phase waits for a person."""
-    return (
-        phase == Phase.PARKED.value
-        or phase == Phase.HALTED.value
-        or phase == Phase.OUT_OF_SERVICE.value
-    )
-
-
-@compiled
 def run(
     loop: Loop, state: LoopState, requests: Requests, trace: npt.NDArray[np.float64]
 ) -> tuple[LoopState, int]:
@@ -128,7 +119,7 @@ def run(
     Returns the state and how many rows were written; it stops early after the first tick at rest
     (parked or halted) that follows a tick of activity. Run in pieces it gives the same rows.
     """
-    active = not is_resting(state.controller.procedure.phase)
+    active = state.controller.procedure.phase not in RESTING
     tick, body, bedside = state.tick, state.machine, state.bedside
     # What moves and what is told are carried apart: alarms are touched only when there are some.
     memory, led = controller.memory(state.controller), state.controller.compensation
@@ -150,8 +141,8 @@ def run(
             requests = NO_REQUESTS
             tick += 1
             done += 1
-            at_rest = active and is_resting(record.phase)
-            active = not is_resting(record.phase)
+            at_rest = active and record.phase in RESTING
+            active = record.phase not in RESTING
         if plant.is_due(body):
             body, bedside = plant.settle(loop.machine, body, bedside, DT_S)
     return LoopState(tick, controller.joined(memory, led, alarms), body, bedside), done

@@ -14,9 +14,9 @@ from opensuction.control.compensation import Compensation
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.kernel.compiled import compiled
-from opensuction.procedure import cycle
-from opensuction.procedure import plan as plans
-from opensuction.procedure.plan import Plan
+from opensuction.procedure.cycle import cycle
+from opensuction.procedure.cycle import plan as plans
+from opensuction.procedure.cycle.plan import Plan
 from opensuction.simulation.closed_loop import DT_S
 
 Array = npt.NDArray[np.float64]

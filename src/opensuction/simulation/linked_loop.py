@@ -14,13 +14,15 @@ from opensuction.controller import controller
 from opensuction.controller.record import Inputs, Outputs, State
 from opensuction.kernel import row
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, TraceRow, is_resting
-from opensuction.twin import drive_watchdog, link, machine, plant
-from opensuction.twin.drive_watchdog import DriveWatchdog, WatchdogState
-from opensuction.twin.link import Link, LinkState, Ring
-from opensuction.twin.machine import MachineState
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, TraceRow
+from opensuction.twin import plant
+from opensuction.twin.fault import link
+from opensuction.twin.fault.link import Link, LinkState, Ring
+from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
+from opensuction.twin.machine.machine import MachineState
 
 _write = row.writer(TraceRow)
 
@@ -84,7 +86,7 @@ def _tick(
     moved = machine.step(loop.machine, body, obeyed, DT_S)
     record = TraceRow(
         time_s=tick * DT_S,
-        phase=outputs.phase if linked.link.controller_runs else Phase.HALTED.value,
+        phase=outputs.phase if linked.link.controller_runs else Phase.HALTED,
         cause=outputs.cause,
         check_item=outputs.check_item,
         check_failed=outputs.check_failed,
@@ -112,7 +114,7 @@ def run(
 
     got, sent: the rings of readings and commands, written.
     """
-    active = not is_resting(state.controller.procedure.phase)
+    active = state.controller.procedure.phase not in RESTING
     tick, decided, body, bedside = state.tick, state.controller, state.machine, state.bedside
     done, at_rest = 0, False
     while done < trace.shape[0] and not at_rest:
@@ -123,8 +125,8 @@ def run(
         _write(trace[done], record)
         tick += 1
         done += 1
-        at_rest = active and is_resting(between.outputs.phase)
-        active = not is_resting(between.outputs.phase)
+        at_rest = active and between.outputs.phase in RESTING
+        active = between.outputs.phase not in RESTING
         if plant.is_due(body):
             body, bedside = plant.settle(linked.loop.machine, body, bedside, DT_S)
     return LoopState(tick, decided, body, bedside), between, done

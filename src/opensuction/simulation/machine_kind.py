@@ -10,9 +10,9 @@ from opensuction.controller import machine_profile
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
-from opensuction.twin import catheter as catheters
 from opensuction.twin import parameter, preset
-from opensuction.twin.catheter import Catheter, Conduit
+from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine.catheter import Catheter, Conduit
 from opensuction.twin.parameter import Parameter
 
 SPEED_MARGIN = 1.05

@@ -10,17 +10,17 @@ from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
 from opensuction.controller.setup import Calibration
 from opensuction.hysteresis import prandtl_ishlinskii
-from opensuction.identification import gap_scale
-from opensuction.identification.gap_scale import ScaleLimits, ScaleRecord
+from opensuction.identification.estimator import gap_scale
+from opensuction.identification.estimator.gap_scale import ScaleLimits, ScaleRecord
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS
 from opensuction.safety import limits as bounds
 from opensuction.simulation import closed_loop, trace
-from opensuction.simulation.bench import Rig
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin.transmission import bundle
+from opensuction.twin.machine.transmission import bundle
 
 PARKING_S = 1.0
 """Time in which a parked head goes to its new park position; a few mm take .2 s."""

@@ -7,12 +7,13 @@ stay out of the machine's tick (carried through each, they cost a quarter of it)
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin import heart, secretion
-from opensuction.twin import patient as patients
-from opensuction.twin.machine import Machine
-from opensuction.twin.patient import Patient, PatientState
-from opensuction.twin.seam import NOBODY_SHOWN, TICKS, SeamState, Shown
-from opensuction.twin.secretion import Bins
+from opensuction.twin.airway import secretion
+from opensuction.twin.airway.secretion import Bins
+from opensuction.twin.coupling import NOBODY_SHOWN, TICKS, CouplingState, Shown
+from opensuction.twin.machine.machine import Machine
+from opensuction.twin.patient import heart
+from opensuction.twin.patient import patient as patients
+from opensuction.twin.patient.patient import Patient, PatientState
 
 
 class BedsideState(NamedTuple):
@@ -44,9 +45,9 @@ def shown(machine: Machine, state: BedsideState) -> Shown:
 
 
 @compiled
-def met(machine: Machine, state: BedsideState, tip_mm: float) -> SeamState:
-    """The seam right after a step of the bedside, the tip being where it is."""
-    return SeamState(
+def met(machine: Machine, state: BedsideState, tip_mm: float) -> CouplingState:
+    """The coupling right after a step of the bedside, the tip being where it is."""
+    return CouplingState(
         ticks=0,
         gas_ml=0.0,
         mucus_ml=0.0,
@@ -73,21 +74,21 @@ def _breathing(
 
 @compiled
 def step(
-    machine: Machine, state: BedsideState, seam: SeamState, tip_mm: float, dt_s: float
+    machine: Machine, state: BedsideState, coupling: CouplingState, tip_mm: float, dt_s: float
 ) -> BedsideState:
     """Advance by one step of the bedside, `TICKS` ticks of ``dt_s``.
 
-    seam: what has passed since the last. tip_mm: where the tip is now.
+    coupling: what has passed since the last. tip_mm: where the tip is now.
     """
     patient = state.patient
     if machine.has_patient:
-        patient = _breathing(machine, patient, seam.gas_ml, tip_mm, TICKS * dt_s)
+        patient = _breathing(machine, patient, coupling.gas_ml, tip_mm, TICKS * dt_s)
     rest = secretion.step(
         state.secretion_ml,
         state.produced_ml_per_s,
-        seam.from_mm,
+        coupling.from_mm,
         machine.airway.reach_mm,
-        seam.mucus_ml,
+        coupling.mucus_ml,
         TICKS * dt_s,
     )
     return BedsideState(

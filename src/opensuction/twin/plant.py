@@ -5,10 +5,10 @@ from typing import NamedTuple
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.twin import bedside as bedsides
-from opensuction.twin import machine as machines
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.machine import Machine, MachineState
-from opensuction.twin.seam import TICKS
+from opensuction.twin.coupling import TICKS
+from opensuction.twin.machine import machine as machines
+from opensuction.twin.machine.machine import Machine, MachineState
 
 
 class PlantState(NamedTuple):
@@ -21,7 +21,7 @@ class PlantState(NamedTuple):
 @compiled
 def is_due(state: MachineState) -> bool:
     """Whether the bedside steps before the machine's next tick."""
-    return state.seam.ticks >= TICKS
+    return state.coupling.ticks >= TICKS
 
 
 @compiled
@@ -30,7 +30,7 @@ def settle(
 ) -> tuple[MachineState, BedsideState]:
     """Step the bedside and let both sides know of each other; for a machine where `is_due`."""
     tip_mm = state.airway.tip_mm
-    later = bedsides.step(machine, bedside, state.seam, tip_mm, dt_s)
+    later = bedsides.step(machine, bedside, state.coupling, tip_mm, dt_s)
     return machines.met(state, bedsides.met(machine, later, tip_mm)), later
 
 

@@ -8,32 +8,25 @@ from scipy.special import ndtri
 
 from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.kernel import random_stream
-from opensuction.twin import (
-    bedside,
-    bore,
-    contact_switch,
-    hand,
-    parameter,
-    patient_airway,
-    patient_preset,
-    transmission,
-)
-from opensuction.twin import catheter as catheters
-from opensuction.twin.airway import Airway, AirwayState
+from opensuction.twin import bedside, parameter
+from opensuction.twin.airway.airway import Airway, AirwayState
+from opensuction.twin.airway.secretion import BIN_MM, Bins
+from opensuction.twin.airway.tip import Tip
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.bore import Bore
-from opensuction.twin.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
-from opensuction.twin.contact_switch import ContactSwitch
-from opensuction.twin.dc_axis import AxisMotion, DcAxis
-from opensuction.twin.laser import Laser, LaserState
-from opensuction.twin.machine import Machine, MachineState
-from opensuction.twin.patient import Patient
+from opensuction.twin.machine import bore, contact_switch, hand, transmission
+from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine.bore import Bore
+from opensuction.twin.machine.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
+from opensuction.twin.machine.contact_switch import ContactSwitch
+from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
+from opensuction.twin.machine.laser import Laser, LaserState
+from opensuction.twin.machine.machine import Machine, MachineState
+from opensuction.twin.machine.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
+from opensuction.twin.machine.transmission import Transmission, bundle
+from opensuction.twin.machine.valve_mechanism import ValveMechanism
+from opensuction.twin.patient import patient_airway, patient_preset
+from opensuction.twin.patient.patient import Patient
 from opensuction.twin.plant import PlantState
-from opensuction.twin.secretion import BIN_MM, Bins
-from opensuction.twin.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
-from opensuction.twin.tip import Tip
-from opensuction.twin.transmission import Transmission, bundle
-from opensuction.twin.valve_mechanism import ValveMechanism
 
 BINS = 12
 """Bins of secretions along the airway."""
@@ -284,7 +277,7 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
             has_spare=False,
             stream=random_stream.stream(seed, NOISE_PURPOSE + run),
         ),
-        seam=bedside.met(twin, around, moved.tip_mm),
+        coupling=bedside.met(twin, around, moved.tip_mm),
         hand=hand.AWAY,
     )
     return PlantState(machine=machine, bedside=around)

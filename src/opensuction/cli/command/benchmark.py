@@ -32,7 +32,7 @@ def run(options: Options) -> int:
 
 
 def _done(seeds: int, progress: "Progress", began_s: float) -> Done:
-    from opensuction.evidence import benchmark, benchmark_page
+    from opensuction.evidence.benchmark import benchmark, benchmark_page
     from opensuction.report import sheet
 
     found = benchmark.run(seeds, progress.tell)

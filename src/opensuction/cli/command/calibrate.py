@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import Progress
-    from opensuction.evidence.calibration_run import Calibrated
+    from opensuction.session.calibration.calibration_run import Calibrated
 
 
 class Options(NamedTuple):
@@ -39,8 +39,8 @@ def run(options: Options) -> int:
 
 
 def _calibrated(options: Options, progress: "Progress") -> "Calibrated":
-    from opensuction.evidence import calibration_run
-    from opensuction.evidence.cycle_choice import Choice
+    from opensuction.session.calibration import calibration_run
+    from opensuction.session.cycle.cycle_choice import Choice
 
     choice = Choice(
         machine=options.machine,
@@ -57,8 +57,8 @@ def _calibrated(options: Options, progress: "Progress") -> "Calibrated":
 
 
 def _done(options: Options, found: "Calibrated", folder: Path, began_s: float) -> Done:
-    from opensuction.evidence import calibration_file, calibration_page
     from opensuction.report import sheet
+    from opensuction.session.calibration import calibration_file, calibration_page
     from opensuction.settings import identification_file
 
     now = datetime.now(tz=UTC)

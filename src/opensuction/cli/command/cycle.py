@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import Progress
-    from opensuction.evidence.cycle_choice import Choice
-    from opensuction.evidence.cycle_run import Prepared
-    from opensuction.simulation.injection import InjectedRun
+    from opensuction.session.cycle.cycle_choice import Choice
+    from opensuction.session.cycle.cycle_run import Prepared
+    from opensuction.simulation.injection.injection import InjectedRun
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
@@ -89,7 +89,8 @@ def _pace(options: Options, console: "Console") -> float:
 
 def _prepared(options: Options, progress: "Progress") -> "Prepared":
     """The cycle ready to run and compiled; refused before anything slow where it cannot be."""
-    from opensuction.evidence import cycle_choice, cycle_run, day_calibration, day_run
+    from opensuction.session.cycle import cycle_choice, cycle_run
+    from opensuction.session.day import day_calibration, day_run
 
     choice = _choice(options)
     found, kind = cycle_choice.check(choice)
@@ -104,8 +105,8 @@ def _prepared(options: Options, progress: "Progress") -> "Prepared":
 
 
 def _choice(options: Options) -> "Choice":
-    from opensuction.evidence import fault_choice
-    from opensuction.evidence.cycle_choice import Choice
+    from opensuction.session.cycle import fault_choice
+    from opensuction.session.cycle.cycle_choice import Choice
 
     return Choice(
         machine=options.machine,
@@ -124,9 +125,9 @@ def _choice(options: Options) -> "Choice":
 
 def _played(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
     """The cycle, shown as it goes."""
-    from opensuction.evidence import cycle_run, fault_run
     from opensuction.kernel.phase import Phase
     from opensuction.report import terminal
+    from opensuction.session.cycle import cycle_run, fault_run
 
     target_mm = cycle_run.stopping_mm(prepared)
     with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
@@ -146,8 +147,8 @@ def _played(prepared: "Prepared", console: "Console", pacer: Pacer) -> "Injected
 
 def _cycle(prepared: "Prepared", console: "Console", pacer: Pacer, began_s: float) -> Done:
     """One cycle."""
-    from opensuction.evidence import cycle_run, cycle_summary, fault_run, machine_summary
-    from opensuction.report import page
+    from opensuction.report.cycle import page
+    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
 
     played = _played(prepared, console, pacer)
     factor = cycle_run.realtime_factor(prepared)
@@ -166,15 +167,10 @@ def _day(
     began_s: float,
 ) -> Done:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
-    from opensuction.evidence import (
-        cycle_run,
-        cycle_summary,
-        day_gap,
-        day_run,
-        day_summary,
-        machine_summary,
-    )
-    from opensuction.report import page, sheet
+    from opensuction.report import sheet
+    from opensuction.report.cycle import page
+    from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
+    from opensuction.session.day import day_gap, day_run, day_summary
 
     def tell(cycle: day_run.DayCycle) -> None:
         found = cycle.outcome
@@ -220,8 +216,8 @@ def _done(data: Json, pages: dict[str, str], began_s: float) -> Done:
 
 def _sound(data: Json) -> dict[str, bytes]:
     """What was heard of the most urgent alarm; nothing where there was none."""
-    from opensuction.report import alarm_sound
-    from opensuction.safety.alarm_condition import Priority
+    from opensuction.report.cycle import alarm_sound
+    from opensuction.safety.priority import Priority
 
     if not data["alarms"]:
         return {}

@@ -10,8 +10,8 @@ from opensuction.cli.entry import Command
 
 if TYPE_CHECKING:
     from opensuction.cli.progress import Progress
-    from opensuction.evidence.identification_run import Loaded
     from opensuction.identification.workbench import Result
+    from opensuction.session.identification.identification_run import Loaded
 
 
 class Recording(NamedTuple):
@@ -74,8 +74,8 @@ def _run(
 
 
 def _loaded(recording: Recording, model: str | None, method: str | None) -> "Loaded":
-    from opensuction.evidence import identification_run
     from opensuction.recording.pair import Span
+    from opensuction.session.identification import identification_run
 
     return identification_run.load(
         identification_run.Choice(
@@ -96,7 +96,7 @@ def _loaded(recording: Recording, model: str | None, method: str | None) -> "Loa
 
 def _fitted(loaded: "Loaded", progress: "Progress") -> "list[Result]":
     """One result, or those of every model."""
-    from opensuction.evidence import identification_run
+    from opensuction.session.identification import identification_run
 
     if loaded.choice.model is not None:
         return [identification_run.identify(loaded)]
@@ -108,9 +108,9 @@ def _fitted(loaded: "Loaded", progress: "Progress") -> "list[Result]":
 
 
 def _done(loaded: "Loaded", results: "list[Result]", folder: Path, seconds: float) -> Done:
-    from opensuction.evidence import identification_summary
-    from opensuction.report import identification_page, identification_series
-    from opensuction.report import identification_terminal as terminal
+    from opensuction.report.identification import identification_page, identification_series
+    from opensuction.report.identification import identification_terminal as terminal
+    from opensuction.session.identification import identification_summary
     from opensuction.settings import identification_file
 
     now = datetime.now(tz=UTC)

@@ -31,7 +31,7 @@ def run(options: Options) -> int:
 
 
 def _done(progress: "Progress", began_s: float) -> Done:
-    from opensuction.evidence import reproduction
+    from opensuction.evidence.paper import reproduction
     from opensuction.report import sheet
 
     found = reproduction.run(progress.tell)

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import Progress
-    from opensuction.evidence.hazard import Hazard
-    from opensuction.evidence.hazard_case import Result
+    from opensuction.evidence.safety_case.hazard import Hazard
+    from opensuction.evidence.safety_case.hazard_case import Result
 
 EVERY_RUNS = 50
 """A line of progress after so many runs."""
@@ -31,7 +31,7 @@ def run(options: Options) -> int:
     began_s = time.monotonic()
 
     def work(progress: "Progress", _: Path) -> Done:
-        from opensuction.evidence import hazard
+        from opensuction.evidence.safety_case import hazard
 
         hazards = hazard.load(options.table)
         progress.tell(
@@ -44,7 +44,7 @@ def run(options: Options) -> int:
 
 
 def _done(hazards: "tuple[Hazard, ...]", count: int, progress: "Progress", began_s: float) -> Done:
-    from opensuction.evidence import safety_case, safety_case_page
+    from opensuction.evidence.safety_case import safety_case, safety_case_page
     from opensuction.report import sheet
 
     def tell(done: int, total: int, result: "Result") -> None:

@@ -1,0 +1,1 @@
+"""Every compensator on every twin and model."""

@@ -1,0 +1,170 @@
+"""The benchmark on paper: its HTML page, and its tables for the documentation."""
+
+from typing import Any
+
+import numpy as np
+
+from opensuction import __version__
+from opensuction.evidence.benchmark.benchmark import Benchmark, Result, figures
+from opensuction.evidence.benchmark.benchmark_plant import LEFT_OUT, PLANTS
+from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
+from opensuction.simulation.closed_loop import DT_S
+
+Entry = dict[str, Any]
+"""One entry of the JSON object's ``results``."""
+
+HUES = {
+    "none": "head",
+    "direct-inverse": "reference",
+    "exact-inverse": "tip",
+    "gap-width": "removed",
+    "lookup-table": "deepest",
+    "prandtl-ishlinskii": "tip-vacuum",
+    "preview": "valve",
+}
+"""Colour of each compensator, by its name in the style sheet."""
+METHOD = (
+    "A twin runs the whole controller, its governor and a noisy machine, and is scored as the "
+    "paper scores: laser minus reference, the laser's .08 mm included. A model plant runs the "
+    "compensator alone, on an ideal servo within the head's speed and acceleration, and is scored "
+    "without noise. Compare within a row, not between the two kinds of rows.",
+    "Every plant is identified by the same excitation before it is compensated; no compensator "
+    "knows a plant's parameters.",
+    LEFT_OUT,
+)
+
+
+def _pivot(results: list[Entry]) -> tuple[list[str], dict[str, dict[str, Entry]]]:
+    """Names of the compensators, and for each plant its entries by compensator, in order."""
+    rows: dict[str, dict[str, Entry]] = {}
+    for entry in results:
+        rows.setdefault(entry["plant"], {})[entry["compensation"]] = entry
+    return list(dict.fromkeys(entry["compensation"] for entry in results)), rows
+
+
+def best_of(results: list[Entry]) -> dict[str, Entry]:
+    """The entry with the least mean RMSE of each plant."""
+    known = [entry for entry in results if entry["rmse_mm"] is not None]
+    return {
+        plant: min(
+            (entry for entry in known if entry["plant"] == plant), key=lambda one: one["rmse_mm"]
+        )
+        for plant in dict.fromkeys(entry["plant"] for entry in known)
+    }
+
+
+def _table(caption: str, results: list[Entry], key: str) -> Table:
+    names, rows = _pivot(results)
+    cells = tuple(
+        (plant, *(entries[name][key] if name in entries else None for name in names))
+        for plant, entries in rows.items()
+    )
+    return Table(caption, ("plant", *names), cells)
+
+
+def _findings(results: list[Entry]) -> tuple[str, ...]:
+    """What the figures say, in sentences made from them."""
+    found = [
+        f"{plant}: {entry['compensation']} tracks best, {entry['rmse_mm']:.3g} mm RMSE (worst seed "
+        f"{entry['rmse_worst_mm']:.3g}), peak {entry['peak_mm']:.3g} mm."
+        for plant, entry in best_of(results).items()
+    ]
+    for entry in results:
+        if entry["refused"]:
+            found.append(
+                f"{entry['compensation']} on {entry['plant']} was refused: {entry['refused']}."
+            )
+        if entry["completed"] < entry["seeds"] or entry["trips"]:
+            found.append(
+                f"{entry['compensation']} on {entry['plant']}: {entry['completed']} of "
+                f"{entry['seeds']} cycles completed, {entry['trips']} trips."
+            )
+    return tuple(found)
+
+
+def _plot(plant: str, results: list[Result], seed: int) -> Plot:
+    curves = []
+    for result in results:
+        if result.plant == plant and result.runs:
+            error = result.runs[0].error_mm
+            time_s = DT_S * np.arange(error.size, dtype=np.float64)
+            curves.append(Curve(result.compensation, error, HUES[result.compensation], x=time_s))
+    return Plot(
+        f"Error on {plant}, seed {seed}", "Time (s)", "Tip minus reference (mm)", tuple(curves)
+    )
+
+
+def sheet(found: Benchmark) -> Sheet:
+    """The page of a benchmark."""
+    entries = [figures(result) for result in found.results]
+    cycles = sum(entry["seeds"] for entry in entries)
+    completed = sum(entry["completed"] for entry in entries)
+    trips = sum(entry["trips"] for entry in entries)
+    refused = sum(bool(entry["refused"]) for entry in entries)
+    plants = list(dict.fromkeys(entry["plant"] for entry in entries))
+    about = tuple((plant.name, plant.about) for plant in PLANTS if plant.name in plants)
+    tables = (
+        _table("RMSE in mm, mean of the seeds", entries, "rmse_mm"),
+        _table("RMSE in mm, worst seed", entries, "rmse_worst_mm"),
+        _table("Largest error of all seeds, mm", entries, "peak_mm"),
+        _table("Fastest head of all seeds, mm/s", entries, "head_mm_per_s"),
+    )
+    plots = tuple(_plot(plant, found.results, found.seeds[0]) for plant in plants)
+    seeds = f"{found.seeds[0]} to {found.seeds[-1]}"
+    return Sheet(
+        title="Compensators on twins and models",
+        verdict=f"{completed} of {cycles} runs completed, {trips} trips, {refused} pairs refused",
+        good=completed == cycles and trips == 0 and refused == 0,
+        lead="In-silico: every plant is a simulated one.",
+        run=(("version", __version__), ("seeds", seeds)),
+        sections=(
+            Section("Figures", METHOD, tables),
+            Section("Findings", _findings(entries)),
+            Section("Plants", (), (Table("What each plant is", ("plant", "is"), about),)),
+            Section("Error over time", (), (), plots),
+        ),
+    )
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _markdown_row(plant: str, entries: dict[str, Entry], names: list[str], key: str) -> str:
+    best = min((entry[key] for entry in entries.values() if entry[key] is not None), default=None)
+    cells = []
+    for name in names:
+        entry = entries[name]
+        text = _number(entry[key])
+        if key == "rmse_mm" and entry[key] is not None:
+            text += f" ({_number(entry['rmse_worst_mm'])})"
+        cells.append(f"**{text}**" if entry[key] is not None and entry[key] == best else text)
+    return f"| {plant} | {' | '.join(cells)} |"
+
+
+def markdown(data: Entry) -> str:
+    """The tables of ``docs/benchmark.md`` from the JSON object of the command."""
+    names, rows = _pivot(data["results"])
+    head = f"| plant | {' | '.join(f'`{name}`' for name in names)} |"
+    rule = "|---" * (len(names) + 1) + "|"
+    seeds = data["seeds"]
+    lines = [f"Seeds {seeds[0]} to {seeds[-1]}."]
+    for caption, key in (
+        ("RMSE in mm: mean of the seeds, worst seed in parentheses", "rmse_mm"),
+        ("Largest error of all seeds, mm", "peak_mm"),
+    ):
+        lines += ["", f"{caption}; the least of each row is bold.", "", head, rule]
+        lines += [_markdown_row(plant, entries, names, key) for plant, entries in rows.items()]
+    lines += ["", "Fastest head of all seeds, mm/s.", "", head, rule]
+    for plant, entries in rows.items():
+        speeds = (_number(entries[name]["head_mm_per_s"]) for name in names)
+        lines.append(f"| {plant} | {' | '.join(speeds)} |")
+    runs = sum(entry["seeds"] for entry in data["results"])
+    completed = sum(entry["completed"] for entry in data["results"])
+    trips = sum(entry["trips"] for entry in data["results"])
+    lines += ["", f"{completed} of {runs} runs completed; {trips} trips."]
+    for entry in data["results"]:
+        if entry["refused"]:
+            pair = f"`{entry['compensation']}` on {entry['plant']}"
+            lines.append(f"Refused: {pair}: {entry['refused']}.")
+    return "\n".join(["", *lines, "", ""])

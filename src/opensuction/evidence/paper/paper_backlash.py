@@ -1,0 +1,179 @@
+"""Fig. 5 of the paper and what its published parameters imply: the inverse that is none.
+
+With c < 2 beta the smoothed backlash runs the wrong way after each reversal. Everything here is
+computed from the paper's numbers; no twin takes part.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.control import direct_inverse, profile
+from opensuction.control.direct_inverse import EstimatedLag
+from opensuction.control.profile import Profile
+from opensuction.evidence.paper.claim import Claim
+from opensuction.hysteresis import modified_dahl, play
+from opensuction.hysteresis.modified_dahl import PUBLISHED
+from opensuction.report.sheet import Curve, Plot, Section
+from opensuction.simulation.closed_loop import DT_S
+
+STEP_MM = 0.001
+"""Head step with which the reversal is walked."""
+STROKE_MM = 100.0
+"""Of the plotted loop: the paper's excitation."""
+TRAVEL_MM, SPEED_MM_PER_S, DWELL_S = 90.0, 9.0, 9.0
+"""The paper's trapezoid, section IV-B."""
+QUICK_MM_PER_S2 = 1e6
+"""The paper's reference has corners: it reaches its speed within a tick."""
+
+Values = npt.NDArray[np.float64]
+
+
+class Reversal(NamedTuple):
+    """What the published model does after a saturated reversal; distances in mm, all positive."""
+
+    wrong_way_mm: float
+    """How far the tip first moves against the head."""
+    at_head_mm: float
+    """Head travel at which it is farthest."""
+    regained_mm: float
+    """Head travel after which the tip is back where it turned."""
+    head_mm: Values
+    tip_mm: Values
+
+
+def reversal() -> Reversal:
+    """Walk the published model from saturation through a reversal, away from the carina."""
+    head = np.arange(0.0, 30.0, STEP_MM)
+    advanced = -modified_dahl.saturation_mm(PUBLISHED)
+    tip = modified_dahl.simulate(PUBLISHED, -head, advanced)
+    moved = tip - tip[0]
+    farthest = int(np.argmax(moved))
+    back = farthest + int(np.argmax(moved[farthest:] <= 0.0))
+    return Reversal(
+        float(moved[farthest]), float(head[farthest]), float(head[back]), head, tip - tip[0]
+    )
+
+
+def trapezoid_mm() -> tuple[Values, Values]:
+    """Time and desired tip position of the paper's cycle, at the controller's ticks."""
+    way_in = Profile(0.0, TRAVEL_MM, SPEED_MM_PER_S, QUICK_MM_PER_S2)
+    way_out = Profile(TRAVEL_MM, 0.0, SPEED_MM_PER_S, QUICK_MM_PER_S2)
+    travel_s = TRAVEL_MM / SPEED_MM_PER_S
+    time_s = np.arange(0.0, 2.0 * travel_s + DWELL_S, DT_S)
+    turn_s = travel_s + DWELL_S
+    reference = [
+        profile.at(way_in, t)[0] if t < turn_s else profile.at(way_out, t - turn_s)[0]
+        for t in time_s
+    ]
+    return time_s, np.array(reference)
+
+
+def printed_commands(reference_mm: Values) -> tuple[Values, Values]:
+    """Head command (u_FF) and estimated lag of the printed scheme along a reference, mm.
+
+    The lag starts saturated by a preceding retract, the head at u(0).
+    """
+    lag = float(modified_dahl.saturation_mm(PUBLISHED))
+    head = (float(reference_mm[0]) - lag - PUBLISHED.offset_mm) / PUBLISHED.slope
+    state = EstimatedLag(head_mm=head, lag_mm=lag)
+    rows = np.empty((reference_mm.size, 2))
+    for i, wanted in enumerate(reference_mm.tolist()):
+        state = direct_inverse.step(PUBLISHED, state, wanted)
+        rows[i] = state.head_mm, state.lag_mm
+    return rows[:, 0], rows[:, 1]
+
+
+def claims(found: Reversal, jump_mm: float) -> list[Claim]:
+    """Facts that follow from the published parameters. jump_mm: largest command in one tick."""
+    near = "rounding of the published parameters"
+    rows = (
+        ("slope right after a reversal, c - 2 beta", -0.740, reversal_slope(), 0.001, "mm/mm"),
+        ("tip moves the wrong way after a reversal", 2.47, found.wrong_way_mm, 0.01, "mm"),
+        ("head travel to the farthest wrong point", 7.38, found.at_head_mm, 0.01, "mm"),
+        ("head travel until the tip is back", 16.48, found.regained_mm, 0.02, "mm"),
+        ("jump of the printed compensator in 1 ms", 2.62, jump_mm, 0.05, "mm"),
+        ("half-width of the loop, beta / alpha", 11.09, half_width_mm(), 0.01, "mm"),
+    )
+    return [
+        Claim(name, "section III", paper, ours, tolerance, unit, "computed", near)
+        for name, paper, ours, tolerance, unit in rows
+    ]
+
+
+def reversal_slope() -> float:
+    """Slope c - 2 beta of the published parameters."""
+    return float(modified_dahl.reversal_slope(PUBLISHED))
+
+
+def half_width_mm() -> float:
+    """Half-width beta / alpha of the published loop, mm."""
+    return float(modified_dahl.saturation_mm(PUBLISHED))
+
+
+def _loop() -> Plot:
+    head = 0.5 * STROKE_MM * (1.0 - np.cos(np.linspace(0.0, 4.0 * np.pi, 8001)))
+    smooth = modified_dahl.simulate(PUBLISHED, head, modified_dahl.saturation_mm(PUBLISHED))
+    gap = float(modified_dahl.gap_mm(PUBLISHED)) / PUBLISHED.slope
+    sharp = np.empty_like(head)
+    output = head[0] + 0.5 * gap
+    for i, value in enumerate(head.tolist()):
+        output = play.step(gap, output, value)
+        sharp[i] = PUBLISHED.slope * output + PUBLISHED.offset_mm
+    kept = head.size // 2
+    return Plot(
+        "Fig. 5: backlash and its smooth form",
+        "Head x (mm)",
+        "Tip y (mm)",
+        (
+            Curve("backlash of the same width", sharp[kept:], "soft", True, head[kept:]),
+            Curve("modified Dahl, published parameters", smooth[kept:], "tip", False, head[kept:]),
+        ),
+        caption="Second of two strokes. Where the head turns, the smooth form first goes the "
+        "wrong way: its corners overshoot.",
+    )
+
+
+def section() -> tuple[Section, list[Claim]]:
+    """Fig. 5 and Fig. 7 on one page section, with the claims that belong to them."""
+    found = reversal()
+    time_s, reference = trapezoid_mm()
+    head, lag = printed_commands(reference)
+    jump = float(np.max(np.abs(np.diff(head))))
+    plots = (
+        _loop(),
+        Plot(
+            "After a reversal the model goes the wrong way",
+            "Head travel since the reversal (mm)",
+            "Tip (mm)",
+            (Curve("tip, published parameters", found.tip_mm),),
+            found.head_mm,
+            f"{found.wrong_way_mm:.2f} mm the wrong way; back only after "
+            f"{found.regained_mm:.2f} mm. Between the two no command exists that lets the tip "
+            "follow a reference which simply turns round.",
+        ),
+        Plot(
+            "Fig. 7(c): command and estimated lag of the printed scheme",
+            "Time (s)",
+            "mm",
+            (
+                Curve("desired tip y_r", reference, "reference", True),
+                Curve("command u_FF", head, "head"),
+                Curve("estimated lag z", lag, "tip-vacuum"),
+            ),
+            time_s,
+            f"Where the reference turns, the command jumps by {jump:.2f} mm within 1 ms "
+            f"({jump:.1f} m/s): no drive can follow, and the governor would not let it.",
+        ),
+    )
+    text = (
+        "Eqs. (3) and (4) with the published parameters have c - 2 beta = "
+        f"{reversal_slope():.3f}: right after a reversal the modelled tip moves against the head. "
+        "Eqs. (7) and (8) then have no continuous solution. The scheme is kept runnable as "
+        "printed (one tick of delay in its loop) so that Table I can be reproduced; the product "
+        "solves the inverse exactly and crosses the reversal as a gap.",
+    )
+    return Section("Backlash model and its inverse (Fig. 5, Fig. 7)", text, plots=plots), claims(
+        found, jump
+    )

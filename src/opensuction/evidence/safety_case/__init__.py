@@ -1,0 +1,1 @@
+"""Every hazard, its alarm and its safe state."""

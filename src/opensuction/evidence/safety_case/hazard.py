@@ -1,0 +1,272 @@
+"""The hazard table: what can go wrong, which fault shows it, and what must then happen in time.
+
+The project's own table is `hazard.toml` beside this file; a user's has the same form. A row is
+checked whole before anything runs: faults and strengths against the twin's, alarms and priorities
+against the alarm table, phases against what a cycle has.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from enum import Enum
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from annotated_types import Ge, Le
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.safety.condition import Condition
+from opensuction.safety.priority import Priority
+from opensuction.session.cycle.cycle_choice import APPROACHES
+from opensuction.settings.choice import choose
+from opensuction.settings.toml_file import load_toml
+from opensuction.settings.validation import validate
+from opensuction.settings.wording import one_line, shown
+from opensuction.twin.fault import fault_effect, fault_table
+from opensuction.twin.fault.fault import BY_NAME, Fault, Means
+from opensuction.twin.patient.patient_parameter import TABLES
+
+FILE = "hazard.toml"
+REQUIREMENTS = "requirement.toml"
+
+SET_UP = "set-up"
+"""Phase of faults that are there before the start."""
+ALL = "all"
+TRAVEL = ("checking", "preloading", "inserting", "opening", "suctioning", "withdrawing", "closing")
+CONTACT = (*TRAVEL[:3], "backing_off", *TRAVEL[3:])
+PHASES = {"travel": TRAVEL, "contact": CONTACT}
+"""Phases of a cycle in order, by approach: where a fault can come."""
+
+SAFE_STATES: dict[str, tuple[str, ...]] = {
+    "out-without-suction": ("tip-outside", "no-suction"),
+    "out-without-vacuum": ("tip-outside", "no-suction", "vented"),
+    "still-without-suction": ("standing", "no-suction"),
+    "not-inserted": ("not-started",),
+}
+"""Safe states by name: what must hold together, to the end of the run."""
+EITHER = "no-suction-out-or-still"
+"""A safe state with an alternative: no suction, and the tip outside or the head standing."""
+STATE_WORDS: dict[str, str] = {
+    "out-without-suction": "the tip is outside the patient and no vacuum reaches it",
+    "out-without-vacuum": "the tip is outside the patient and the line is vented",
+    "still-without-suction": "the head stands still and no vacuum reaches the tip",
+    "not-inserted": "insertion never begins",
+    EITHER: "no vacuum reaches the tip, which is outside the patient or stands still",
+}
+
+
+class Severity(Enum):
+    """How bad the harm is, in the words of [ISO-14971]."""
+
+    NEGLIGIBLE = "negligible"
+    MINOR = "minor"
+    SERIOUS = "serious"
+    CRITICAL = "critical"
+
+
+class Response(Enum):
+    """What the machine owes a fault."""
+
+    ALARM = "alarm"
+    """Alarm and safe state within their bounds."""
+    ALARM_OR_LIMITS = "alarm-or-limits"
+    """The same, or a whole cycle within every limit as if nothing were wrong."""
+    REFUSAL = "refusal"
+    """It is refused before anything moves; a message on the spot, no alarm."""
+
+
+class Raiser(Enum):
+    """Who tells people."""
+
+    CONTROLLER = "controller"
+    DRIVES = "drives"
+    """The drives' own watchdog, on an alarm of its own: the controller is what failed."""
+
+
+Bound = Annotated[float, Ge(0), Le(180_000)]
+
+
+class Claim(NamedTuple):
+    """A fault and what must follow it: the part of a row that runs."""
+
+    name: str
+    """Of the fault."""
+    strengths: list[float]
+    """None given: the fault's usual one."""
+    phases: list[str]
+    after_s: list[float]
+    """How long into the phase."""
+    approach: str
+    patient: str
+    response: Response
+    alarm: list[str]
+    """Conditions of which any tells a person what is wrong, the most likely first."""
+    priority: Priority
+    raised_by: Raiser
+    safe_state: str
+    detected_ms: Bound
+    safe_ms: Bound
+    because: str
+
+    @property
+    def fault(self) -> Fault:
+        """The fault of this name."""
+        return BY_NAME[self.name]
+
+
+class Row(NamedTuple):
+    """A row of the table in words."""
+
+    id: str
+    hazard: str
+    cause: str
+    effect: str
+    severity: Severity
+    detection: str
+    control: str
+    requirements: list[str]
+
+
+class Hazard(NamedTuple):
+    """A hazard and the faults that show it."""
+
+    row: Row
+    claims: tuple[Claim, ...]
+
+
+USUAL: dict[str, Any] = {
+    "strengths": [],
+    "after_s": [0.2],
+    "approach": "travel",
+    "patient": "adult-icu",
+    "response": "alarm",
+    "raised_by": "controller",
+}
+"""Keys that may be left out: of what runs, never of what is demanded."""
+KEYS = set(Row._fields) | set(Claim._fields) - {"name"} | {"fault"}
+"""Keys of a row in the file."""
+
+
+def _bundled(name: str) -> dict[str, Any]:
+    text = (
+        resources.files("opensuction.evidence.safety_case")
+        .joinpath(name)
+        .read_text(encoding="utf-8")
+    )
+    return tomllib.loads(text)
+
+
+def load(path: Path | None = None) -> tuple[Hazard, ...]:
+    """The hazards of a file, or of the project's own table.
+
+    Raises InputError of one line that names row and field for anything that cannot be meant.
+    """
+    where = FILE if path is None else str(path)
+    data = _bundled(FILE) if path is None else load_toml(path)
+    extra = [key for key in data if key != "hazard"]
+    rows = data.get("hazard")
+    if extra or not isinstance(rows, list) or not rows:
+        what = f"unknown key {shown(extra[0])}" if extra else "no hazard in it"
+        raise InputError(one_line(f"{where}: {what}; rows begin with [[hazard]]"))
+    hazards = tuple(_hazard(row, f"{where}: hazard {i}", where) for i, row in enumerate(rows, 1))
+    names = [hazard.row.id for hazard in hazards]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                one_line(
+                    f"{where}: {name}: id is there {names.count(name)} times; give each its own"
+                )
+            )
+    return hazards
+
+
+def _hazard(row: Any, numbered: str, where: str) -> Hazard:
+    if not isinstance(row, Mapping):
+        raise InputError(one_line(f"{numbered} is {shown(row)}; rows begin with [[hazard]]"))
+    words = validate(Row, {key: row[key] for key in Row._fields if key in row}, numbered)
+    here = f"{where}: {words.id}"
+    for key in row:
+        choose(key, dict.fromkeys(sorted(KEYS), None), f"key of a hazard in {here}")
+    known = _bundled(REQUIREMENTS)
+    for name in words.requirements:
+        if name not in known:
+            raise InputError(one_line(f"{here}: requirements: {shown(name)} is not known"))
+    faults = row.get("fault")
+    if not isinstance(faults, list) or not faults:
+        raise InputError(one_line(f"{here}: fault: none given; add [[hazard.fault]] with a name"))
+    common = USUAL | {key: row[key] for key in Claim._fields if key in row}
+    return Hazard(words, tuple(_claim(common, fault, here, i) for i, fault in enumerate(faults, 1)))
+
+
+def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
+    """One fault of a row; raises InputError for the first thing that is wrong with it."""
+    place = f"{here}, fault {number}"
+    if not isinstance(given, Mapping):
+        raise InputError(one_line(f"{place} is {shown(given)}, not a section"))
+    claim = validate(Claim, common | dict(given), place)
+    try:
+        _check_fault(claim)
+        _check_answer(claim)
+    except InputError as refusal:
+        raise InputError(one_line(f"{place}: {refusal}")) from None
+    return claim
+
+
+def _check_fault(claim: Claim) -> None:
+    faults = {fault.title: fault for fault in fault_table.KINDS}
+    choose(claim.name, faults, "fault in name", "docs/reference/faults.md")
+    for strength in claim.strengths:
+        fault_effect.check_strength(claim.fault, strength)
+    choose(claim.approach, APPROACHES, "approach")
+    choose(claim.patient, TABLES, "patient")
+    if not claim.phases:
+        raise InputError("phases: none given; name some, or all")
+    at_start = fault_table.KINDS[claim.fault].means == Means.SETTING
+    for phase in claim.phases:
+        if at_start != (phase == SET_UP):
+            way = (
+                f"only be there before the start: phases = ['{SET_UP}']"
+                if at_start
+                else ("not be set up: name phases of a cycle")
+            )
+            raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
+        phases = (*PHASES[claim.approach], ALL, SET_UP)
+        choose(phase, dict.fromkeys(phases, None), f"phase by {claim.approach} in phases")
+    for after in claim.after_s:
+        if not 0.0 <= after < 180.0:
+            raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
+
+
+def _check_answer(claim: Claim) -> None:
+    choose(claim.safe_state, dict.fromkeys(STATE_WORDS, None), "safe state in safe_state")
+    if claim.response == Response.REFUSAL:
+        if claim.alarm or claim.priority != Priority.NONE:
+            raise InputError("alarm: a refusal before the start is no alarm; alarm = []")
+        return
+    if not claim.alarm:
+        raise InputError("alarm: none given; name the condition that tells a person")
+    known = {condition.name: condition for condition in Condition}
+    found = [
+        choose(name, known, "alarm condition in alarm", "docs/reference/alarms.md")
+        for name in claim.alarm
+    ]
+    for number, condition in enumerate(found):
+        priority = condition.row.handling.priority
+        if priority < claim.priority or (number == 0 and priority != claim.priority):
+            raise InputError(
+                f"priority: {claim.priority.name.lower()}, but the alarm table gives "
+                f"{condition.name} {priority.name.lower()}; the first alarm must have the row's "
+                "priority, the others no lower one"
+            )
+
+
+def phases_of(claim: Claim) -> list[Phase | None]:
+    """Phases that the fault comes in; None: it is there before the start."""
+    names = PHASES[claim.approach] if ALL in claim.phases else claim.phases
+    return [None if name == SET_UP else Phase[name.upper()] for name in names]
+
+
+def requirements() -> dict[str, str]:
+    """Sentence of each requirement by its identifier."""
+    return {name: str(sentence) for name, sentence in _bundled(REQUIREMENTS).items()}

@@ -1,0 +1,174 @@
+"""The safety case that runs: every hazard over its faults, strengths, phases and seeds."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from opensuction import __version__
+from opensuction.evidence import crew
+from opensuction.evidence.safety_case import hazard_case
+from opensuction.evidence.safety_case.hazard import Hazard, Response
+from opensuction.evidence.safety_case.hazard_case import Harm, Result
+from opensuction.twin.fault import fault_table
+
+WORKERS = 2
+FIRST_SEED = 1
+
+Tell = Callable[[int, int, Result], None]
+"""Hears of each result: how many are done, of how many, and it."""
+
+
+class Verdict(NamedTuple):
+    """What all runs of a hazard came to."""
+
+    hazard: Hazard
+    results: tuple[Result, ...]
+    """In the order of the table."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether every bound held in every run."""
+        return all(result.ok for result in self.results)
+
+    @property
+    def worst(self) -> Result:
+        """The run that broke a bound, or came nearest to one."""
+        return max(self.results, key=_share)
+
+
+class SafetyCase(NamedTuple):
+    """The whole."""
+
+    seeds: tuple[int, ...]
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every hazard is answered within its bounds."""
+        return all(verdict.ok for verdict in self.verdicts)
+
+
+def _ratio(value: float, bound: float) -> float:
+    """Value over its bound; what was never reached is beyond any."""
+    if math.isnan(value):
+        return math.inf
+    return value / bound if bound > 0.0 else (0.0 if value == 0.0 else math.inf)
+
+
+def _share(result: Result) -> tuple[bool, bool, float]:
+    """How bad a run is: broken first, then what was answered, then the bound that is nearest."""
+    claim = result.case.claim
+    nearest = max(
+        _ratio(result.detected_ms, claim.detected_ms), _ratio(result.safe_ms, claim.safe_ms)
+    )
+    counts = result.answered or not result.ok
+    return not result.ok, counts, nearest if counts else 0.0
+
+
+def seeds_of(count: int) -> tuple[int, ...]:
+    """The first ``count`` seeds."""
+    return tuple(range(FIRST_SEED, FIRST_SEED + count))
+
+
+def run(
+    hazards: Sequence[Hazard],
+    seeds: tuple[int, ...],
+    tell: Tell = lambda *_: None,
+    workers: int = WORKERS,
+) -> SafetyCase:
+    """Run every case of every hazard. tell: called from other threads, one call at a time."""
+    cases = [case for one in hazards for case in hazard_case.cases(one, seeds)]
+    # Neighbours share a prepared cycle.
+    order = sorted(
+        range(len(cases)),
+        key=lambda i: (cases[i].seed, cases[i].claim.patient, cases[i].claim.approach, i),
+    )
+    found: dict[int, Result] = {}
+
+    def note(number: int, result: Result) -> None:
+        found[order[number]] = result
+        tell(len(found), len(cases), result)
+
+    # The first one here: what it compiles, the processes find in the cache.
+    note(0, hazard_case.run(cases[order[0]]))
+    rest = [cases[i] for i in order[1:]]
+    crew.spread(hazard_case.run, rest, workers, lambda number, result: note(number + 1, result))
+    results = [found[i] for i in range(len(cases))]
+    verdicts = tuple(
+        Verdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
+        for one in hazards
+    )
+    return SafetyCase(seeds, verdicts)
+
+
+def _finite(value: float) -> float | None:
+    return round(value, 3) if math.isfinite(value) else None
+
+
+def _most(harms: Sequence[Harm]) -> dict[str, float | None]:
+    return {name: _finite(max(getattr(harm, name) for harm in harms)) for name in Harm._fields}
+
+
+def _run(result: Result) -> dict[str, Any]:
+    """One run in plain data."""
+    case = result.case
+    known = fault_table.KINDS[case.claim.fault].strength
+    return {
+        "fault": case.claim.name,
+        "phase": None if case.phase is None else case.phase.name.lower(),
+        "after_s": case.after_s,
+        "strength": None if known is None else case.strength,
+        "approach": case.claim.approach,
+        "patient": case.claim.patient,
+        "seed": case.seed,
+        "alarm": result.alarm.lower() or None,
+        "detected_ms": _finite(result.detected_ms),
+        "safe_ms": _finite(result.safe_ms),
+        "within_limits": result.within_limits,
+        "ok": result.ok,
+        "problem": result.problem or None,
+    }
+
+
+def entry(verdict: Verdict) -> dict[str, Any]:
+    """One hazard of the JSON object; times are those of its worst run."""
+    row, worst = verdict.hazard.row, verdict.worst
+    claim = worst.case.claim
+    refused = claim.response == Response.REFUSAL
+    return {
+        "id": row.id,
+        "hazard": row.hazard,
+        "severity": row.severity.value,
+        "fault": worst.case.title,
+        "alarm": worst.alarm.lower() or None,
+        "priority": worst.priority,
+        "detected_ms": _finite(worst.detected_ms),
+        "detected_bound_ms": claim.detected_ms,
+        "safe_state": claim.safe_state,
+        "safe_ms": _finite(worst.safe_ms),
+        "safe_bound_ms": claim.safe_ms,
+        "refused": refused and worst.ok,
+        "within_limits": worst.ok and not worst.answered,
+        "ok": verdict.ok,
+        "runs": len(verdict.results),
+        "broken": sum(not result.ok for result in verdict.results),
+        "harm": _most([result.harm for result in verdict.results]),
+        "requirements": row.requirements,
+        "worst": _run(worst),
+        "problems": [_run(result) for result in verdict.results if not result.ok],
+    }
+
+
+def plain(found: SafetyCase, wall_s: float) -> dict[str, Any]:
+    """The JSON object of the command."""
+    hazards = [entry(verdict) for verdict in found.verdicts]
+    return {
+        "version": __version__,
+        "in_silico": True,
+        "seeds": list(found.seeds),
+        "runs": sum(one["runs"] for one in hazards),
+        "broken": sum(one["broken"] for one in hazards),
+        "ok": found.ok,
+        "hazards": hazards,
+        "wall_s": round(wall_s, 1),
+    }

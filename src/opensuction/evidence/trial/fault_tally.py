@@ -1,0 +1,123 @@
+"""What a campaign of faults came to: how often each invariant was broken, and how sure that is."""
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from scipy.stats import beta
+
+from opensuction.evidence.trial.fault_campaign import Case
+from opensuction.simulation.injection.invariant import Breach
+
+CONFIDENCE = 0.95
+EXAMPLES = 5
+"""Cycles that are named for each kind of breach, so that they can be played again."""
+
+
+class Bound(NamedTuple):
+    """Share of cycles that broke something, with its upper 95 % confidence bound."""
+
+    cycles: int
+    broken: int
+    upper_percent: float
+
+
+class Kind(NamedTuple):
+    """Cycles that broke the same invariant under the same faults."""
+
+    faults: str
+    invariant: str
+    physical: bool
+    """What happened, not what was commanded."""
+    cycles: int
+    worst: float
+    bound: float
+    examples: tuple[int, ...]
+
+
+class Tally(NamedTuple):
+    """A campaign in numbers."""
+
+    fault_free: Bound
+    """Cycles to which no fault came in time: nothing may be broken, or noticed."""
+    false_alarms: int
+    """Of those: how many were broken off or raised an alarm."""
+    commands: Bound
+    """Command side, every cycle."""
+    single: Bound
+    """Physical bounds, cycles with one fault."""
+    double: Bound
+    unnoticed: dict[str, tuple[int, int]]
+    """For each fault that came alone: cycles in which nothing noticed it, and all of them."""
+    breaches: tuple[Kind, ...]
+
+
+def bound(cycles: int, broken: int) -> Bound:
+    """Clopper and Pearson's one-sided upper bound on the share of cycles that break something."""
+    if broken >= cycles:
+        return Bound(cycles, broken, 100.0)
+    upper = float(beta.ppf(CONFIDENCE, broken + 1, cycles - broken))
+    return Bound(cycles, broken, 100.0 * upper)
+
+
+def _titles(case: Case) -> str:
+    return " + ".join(sorted(fault.title for fault in case.faults)) or "none"
+
+
+def _kinds(cases: Iterable[Case]) -> tuple[Kind, ...]:
+    found: dict[tuple[str, str, bool], list[tuple[int, Breach]]] = {}
+    for case in cases:
+        sides = [(False, one) for one in case.commands] + [(True, one) for one in case.physical]
+        for physical, breach in sides:
+            key = (_titles(case), breach.invariant, physical)
+            found.setdefault(key, []).append((case.drawn.number, breach))
+    kinds = [
+        Kind(
+            faults=faults,
+            invariant=invariant,
+            physical=physical,
+            cycles=len(entries),
+            worst=max((breach.worst for _, breach in entries), key=abs),
+            bound=entries[0][1].bound,
+            examples=tuple(number for number, _ in entries[:EXAMPLES]),
+        )
+        for (faults, invariant, physical), entries in found.items()
+    ]
+    return tuple(sorted(kinds, key=lambda kind: (-kind.cycles, kind.faults, kind.invariant)))
+
+
+def _physical(cases: list[Case], faults: int) -> Bound:
+    chosen = [case for case in cases if len(case.faults) == faults]
+    return bound(len(chosen), sum(bool(case.physical) for case in chosen))
+
+
+def tally(cases: list[Case]) -> Tally:
+    """A campaign's cases counted."""
+    alone = [case for case in cases if len(case.faults) == 1]
+    every = Counter(case.faults[0].title for case in alone)
+    missed = Counter(case.faults[0].title for case in alone if not case.noticed)
+    return Tally(
+        fault_free=_physical(cases, 0),
+        false_alarms=sum(case.noticed for case in cases if not case.faults),
+        commands=bound(len(cases), sum(bool(case.commands) for case in cases)),
+        single=_physical(cases, 1),
+        double=_physical(cases, 2),
+        unnoticed={title: (missed[title], every[title]) for title in sorted(every)},
+        breaches=_kinds(cases),
+    )
+
+
+def plain(found: Tally) -> dict[str, Any]:
+    """The same as a JSON object."""
+    return {
+        "fault_free": found.fault_free._asdict(),
+        "false_alarms": found.false_alarms,
+        "commands": found.commands._asdict(),
+        "single": found.single._asdict(),
+        "double": found.double._asdict(),
+        "unnoticed": {
+            title: {"cycles": counts[1], "unnoticed": counts[0]}
+            for title, counts in found.unnoticed.items()
+        },
+        "breaches": [kind._asdict() for kind in found.breaches],
+    }

@@ -1,0 +1,1 @@
+"""What is known of every model of hysteresis, one entry each."""

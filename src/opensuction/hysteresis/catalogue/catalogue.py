@@ -1,0 +1,20 @@
+"""Every hysteresis model by name.
+
+A new model is one entry here, written in the file of its family, and one case in
+``tests/conformance/test_hysteresis_models.py``.
+"""
+
+from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN, DAHL, MODIFIED_DAHL
+from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel
+from opensuction.hysteresis.catalogue.play_family import (
+    GENERALISED,
+    PLAY,
+    PRANDTL_ISHLINSKII,
+    PREISACH,
+)
+
+CATALOGUE: dict[str, HysteresisModel] = {
+    model.name: model
+    for model in (DAHL, MODIFIED_DAHL, BOUC_WEN, PLAY, PRANDTL_ISHLINSKII, PREISACH, GENERALISED)
+}
+"""Models by the name a person types."""

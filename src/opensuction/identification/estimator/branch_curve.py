@@ -1,0 +1,127 @@
+"""The two branches of a recorded loop: as a table of head positions, and as parallel lines.
+
+A branch is recorded where the head has gone on in one direction for longer than the gap is wide;
+before that the tip is still between the branches.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
+
+from opensuction.control.lookup_table import Curves
+from opensuction.hysteresis import play
+from opensuction.identification.record import checked_pair
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.errors import InputError
+
+LEAST_SAMPLES = 100
+"""Fewest samples: several for each entry of the table."""
+USED_SAMPLES = 4000
+"""Samples that the fits use, evenly spread."""
+ENTRIES = 40
+"""Entries of the table: 2 to 5 mm apart."""
+TURNED_SHARE = 0.3
+"""Share of the head's range after a turn that belongs to no branch: wider than any gap here."""
+WIDEST_SHARE = 0.5
+"""Widest backlash that is looked for, as a share of the head's range."""
+
+
+def _checked(
+    head_mm: ArrayLike, tip_mm: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    head, tip = checked_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
+    if not np.ptp(head) > 0.0:
+        raise InputError(f"head_mm: constant at {head[0]:g}, should move")
+    every = max(head.size // USED_SAMPLES, 1)
+    return head[::every], tip[::every]
+
+
+def _two_points(tip: NDArray[np.float64]) -> tuple[float, float]:
+    return float(tip.min()), float(np.ptp(tip))
+
+
+def parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
+    """One backlash width: the single play that fits the recording best, as two parallel lines.
+
+    head_mm, tip_mm: positions at the same instants, shape (n,), from a long retract on.
+    Raises InputError for bad records, or a tip that does not follow the head.
+    """
+    head, tip = _checked(head_mm, tip_mm)
+    range_mm = float(np.ptp(head))
+
+    def line(width_mm: float) -> tuple[float, float, float]:
+        """Sum of squares, gain and offset of the best line over the play of one width."""
+        moved = play.simulate(width_mm, head, head[0] + 0.5 * width_mm)
+        gain, offset = np.polyfit(moved, tip, 1)
+        rest = tip - gain * moved - offset
+        return float(rest @ rest), float(gain), float(offset)
+
+    found = minimize_scalar(
+        lambda width_mm: line(width_mm)[0],
+        bounds=(0.0, WIDEST_SHARE * range_mm),
+        method="bounded",
+    )
+    _, gain, offset_mm = line(float(found.x))
+    if not gain > 0.0:
+        raise InputError("tip_mm: does not follow head_mm; negate one of them")
+    first_mm, spacing_mm = _two_points(tip)
+    heads = (first_mm + np.array([0.0, spacing_mm]) - offset_mm) / gain
+    half_mm = 0.5 * float(found.x)
+    return Curves(first_mm, spacing_mm, heads + half_mm, heads - half_mm)
+
+
+def table(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
+    """Head position over tip depth on either branch, from the samples that lie on one.
+
+    head_mm, tip_mm: as for `parallel`. Depths that a branch does not reach are continued with the
+    branch's mean slope. Raises InputError where a branch is not in the recording.
+    """
+    head, tip = _checked(head_mm, tip_mm)
+    depths = np.linspace(float(tip.min()), float(tip.max()), ENTRIES)
+    inwards, outwards = (_branch(head, tip, depths, sign) for sign in (1.0, -1.0))
+    return Curves(
+        first_mm=float(depths[0]),
+        spacing_mm=float(depths[1] - depths[0]),
+        inwards_mm=inwards,
+        outwards_mm=outwards,
+    )
+
+
+@compiled
+def _travelled_mm(head: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
+    """How far the head has gone in one direction since it last went the other way."""
+    travelled = np.zeros(head.size)
+    for k in range(1, head.size):
+        step = sign * (head[k] - head[k - 1])
+        travelled[k] = travelled[k - 1] + step if step >= 0.0 else 0.0
+    return travelled
+
+
+def _branch(
+    head: NDArray[np.float64],
+    tip: NDArray[np.float64],
+    depths: NDArray[np.float64],
+    sign: float,
+) -> NDArray[np.float64]:
+    on = _travelled_mm(head, sign) > TURNED_SHARE * float(np.ptp(head))
+    if np.count_nonzero(on) < 2 or not np.ptp(tip[on]) > 0.0:
+        word = "inwards" if sign > 0.0 else "outwards"
+        raise InputError(f"head_mm: no long travel {word} to take that branch from")
+    spacing = depths[1] - depths[0]
+    slope, middle = np.polyfit(tip[on], head[on], 1)
+    curve: NDArray[np.float64] = slope * depths + middle
+    known = np.zeros(depths.size, dtype=bool)
+    for i, depth in enumerate(depths):
+        near = on & (np.abs(tip - depth) <= 0.5 * spacing)
+        if np.any(near):
+            # Along the mean slope to the entry's own depth.
+            curve[i] = float(np.mean(head[near] - slope * (tip[near] - depth)))
+            known[i] = True
+    first, last = int(np.argmax(known)), depths.size - 1 - int(np.argmax(known[::-1]))
+    curve[:first] += curve[first] - (slope * depths[first] + middle)
+    curve[last + 1 :] += curve[last] - (slope * depths[last] + middle)
+    if not math.isfinite(float(curve.sum())):
+        raise InputError("tip_mm: the branches could not be recorded")
+    return np.ascontiguousarray(curve)

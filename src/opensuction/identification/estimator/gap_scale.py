@@ -1,0 +1,128 @@
+"""The gap measured without a tip sensor: by how much the play widths have changed, from contact.
+
+At the carina the switch stays closed on reversal until the tip has drawn back by what it was
+pressed in. With the identified weights p_j (shares) and full widths w_j, the head's travel d from
+reversal to opening then satisfies ``sum_j p_j max(d - s w_j, 0) = delta/k`` for the scale s of the
+widths. The plain travel would be biased: the narrow plays open the switch first.
+Source: [calc-gap-scale].
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from opensuction.hysteresis import prandtl_ishlinskii
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.identification.record import checked_pair
+from opensuction.safety.limits import GAP_LEAST, GAP_MOST
+
+
+class Episode(NamedTuple):
+    """One contact, in head travel; the latency of the switch is already taken off."""
+
+    travel_mm: float
+    """d: from the reversal to the opening of the switch."""
+    pressed_mm: float
+    """From the closing of the switch to the reversal."""
+
+
+class ScaleLimits(NamedTuple):
+    """What the estimator is trusted with."""
+
+    least: float
+    most: float
+    release_mm: float
+    """Tip travel from the force that closes the switch to the smaller one that opens it."""
+
+
+class ScaleRecord(NamedTuple):
+    """One change of the scale, for the record."""
+
+    old: float
+    estimated: float
+    """What the contact says, before the bounds; nan where there was none to learn from."""
+    new: float
+    """What is used from now on: what the contact says, or the old one where that is not trusted."""
+    limits: ScaleLimits
+    in_range: bool
+    """False is an alarm condition: the gap has left the range, or the contact made no sense."""
+
+
+MEASURING_ERROR = 0.03
+"""Of a scale from one contact: on the twin up to .025, on a neonate with gaps x 0.7."""
+
+TRUSTED = ScaleLimits(
+    least=GAP_LEAST - MEASURING_ERROR,  # beyond what the governor's bounds on the tip allow for,
+    most=GAP_MOST + MEASURING_ERROR,  # nothing that the machine says of the tip can be trusted
+    release_mm=0.037,  # 15 % of 0.08017 N against 0.32 N/mm of catheter and rubber in series
+)
+
+
+def episode(
+    contact_closed: ArrayLike, head_mm: ArrayLike, period_s: float, latency_s: float
+) -> Episode | None:
+    """The contact in a recording of switch and encoder, or None where there is none to learn from.
+
+    contact_closed: 0 or 1, shape (n,), as read; a break of bounce is part of the contact. head_mm:
+    shape (n,). period_s: of the samples. latency_s: of the switch's line. Usable is a contact that
+    the head came upon on its way in and that ended on its way out.
+    Raises InputError for records that are not finite rows of equal length.
+    """
+    closed, head = checked_pair(("contact_closed", "head_mm"), contact_closed, head_mm, 3)
+    ticks = np.flatnonzero(closed > 0.0)
+    if ticks.size == 0 or ticks[-1] == closed.size - 1 or ticks[0] == 0:
+        return None
+    first, opened = int(ticks[0]), int(ticks[-1]) + 1
+    turn = first + int(np.argmax(head[first:opened]))
+    delay = round(latency_s / period_s)
+    closing_mm = _earlier_mm(head, first, delay)
+    opening_mm = _earlier_mm(head, opened, delay)
+    travel_mm, pressed_mm = head[turn] - opening_mm, head[turn] - closing_mm
+    if not (travel_mm > 0.0 and pressed_mm >= 0.0):
+        return None
+    return Episode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
+
+
+def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
+    """Head at the instant that a delayed line reports at a tick."""
+    return float(head[max(tick - delay, 0)])
+
+
+def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float:
+    """Scale of the model's widths that explains a contact; not bounded.
+
+    model: as it was identified, scale 1. The plays must have been saturated inwards at contact.
+    """
+    gain = float(prandtl_ishlinskii.total_slope(model))
+    shares = np.append(model.weights, model.slope) / gain
+    widths = np.append(2.0 * model.thresholds_mm, 0.0)
+    drawn_mm = seen.pressed_mm + limits.release_mm / gain
+
+    def missing_mm(trial: float) -> float:
+        """By how much the travel drew the tip too far, were the widths scaled so; falls with it."""
+        return float(shares @ np.maximum(seen.travel_mm - trial * widths, 0.0)) - drawn_mm
+
+    if missing_mm(0.0) <= 0.0:
+        return 0.0  # the tip followed the head at once: no gap at all
+    widest = seen.travel_mm / float(widths[widths > 0.0].min())
+    if missing_mm(widest) >= 0.0:
+        return widest
+    return float(brentq(missing_mm, 0.0, widest))
+
+
+def update(
+    model: PrandtlIshlinskii, old: float, seen: Episode | None, limits: ScaleLimits
+) -> ScaleRecord:
+    """The scale to use from now on, and whether that is an alarm condition.
+
+    model: as it was identified, scale 1. old: the scale in use. Without a contact the old one
+    stays, which is no alarm: the travel approach never touches anything. It stays too where the
+    contact says a scale out of range: neither that nor a bound of the range was measured.
+    """
+    if seen is None:
+        return ScaleRecord(old, float("nan"), old, limits, in_range=True)
+    estimated = scale(model, seen, limits)
+    in_range = limits.least <= estimated <= limits.most
+    return ScaleRecord(old, estimated, estimated if in_range else old, limits, in_range)

@@ -1,0 +1,204 @@
+"""Parameters of the modified Dahl model from a recording of head and tip.
+
+Once the decay is fixed the model is linear (``projection``), so the global optimum is a search
+along one axis, the logarithm of the decay: a grid on a thinned recording, a descent in each of its
+valleys, and on the full recording the zero of the Gauss-Newton step.
+Source: ``projection`` for the method; [paper] III-B for the model and for what is minimised.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
+from opensuction.identification.estimator.projection import (
+    Projection,
+    Recording,
+    Trial,
+    centred,
+    project,
+    thinned,
+    trial,
+    trials,
+)
+from opensuction.identification.record import checked_pair
+from opensuction.kernel.errors import InputError
+
+LEAST_SAMPLES = 12
+"""Fewest samples: five parameters, and something left over to judge them by."""
+
+LEAST_REVERSAL_RATIO = 0.05
+"""Smallest reversal of the head, as a share of its range, that can show a hysteresis."""
+
+SLOWEST_DECAY = 0.05
+"""Bound on decay times range. Below, slope and velocity gain grow and cancel: a flat ridge."""
+
+FASTEST_DECAY = 1000.0
+"""Bound on decay times range. Above, a reversal is over within a thousandth of the range and
+only the quotient of velocity gain and decay still shows: the other flat ridge."""
+
+SEARCH_SAMPLES = 1500
+"""Samples that tell the valleys apart; only the last steps need the full recording."""
+
+GRID_POINTS = 20
+"""Starting points; neighbours differ by a factor of 1.7, valleys are wider than that."""
+
+VALLEY_TOLERANCE = 1e-3
+"""Where the descent into a valley of the thinned recording stops, in log(decay)."""
+
+ALIKE = 0.1
+"""Valleys of a thinned recording whose sums of squares differ by no more than this share are all
+tried on the full one: 1500 samples of noise leave a standard error of .04 in a sum of squares."""
+
+FINAL_TOLERANCE = 1e-9
+"""Where the search ends, in log(decay)."""
+
+ALARMING_WAY = 0.05
+"""A polish that ends so far from its start, in log(decay), is compared with the start."""
+
+MOST_STEPS = 40
+"""Bound on the steps of a descent; four or five are usual."""
+
+FARTHEST_STEP = 0.5
+"""Longest step in log(decay): the distance of the grid's points."""
+
+LEAST_RISE = 0.01
+"""Share by which the sum of squares must rise towards both bounds for the decay to be determined.
+Far above the rise of 4/n that chance gives: neighbouring residuals of a recording are alike."""
+
+
+class Fit(NamedTuple):
+    """A fitted modified Dahl model and how well it explains the recording."""
+
+    model: ModifiedDahl
+    lag_mm: float
+    """Lag at the first sample."""
+    rmse_mm: float
+    samples: int
+    well_posed: bool
+    """Whether the model has a continuous inverse (c > 2 beta)."""
+    determined: bool
+    """Whether the recording determines the decay. If not, slope, gain and decay trade against one
+    another along a ridge of equal fits: the curve can be used, the numbers mean little."""
+
+
+def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> Fit:
+    """Fit the modified Dahl model, initial lag included, in the least-squares sense.
+
+    head_mm, tip_mm: positions at the same instants, shape (n,), any length unit if both share
+    it. Timing plays no part: the model is independent of speed.
+
+    Velocity gains below zero are excluded: a recording without hysteresis, or whose tip leads
+    its head, gets the straight line with a gain of 0, not determined.
+    Raises InputError for records that are not finite rows of equal length, too short, constant,
+    without a reversal, or with the tip moving against the head.
+    """
+    head, tip = checked_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
+    range_mm = _checked_range_mm(head, tip)
+    bounds = (math.log(SLOWEST_DECAY / range_mm), math.log(FASTEST_DECAY / range_mm))
+    valleys, least, at_bounds = _search(centred(*thinned(head, tip, SEARCH_SAMPLES)), bounds)
+    recording = centred(head, tip)
+    found = min((_polish(recording, each, bounds) for each in valleys), key=lambda it: it.squares)
+    slope, velocity_gain, decay_per_mm, offset_mm = found.model
+    if slope <= 0.0:
+        raise InputError(
+            f"tip_mm: moves against head_mm (slope {slope:.4g}), should follow it; "
+            "negate one of them"
+        )
+    offset_mm += recording.tip_mean_mm - slope * recording.head_mean_mm
+    model = ModifiedDahl(slope, velocity_gain, decay_per_mm, offset_mm)
+    return Fit(
+        model=model,
+        lag_mm=found.lag_mm,
+        rmse_mm=math.sqrt(found.squares / tip.size),
+        samples=tip.size,
+        well_posed=bool(is_monotone(model)),
+        determined=velocity_gain > 0.0 and at_bounds > (1.0 + LEAST_RISE) * least,
+    )
+
+
+def _checked_range_mm(head: NDArray[np.float64], tip: NDArray[np.float64]) -> float:
+    """Range of the head; InputError where the records cannot show a hysteresis."""
+    range_mm = float(np.ptp(head))
+    for name, record in (("head_mm", head), ("tip_mm", tip)):
+        if not np.ptp(record) > 0.0:
+            raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    back = float(np.max(np.maximum.accumulate(head) - head))
+    forth = float(np.max(head - np.minimum.accumulate(head)))
+    if min(back, forth) < LEAST_REVERSAL_RATIO * range_mm:
+        raise InputError(
+            f"head_mm: reverses by {min(back, forth):.4g} of a range of {range_mm:.4g}, at least "
+            f"{LEAST_REVERSAL_RATIO:.0%} are needed to see a hysteresis"
+        )
+    return range_mm
+
+
+def _search(recording: Recording, bounds: tuple[float, float]) -> tuple[list[float], float, float]:
+    """Where a thinned recording says the optimum may be.
+
+    Returns the log(decay) of every valley nearly as deep as the deepest, the sum of squares there,
+    and the lower of those at the two bounds.
+    """
+    grid = np.linspace(*bounds, GRID_POINTS)
+    heights = trials(recording.head_mm, recording.tip_mm, np.exp(grid))
+    starts = {int(np.argmin(heights))}
+    inner = heights[1:-1]
+    starts.update(1 + np.flatnonzero((inner <= heights[:-2]) & (inner <= heights[2:])))
+    found = []
+    for start in starts:
+        around = (float(grid[max(start - 1, 0)]), float(grid[min(start + 1, GRID_POINTS - 1)]))
+        valley = _descend(recording, float(grid[start]), around, VALLEY_TOLERANCE)
+        found.append((_trial(recording, valley).squares, valley))
+    least = min(found)[0]
+    close = [valley for squares, valley in found if squares <= least * (1.0 + ALIKE)]
+    return close, least, float(min(heights[0], heights[-1]))
+
+
+def _trial(recording: Recording, log_decay: float) -> Trial:
+    return trial(recording.head_mm, recording.tip_mm, math.exp(log_decay))
+
+
+def _polish(recording: Recording, bottom: float, bounds: tuple[float, float]) -> Projection:
+    """The full recording's optimum next to the log(decay) ``bottom``, to ``FINAL_TOLERANCE``."""
+    polished = _descend(recording, bottom, bounds, FINAL_TOLERANCE)
+    found = project(recording, math.exp(polished))
+    if abs(polished - bottom) > ALARMING_WAY:  # descent only promises a stationary point
+        other = project(recording, math.exp(bottom))
+        found = other if other.squares < found.squares else found
+    return found
+
+
+def _descend(
+    recording: Recording, start: float, bounds: tuple[float, float], tolerance: float
+) -> float:
+    """The log(decay) near the start where the descent ends: a zero of its step, or a bound.
+
+    Gauss-Newton, then secants. The sum of squares is flat at its bottom to half the digits of a
+    double; the step crosses zero there with all of them. A bracket keeps every try between the
+    last points from which the descent led back.
+    """
+    low, high = bounds
+    here, step = start, _trial(recording, start).step
+    before, step_before = here, 0.0
+    for _ in range(MOST_STEPS):
+        low, high = (here, high) if step > 0.0 else (low, here)
+        way = step
+        if step_before != 0.0 and (step_before - step) * (here - before) > 0.0:
+            way = step * (here - before) / (step_before - step)
+        way = min(max(way, -FARTHEST_STEP), FARTHEST_STEP)
+        if abs(way) <= tolerance:
+            return min(max(here + way, bounds[0]), bounds[1])
+        before, step_before = here, step
+        here = here + way
+        if not low < here < high:
+            end = low if way < 0.0 else high
+            if end in bounds:
+                here = end
+                if before == end:
+                    return end
+            else:
+                here = 0.5 * (low + high)
+        step = _trial(recording, here).step
+    return here

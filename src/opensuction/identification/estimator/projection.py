@@ -1,0 +1,360 @@
+"""The modified Dahl model seen as linear: its best other parameters for one decay.
+
+For a fixed decay ``tip = c*head + beta*h + z0*E + y0``, with h the lag of a unit velocity gain
+that starts from 0 and E the forgetting of the initial lag z0: four linear unknowns. Two roads lead
+to them: `trial`, one compiled pass that sums the normal equations and never keeps a column, for
+the search; `project`, with columns and residuals, for the last word.
+Source: [Golub-1973] (variable projection).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
+from opensuction.kernel.compiled import compiled
+
+ROUNDING = 1e-12
+"""A hysteresis below this share of the tip's range is rounding."""
+
+LEAST_PIVOT = 1e-13
+"""A column of which less than this share is its own (of its square) is left out."""
+
+SUMS = 7
+"""Columns of the normal equations: head, h, E, dh and dE (by log(decay)), 1, tip."""
+
+MOST_KEPT = 4
+"""Turns may make a thinned recording this many times longer than asked for; smaller turns go."""
+
+SMALLEST_TURNS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1)
+"""Turns left out of a thinned recording, as shares of the range: none if possible."""
+
+
+class Recording(NamedTuple):
+    """A recording, both positions about their means. Arrays of shape (n,)."""
+
+    head_mm: NDArray[np.float64]
+    tip_mm: NDArray[np.float64]
+    path_mm: NDArray[np.float64]
+    """Head travel since the first sample, both directions counted."""
+    head_mean_mm: float
+    tip_mean_mm: float
+
+
+class Trial(NamedTuple):
+    """What a decay is worth: `trial`."""
+
+    squares: float
+    """Sum of squares left, from the normal equations: without its last digits."""
+    step: float
+    """Change of log(decay) that the linearised model asks for, the other parameters following. Its
+    sign is that of the descent: zero exactly where the sum of squares is stationary."""
+
+
+class Projection(NamedTuple):
+    """Best linear parameters for one decay."""
+
+    model: ModifiedDahl
+    """With the offset for positions about their means."""
+    lag_mm: float
+    columns: NDArray[np.float64]
+    """Head, h and E about their means, shape (3, n)."""
+    rest_mm: NDArray[np.float64]
+    """What the model leaves of the tip, shape (n,)."""
+    squares: float
+    """Sum of squares of that rest."""
+
+
+def centred(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> Recording:
+    """A recording made ready for projection."""
+    head_mean_mm, tip_mean_mm = float(head_mm.mean()), float(tip_mm.mean())
+    path_mm = np.zeros(head_mm.size)
+    np.cumsum(np.abs(np.diff(head_mm)), out=path_mm[1:])
+    return Recording(
+        head_mm=head_mm - head_mean_mm,
+        tip_mm=tip_mm - tip_mean_mm,
+        path_mm=path_mm,
+        head_mean_mm=head_mean_mm,
+        tip_mean_mm=tip_mean_mm,
+    )
+
+
+@compiled
+def turns(head_mm: NDArray[np.float64], smallest_mm: float) -> NDArray[np.int64]:
+    """Samples where the head turns, turns smaller than ``smallest_mm`` left out, shape (turns,)."""
+    found = np.empty(head_mm.size, dtype=np.int64)
+    count, extreme, direction = 0, 0, 0.0
+    for k in range(1, head_mm.size):
+        beyond = head_mm[k] - head_mm[extreme]
+        if direction == 0.0:
+            if abs(beyond) > smallest_mm:
+                direction, extreme = math.copysign(1.0, beyond), k
+        elif direction * beyond >= 0.0:
+            extreme = k
+        elif -direction * beyond > smallest_mm:
+            found[count] = extreme
+            count += 1
+            direction, extreme = -direction, k
+    return found[:count].copy()
+
+
+def thinned(
+    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], samples: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same recording with about as many samples as asked for, and every turn of the head.
+
+    Between turns a move of the head is monotone, in however many samples it was recorded, so
+    the regressors at the samples that stay are those of the full recording. Only where the head
+    trembles at every sample are its smallest turns left out.
+    """
+    regular = np.arange(0, head_mm.size, max(head_mm.size // samples, 1))
+    if 2 * regular.size > head_mm.size:
+        return head_mm, tip_mm
+    range_mm = float(np.ptp(head_mm))
+    for share in SMALLEST_TURNS:
+        kept = turns(head_mm, share * range_mm)
+        if kept.size <= (MOST_KEPT - 1) * samples:
+            break
+    kept = np.union1d(np.append(regular, head_mm.size - 1), kept)
+    return head_mm[kept], tip_mm[kept]
+
+
+class _Lags(NamedTuple):
+    """The columns that remember, at one sample."""
+
+    h: float
+    forgotten: float
+    """E: what is left of the initial lag."""
+    dh: float
+    d_forgotten: float
+    """Derivatives of both by log(decay)."""
+
+
+@compiled
+def _moved(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
+    """The columns after a move that is not 0.
+
+    ``h <- h e - s (1 - e)/alpha`` and ``E <- E e`` with ``e = exp(-alpha |dx|)``, their derivatives
+    by log(alpha) likewise: one exponential.
+    """
+    share = decay_per_mm * abs(move_mm)
+    left = math.exp(-share)
+    reach = math.copysign(1.0 / decay_per_mm, move_mm)
+    return _Lags(
+        h=(lags.h + reach) * left - reach,
+        forgotten=left * lags.forgotten,
+        # The slope of (h + s/alpha) e - s/alpha by log(alpha).
+        dh=left * (lags.dh - reach - share * (lags.h + reach)) + reach,
+        d_forgotten=left * (lags.d_forgotten - share * lags.forgotten),
+    )
+
+
+@compiled
+def _sums(  # noqa: PLR0915 - one pass, every sum in a register
+    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
+) -> NDArray[np.float64]:
+    """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS)."""
+    lags = _Lags(h=0.0, forgotten=1.0, dh=0.0, d_forgotten=0.0)
+    s01 = s02 = s03 = s04 = s11 = s12 = s13 = s14 = s15 = s16 = 0.0
+    s22 = s23 = s24 = s25 = s26 = s33 = s34 = s35 = s36 = 0.0
+    s44 = s45 = s46 = s00 = s05 = s06 = s66 = s56 = 0.0
+    last_mm = head_mm[0]
+    for k in range(head_mm.size):
+        x, y = head_mm[k], tip_mm[k]
+        move_mm = x - last_mm
+        last_mm = x
+        if move_mm != 0.0:
+            lags = _moved(lags, decay_per_mm, move_mm)
+        h, forgotten, dh, d_forgotten = lags
+        s00 += x * x
+        s01 += x * h
+        s02 += x * forgotten
+        s03 += x * dh
+        s04 += x * d_forgotten
+        s05 += x
+        s06 += x * y
+        s11 += h * h
+        s12 += h * forgotten
+        s13 += h * dh
+        s14 += h * d_forgotten
+        s15 += h
+        s16 += h * y
+        s22 += forgotten * forgotten
+        s23 += forgotten * dh
+        s24 += forgotten * d_forgotten
+        s25 += forgotten
+        s26 += forgotten * y
+        s33 += dh * dh
+        s34 += dh * d_forgotten
+        s35 += dh
+        s36 += dh * y
+        s44 += d_forgotten * d_forgotten
+        s45 += d_forgotten
+        s46 += d_forgotten * y
+        s56 += y
+        s66 += y * y
+    sums = np.zeros((SUMS, SUMS))
+    sums[0] = np.array([s00, s01, s02, s03, s04, s05, s06])
+    sums[1, 1:] = np.array([s11, s12, s13, s14, s15, s16])
+    sums[2, 2:] = np.array([s22, s23, s24, s25, s26])
+    sums[3, 3:] = np.array([s33, s34, s35, s36])
+    sums[4, 4:] = np.array([s44, s45, s46])
+    sums[5, 5:] = np.array([float(head_mm.size), s56])
+    sums[6, 6] = s66
+    return sums
+
+
+@compiled
+def _cholesky(gram: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lower triangle of a matrix with ones on its diagonal; dependent rows get a pivot of 0."""
+    lower = np.zeros(gram.shape)
+    for i in range(gram.shape[0]):
+        for j in range(i + 1):
+            value = gram[i, j]
+            for m in range(j):
+                value -= lower[i, m] * lower[j, m]
+            if i == j:
+                lower[i, i] = math.sqrt(value) if value > LEAST_PIVOT else 0.0
+            elif lower[j, j] > 0.0:
+                lower[i, j] = value / lower[j, j]
+    return lower
+
+
+@compiled
+def _substituted(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solution of ``lower @ lower.T @ factors = right``, rows without a pivot left at 0."""
+    size = right.size
+    forward, factors = np.zeros(size), np.zeros(size)
+    for i in range(size):
+        if lower[i, i] > 0.0:
+            value = right[i]
+            for m in range(i):
+                value -= lower[i, m] * forward[m]
+            forward[i] = value / lower[i, i]
+    for i in range(size - 1, -1, -1):
+        if lower[i, i] > 0.0:
+            value = forward[i]
+            for m in range(i + 1, size):
+                value -= lower[m, i] * factors[m]
+            factors[i] = value / lower[i, i]
+    return factors
+
+
+@compiled
+def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solution of symmetric normal equations by Cholesky; dependent columns get a factor of 0.
+
+    gram: shape (k, k); right: shape (k,). Columns are scaled to length one first.
+    """
+    size = right.size
+    lengths, scaled = np.ones(size), np.empty(gram.shape)
+    for i in range(size):
+        if gram[i, i] > 0.0:
+            lengths[i] = math.sqrt(gram[i, i])
+    for i in range(size):
+        for j in range(size):
+            scaled[i, j] = gram[i, j] / (lengths[i] * lengths[j])
+    factors = _substituted(_cholesky(scaled), right / lengths)
+    return factors / lengths
+
+
+@compiled
+def trial(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float) -> Trial:
+    """What one decay is worth, and where a better one lies. Positions about their means.
+
+    A gain that is not positive makes way for the straight line, whose step is 0.
+    """
+    sums = _sums(head_mm, tip_mm, decay_per_mm)
+    samples = sums[5, 5]
+    gram = np.empty((SUMS, SUMS))
+    for i in range(SUMS):
+        for j in range(i, SUMS):
+            left = sums[i, 5] if i < 5 else sums[5, i]
+            right = sums[j, 5] if j < 5 else sums[5, j]
+            gram[i, j] = sums[i, j] - left * right / samples
+            gram[j, i] = gram[i, j]
+    factors = solve(gram[:3, :3], gram[:3, 6])
+    if not factors[1] > 0.0:
+        squares = gram[6, 6] - gram[0, 6] * gram[0, 6] / gram[0, 0]
+        return Trial(squares=max(squares, 0.0), step=0.0)
+    squares = gram[6, 6]
+    for i in range(3):
+        squares -= factors[i] * gram[i, 6]
+    # The fourth column: how the output bends with log(decay), the other parameters held.
+    normal, right_side = np.empty((4, 4)), np.empty(4)
+    normal[:3, :3] = gram[:3, :3]
+    for i in range(3):
+        normal[i, 3] = factors[1] * gram[i, 3] + factors[2] * gram[i, 4]
+        normal[3, i] = normal[i, 3]
+        right_side[i] = gram[i, 6]
+    normal[3, 3] = (
+        factors[1] * factors[1] * gram[3, 3]
+        + 2.0 * factors[1] * factors[2] * gram[3, 4]
+        + factors[2] * factors[2] * gram[4, 4]
+    )
+    right_side[3] = factors[1] * gram[3, 6] + factors[2] * gram[4, 6]
+    for i in range(4):  # the rest's share of each column
+        for j in range(3):
+            right_side[i] -= normal[i, j] * factors[j]
+    return Trial(squares=max(squares, 0.0), step=solve(normal, right_side)[3])
+
+
+@compiled
+def trials(
+    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decays_per_mm: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Sum of squares for each of some decays, shape (decays,). Positions about their means."""
+    squares = np.empty(decays_per_mm.size)
+    for k in range(decays_per_mm.size):
+        squares[k] = trial(head_mm, tip_mm, decays_per_mm[k]).squares
+    return squares
+
+
+def project(recording: Recording, decay_per_mm: float) -> Projection:
+    """Best slope, velocity gain, initial lag and offset for one decay.
+
+    A gain that is not positive, or no more than rounding of the tip, makes way for the straight
+    line: gain and lag 0.
+    """
+    unit_gain = ModifiedDahl(slope=0.0, velocity_gain=1.0, decay_per_mm=decay_per_mm, offset_mm=0.0)
+    columns = np.empty((3, recording.head_mm.size))
+    columns[0] = recording.head_mm
+    columns[1] = simulate(unit_gain, recording.head_mm, 0.0)
+    np.exp(-decay_per_mm * recording.path_mm, out=columns[2])
+    means = columns.mean(axis=1)
+    columns -= means[:, None]
+    factors = least_squares(columns, recording.tip_mm)
+    lag_range_mm = float(factors[1] * np.ptp(columns[1]))
+    if lag_range_mm <= ROUNDING * float(np.ptp(recording.tip_mm)):
+        factors = np.array([least_squares(columns[:1], recording.tip_mm)[0], 0.0, 0.0])
+    slope, velocity_gain, lag_mm = (float(factor) for factor in factors)
+    rest_mm = recording.tip_mm - factors @ columns
+    return Projection(
+        model=ModifiedDahl(slope, velocity_gain, decay_per_mm, -float(factors @ means)),
+        lag_mm=lag_mm,
+        columns=columns,
+        rest_mm=rest_mm,
+        squares=float(rest_mm @ rest_mm),
+    )
+
+
+def least_squares(columns: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Factors that bring ``factors @ columns`` nearest to the target.
+
+    columns: shape (factors, n), each about its mean; target: shape (n,), likewise. Normal
+    equations, made safe by centring, by scaling every column to length one, and by a second pass
+    over the residuals, which wins back the digits they lose.
+    """
+    # Row by row: for three long rows five times faster than the matrix product.
+    gram = np.array([[one @ two for two in columns] for one in columns])
+    lengths = np.sqrt(np.diag(gram))
+    lengths[lengths == 0.0] = 1.0
+    gram /= np.outer(lengths, lengths)
+    factors = np.zeros(lengths.size)
+    rest = target
+    for _ in range(2):
+        factors += np.linalg.lstsq(gram, columns @ rest / lengths, rcond=None)[0] / lengths
+        rest = target - factors @ columns
+    return factors

@@ -1,0 +1,222 @@
+"""What a recording and its residuals cannot carry, said in plain words."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.identification.estimator.projection import turns
+from opensuction.kernel.errors import InputError
+
+Array = NDArray[np.float64]
+
+REVERSAL_SHARE = 0.05
+"""Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
+
+FEWEST_REVERSALS = 3
+"""With fewer no branch of the loop is seen twice."""
+
+TREMBLING = 0.5
+"""Von Neumann ratio of an input that only trembles: independent samples have 2, travel has next
+to 0. Source: [Neumann-1941]."""
+
+FEWEST_STEPS = 100
+"""Steps of an encoder in a range from which a gap of a few percent can still be seen."""
+
+CLIPPED_SHARE = 0.005
+"""Share of samples at one extreme of the output, while the input travels, that looks clipped."""
+
+CLIPPED_TRAVEL = 0.02
+"""Least outward travel of the input during such rests, as a share of its range."""
+
+UNEVEN_SHARE = 0.1
+"""Deviation of a sampling interval from the usual one that is told."""
+
+REVERSED_CORRELATION = -0.2
+"""Correlation of input and output below which the sign is taken to be wrong."""
+
+WORST_CONDITION = 1e4
+"""Condition of the scaled Jacobian above which parameters trade against one another."""
+
+EXPLAINED_SHARE = 0.5
+"""A model that explains less of the output's variance explains nothing useful."""
+
+ALIKE_SAMPLES = 0.3
+"""Correlation of neighbouring residuals that is told."""
+
+PREDICTED_FACTOR = 1.5
+"""Error of the held-out part over that of the fitted part which is told."""
+
+ROUNDING = 1e-9
+"""Residuals below this share of the output are rounding, and may be alike."""
+
+MOST_LAGS = 200
+"""Lags of the autocorrelation that are kept for a plot."""
+
+
+class Names(NamedTuple):
+    """How messages call the recorded quantities and the unit of the input."""
+
+    input_name: str
+    output_name: str
+    input_unit: str
+
+
+def check(input_: Array, output: Array, names: Names) -> None:
+    """Refuse what can only be fitted with nonsense.
+
+    Raises InputError for a quantity that does not move, an input that never reverses or only
+    trembles, and an output whose sign is against the input's.
+    """
+    for name, record in ((names.input_name, input_), (names.output_name, output)):
+        if not np.ptp(record) > 0.0:
+            raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    range_ = float(np.ptp(input_))
+    back = float(np.max(np.maximum.accumulate(input_) - input_))
+    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
+    if min(back, forth) < REVERSAL_SHARE * range_:
+        raise InputError(
+            f"{names.input_name}: reverses by {min(back, forth):.4g} of a range of {range_:.4g} "
+            f"{names.input_unit}, at least {REVERSAL_SHARE:.0%} are needed to see a hysteresis"
+        )
+    moves = np.diff(input_)
+    about = input_ - input_.mean()
+    if float(moves @ moves) > TREMBLING * float(about @ about):
+        raise InputError(
+            f"{names.input_name}: trembles within {range_:.4g} {names.input_unit} but does "
+            "not travel; record a motion to and fro that is larger than the gap"
+        )
+    correlation = float(np.corrcoef(input_, output)[0, 1])
+    if correlation < REVERSED_CORRELATION:
+        raise InputError(
+            f"{names.output_name}: moves against {names.input_name} (correlation "
+            f"{correlation:.2f}), should follow it; negate one of them"
+        )
+
+
+def check_time(time_s: Array, name: str = "time") -> None:
+    """Refuse a time that does not advance. Raises InputError."""
+    back = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if back.size:
+        raise InputError(
+            f"{name}: does not advance at sample {back[0] + 1} ({time_s[back[0]]:g} then "
+            f"{time_s[back[0] + 1]:g} s); sort the recording or remove doubled samples"
+        )
+
+
+def of_recording(
+    input_: Array, output: Array, time_s: Array | None, names: Names
+) -> tuple[str, ...]:
+    """What is weak about a recording, a sentence each. Arrays of shape (n,)."""
+    range_ = float(np.ptp(input_))
+    said = []
+    reversals = turns(input_, REVERSAL_SHARE * range_).size
+    if reversals < FEWEST_REVERSALS:
+        said.append(
+            f"Too few reversals: {names.input_name} turns {reversals} times by more than "
+            f"{REVERSAL_SHARE:.0%} of its range, {FEWEST_REVERSALS} or more show each branch twice."
+        )
+    steps = np.abs(np.diff(input_))
+    step = float(steps[steps > 0.0].min())
+    if range_ < FEWEST_STEPS * step:
+        said.append(
+            f"Range too small: {names.input_name} covers {range_ / step:.0f} steps of its "
+            f"resolution ({step:.3g} {names.input_unit}), {FEWEST_STEPS} or more are needed."
+        )
+    said.extend(_clipped(input_, output, names))
+    if time_s is not None:
+        intervals = np.diff(time_s)
+        usual = float(np.median(intervals))
+        worst = float(np.max(np.abs(intervals - usual)))
+        if worst > UNEVEN_SHARE * usual:
+            said.append(
+                f"Uneven sampling: intervals from {intervals.min():.3g} to {intervals.max():.3g} s,"
+                f" usually {usual:.3g} s. The models do not mind, the intervals assume even ones."
+            )
+    return tuple(said)
+
+
+def _clipped(input_: Array, output: Array, names: Names) -> list[str]:
+    """Whether the output rests at an extreme while the input travels on outwards.
+
+    On the way back it may rest there: that is the gap.
+    """
+    said = []
+    moves = np.diff(input_, prepend=input_[0])
+    ends = (("highest", output.max(), moves), ("lowest", output.min(), -moves))
+    for word, extreme, outward in ends:
+        there = output == extreme
+        both = there & np.concatenate([[False], there[:-1]]) & (outward > 0.0)
+        travelled = float(outward[both].sum())
+        enough = travelled > CLIPPED_TRAVEL * float(np.ptp(input_))
+        if enough and np.count_nonzero(both) > CLIPPED_SHARE * output.size:
+            said.append(
+                f"Clipped: {names.output_name} stays at its {word} value ({extreme:g}) while "
+                f"{names.input_name} travels on by {travelled:.3g} {names.input_unit}; the sensor "
+                "may be at its end."
+            )
+    return said
+
+
+def autocorrelation(rest: Array) -> Array:
+    """Autocorrelation of residuals at lags of 0, 1, 2, ... samples; shape (lags,), at most 201."""
+    lags = min(MOST_LAGS, rest.size - 1)
+    about = rest - rest.mean()
+    power = float(about @ about)
+    if not power > 0.0:
+        return np.eye(1, lags + 1, dtype=np.float64).ravel()
+    size = 2 ** math.ceil(math.log2(2 * rest.size))
+    spectrum = np.fft.rfft(about, size)
+    products: Array = np.fft.irfft(np.abs(spectrum) ** 2, size)[: lags + 1]
+    return np.asarray(products / power, dtype=np.float64)
+
+
+def of_residuals(
+    output: Array, rest: Array, held_out: Array, correlations: Array
+) -> tuple[str, ...]:
+    """What the residuals say about the model, a sentence each.
+
+    output, rest: of the fitted samples. held_out: residuals of the samples held out, maybe none.
+    """
+    said = []
+    explained = 1.0 - float(rest.var()) / float(output.var())
+    if explained < EXPLAINED_SHARE:
+        said.append(
+            f"The model explains {max(explained, 0.0):.0%} of the output's variance: its "
+            "parameters mean nothing."
+        )
+    rounding = float(rest.std()) < ROUNDING * float(output.std())
+    if correlations.size > 1 and correlations[1] > ALIKE_SAMPLES and not rounding:
+        below = np.flatnonzero(correlations < math.exp(-1.0))
+        last = f"{below[0]}" if below.size else f"more than {correlations.size - 1}"
+        said.append(
+            f"Neighbouring residuals are alike (correlation {correlations[1]:.2f}, for {last} "
+            "samples): drift, filtered noise, or something the model leaves out. Intervals, "
+            "where given, allow for it."
+        )
+    if held_out.size:
+        fitted, predicted = math.sqrt(np.mean(rest**2)), math.sqrt(np.mean(held_out**2))
+        if predicted > PREDICTED_FACTOR * fitted and not rounding:
+            said.append(
+                f"The held-out part is predicted {predicted / max(fitted, 1e-300):.1f} times worse "
+                "than the fitted part: the plant changed, or the model follows noise."
+            )
+    return tuple(said)
+
+
+def condition(jacobian: Array) -> float:
+    """Condition number of the columns' directions about their means.
+
+    Without the means, since an origin far away is no fault of the recording; rows that hardly vary
+    (an offset, a parameter at its bound) do not count.
+    """
+    lengths = np.sqrt(np.einsum("ij,ij->i", jacobian, jacobian))
+    about = jacobian - jacobian.mean(axis=1)[:, None]
+    spreads = np.sqrt(np.einsum("ij,ij->i", about, about))
+    varied = spreads > ROUNDING * lengths
+    scaled = about[varied] / spreads[varied, None]
+    if not len(scaled):
+        return math.inf
+    sizes = np.sqrt(np.maximum(np.linalg.eigvalsh(scaled @ scaled.T), 0.0))
+    return float(sizes.max() / sizes.min()) if sizes.min() > 0.0 else math.inf

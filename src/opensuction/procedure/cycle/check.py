@@ -1,0 +1,328 @@
+"""The pre-use test: sensors, insertion motor, valve, pump and line, one item after another.
+
+Nothing of it happens in the patient: the tip stays parked, the head moves within the gap of the
+transmission, and the valve strokes with the line vented. An item passes when its condition has
+held for a moment, and fails when it does not come in time; the test ends with the first failure.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.readings import Readings, is_number
+
+
+class CheckItem(IntEnum):
+    """What is tested. The numbers are stored in recordings: never renumber."""
+
+    NONE = 0
+    """Nothing is being tested, or nothing failed."""
+    READINGS = 1
+    CONTACT_OPEN = 2
+    HEAD_HOME = 3
+    HEAD_ADVANCES = 4
+    HEAD_RETURNS = 5
+    LINE_VENTED = 6
+    VALVE_OPENS = 7
+    VALVE_CLOSES = 8
+    VACUUM_BUILDS = 9
+    VACUUM_HOLDS = 10
+    RELIEF_OPENS = 11
+    REGULATOR_HOLDS = 12
+
+
+I = CheckItem  # noqa: E741 - short, for the tables below
+
+ORDER = (
+    I.READINGS,
+    I.CONTACT_OPEN,
+    I.HEAD_HOME,
+    I.HEAD_ADVANCES,
+    I.HEAD_RETURNS,
+    I.LINE_VENTED,
+    I.VALVE_OPENS,
+    I.VALVE_CLOSES,
+    I.VACUUM_BUILDS,
+    I.RELIEF_OPENS,
+    I.REGULATOR_HOLDS,
+    I.VACUUM_HOLDS,
+)
+"""Sensors first, for the rest is judged by them; the valve strokes before there is vacuum. What the
+regulator has lowered, the line must hold."""
+
+SENTENCES: dict[CheckItem, str] = {
+    I.NONE: "nothing failed",
+    I.READINGS: "a sensor gives no valid reading",
+    I.CONTACT_OPEN: "the contact switch is closed although nothing touches the tip",
+    I.HEAD_HOME: "the catheter head is not at its park position",
+    I.HEAD_ADVANCES: "the insertion motor does not move the catheter head in",
+    I.HEAD_RETURNS: "the insertion motor does not bring the catheter head back",
+    I.LINE_VENTED: "there is vacuum in the line with the pump off",
+    I.VALVE_OPENS: "the suction valve does not open in time",
+    I.VALVE_CLOSES: "the spring does not close the suction valve in time",
+    I.VACUUM_BUILDS: "the pump does not reach its set point in time",
+    I.VACUUM_HOLDS: "the line loses its vacuum with the pump off: there is a leak",
+    I.RELIEF_OPENS: "the mechanical relief valve does not keep the line at its vacuum",
+    I.REGULATOR_HOLDS: "the regulator does not keep a lower set point",
+}
+"""What a failure means, for people."""
+
+ITEMS: dict[CheckItem, str] = {
+    I.READINGS: "Sensors give valid readings",
+    I.CONTACT_OPEN: "Contact switch is open at rest",
+    I.HEAD_HOME: "Encoder reads the park position",
+    I.HEAD_ADVANCES: "Insertion motor moves the head in, within the slack",
+    I.HEAD_RETURNS: "Insertion motor brings it back",
+    I.LINE_VENTED: "Line is vented with the pump off",
+    I.VALVE_OPENS: "Suction valve opens in time",
+    I.VALVE_CLOSES: "Suction valve closes in time, by its spring alone",
+    I.VACUUM_BUILDS: "Pump reaches its set point",
+    I.RELIEF_OPENS: "Relief valve opens, behind the closed valve",
+    I.REGULATOR_HOLDS: "Regulator keeps a lower set point",
+    I.VACUUM_HOLDS: "Line holds its vacuum with the pump off",
+}
+"""Each item in words, in the order in which they are listed."""
+
+
+class ItemLimits(NamedTuple):
+    """Longest time for each item, s, in the order of `CheckItem`."""
+
+    none: float
+    readings: float
+    contact_open: float
+    head_home: float
+    head_advances: float
+    head_returns: float
+    line_vented: float
+    valve_opens: float
+    valve_closes: float
+    vacuum_builds: float
+    vacuum_holds: float
+    relief_opens: float
+    regulator_holds: float
+
+
+class CheckPlan(NamedTuple):
+    """Numbers of the pre-use test; `planner.check_plan` says where each comes from."""
+
+    jog_mm: float
+    """Head travel that shows that the motor answers, within the gap of the transmission."""
+    hold_s: float
+    """How long a condition must hold."""
+    vented_mmhg: float
+    """Highest vacuum of a vented line."""
+    ready_mmhg: float
+    """Vacuum that the pump must reach."""
+    set_mmhg: float
+    """Set point of the cycle."""
+    lowered_mmhg: float
+    """Lower set point that the regulator must keep."""
+    relief_mmhg: float
+    """Vacuum at which the relief valve opens."""
+    beyond_mmhg: float
+    """Set point that only the relief valve keeps the line from."""
+    near_mmhg: float
+    """How near to either the line must come."""
+    level_s: float
+    """How long it must stay there."""
+    settle_s: float
+    """Time that regulator and line take to settle."""
+    leak_s: float
+    """How long the line is watched with the pump off."""
+    leak_share: float
+    """Largest share of its vacuum that it may lose in that time."""
+    limits_s: ItemLimits
+
+
+class CheckState(NamedTuple):
+    """Where the test stands."""
+
+    item: int
+    """Item being tested; NONE outside the phase, and when all have passed."""
+    ticks: int
+    """Since the item began."""
+    held_ticks: int
+    """For how long its condition has held."""
+    vacuum_mmhg: float
+    """Vacuum from which the leak is reckoned."""
+    failed: int
+    """Item that failed; it stays until the next test begins."""
+
+
+class CheckSeen(NamedTuple):
+    """What the test learns of the head and the valve."""
+
+    home: bool
+    settled: bool
+    off_park_mm: float
+    """Head reading less its park position."""
+    settle_mm: float
+    opened: bool
+    closed: bool
+
+
+def _following() -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    table = np.zeros(len(CheckItem), dtype=np.int64)
+    table[CheckItem.NONE] = ORDER[0]
+    for item, following in zip(ORDER, (*ORDER[1:], CheckItem.NONE), strict=True):
+        table[item] = following
+    return table
+
+
+FOLLOWING = _following()
+"""The item after each; the first after NONE, NONE after the last."""
+
+
+def untested() -> CheckState:
+    """No test has run yet."""
+    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+
+
+@compiled
+def begin() -> CheckState:
+    """The first item of a new test."""
+    return CheckState(item=FOLLOWING[0], ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+
+
+@compiled
+def end(state: CheckState, broken_off: bool) -> CheckState:
+    """The test is over; broken off by a fault, the item that was tested has failed."""
+    failed = state.item if broken_off and state.failed == 0 else state.failed
+    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=failed)
+
+
+@compiled
+def _valid(readings: Readings) -> bool:
+    return (
+        readings.head_valid
+        and readings.carriage_valid
+        and readings.cam_valid
+        and readings.vacuum_valid
+        and readings.contact_valid
+        and is_number(readings.head_mm)
+        and is_number(readings.carriage_mm)
+        and is_number(readings.cam_rad)
+        and is_number(readings.line_vacuum_mmhg)
+    )
+
+
+@compiled
+def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> bool:
+    """Whether the condition of an item that tests the suction line holds; true for any other."""
+    item = state.item
+    if item == CheckItem.LINE_VENTED:
+        return vacuum_mmhg <= plan.vented_mmhg
+    if item == CheckItem.VACUUM_BUILDS:
+        return vacuum_mmhg >= plan.ready_mmhg
+    if item == CheckItem.RELIEF_OPENS:
+        return abs(vacuum_mmhg - plan.relief_mmhg) <= plan.near_mmhg
+    if item == CheckItem.REGULATOR_HOLDS:
+        return abs(vacuum_mmhg - plan.lowered_mmhg) <= plan.near_mmhg
+    if item == CheckItem.VACUUM_HOLDS:
+        return vacuum_mmhg >= (1.0 - plan.leak_share) * state.vacuum_mmhg
+    return True
+
+
+@compiled
+def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen) -> bool:
+    """Whether the item's own condition holds; sensors and contact are judged before."""
+    item = state.item
+    if item == CheckItem.HEAD_HOME:
+        return seen.home and seen.settled
+    if item == CheckItem.HEAD_ADVANCES:
+        return abs(seen.off_park_mm - plan.jog_mm) <= seen.settle_mm
+    if item == CheckItem.HEAD_RETURNS:
+        return abs(seen.off_park_mm) <= seen.settle_mm
+    if item == CheckItem.VALVE_OPENS:
+        return seen.opened and readings.line_vacuum_mmhg <= plan.vented_mmhg
+    if item == CheckItem.VALVE_CLOSES:
+        return seen.closed
+    return _line_condition(plan, state, readings.line_vacuum_mmhg)
+
+
+@compiled
+def _needed_s(plan: CheckPlan, item: int) -> float:
+    """How long the condition of an item must hold."""
+    if item == CheckItem.VACUUM_BUILDS:
+        return plan.settle_s
+    if item == CheckItem.VACUUM_HOLDS:
+        return plan.settle_s + plan.leak_s
+    if item in (CheckItem.RELIEF_OPENS, CheckItem.REGULATOR_HOLDS):
+        return plan.level_s
+    return plan.hold_s
+
+
+@compiled
+def step(
+    plan: CheckPlan, state: CheckState, readings: Readings, seen: CheckSeen, dt_s: float
+) -> CheckState:
+    """Advance the test by one tick; with ``item`` and ``failed`` both NONE all have passed."""
+    item = state.item
+    vacuum = state.vacuum_mmhg
+    if item == CheckItem.VACUUM_HOLDS and state.ticks * dt_s < plan.settle_s:
+        vacuum = readings.line_vacuum_mmhg
+    valid = _valid(readings)
+    open_contact = not readings.contact_closed or item == CheckItem.READINGS
+    holds = valid and open_contact and _condition(plan, state, readings, seen)
+    held = state.held_ticks + 1 if holds else 0
+    if held * dt_s >= _needed_s(plan, item):
+        return CheckState(item=FOLLOWING[item], ticks=0, held_ticks=0, vacuum_mmhg=vacuum, failed=0)
+    failed = 0
+    if state.ticks * dt_s >= plan.limits_s[item]:
+        failed = item
+        if not valid:
+            failed = CheckItem.READINGS
+        elif not open_contact:
+            failed = CheckItem.CONTACT_OPEN
+    return CheckState(
+        item=item,
+        ticks=state.ticks + 1,
+        held_ticks=held,
+        vacuum_mmhg=vacuum,
+        failed=failed,
+    )
+
+
+@compiled
+def is_stroking(item: int) -> bool:
+    """Whether the item asks for an open valve."""
+    return item == CheckItem.VALVE_OPENS
+
+
+@compiled
+def is_by_spring(item: int) -> bool:
+    """Whether the valve motor's torque stays off: the spring alone must close what it opened.
+
+    It is the spring that ends suction when motor, encoder or power fail, and a closed valve is left
+    to it.
+    """
+    return item == CheckItem.VALVE_CLOSES
+
+
+@compiled
+def is_pumping(item: int) -> bool:
+    """Whether the item asks for the pump."""
+    return item in (CheckItem.VACUUM_BUILDS, CheckItem.RELIEF_OPENS, CheckItem.REGULATOR_HOLDS)
+
+
+@compiled
+def set_point_mmhg(plan: CheckPlan, item: int) -> float:
+    """Set point of the regulator: 0 vents the line.
+
+    With the pump off it stays at the cycle's: the regulator lets nothing in below it.
+    """
+    if item == CheckItem.RELIEF_OPENS:
+        return plan.beyond_mmhg
+    if item == CheckItem.REGULATOR_HOLDS:
+        return plan.lowered_mmhg
+    if item in (CheckItem.VACUUM_BUILDS, CheckItem.VACUUM_HOLDS):
+        return plan.set_mmhg
+    return 0.0
+
+
+@compiled
+def is_jogging(item: int) -> bool:
+    """Whether the item asks for the head away from its park position."""
+    return item == CheckItem.HEAD_ADVANCES

@@ -1,0 +1,310 @@
+"""One suction cycle, tick by tick: which phase it is, and what that phase asks for.
+
+Phases follow Fig. 2 of the paper: insertion to A, valve opens (A'), dwell with suction to B,
+withdrawal with the valve open to C, valve closes (D).
+"""
+
+import math
+from typing import NamedTuple
+
+from opensuction.control import profile, staged_path
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.requests import Requests
+from opensuction.procedure.cycle import check, progress, teaching, transition
+from opensuction.procedure.cycle import plan as plans
+from opensuction.procedure.cycle.check import CheckState
+from opensuction.procedure.cycle.plan import Excitation, Plan
+from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
+from opensuction.procedure.cycle.teaching import TeachingState
+from opensuction.procedure.cycle.transition import Event
+
+INWARDS = 1.0
+OUTWARDS = -1.0
+NOT_ANNOUNCED_S = -1.0
+"""The tip's next motion lies further ahead than the gap needs."""
+PUMPED = (
+    Phase.PRELOADING,
+    Phase.INSERTING,
+    Phase.BACKING_OFF,
+    Phase.OPENING,
+    Phase.SUCTIONING,
+    Phase.WITHDRAWING,
+    Phase.CLOSING,
+)
+"""Phases in which the pump runs; elsewhere the line vents, so that each check tests it."""
+
+
+class Demand(NamedTuple):
+    """What the procedure asks of the control."""
+
+    reference_mm: float
+    """Desired tip position (y_r)."""
+    reference_mm_per_s: float
+    direction: float
+    """Of the tip's next motion: +1 towards the carina, -1 back."""
+    starts_in_s: float
+    """Time until that motion begins; 0 while it lasts, below 0 where none is announced."""
+    homing: bool
+    """The head goes to its park position, whatever the model makes of the reference."""
+    jog_mm: float
+    """Homing: this far inwards of it, for the pre-use test."""
+    insertion_on: bool
+    """Torque of the insertion drive; off while a hand moves the head."""
+    valve_open: bool
+    valve_on: bool
+    """Torque of the valve drive; off while the pre-use test leaves the valve to its spring."""
+    pump_on: bool
+    vacuum_mmhg: float
+
+
+def begin(plan: Plan, phase: Phase) -> ProcedureState:
+    """State at the beginning of a phase, tip at its parked reference, nothing tested or taught."""
+    return _enter(
+        plan,
+        int(phase),
+        transition.STAY,
+        plan.motion.park_mm,
+        False,
+        check.untested(),
+        teaching.untaught(),
+    )
+
+
+@compiled
+def _enter(
+    plan: Plan,
+    phase: int,
+    cause: int,
+    reference_mm: float,
+    valve_open: bool,
+    tested: CheckState,
+    taught: TeachingState,
+) -> ProcedureState:
+    return ProcedureState(
+        phase=phase,
+        cause=cause,
+        phase_ticks=0,
+        limit_s=plan.limits_s[phase],
+        start_mm=reference_mm,
+        reference_mm=reference_mm,
+        reference_mm_per_s=0.0,
+        arrived_ticks=0,
+        valve_open=valve_open,
+        line_ready=False,
+        check=tested,
+        teaching=taught,
+    )
+
+
+@compiled
+def excite(excitation: Excitation, time_s: float) -> tuple[float, float]:
+    """Head travel from rest (mm) and velocity (mm/s) of the identification excitation."""
+    if time_s >= excitation.duration_s:
+        return 0.0, 0.0
+    rate = 2.0 * math.pi / excitation.period_s
+    half = 0.5 * excitation.range_mm
+    angle = rate * time_s
+    return half * (1.0 - math.cos(angle)), half * rate * math.sin(angle)
+
+
+@compiled
+def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float, float]:
+    """Desired tip position and velocity ``time_s`` after the phase began."""
+    motion = plan.motion
+    if state.phase == Phase.INSERTING:
+        return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
+    if state.phase == Phase.BACKING_OFF:
+        way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
+        return profile.at(way, time_s - plans.back_off_wait_s(plan))  # the gap comes first
+    if state.phase == Phase.WITHDRAWING:
+        return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
+    if state.phase == Phase.ABORTING:
+        return profile.at(plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s)
+    if state.phase == Phase.IDENTIFYING:
+        moved_mm, velocity = excite(plan.excitation, time_s)
+        return motion.park_mm + moved_mm, velocity
+    return state.reference_mm, 0.0
+
+
+@compiled
+def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
+    """The valve rule: open from A to C; an abort keeps it open on the way out if it was open.
+
+    The pre-use test strokes it too: see `check.is_stroking`.
+    """
+    if phase == Phase.ABORTING:
+        return was_open and not home
+    return phase in (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
+
+
+@compiled
+def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tuple[float, float]:
+    """Direction of the tip's next motion and the time until it begins: see `Demand`.
+
+    time_s: since the phase began. arrived_s: since the reference reached the target. The direction
+    turns when the way back's gap is to be crossed.
+    """
+    if phase == Phase.PRELOADING:
+        return INWARDS, max(plan.preload_s - time_s, 0.0)
+    if phase == Phase.INSERTING:
+        return INWARDS, 0.0
+    backing = plan.contact.enabled and plan.contact.backoff_mm > 0.0
+    if phase == Phase.BACKING_OFF:
+        if not backing:
+            return INWARDS, NOT_ANNOUNCED_S
+        return OUTWARDS, max(plans.back_off_wait_s(plan) - time_s, 0.0)
+    if phase in (Phase.OPENING, Phase.SUCTIONING):
+        if backing:
+            return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
+        left_s = plan.dwell_s - arrived_s
+        if left_s > plan.gap_lead_s:
+            return INWARDS, NOT_ANNOUNCED_S
+        return OUTWARDS, max(left_s, 0.0)
+    return OUTWARDS, 0.0
+
+
+@compiled
+def _is_homing(phase: int) -> bool:
+    return phase in (Phase.PARKED, Phase.CHECKING, Phase.ABORTING)
+
+
+@compiled
+def _is_driven(phase: int, bringing: bool) -> bool:
+    """Torque on the insertion drive: not while hands move the head."""
+    if phase == Phase.TEACHING:
+        return bringing
+    return phase != Phase.OUT_OF_SERVICE
+
+
+@compiled
+def _is_pumping(phase: int, valve_open: bool) -> bool:
+    """Pump on: in the cycle itself, and on the way out of one as long as the valve is open."""
+    if phase == Phase.ABORTING:
+        return valve_open
+    return phase in PUMPED
+
+
+@compiled
+def _is_advancing(phase: int) -> bool:
+    """From the gap's taking up until the valve is asked to open."""
+    return phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
+
+
+@compiled
+def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bool:
+    """Whether the line has had its vacuum since the pump was started for this insertion.
+
+    Then the pump rests until the valve is asked to open: a valve that lets gas through on the way
+    in shows as a fall of the vacuum, and can draw no more than the canister holds.
+    """
+    filled = readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
+    return _is_advancing(phase) and (was_ready or filled)
+
+
+@compiled
+def _next_check(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
+    """State of the pre-use test at the beginning of a phase."""
+    if phase == Phase.CHECKING:
+        return check.begin()
+    if state.phase == Phase.CHECKING:
+        broken = cause in (Event.TRIPPED, Event.PHASE_OVERDUE)
+        return check.end(checked, broken)
+    return checked
+
+
+@compiled
+def _change_phase(
+    plan: Plan,
+    state: ProcedureState,
+    checked: CheckState,
+    taught: TeachingState,
+    events: int,
+    phase: int,
+    contact_mm: float,
+) -> ProcedureState:
+    """State at the beginning of another phase. contact_mm: tip reference at contact."""
+    resting = phase in RESTING
+    reference_mm = plan.motion.park_mm if resting else state.reference_mm
+    if phase == Phase.BACKING_OFF:
+        reference_mm = contact_mm
+    cause = transition.cause(state.phase, events)
+    checked = _next_check(state, checked, phase, cause)
+    was_open = state.valve_open and state.phase != Phase.CHECKING
+    if phase == Phase.TEACHING:
+        taught = teaching.begin()
+    return _enter(plan, phase, cause, reference_mm, was_open and not resting, checked, taught)
+
+
+@compiled
+def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
+    """Whether the reference stands at the target."""
+    if phase == Phase.INSERTING:
+        return reference_mm == plan.motion.target_mm
+    return phase in (Phase.OPENING, Phase.SUCTIONING)
+
+
+@compiled
+def _demand(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
+    """What the cycle asks of the control ``time_s`` after its phase began."""
+    phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
+    pumping = _is_pumping(phase, now.valve_open)
+    vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0
+    if phase == Phase.CHECKING:
+        pumping = check.is_pumping(item)
+        vacuum_mmhg = check.set_point_mmhg(plan.check, item)
+    direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
+    return Demand(
+        reference_mm=now.reference_mm,
+        reference_mm_per_s=now.reference_mm_per_s,
+        direction=direction,
+        starts_in_s=starts_in_s,
+        homing=_is_homing(phase) or (phase == Phase.TEACHING and bringing),
+        jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
+        insertion_on=_is_driven(phase, bringing),
+        valve_open=now.valve_open,
+        valve_on=not check.is_by_spring(item),
+        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING),
+        vacuum_mmhg=vacuum_mmhg,
+    )
+
+
+@compiled
+def step(
+    plan: Plan,
+    state: ProcedureState,
+    readings: Readings,
+    requests: Requests,
+    feedback: ControlFeedback,
+    dt_s: float,
+) -> tuple[ProcedureState, Demand]:
+    """Advance the cycle by one tick; returns the new state and what it asks for."""
+    checked, taught = state.check, state.teaching
+    if state.phase == Phase.CHECKING:
+        checked = progress.step_check(plan, checked, readings, feedback, dt_s)
+    if state.phase == Phase.TEACHING:
+        taught = progress.step_teaching(plan, taught, readings, requests, feedback)
+    events = progress.events(plan, state, checked, readings, requests, feedback, dt_s)
+    phase = transition.follow(state.phase, events)
+    arrived_ticks, line_ready = state.arrived_ticks, state.line_ready
+    if phase != state.phase:
+        state = _change_phase(plan, state, checked, taught, events, phase, feedback.contact_tip_mm)
+        checked, taught = state.check, state.teaching
+    time_s = state.phase_ticks * dt_s
+    reference, velocity = _reference(plan, state, time_s)
+    valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
+    if phase == Phase.CHECKING:
+        valve_open = check.is_stroking(checked.item)
+    now = state._replace(
+        phase=phase,
+        phase_ticks=state.phase_ticks + 1,
+        reference_mm=reference,
+        reference_mm_per_s=velocity,
+        arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,
+        valve_open=valve_open,
+        line_ready=_is_ready(plan, phase, line_ready, readings),
+        check=checked,
+        teaching=taught,
+    )
+    return now, _demand(plan, now, time_s, dt_s)

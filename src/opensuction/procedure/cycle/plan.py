@@ -1,0 +1,138 @@
+"""The plan of one run: a protocol fitted to machine and patient, in the form the tick needs."""
+
+from typing import NamedTuple
+
+from opensuction.control.profile import Profile
+from opensuction.control.staged_path import StagedPath
+from opensuction.kernel.compiled import compiled
+from opensuction.procedure.cycle.check import CheckPlan
+from opensuction.procedure.cycle.teaching import TeachingPlan
+
+BACK_OFF_SHARE = 0.5
+"""Share of the head's acceleration that the tip's reference uses to back off: a head that comes
+late out of the gap must brake harder than its reference does, or it runs past the end."""
+TUBE_END_MM = 0.0
+"""Lower end of the tube: the origin of every depth."""
+
+
+class Motion(NamedTuple):
+    """How the tip moves."""
+
+    park_mm: float
+    """Reference of the parked tip."""
+    target_mm: float
+    tube_mm_per_s: float
+    """Speed inwards inside the tube, down to its lower end at 0."""
+    insertion_mm_per_s: float
+    withdrawal_mm_per_s: float
+    abort_mm_per_s: float
+    acceleration_mm_per_s2: float
+    park_head_mm: float
+    """Head position at which the machine is parked."""
+    settle_mm: float
+    """The head has arrived when it is this near to its command."""
+
+
+class ContactSearch(NamedTuple):
+    """Stopping by contact: where it is expected, and how far the tip backs off before suction."""
+
+    enabled: bool
+    window_start_mm: float
+    """Contact with the estimated tip before this is a fault: something is in the way, or the
+    switch is bridged."""
+    backoff_mm: float
+
+
+class Excitation(NamedTuple):
+    """Identification: the head follows half of (1 - cos), starting from rest."""
+
+    range_mm: float
+    period_s: float
+    duration_s: float
+
+
+class PhaseLimits(NamedTuple):
+    """Longest duration of each phase, s, in the order of `Phase`; infinite where a person acts."""
+
+    parked: float
+    checking: float
+    preloading: float
+    inserting: float
+    backing_off: float
+    opening: float
+    suctioning: float
+    withdrawing: float
+    closing: float
+    aborting: float
+    halted: float
+    teaching: float
+    identifying: float
+    out_of_service: float
+
+
+class Plan(NamedTuple):
+    """What the procedure follows. Times are s, vacuum is mmHg."""
+
+    motion: Motion
+    contact: ContactSearch
+    check: CheckPlan
+    teaching: TeachingPlan
+    excitation: Excitation
+    preload_s: float
+    """Time given to the head to take up the gap before insertion."""
+    dwell_s: float
+    """From the reference's arrival at the target to the start of the way back."""
+    gap_lead_s: float
+    """Last part of the dwell, in which the gap of the way back is crossed."""
+    vacuum_mmhg: float
+    cam_open_rad: float
+    bench_only: bool
+    """Nobody is on the machine: it may be identified."""
+    travel_known: bool
+    """Whether a cycle may start: not under the plan that a person teaches with."""
+    limits_s: PhaseLimits
+
+
+@compiled
+def way_in(motion: Motion, start_mm: float) -> StagedPath:
+    """Insertion from where the reference is: fast inside the tube, slow beyond its end."""
+    return StagedPath(
+        start_mm=start_mm,
+        switch_mm=TUBE_END_MM,
+        end_mm=motion.target_mm,
+        fast_mm_per_s=motion.tube_mm_per_s,
+        slow_mm_per_s=motion.insertion_mm_per_s,
+        acceleration_mm_per_s2=motion.acceleration_mm_per_s2,
+    )
+
+
+@compiled
+def back_off(motion: Motion, start_mm: float, distance_mm: float) -> Profile:
+    """Off the carina, as fast as the head may go outwards."""
+    return Profile(
+        start_mm=start_mm,
+        end_mm=start_mm - distance_mm,
+        speed_mm_per_s=motion.abort_mm_per_s,
+        acceleration_mm_per_s2=BACK_OFF_SHARE * motion.acceleration_mm_per_s2,
+    )
+
+
+@compiled
+def back_off_wait_s(plan: Plan) -> float:
+    """Time that the reference of a back-off gives the head to cross the gap.
+
+    The crossing at full speed, without the half of its braking that ends at rest: it goes on.
+    """
+    braking_s = 0.5 * plan.motion.abort_mm_per_s / plan.motion.acceleration_mm_per_s2
+    return max(plan.gap_lead_s - braking_s, 0.0)
+
+
+@compiled
+def way_out(motion: Motion, start_mm: float, speed_mm_per_s: float) -> Profile:
+    """Withdrawal to the parked reference."""
+    return Profile(
+        start_mm=start_mm,
+        end_mm=motion.park_mm,
+        speed_mm_per_s=speed_mm_per_s,
+        acceleration_mm_per_s2=motion.acceleration_mm_per_s2,
+    )

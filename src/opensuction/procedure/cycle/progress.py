@@ -1,0 +1,246 @@
+"""Readings and requests turned into the events of a tick."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings, is_number
+from opensuction.kernel.requests import Requests
+from opensuction.procedure.cycle import check, teaching
+from opensuction.procedure.cycle.check import CheckItem, CheckSeen, CheckState
+from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
+from opensuction.procedure.cycle.teaching import TeachingState
+from opensuction.procedure.cycle.transition import Event
+
+OPEN_SHARE = 0.95
+"""Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
+CLOSED_SHARE = 0.03
+"""Share of the cam's stroke below which the valve counts as closed."""
+HOME_MM = 0.5
+"""Distance from the park position, beyond settling, at which the head still counts as parked."""
+RESTING_MM_PER_S = 0.5
+"""Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
+
+
+class ProcedureState(NamedTuple):
+    """Phase of the cycle, how long it has lasted, and what it asks for."""
+
+    phase: int
+    cause: int
+    """Event that led into the phase; `transition.STAY` at power-up."""
+    phase_ticks: int
+    limit_s: float
+    """Longest duration of the phase."""
+    start_mm: float
+    """Reference at the start of the phase."""
+    reference_mm: float
+    reference_mm_per_s: float
+    arrived_ticks: int
+    """Ticks since the reference reached the target."""
+    valve_open: bool
+    line_ready: bool
+    """The line has had its vacuum in this cycle."""
+    check: CheckState
+    teaching: TeachingState
+
+
+class ControlFeedback(NamedTuple):
+    """What the procedure learns from the rest of the controller."""
+
+    head_wanted_mm: float
+    """Last head command of the compensation, before the governor."""
+    head_wanted_mm_per_s: float
+    tripped: bool
+    powerless: bool
+    """The insertion drive's torque is off."""
+    contact_tip_mm: float
+    """Tip reference that belongs to the measured head; used on contact."""
+    tip_mm: float
+    """Estimated tip, pushed in to the measured head; used on contact and to teach."""
+
+
+@compiled
+def is_home(motion: Motion, readings: Readings) -> bool:
+    """Whether the head is known to be at its park position."""
+    distance = abs(readings.head_mm - motion.park_head_mm)
+    return readings.head_valid and distance <= motion.settle_mm + HOME_MM
+
+
+@compiled
+def _bit(happened: bool, event: int) -> int:
+    return 1 << event if happened else 0
+
+
+@compiled
+def is_contact(readings: Readings) -> bool:
+    """Whether the switch says that the tip touches something."""
+    return readings.contact_valid and readings.contact_closed
+
+
+@compiled
+def _contact_event(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
+    """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
+    if is_contact(readings):
+        expected = tip_mm >= search.window_start_mm
+        return _bit(expected, Event.CONTACTED) | _bit(not expected, Event.CONTACT_MISPLACED)
+    return _bit(arrived, Event.CONTACT_MISPLACED)
+
+
+@compiled
+def _insertion_event(
+    plan: Plan,
+    state: ProcedureState,
+    readings: Readings,
+    feedback: ControlFeedback,
+    settled: bool,
+    dt_s: float,
+) -> int:
+    """Event that a phase between the start of insertion and the end of suction waits for."""
+    phase = state.phase
+    still = state.reference_mm_per_s == 0.0
+    if phase == Phase.INSERTING:
+        arrived = still and state.reference_mm == plan.motion.target_mm and settled
+        if plan.contact.enabled:
+            return _contact_event(plan.contact, feedback.tip_mm, arrived, readings)
+        return _bit(arrived, Event.TARGET_REACHED)
+    if phase == Phase.BACKING_OFF:
+        # The reference is there first: the head has the gap to cross before the tip moves.
+        there = still and state.reference_mm <= state.start_mm - plan.contact.backoff_mm
+        resting = abs(feedback.head_wanted_mm_per_s) < RESTING_MM_PER_S
+        return _bit(there and resting and settled, Event.BACKED_OFF)
+    if phase == Phase.OPENING:
+        return _bit(_is_opened(plan, readings), Event.VALVE_OPENED)
+    if phase == Phase.SUCTIONING:
+        elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
+        return _bit(elapsed, Event.DWELL_ELAPSED)
+    return 0
+
+
+@compiled
+def is_closed(plan: Plan, readings: Readings) -> bool:
+    """Whether the valve is known to be closed."""
+    return readings.cam_valid and abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
+
+
+@compiled
+def _is_opened(plan: Plan, readings: Readings) -> bool:
+    return readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
+
+
+@compiled
+def _is_settled(plan: Plan, readings: Readings, feedback: ControlFeedback) -> bool:
+    distance = abs(feedback.head_wanted_mm - readings.head_mm)
+    return readings.head_valid and distance <= plan.motion.settle_mm
+
+
+@compiled
+def step_check(
+    plan: Plan, state: CheckState, readings: Readings, feedback: ControlFeedback, dt_s: float
+) -> CheckState:
+    """Advance the pre-use test by one tick."""
+    seen = CheckSeen(
+        home=is_home(plan.motion, readings),
+        settled=_is_settled(plan, readings, feedback),
+        off_park_mm=readings.head_mm - plan.motion.park_head_mm,
+        settle_mm=plan.motion.settle_mm,
+        opened=_is_opened(plan, readings),
+        closed=is_closed(plan, readings),
+    )
+    return check.step(plan.check, state, readings, seen, dt_s)
+
+
+@compiled
+def step_teaching(
+    plan: Plan,
+    state: TeachingState,
+    readings: Readings,
+    requests: Requests,
+    feedback: ControlFeedback,
+) -> TeachingState:
+    """Advance teaching by one tick."""
+    return teaching.step(
+        plan.teaching,
+        state,
+        requests.confirm and not requests.abort,
+        requests.home,
+        readings.head_valid and is_number(readings.head_mm),
+        readings.head_mm - plan.motion.park_head_mm,
+        is_home(plan.motion, readings),
+        feedback.tip_mm,
+    )
+
+
+@compiled
+def _phase_event(
+    plan: Plan,
+    state: ProcedureState,
+    checked: CheckState,
+    readings: Readings,
+    feedback: ControlFeedback,
+    home: bool,
+    dt_s: float,
+) -> int:
+    """Bit mask of the event that the phase waits for, once it has come; else 0."""
+    time_s = state.phase_ticks * dt_s
+    phase = state.phase
+    settled = _is_settled(plan, readings, feedback)
+    closed = is_closed(plan, readings)
+    if phase == Phase.CHECKING:
+        passed = checked.item == CheckItem.NONE
+        return _bit(checked.failed != CheckItem.NONE, Event.CHECK_FAILED) | _bit(
+            passed and settled and home and closed, Event.CHECK_PASSED
+        )
+    if phase == Phase.PRELOADING:
+        return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED)
+    if phase == Phase.WITHDRAWING:
+        still = state.reference_mm_per_s == 0.0
+        parked = still and state.reference_mm == plan.motion.park_mm
+        return _bit(parked and settled, Event.WITHDRAWN)
+    if phase == Phase.CLOSING:
+        return _bit(closed, Event.VALVE_CLOSED)
+    if phase == Phase.ABORTING:
+        resting = abs(feedback.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
+        return _bit((home and resting and closed) or feedback.powerless, Event.CLEARED)
+    if phase == Phase.IDENTIFYING:
+        return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
+    if phase == Phase.TEACHING:
+        over = teaching.is_over(plan.teaching, state.teaching, dt_s)
+        return _bit(over, Event.TEACHING_ENDED)
+    return _insertion_event(plan, state, readings, feedback, settled, dt_s)
+
+
+@compiled
+def _request_events(requests: Requests, home: bool, bench_only: bool) -> int:
+    """Bit mask of what people ask for; whoever aborts means nothing else with it."""
+    if requests.abort:
+        return 1 << Event.ABORT_REQUESTED
+    return (
+        _bit(requests.start, Event.START_REQUESTED)
+        | _bit(requests.identify and bench_only, Event.IDENTIFY_REQUESTED)
+        | _bit(requests.teach and home, Event.TEACH_REQUESTED)
+        | _bit(requests.reset and home, Event.RESET_REQUESTED)
+        | _bit(requests.reset and not home, Event.RECOVERY_REQUESTED)
+        | _bit(requests.service and home, Event.SERVICE_REQUESTED)
+        | _bit(requests.return_to_service and home, Event.SERVICE_ENDED)
+        | _bit(requests.return_to_service and not home, Event.SERVICE_ENDED_AWAY)
+    )
+
+
+@compiled
+def events(
+    plan: Plan,
+    state: ProcedureState,
+    checked: CheckState,
+    readings: Readings,
+    requests: Requests,
+    feedback: ControlFeedback,
+    dt_s: float,
+) -> int:
+    """Bit mask of all events of this tick. checked: the pre-use test after this tick."""
+    home = is_home(plan.motion, readings)
+    return (
+        _phase_event(plan, state, checked, readings, feedback, home, dt_s)
+        | _bit(feedback.tripped, Event.TRIPPED)
+        | _bit(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
+        | _request_events(requests, home, plan.bench_only)
+    )

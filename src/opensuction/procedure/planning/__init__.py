@@ -1,0 +1,1 @@
+"""Protocols, guidelines and the planner."""

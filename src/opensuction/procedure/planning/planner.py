@@ -1,0 +1,326 @@
+"""Fits a protocol to a machine, or refuses with the arithmetic in one line."""
+
+import math
+from typing import NamedTuple
+
+from opensuction.control import profile, staged_path
+from opensuction.kernel.errors import InputError
+from opensuction.procedure.cycle import plan as plans
+from opensuction.procedure.cycle import teaching
+from opensuction.procedure.cycle.check import CheckPlan, ItemLimits
+from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.procedure.planning.site import Site
+
+CAP_MARGIN_MM = 5.0
+"""Least distance from the stopping point to the cap [design-cap]."""
+SETTLE_S = 1.0
+"""Time a servo may need to settle after a move, before the phase counts as overdue."""
+HOLD_S = 0.05
+"""Pre-use test: how long a condition must hold; longer than a switch bounces (10 ms)."""
+SENSOR_LIMIT_S = 0.5
+"""Pre-use test: time in which sensors and contact must read soundly; assumed."""
+HOMING_LIMIT_S = 2.0
+"""Pre-use test: time in which the head of a cycle that has just ended must be home; assumed."""
+JOG_LIMIT_S = 1.0
+"""Pre-use test: time for each way of the jog; 2 mm at 200 mm/s2 take 0.2 s."""
+STROKE_SETTLE_S = 0.5
+"""Pre-use test: time for the valve's servo to settle, beyond half of its stroke again; assumed."""
+VENTED_MMHG = 5.0
+"""Pre-use test: highest vacuum of a vented line, a sensor's error (1 % of 500 mmHg; assumed)."""
+VACUUM_READY_SHARE = 0.9
+"""Pre-use test: share of the set point that the pump must reach; assumed."""
+VACUUM_LIMIT_S = 4.0
+"""Pre-use test: time for that; 18 L/min evacuate 0.8 L to 120 mmHg in 0.5 s [computed]."""
+RELIEF_LIMIT_S = 1.5
+"""Pre-use test: time to reach the relief valve; 0.3 s from a neonate's 80 mmHg [computed]."""
+REGULATOR_LIMIT_S = 1.0
+"""Pre-use test: time to come down from there; 0.1 s [computed]."""
+BEYOND_MMHG = 25.0
+"""Pre-use test: set point over the relief valve's; 219 mL/s through it take 4 [computed]."""
+LOWERED_SHARE = 0.75
+"""Pre-use test: lower set point, as share of the cycle's; assumed."""
+NEAR_MMHG = 12.0
+"""Pre-use test: distance that still counts: a sensor's 5 mmHg, 5 that relief or regulator let the
+pump raise the line, and 2; assumed."""
+LEVEL_S = 0.15
+"""Pre-use test: how long the line must stay there; it climbs through in 0.12 s [computed]."""
+VACUUM_SETTLE_S = 0.2
+"""Pre-use test: line and regulator settle, ten of their time constants (17 ms) [computed]."""
+LEAK_S = 1.0
+"""Pre-use test: how long the vacuum is watched with the pump off; assumed."""
+LEAK_SHARE = 0.05
+"""Pre-use test: loss of vacuum in that time: a leak that takes 2 % of the pump's flow at 120 mmHg
+[computed]; a sound line loses 2 %. Assumed to be the least that matters."""
+OVERDUE_SHARE = 1.5
+"""A phase may last this many times its planned duration (and `SETTLE_S`)."""
+
+
+class Abilities(NamedTuple):
+    """What the planner must know of the machine."""
+
+    head_mm_per_s: float
+    """Speed at which the head crosses a gap and withdraws on an abort."""
+    acceleration_mm_per_s2: float
+    park_head_mm: float
+    settle_mm: float
+    cam_open_rad: float
+    cam_rad_per_s: float
+    gap_in_mm: float
+    """Head travel that takes up the gap before insertion; 0 without compensation."""
+    gap_out_mm: float
+    """Head travel that takes it up before the way back."""
+    relief_mmhg: float
+    """Mechanical relief valve of the suction line."""
+    jog_mm: float
+    """Head travel inwards that does not move the parked tip, whatever the gap has become."""
+    turn_mm: float
+    """Head travel of a turn whether it is prepared or not; at least ``gap_out_mm``."""
+
+
+class Timeline(NamedTuple):
+    """Planned durations, s."""
+
+    preload: float
+    insertion: float
+    stroke: float
+    dwell: float
+    withdrawal: float
+    back_off: float
+    """Across the gap and off the carina; 0 where the tip stops by travel."""
+    negative_pressure: float
+    """Valve leaves its seat to valve closed."""
+    in_airway: float
+
+
+def crossing_s(abilities: Abilities, gap_mm: float) -> float:
+    """Time to cross a gap from rest to rest within the head's limits."""
+    return float(
+        profile.duration_s(
+            profile.Profile(0.0, gap_mm, abilities.head_mm_per_s, abilities.acceleration_mm_per_s2)
+        )
+    )
+
+
+def motion(protocol: Protocol, abilities: Abilities, site: Site) -> Motion:
+    """Tip motion of a protocol on a machine and a patient."""
+    return Motion(
+        park_mm=site.park_mm,
+        tube_mm_per_s=max(site.fast_mm_per_s, protocol.insertion_mm_per_s),
+        target_mm=protocol.travel_mm,
+        insertion_mm_per_s=protocol.insertion_mm_per_s,
+        withdrawal_mm_per_s=protocol.withdrawal_mm_per_s,
+        abort_mm_per_s=abilities.head_mm_per_s,
+        acceleration_mm_per_s2=abilities.acceleration_mm_per_s2,
+        park_head_mm=abilities.park_head_mm,
+        settle_mm=abilities.settle_mm,
+    )
+
+
+def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> Timeline:
+    """Planned durations of a cycle; by contact, of one that finds it only at the search's end."""
+    moves = motion(protocol, abilities, site)
+    insertion = float(staged_path.duration_s(plans.way_in(moves, site.park_mm)))
+    # By contact suction takes place off the carina, wherever it was found.
+    deepest_mm = protocol.travel_mm - (protocol.backoff_mm if by_contact else 0.0)
+    withdrawal = float(
+        profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
+    )
+    stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
+    back_off = 0.0
+    if by_contact:
+        back_off = crossing_s(abilities, abilities.turn_mm) + float(
+            profile.duration_s(plans.back_off(moves, 0.0, protocol.backoff_mm))
+        )
+    return Timeline(
+        preload=crossing_s(abilities, abilities.gap_in_mm),
+        insertion=insertion,
+        stroke=stroke,
+        dwell=protocol.dwell_s,
+        withdrawal=withdrawal,
+        back_off=back_off,
+        negative_pressure=protocol.dwell_s + withdrawal + stroke,
+        in_airway=insertion + back_off + protocol.dwell_s + withdrawal,
+    )
+
+
+POSITIVE = ("travel_mm", "insertion_mm_per_s", "withdrawal_mm_per_s", "vacuum_mmhg")
+"""Fields of a protocol that mean nothing at 0 or below."""
+
+
+def check_numbers(protocol: Protocol) -> None:
+    """Refuse what no arithmetic is possible with. Raises InputError.
+
+    A file's ranges are narrower and are checked where it is read; a protocol made in a program
+    comes here first.
+    """
+    for name, value in zip(protocol._fields, protocol, strict=True):
+        if not math.isfinite(value):
+            raise InputError(f"{name} {value:g} should be a finite number")
+        if name in POSITIVE and value <= 0.0:
+            raise InputError(f"{name} {value:g} should be greater than 0")
+
+
+def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> None:
+    """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
+    check_numbers(protocol)
+    times = timeline(protocol, abilities, site, by_contact)
+    least_cap = protocol.travel_mm + CAP_MARGIN_MM
+    if protocol.cap_mm < least_cap:
+        raise InputError(
+            f"cap_mm {protocol.cap_mm:g} mm is nearer than {CAP_MARGIN_MM:g} mm to travel_mm "
+            f"{protocol.travel_mm:g} mm: set cap_mm to {least_cap:g} mm or more"
+        )
+    if times.negative_pressure > protocol.negative_pressure_budget_s:
+        raise InputError(
+            f"negative pressure would last {times.negative_pressure:.1f} s = dwell "
+            f"{times.dwell:.1f} s + withdrawal {times.withdrawal:.1f} s + valve stroke "
+            f"{times.stroke:.1f} s; the budget is {protocol.negative_pressure_budget_s:g} s: "
+            "shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm"
+        )
+    if times.in_airway > protocol.in_airway_budget_s:
+        backing = f"back-off {times.back_off:.1f} s + " if by_contact else ""
+        raise InputError(
+            f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
+            f"{times.insertion:.1f} s + {backing}dwell {times.dwell:.1f} s + withdrawal "
+            f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s"
+        )
+    needed = times.stroke + crossing_s(abilities, abilities.gap_out_mm)
+    if protocol.dwell_s < needed:
+        raise InputError(
+            f"dwell_s {protocol.dwell_s:g} s is too short: the valve stroke takes "
+            f"{times.stroke:.1f} s and the gap of the way back {needed - times.stroke:.1f} s"
+        )
+    fastest = max(protocol.insertion_mm_per_s, protocol.withdrawal_mm_per_s)
+    if fastest > abilities.head_mm_per_s:
+        raise InputError(
+            f"a speed of {fastest:g} mm/s is more than this machine's head can do "
+            f"({abilities.head_mm_per_s:g} mm/s)"
+        )
+
+
+def check_search(protocol: Protocol) -> None:
+    """Refuse a search for contact that ends before its window. Raises InputError."""
+    if protocol.contact_from_mm >= protocol.travel_mm:
+        raise InputError(
+            f"contact_from_mm {protocol.contact_from_mm:g} mm should be less than travel_mm "
+            f"{protocol.travel_mm:g} mm, where the search for contact ends"
+        )
+
+
+def check_plan(vacuum_mmhg: float, abilities: Abilities) -> CheckPlan:
+    """Bounds of the pre-use test for a vacuum set point on a machine."""
+    stroke_s = abilities.cam_open_rad / abilities.cam_rad_per_s
+    stroke_limit_s = OVERDUE_SHARE * stroke_s + STROKE_SETTLE_S
+    return CheckPlan(
+        jog_mm=abilities.jog_mm,
+        hold_s=HOLD_S,
+        vented_mmhg=VENTED_MMHG,
+        ready_mmhg=VACUUM_READY_SHARE * vacuum_mmhg,
+        set_mmhg=vacuum_mmhg,
+        lowered_mmhg=LOWERED_SHARE * vacuum_mmhg,
+        relief_mmhg=abilities.relief_mmhg,
+        beyond_mmhg=abilities.relief_mmhg + BEYOND_MMHG,
+        near_mmhg=NEAR_MMHG,
+        level_s=LEVEL_S,
+        settle_s=VACUUM_SETTLE_S,
+        leak_s=LEAK_S,
+        leak_share=LEAK_SHARE,
+        limits_s=ItemLimits(
+            none=0.0,
+            readings=SENSOR_LIMIT_S,
+            contact_open=SENSOR_LIMIT_S,
+            head_home=HOMING_LIMIT_S,
+            head_advances=JOG_LIMIT_S,
+            head_returns=JOG_LIMIT_S,
+            line_vented=SENSOR_LIMIT_S,
+            valve_opens=stroke_limit_s,
+            valve_closes=stroke_limit_s,
+            vacuum_builds=VACUUM_LIMIT_S,
+            vacuum_holds=VACUUM_SETTLE_S + LEAK_S + HOLD_S,
+            relief_opens=RELIEF_LIMIT_S,
+            regulator_holds=REGULATOR_LIMIT_S,
+        ),
+    )
+
+
+def _overdue_s(planned_s: float) -> float:
+    return OVERDUE_SHARE * planned_s + SETTLE_S
+
+
+def phase_limits(
+    times: Timeline, abilities: Abilities, excitation: Excitation, testing: CheckPlan
+) -> PhaseLimits:
+    """Longest duration of each phase: its plan, half of it again and time to settle.
+
+    The items of the pre-use test have limits of their own; the phase ends after all of them.
+    """
+    abort = times.withdrawal + crossing_s(abilities, abilities.gap_out_mm) + times.stroke
+    return PhaseLimits(
+        parked=math.inf,
+        checking=sum(testing.limits_s) + SETTLE_S,
+        preloading=_overdue_s(times.preload),
+        inserting=_overdue_s(times.insertion),
+        opening=_overdue_s(times.stroke),
+        backing_off=_overdue_s(times.back_off),
+        suctioning=_overdue_s(times.dwell),
+        withdrawing=_overdue_s(times.withdrawal),
+        closing=_overdue_s(times.stroke),
+        aborting=_overdue_s(abort),
+        halted=math.inf,
+        teaching=math.inf,
+        identifying=excitation.duration_s + SETTLE_S,
+        out_of_service=math.inf,
+    )
+
+
+def longest_cycle_s(limits: PhaseLimits) -> float:
+    """Longest that a cycle may take before one of its phases is overdue."""
+    return (
+        limits.checking
+        + limits.preloading
+        + limits.inserting
+        + limits.backing_off
+        + limits.opening
+        + limits.suctioning
+        + limits.withdrawing
+        + limits.closing
+    )
+
+
+def plan(
+    protocol: Protocol,
+    abilities: Abilities,
+    excitation: Excitation,
+    by_contact: bool,
+    site: Site,
+) -> Plan:
+    """The plan of a protocol on a machine. Raises InputError where it cannot be done.
+
+    by_contact: the tip stops where the contact switch closes, and ``travel_mm`` is where the
+    search for it ends.
+    """
+    check(protocol, abilities, site, by_contact)
+    if by_contact:
+        check_search(protocol)
+    times = timeline(protocol, abilities, site, by_contact)
+    testing = check_plan(protocol.vacuum_mmhg, abilities)
+    return Plan(
+        motion=motion(protocol, abilities, site),
+        contact=ContactSearch(
+            enabled=by_contact,
+            window_start_mm=protocol.contact_from_mm,
+            backoff_mm=protocol.backoff_mm,
+        ),
+        check=testing,
+        teaching=teaching.plan(site.age),
+        excitation=excitation,
+        preload_s=times.preload,
+        dwell_s=times.dwell,
+        gap_lead_s=crossing_s(abilities, abilities.gap_out_mm),
+        vacuum_mmhg=protocol.vacuum_mmhg,
+        cam_open_rad=abilities.cam_open_rad,
+        bench_only=protocol.bench_only,
+        travel_known=True,
+        limits_s=phase_limits(times, abilities, excitation, testing),
+    )

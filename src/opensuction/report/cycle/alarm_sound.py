@@ -1,0 +1,28 @@
+"""The sound of an alarm as a file that any player opens."""
+
+import io
+import wave
+
+import numpy as np
+
+from opensuction.safety.alarm import auditory_signal
+from opensuction.safety.priority import Priority
+
+SAMPLE_RATE_HZ = 16_000
+"""More than twice the highest harmonic of the highest tone (3300 Hz)."""
+SECONDS = 10.0
+"""Two bursts of a high alarm with the interval between them."""
+FULL_SCALE = 32767
+"""Largest sample of 16 bits."""
+
+
+def encoded(priority: Priority) -> bytes:
+    """What is heard of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
+    samples = auditory_signal.repeated(priority, SECONDS, SAMPLE_RATE_HZ)
+    buffer = io.BytesIO()
+    with wave.open(buffer, "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(SAMPLE_RATE_HZ)
+        file.writeframes(np.round(samples * FULL_SCALE).astype("<i2").tobytes())
+    return buffer.getvalue()

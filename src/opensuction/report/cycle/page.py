@@ -1,0 +1,111 @@
+"""One cycle as a single HTML page: no network, opens from a disk, prints."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from opensuction.report import figures, html, narrative, series, wording
+from opensuction.report.cycle import anatomy, instant, requirement
+from opensuction.report.series import Trace
+from opensuction.report.summary import Summary, completed, flattened, number, rows, text, value
+from opensuction.report.summary import warnings as warnings_of
+
+Sections = Mapping[str, Mapping[str, Any]]
+"""Tables by title: names and values, which may be nested."""
+
+SCRIPTS = ("plot_parts.js", "loop_plot.js", "patient_plots.js", "plots.js")
+"""In this order: each uses those before it."""
+
+RUN = ("machine", "protocol", "approach", "compensation", "patient", "catheter", "conduit", "seed")
+"""What ran, in the order in which the page says it."""
+SOFTWARE = ("version", "wall_s", "realtime_factor")
+"""How it was computed."""
+
+
+SHORTEST_S = 0.05
+"""A phase that was passed through in less than what rounds to 0.1 s is not shown."""
+
+
+class PhaseBand(NamedTuple):
+    """A phase on the time line."""
+
+    number: int
+    label: str
+    meaning: str
+    kind: str
+    start_s: float
+    end_s: float
+    width_percent: float
+
+
+def bands(summary: Summary) -> list[PhaseBand]:
+    """Phases that took time, each with its share of the time line; the rest after them is none."""
+    known: list[tuple[str, float, float]] = []
+    for phase in rows(summary, "phases"):
+        start, end = number(phase, "start_s"), number(phase, "end_s")
+        if start is not None and end is not None and end - start >= SHORTEST_S:
+            known.append((str(phase.get("name", "")), start, end))
+    while known and known[-1][0] in wording.REST:
+        known.pop()
+    total = sum(end - start for _, start, end in known)
+    listed = []
+    for i, (name, start, end) in enumerate(known, start=1):
+        label, meaning, kind = wording.phase_words(name)
+        share = round(100.0 * (end - start) / total, 3)
+        listed.append(PhaseBand(i, label, meaning, kind, start, end, share))
+    return listed
+
+
+def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple[str, Any]]]:
+    """Tables at the end of the page by title: what ran, what was set, what it ran on."""
+    tables = {"This run": [(key, value(summary, key)) for key in RUN]}
+    identification = value(summary, "identification")
+    if isinstance(identification, Mapping):
+        tables["Identification of the transmission"] = flattened(identification)
+    for title, section in (sections or {}).items():
+        tables[title] = flattened(section)
+    tables["Software"] = [(key, value(summary, key)) for key in SOFTWARE]
+    return tables
+
+
+def _plots(summary: Summary, trace: Trace, phases: list[PhaseBand]) -> dict[str, Any]:
+    """What the page's script draws."""
+    return {
+        "series": series.machine(summary, trace),
+        "patient": series.patient(summary, trace),
+        "phases": [[band.label, band.kind, band.start_s, band.end_s] for band in phases],
+        "instants": instant.instants(summary),
+        "target_mm": number(summary, "tip", "target_mm"),
+        "cap_mm": number(summary, "anatomy", "cap_mm"),
+        "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),
+        "setpoint_mmhg": number(summary, "vacuum", "setpoint_mmhg"),
+    }
+
+
+def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> str:
+    """The report of one cycle as a self-contained HTML page.
+
+    summary: the JSON object of the ``cycle`` command; what is null or missing is shown as not
+    simulated or left out. trace: columns of ``simulation.closed_loop`` by name; those that are
+    missing are not drawn. sections: further tables for the end of the page, for example
+    ``{"Protocol settings": {"travel_mm": 90.0}}``.
+    """
+    phases = bands(summary)
+    context = {
+        "summary": summary,
+        "outcome": narrative.outcome(summary),
+        "completed": completed(summary),
+        "lead": narrative.lead(summary),
+        "sentences": narrative.sentences(summary),
+        "warnings": warnings_of(summary),
+        "figures": figures.figures(summary),
+        "requirements": requirement.requirements(summary),
+        "check_items": rows(value(summary, "check") or {}, "items"),
+        "phases": phases,
+        "drawing": anatomy.drawing(summary),
+        "trips": rows(summary, "trips"),
+        "alarms": rows(summary, "alarms"),
+        "run": [(key, text(summary, key)) for key in RUN if text(summary, key) is not None],
+        "tables": _tables(summary, sections),
+        "plots": _plots(summary, trace, phases),
+    }
+    return html.render("page.html.j2", SCRIPTS, **context)

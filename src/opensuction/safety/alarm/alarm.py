@@ -1,0 +1,263 @@
+"""Alarms: which conditions are signalled, how urgently, and what a person has done about them.
+
+Decided here and never in a user interface: a console that hangs or dies silences nothing. Time
+comes in as the length of a tick. Terms after IEC 60601-1-8: an *alarm condition* is what is wrong,
+an *alarm signal* is how people learn of it. Conditions are bits of a mask (`condition_mask`).
+
+A condition that has held for its delay is *present*. A latching one stays *latched* when it ends,
+until a person resets. *Acknowledged* conditions are shown but make no sound until they end; one
+that begins again, or another, sounds. The *audio pause* silences everything for a limited time.
+"""
+
+from opensuction.kernel.compiled import compiled
+from opensuction.safety.alarm.alarm_state import (
+    AUDIBLE_S,
+    LONGEST_PAUSE_S,
+    NOTHING,
+    SILENT,
+    Buttons,
+    Seconds,
+    Settings,
+    Signals,
+    State,
+)
+from opensuction.safety.condition_mask import (
+    DELAY_S,
+    ESCALATES_AFTER_S,
+    EVERY_BIT,
+    HIGHS,
+    LATCHING,
+    LOWS,
+    MEDIUMS,
+    PLANNED,
+    WORD,
+)
+from opensuction.safety.priority import Priority
+
+
+@compiled
+def _of_priority(conditions: int, escalated: int, priority: int) -> int:
+    """Those of some conditions that have a priority, the raised ones counted one higher."""
+    if priority == Priority.HIGH.value:
+        return conditions & (HIGHS | (MEDIUMS & escalated))
+    if priority == Priority.MEDIUM.value:
+        return conditions & ((MEDIUMS & ~escalated) | (LOWS & escalated))
+    return conditions & LOWS & ~escalated
+
+
+@compiled
+def most_urgent(conditions: int, escalated: int) -> int:
+    """Highest priority in a mask of conditions, ``Priority.NONE`` in an empty one.
+
+    escalated: mask of those that were raised by one priority.
+    """
+    if conditions == 0:
+        return Priority.NONE.value
+    for priority in (Priority.HIGH.value, Priority.MEDIUM.value):
+        if _of_priority(conditions, escalated, priority) != 0:
+            return priority
+    return Priority.LOW.value
+
+
+@compiled
+def _first(shown: int, present: int, acknowledged: int, escalated: int) -> int:
+    """What to show first: by priority, then what nobody has answered, then what still holds."""
+    chosen = _of_priority(shown, escalated, most_urgent(shown, escalated))
+    if chosen & ~acknowledged != 0:
+        chosen &= ~acknowledged
+    if chosen & present != 0:
+        chosen &= present
+    for condition in range(WORD):
+        if chosen >> condition & 1:
+            return condition
+    return NOTHING
+
+
+@compiled
+def _mature(state: State, holding: int, dt_s: float) -> tuple[int, int, Seconds]:
+    """Masks of the conditions that are present and that wait, and the clocks with theirs."""
+    unseen = holding & ~state.present
+    present = holding & state.present
+    waiting = 0
+    clocks_s = state.clocks_s
+    if unseen == 0:
+        return present, waiting, clocks_s
+    clocks_s = clocks_s.copy()
+    for condition in range(WORD):
+        if unseen >> condition & 1:
+            held = clocks_s[condition] if state.waiting >> condition & 1 else 0.0
+            clocks_s[condition] = held + dt_s
+            # Half a tick: sums of ticks are not exact, and never late.
+            if held + 0.5 * dt_s >= DELAY_S[condition]:
+                present |= 1 << condition
+            else:
+                waiting |= 1 << condition
+    return present, waiting, clocks_s
+
+
+@compiled
+def _escalate(
+    state: State, clocks_s: Seconds, shown: int, begun: int, answered: int, dt_s: float
+) -> tuple[int, Seconds]:
+    """Mask of the raised conditions, and the clocks with how long each has gone unanswered.
+
+    shown: present or latched. begun: shown since this tick. answered: those whose time stands.
+    """
+    escalated = state.escalated & shown
+    running = shown & ~answered
+    if running | begun == 0:
+        return escalated, clocks_s
+    clocks_s = clocks_s.copy()
+    for condition in range(WORD):
+        if begun >> condition & 1:
+            clocks_s[WORD + condition] = 0.0
+        elif running >> condition & 1:
+            clocks_s[WORD + condition] += dt_s
+            limit_s = ESCALATES_AFTER_S[condition]
+            if limit_s > 0.0 and clocks_s[WORD + condition] + 0.5 * dt_s >= limit_s:
+                escalated |= 1 << condition
+    return escalated, clocks_s
+
+
+@compiled
+def _pause(
+    settings: Settings, state: State, pressed: bool, loud: int, urgent: int, dt_s: float
+) -> tuple[float, int, float]:
+    """What is left of the audio pause, what it silences, and the sound owed before another.
+
+    loud: priority of what would sound now. urgent: priority of what is new in this tick.
+    """
+    left_s = state.pause_left_s - dt_s
+    owed_s = max(state.owed_s - dt_s, 0.0)
+    if loud == Priority.NONE.value:
+        return 0.0, Priority.NONE.value, 0.0
+    if state.pause_left_s > 0.0:
+        broken = urgent == Priority.HIGH.value or urgent > state.paused_priority
+        # Half a tick: sums of ticks are not exact, and a pause is never too long.
+        if pressed or broken or left_s < 0.5 * dt_s:
+            return 0.0, Priority.NONE.value, AUDIBLE_S
+        return left_s, max(state.paused_priority, loud), owed_s
+    if pressed and owed_s < 0.5 * dt_s and urgent == Priority.NONE.value:
+        return min(settings.pause_s, LONGEST_PAUSE_S), loud, 0.0
+    return 0.0, Priority.NONE.value, owed_s
+
+
+@compiled
+def _remind(
+    settings: Settings, silent_s: float, shown: int, audible: int, dt_s: float
+) -> tuple[float, bool]:
+    """How long something shown has made no sound since the last reminder; whether one is due."""
+    if shown == 0 or audible != Priority.NONE.value:
+        return 0.0, False
+    silent_s += dt_s
+    if silent_s + 0.5 * dt_s >= settings.reminder_s:
+        return 0.0, True
+    return silent_s, False
+
+
+@compiled
+def _advance(
+    settings: Settings, state: State, holding: int, buttons: Buttons, dt_s: float
+) -> tuple[State, Signals]:
+    """A tick in which something holds or is shown, or was in the last."""
+    present, waiting, clocks_s = _mature(state, holding, dt_s)
+    new = present & ~state.present
+    latched = (state.latched | (state.present & LATCHING)) & ~present
+    if buttons.reset and not state.pressed.reset:
+        latched = 0
+    shown = present | latched
+    # What begins in the very tick of the press was not seen by the person who pressed.
+    acknowledged = state.acknowledged & shown & ~new
+    if buttons.acknowledge and not state.pressed.acknowledge:
+        acknowledged = shown & ~new
+    paused = state.pause_left_s > 0.0
+    escalated, clocks_s = _escalate(
+        state, clocks_s, shown, new & ~state.latched, shown if paused else acknowledged, dt_s
+    )
+    loud = most_urgent(shown & ~acknowledged, escalated)
+    urgent = most_urgent(new | (escalated & ~state.escalated), escalated)
+    pressed = buttons.audio_pause and not state.pressed.audio_pause
+    left_s, paused_priority, owed_s = _pause(settings, state, pressed, loud, urgent, dt_s)
+    audible = Priority.NONE.value if left_s > 0.0 else loud
+    silent_s, reminder = _remind(settings, state.silent_s, shown, audible, dt_s)
+    following = State(
+        present=present,
+        latched=latched,
+        acknowledged=acknowledged,
+        escalated=escalated,
+        waiting=waiting,
+        clocks_s=clocks_s,
+        pause_left_s=left_s,
+        paused_priority=paused_priority,
+        owed_s=owed_s,
+        silent_s=silent_s,
+        pressed=buttons,
+    )
+    signals = Signals(
+        priority=most_urgent(shown, escalated),
+        audible=audible,
+        first=_first(shown, present, acknowledged, escalated),
+        present=present,
+        latched=latched,
+        acknowledged=acknowledged,
+        escalated=escalated,
+        pause_left_s=left_s,
+        reminder=reminder,
+    )
+    return following, signals
+
+
+@compiled
+def _idle(state: State, buttons: Buttons) -> State:
+    """Nothing holds and nothing is shown: only the buttons are remembered."""
+    return State(
+        present=0,
+        latched=0,
+        acknowledged=0,
+        escalated=0,
+        waiting=0,
+        clocks_s=state.clocks_s,
+        pause_left_s=0.0,
+        paused_priority=0,
+        owed_s=0.0,
+        silent_s=0.0,
+        pressed=buttons,
+    )
+
+
+@compiled
+def is_idle(state: State, conditions: int, buttons: Buttons) -> bool:
+    """Whether a step would leave the state as it is and tell nothing.
+
+    Nothing is wrong, nothing is shown or timed, and no button is or was just pressed.
+    """
+    pressed = buttons.acknowledge or buttons.audio_pause or buttons.reset
+    was_pressed = state.pressed.acknowledge or state.pressed.audio_pause or state.pressed.reset
+    masks = conditions | state.present | state.latched | state.waiting
+    answers = state.acknowledged | state.escalated
+    clocks_s = state.pause_left_s + state.owed_s + state.silent_s
+    return masks | answers == 0 and clocks_s == 0.0 and not pressed and not was_pressed
+
+
+@compiled
+def step(
+    settings: Settings,
+    state: State,
+    conditions: int,
+    planned_work: bool,
+    buttons: Buttons,
+    dt_s: float,
+) -> tuple[State, Signals]:
+    """Signals of one tick.
+
+    conditions: bit mask of what is wrong now (bit ``Condition``); the governor's trips have the
+    same numbers and are simply or-ed in. planned_work: a person has taken the machine out of
+    service; what such work brings about raises no alarm. Nothing else can silence a condition:
+    neither a console nor its absence is an argument.
+    """
+    holding = conditions & EVERY_BIT
+    if planned_work:
+        holding &= ~PLANNED
+    if holding | state.present | state.latched == 0:
+        return _idle(state, buttons), SILENT
+    return _advance(settings, state, holding, buttons, dt_s)

@@ -1,0 +1,131 @@
+"""What alarms are set to, what is remembered of them, what people press and what they are told."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel.errors import InputError
+from opensuction.safety.condition_mask import WORD
+from opensuction.safety.priority import Priority
+
+Seconds = npt.NDArray[np.float64]
+
+LONGEST_PAUSE_S = 120.0
+"""Longest audio pause: as much as ventilators have, [ISO-80601-2-12] [K]."""
+AUDIBLE_S = 4.0
+"""After a pause the alarm sounds for so long, a whole high burst, before the next is granted:
+pressing again and again cannot keep it silent."""
+NOTHING = -1
+"""In place of a condition: none."""
+
+
+class Settings(NamedTuple):
+    """What the organisation that uses the machine may set."""
+
+    pause_s: float
+    """Length of an audio pause, at most `LONGEST_PAUSE_S`."""
+    reminder_s: float
+    """Interval of the reminder that something is shown and makes no sound."""
+
+
+class Buttons(NamedTuple):
+    """What people press, true for as long as it is pressed; the press counts, not the holding."""
+
+    acknowledge: bool
+    """Silence what is shown now."""
+    audio_pause: bool
+    """Begin an audio pause, or end the one that runs."""
+    reset: bool
+    """Clear what is latched and has ended."""
+
+
+class State(NamedTuple):
+    """What is remembered of the alarms."""
+
+    present: int
+    latched: int
+    """Ended, and waiting for a reset."""
+    acknowledged: int
+    escalated: int
+    """Raised by one priority for want of an answer."""
+    waiting: int
+    """Holding, not yet for its delay."""
+    clocks_s: Seconds
+    """How long each waiting condition has held, then how long each signalled one has gone
+    unanswered; shape (2 x ``WORD``,). One array: carrying two through a tick takes twice as long.
+    """
+    pause_left_s: float
+    paused_priority: int
+    """Most urgent of what the pause silenced."""
+    owed_s: float
+    """How long it must still sound before another pause."""
+    silent_s: float
+    """How long something shown has made no sound, since the last reminder."""
+    pressed: Buttons
+    """Buttons of the last tick."""
+
+
+class Signals(NamedTuple):
+    """What people are told in a tick; everything a display or a loudspeaker needs."""
+
+    priority: int
+    """Most urgent priority that is shown."""
+    audible: int
+    """Priority of the sound, `Priority.NONE` for silence."""
+    first: int
+    """Condition to show first, or `NOTHING`."""
+    present: int
+    latched: int
+    acknowledged: int
+    escalated: int
+    pause_left_s: float
+    """What is left of the audio pause, 0 without one."""
+    reminder: bool
+    """Sound the reminder once."""
+
+
+RELEASED = Buttons(acknowledge=False, audio_pause=False, reset=False)
+SILENT = Signals(
+    priority=int(Priority.NONE),
+    audible=int(Priority.NONE),
+    first=NOTHING,
+    present=0,
+    latched=0,
+    acknowledged=0,
+    escalated=0,
+    pause_left_s=0.0,
+    reminder=False,
+)
+"""Nothing to tell."""
+
+
+def settings(pause_s: float, reminder_s: float) -> Settings:
+    """Settings within their limits.
+
+    Raises InputError for a pause that is not between 0 and `LONGEST_PAUSE_S`, or a reminder that
+    is not positive or rarer than the longest pause.
+    """
+    for name, value in (("audio pause", pause_s), ("reminder interval", reminder_s)):
+        if not 0.0 < value <= LONGEST_PAUSE_S:
+            raise InputError(
+                f"the {name} is {value:g} s; it must be above 0 and at most {LONGEST_PAUSE_S:g} s"
+            )
+    return Settings(pause_s, reminder_s)
+
+
+def start() -> State:
+    """State at power-up: nothing is known yet; what holds is signalled after its delay."""
+    return State(
+        present=0,
+        latched=0,
+        acknowledged=0,
+        escalated=0,
+        waiting=0,
+        clocks_s=np.zeros(2 * WORD),
+        pause_left_s=0.0,
+        paused_priority=int(Priority.NONE),
+        owed_s=0.0,
+        silent_s=0.0,
+        pressed=RELEASED,
+    )

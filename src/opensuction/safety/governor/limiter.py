@@ -1,0 +1,144 @@
+"""How a proposal becomes less: the setpoints that may be let through, and what that is called.
+
+Nothing here remembers or judges; `opensuction.safety.governor.governor` does.
+"""
+
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.compiled import compiled
+from opensuction.safety import condition_mask
+from opensuction.safety import limits as bounds
+from opensuction.safety.handling import Reaction
+from opensuction.safety.limits import Limits
+from opensuction.safety.watch.watch import Watch
+
+LEAD_SHARE = 0.5
+"""Share of the following limit by which a withdrawal may lead the head."""
+ADVANCE_MM = 0.5
+"""Net advance of the head that is allowed while the valve is not closed."""
+ADVANCING_MM_PER_S = 3.0
+"""Measured speed inwards above which the head is advancing: the valve is kept from opening."""
+LOSING_S = 0.02
+"""How long vacuum may be lost behind a closed valve before the head is stopped: a trip takes
+longer, a sensor's noise does not last."""
+
+
+@compiled
+def _quickened(
+    limits: Limits, origin_mm: float, wanted_mm: float, before_mm_per_s: float, dt_s: float
+) -> float:
+    """Position that may be commanded next: speed and gain of speed are bounded, a stop is not."""
+    gained = limits.head_mm_per_s2 * dt_s
+    fastest = limits.head_speed_mm_per_s
+    inwards = min(max(before_mm_per_s, 0.0) + gained, fastest)
+    outwards = min(max(-before_mm_per_s, 0.0) + gained, fastest)
+    return min(max(wanted_mm, origin_mm - outwards * dt_s), origin_mm + inwards * dt_s)
+
+
+@compiled
+def _narrow_head(
+    limits: Limits,
+    command_mm: float,
+    before_mm_per_s: float,
+    seen: Watch,
+    wanted_mm: float,
+    held: bool,
+    stopped: bool,
+    dt_s: float,
+) -> tuple[float, float]:
+    """Head command that may be let through (mm), and the velocity that belongs to it (mm/s).
+
+    command_mm, before_mm_per_s: the last ones. held: the valve is not closed. stopped: it may not
+    go further in at all. A stop takes effect at once: the command drops to where the head is,
+    however far it was ahead.
+    """
+    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
+    if held:
+        highest = min(highest, seen.anchor_mm + ADVANCE_MM)
+    if stopped:
+        highest = min(highest, seen.head_mm, command_mm)
+    origin = min(command_mm, max(seen.head_mm, highest))
+    wanted_mm = min(wanted_mm, highest)
+    head = _quickened(limits, origin, wanted_mm, before_mm_per_s, dt_s)
+    return head, (head - origin) / dt_s
+
+
+@compiled
+def _withdrawn(
+    limits: Limits, command_mm: float, before_mm_per_s: float, seen: Watch, dt_s: float
+) -> tuple[float, float]:
+    """Head command and velocity on the way out, from where the head is or was told to be."""
+    origin = min(command_mm, seen.head_mm)
+    # Never further ahead than the servo needs: a head slower than its limit still follows.
+    lowest = seen.head_mm - LEAD_SHARE * limits.following_mm
+    wanted = min(max(limits.park_head_mm, lowest), origin)
+    head = _quickened(limits, origin, wanted, before_mm_per_s, dt_s)
+    return head, (head - origin) / dt_s
+
+
+@compiled
+def _valve(
+    limits: Limits, was_open: bool, seen: Watch, proposal: Setpoints, cut: bool
+) -> tuple[bool, float]:
+    """Whether the valve may be open, and the regulator's set point (mmHg).
+
+    The valve is kept from opening on a head that advances, and on more vacuum than the patient's
+    limit: only behind a closed valve, with the tip parked, may the relief valve be tested.
+    """
+    advancing = seen.speed_mm_per_s > ADVANCING_MM_PER_S
+    excessive = seen.line.vacuum_mmhg > limits.vacuum_mmhg
+    valve_open = proposal.valve_open and not cut and (was_open or not (advancing or excessive))
+    highest = limits.vacuum_mmhg
+    if seen.sealed and not valve_open:
+        highest = max(highest, limits.line.sealed_mmhg)
+    return valve_open, 0.0 if cut else min(proposal.vacuum_mmhg, highest)
+
+
+@compiled
+def narrow(
+    limits: Limits,
+    last: Setpoints,
+    seen: Watch,
+    proposal: Setpoints,
+    trips: int,
+    dt_s: float,
+) -> tuple[Setpoints, int]:
+    """Setpoints that may be let through, and the reaction that this is.
+
+    last: what was let through in the last tick.
+    """
+    reaction = condition_mask.strongest_reaction(trips)
+    cut = condition_mask.cuts_vacuum(trips)
+    valve_open, vacuum = _valve(limits, last.valve_open, seen, proposal, cut)
+    held = valve_open or seen.lasting.sucking > 0.0
+    released = not proposal.insertion_on and reaction != Reaction.WITHDRAW
+    driven = reaction != Reaction.TORQUE_OFF and not released
+    if not driven:
+        head, velocity = seen.head_mm, 0.0  # a start begins from where it is
+        changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
+        if released and reaction == Reaction.PASS and changed:
+            reaction = Reaction.CAP
+    elif reaction == Reaction.WITHDRAW:
+        head, velocity = _withdrawn(limits, last.head_mm, last.head_mm_per_s, seen, dt_s)
+    else:
+        # Where vacuum is lost behind a closed valve, it may be drawing at the tip.
+        stopped = seen.lasting.contact > 0.0 or seen.line.closed_low_s > LOSING_S
+        head, velocity = _narrow_head(
+            limits, last.head_mm, last.head_mm_per_s, seen, proposal.head_mm, held, stopped, dt_s
+        )
+        if (held or stopped) and head < proposal.head_mm:
+            reaction = Reaction.HOLD
+        elif (
+            head != proposal.head_mm
+            or valve_open != proposal.valve_open
+            or vacuum != proposal.vacuum_mmhg
+        ):
+            reaction = Reaction.CAP
+    allowed = Setpoints(
+        head_mm=head,
+        head_mm_per_s=velocity,
+        insertion_on=driven,
+        valve_open=valve_open,
+        pump_on=proposal.pump_on and not cut,
+        vacuum_mmhg=vacuum,
+    )
+    return allowed, reaction

@@ -1,0 +1,84 @@
+"""Limits of what a patient's monitor may say, by age and by the ventilator's settings."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.age_group import AgeGroup
+
+LOST_CMH2O = 5.0
+"""Pressure below PEEP at which lung volume is being lost [design-lung]."""
+TRANSDUCER_CMH2O = 0.2
+"""Error of the pressure that is no loss; assumed."""
+BREATH_CMH2O = 2.0
+"""Above PEEP by this lies the line that each breath crosses."""
+LEAST_PEEP_CMH2O = 3.0
+"""With less PEEP an expiration looks like a circuit that is open to the room."""
+OPEN_S = 1.0
+"""How long the connector must be at the room's pressure to count as open; with little PEEP longer
+than an expiration: as long as a breath may take. Suction that empties the lung passes through it in
+half a second; assumed."""
+
+
+class AgeLimits(NamedTuple):
+    """What is set by age; sources in `SOURCES`."""
+
+    spo2_percent: float
+    heart_rate_per_min: float
+    airway_most_cmh2o: float
+    breath_s: float
+
+
+AGE_LIMITS: dict[AgeGroup, AgeLimits] = {
+    AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0),
+    AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0),
+    AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0),
+}
+"""Limits by age group."""
+
+SOURCES: dict[str, str] = {
+    "spo2_percent": "[assumed] 88, the least aimed at in acute lung injury [K], less 5 that "
+    "suction may take [Simarmata-2019] and 3 of the oximeter [K]",
+    "heart_rate_per_min": "bradycardia by age [K]",
+    "airway_most_cmh2o": "usual upper alarm limit of ventilators [assumed]",
+    "breath_s": "[assumed] apnoea alarms wait for 10 to 20 s [K]; sooner with small stores of "
+    "oxygen",
+}
+"""Where each limit comes from."""
+
+MEANINGS: dict[str, str] = {
+    "spo2_percent": "lowest saturation, as the oximeter shows it",
+    "heart_rate_per_min": "lowest heart rate",
+    "airway_most_cmh2o": "highest pressure at the connector",
+    "breath_s": "longest time in which no breath moves the pressure",
+}
+"""What each limit bounds."""
+
+
+class PatientLimits(NamedTuple):
+    """The limits of one patient."""
+
+    monitored: bool
+    """Whether a monitor belongs to the machine: without one nothing here is judged."""
+    spo2_percent: float
+    heart_rate_per_min: float
+    airway_most_cmh2o: float
+    airway_least_cmh2o: float
+    """Below it lung volume is being lost."""
+    breath_cmh2o: float
+    """Every breath crosses it twice."""
+    breath_s: float
+    open_s: float
+
+
+def limits_of(age: AgeGroup, peep_cmh2o: float, monitored: bool) -> PatientLimits:
+    """Limits for a patient of an age on a ventilator set to this PEEP."""
+    chosen = AGE_LIMITS[age]
+    return PatientLimits(
+        monitored=monitored,
+        spo2_percent=chosen.spo2_percent,
+        heart_rate_per_min=chosen.heart_rate_per_min,
+        airway_most_cmh2o=chosen.airway_most_cmh2o,
+        airway_least_cmh2o=peep_cmh2o - LOST_CMH2O - TRANSDUCER_CMH2O,
+        breath_cmh2o=peep_cmh2o + BREATH_CMH2O,
+        breath_s=chosen.breath_s,
+        open_s=OPEN_S if peep_cmh2o >= LEAST_PEEP_CMH2O else chosen.breath_s,
+    )

@@ -1,0 +1,129 @@
+"""What the patient's monitor says against the patient's limits, and for how long it has said so.
+
+How long something must hold is chosen for what the reading is worth. The saturation is 10 to 30 s
+old when it is shown [K]: in a cycle it can only tell of what began before, so waiting 2 s more for
+an artefact to pass costs nothing, and no abort relies on it alone. Heart rate (an average of
+seconds already) and airway pressure are what act within a cycle.
+
+The airway pressure is read at the connector, against the ventilator's settings: every breath must
+cross a line just above PEEP, both ways. Suction that takes more than the ventilator gives empties
+the lung, and the pressure falls below PEEP - 5 cmH2O [design]; a circuit that has come off leaves
+the connector at the pressure of the room, whatever is sucked: with more PEEP than 5 cmH2O volume is
+lost then too. A pressure that no breath moves is
+ventilation that fails, an expiration that is blocked or a reading that is frozen.
+"""
+
+import math
+from typing import NamedTuple
+
+from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.monitor import Monitor
+from opensuction.safety.condition import Condition
+from opensuction.safety.patient_limit import PatientLimits
+
+SPO2_S = 2.0
+"""How long the saturation must be low: four values of the display."""
+HEART_RATE_S = 1.0
+"""How long the heart rate must be low: it is an average of beats already."""
+HIGH_S = 0.2
+"""How long the pressure must be too high: longer than a cough, shorter than an inspiration."""
+LOW_S = 0.3
+"""How long the pressure must be too low: a stroke of the valve shakes it for less."""
+LINK_S = 2.0
+"""How long a value may be missing: a monitor repeats itself within a second."""
+ROOM_CMH2O = 1.0
+"""Nearer than this to the atmosphere the connector may be open to the room."""
+
+
+class PatientWatch(NamedTuple):
+    """For how long without a break, s; a value that is missing neither counts nor ends it."""
+
+    spo2_low_s: float
+    heart_rate_low_s: float
+    high_s: float
+    low_s: float
+    open_s: float
+    """Connector at the room's pressure."""
+    breath_s: float
+    """Since the pressure last crossed the line."""
+    raised: bool
+    """On which side of it the pressure was last."""
+    missing_s: float
+    """Since every value was there."""
+    conditions: int
+    """Bit mask of what holds now, of `condition.Condition`."""
+
+
+UNSEEN = PatientWatch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, raised=False, missing_s=0.0, conditions=0)
+"""At power-up."""
+
+
+@compiled
+def _time(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
+    if not known:
+        return seconds
+    return seconds + dt_s if holds else 0.0
+
+
+@compiled
+def step(
+    limits: PatientLimits, watch: PatientWatch, monitor: Monitor, sucking: bool, dt_s: float
+) -> PatientWatch:
+    """Bring what is known of the patient up to this tick.
+
+    sucking: the valve is not known to be closed. A pressure that is too low is then volume that
+    suction takes; with the valve closed it is the ventilation.
+    """
+    if not limits.monitored:
+        return watch
+    pressure = monitor.airway_pressure_cmh2o
+    has_spo2 = monitor.connected and monitor.spo2_valid and math.isfinite(monitor.spo2_percent)
+    has_rate = (
+        monitor.connected and monitor.heart_rate_valid and math.isfinite(monitor.heart_rate_per_min)
+    )
+    has_pressure = monitor.connected and monitor.airway_pressure_valid and math.isfinite(pressure)
+    raised = pressure > limits.breath_cmh2o if has_pressure else watch.raised
+    spo2_low_s = _time(watch.spo2_low_s, has_spo2, monitor.spo2_percent < limits.spo2_percent, dt_s)
+    slow = monitor.heart_rate_per_min < limits.heart_rate_per_min
+    heart_rate_low_s = _time(watch.heart_rate_low_s, has_rate, slow, dt_s)
+    high_s = _time(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
+    low_s = _time(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
+    open_s = _time(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
+    breath_s = _time(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
+    missing_s = _time(watch.missing_s, True, not (has_spo2 and has_rate and has_pressure), dt_s)
+    low = low_s > LOW_S
+    # What suction took stays its doing while the valve closes.
+    taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
+    unsafe = high_s > HIGH_S or breath_s > limits.breath_s or (low and not taken)
+    return PatientWatch(
+        spo2_low_s=spo2_low_s,
+        heart_rate_low_s=heart_rate_low_s,
+        high_s=high_s,
+        low_s=low_s,
+        open_s=open_s,
+        breath_s=breath_s,
+        raised=raised,
+        missing_s=missing_s,
+        conditions=flag(spo2_low_s > SPO2_S, Condition.SPO2_LOW)
+        | flag(heart_rate_low_s > HEART_RATE_S, Condition.HEART_RATE_LOW)
+        | flag(unsafe, Condition.AIRWAY_PRESSURE_UNSAFE)
+        | flag(low and taken, Condition.LUNG_VOLUME_LOST)
+        | flag(open_s > limits.open_s, Condition.CIRCUIT_DISCONNECTED)
+        | flag(missing_s > LINK_S, Condition.MONITOR_LINK_LOST),
+    )
+
+
+@compiled
+def trips(conditions: int, inside: bool, entering: bool) -> int:
+    """Those conditions that end a cycle: a bit mask of trips.
+
+    inside: the tip may be in the airway. entering: since this tick. Outside there is nothing to
+    withdraw, and what is wrong is the monitor's affair. Values that stay away inside do not end a
+    cycle (docs/decisions/0009): they only keep the catheter from going in.
+    """
+    if not inside:
+        return 0
+    if entering:
+        return conditions
+    return conditions & ~(1 << Condition.MONITOR_LINK_LOST)

@@ -1,0 +1,219 @@
+"""What the line vacuum says of pump, regulator, valve, canister and catheter.
+
+Judged against the set point that was let through, whether the pump was told to run, and the cam.
+A sound line holds the set point (and up to 5 mmHg more) behind a closed valve, keeps its vacuum
+while the pump rests for the insertion, falls to what pump and free catheter agree on when the valve
+opens, and vents when it is told to. What looks alike in the canister's vacuum is named by the table
+in `docs/alarms.md`.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+from opensuction.safety.condition import Condition
+from opensuction.safety.limits import LineLimits
+
+RATE_S = 0.1
+"""Window over which the fall of the vacuum is measured; a sensor's noise of 1 mmHg is 10 mmHg/s."""
+READY_SHARE = 0.9
+"""Share of the set point from which the pump has built it up."""
+BUILD_S = 5.0
+"""Longest time for that; longer than the pre-use test waits (4.2 s), which names the pump then."""
+CLOSED_SHARE = 0.94
+"""Share of the set point below which vacuum is lost behind a closed valve: 5 mmHg, a sensor's
+error (1 % of 500 mmHg; assumed), of a neonate's 80."""
+CLOSED_LOW_S = 0.3
+OPEN_LOW_S = 0.5
+"""How long it may be too low: closed, and open; assumed."""
+SLOW_SHARE_PER_S = 0.08
+"""A fall slower than this share of the set point a second is a pump that stands still on a sound
+line: that loses 2 % [computed], the pre-use test allows 5 %."""
+REST_SETTLE_S = 0.3
+"""How long after the pump came to rest the regulator may let the line down to its set point: 17
+ms, and `RATE_S` to see it [computed]."""
+REST_SHARE_PER_S = 0.06
+"""Share of its vacuum that a resting line may lose in a second: the pre-use test allows 0.05, a
+sound line loses 0.02, one whose valve is 30 % open on a thin catheter 0.1, or 5 % open on a thick
+one 0.07 [computed]. A leak takes the same share all the way down; turbulent flow through a bore a
+growing one."""
+REST_FALL_MMHG = 2.0
+"""Vacuum below what a resting line must keep that is a loss: a sensor's noise of 1 mmHg averaged
+over `RATE_S` is 0.1 [computed]; the margin is assumed."""
+REST_LOW_S = 0.1
+"""How long it may have less: then its fall, averaged over `RATE_S`, tells a leak from the valve. A
+catheter's fall is at most 0.8 of its first rate by then, and a leak's of 7 mL/s per mmHg more than
+that [computed]."""
+REST_NOISE_MMHG_PER_S = 20.0
+"""What a sensor's noise of 1 mmHg can add to that fall, two standard deviations [computed]."""
+STEEP_RATIO = 1.5
+"""A fall steeper than an open valve's by this is a leak."""
+SMALL_RATIO = 2.0
+"""A fall steeper than an open catheter's without a pump by this is a canister without room."""
+CLOGGED_S = 4.6
+"""How long an open valve may draw no flow: plugs of thick mucus do so for up to 4 s in sound
+cycles [in-silico]."""
+OVER_MMHG = 15.0
+"""Vacuum over the set point: a regulator settles at most 5 mmHg above (300 mL/s / 60 mL/s/mmHg)
+[computed], and a sensor's error of 5; assumed."""
+OVER_S = 0.5
+"""How long it may be above: a new set point settles in 0.1 s."""
+VENTED_S = 1.0
+"""How long a line may take to vent with the pump off; 0.1 s when sound [computed]."""
+DECAY_SHARE_PER_S = 0.01
+"""A vacuum that is not vented and falls by this share a second has no pump behind it."""
+
+
+class LineWatch(NamedTuple):
+    """What is known of the line, up to this tick."""
+
+    vacuum_mmhg: float
+    """Last valid reading."""
+    slow_mmhg: float
+    """It averaged over `RATE_S`."""
+    set_mmhg: float
+    """Set point in that tick."""
+    pumping_s: float
+    """How long the pump has been told to run against a set point that has not been raised."""
+    built: bool
+    """It has reached its set point since."""
+    fall_mmhg_per_s: float
+    """Steepest fall since the vacuum was last as high as its set point, 0 or negative."""
+    rest_s: float
+    """How long the pump has rested behind a closed valve."""
+    kept_mmhg: float
+    """Vacuum that a sound line has left by now."""
+    rest_low_s: float
+    """How long it has had less."""
+    closed_low_s: float
+    open_low_s: float
+    clogged_s: float
+    over_s: float
+    unvented_s: float
+
+
+START = LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def _time(seconds: float, holds: bool, dt_s: float) -> float:
+    return seconds + dt_s if holds else 0.0
+
+
+@compiled
+def step(
+    limits: LineLimits,
+    state: LineWatch,
+    vacuum_mmhg: float,
+    set_mmhg: float,
+    pump_on: bool,
+    is_open: bool,
+    is_closed: bool,
+    dt_s: float,
+) -> LineWatch:
+    """Bring it up to this tick.
+
+    set_mmhg, pump_on: what was let through in the last tick. is_open, is_closed: told so, and the
+    cam there.
+    """
+    pumping = pump_on and set_mmhg > 0.0
+    paused = not pump_on and set_mmhg > 0.0
+    slow = state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s)
+    if pumping and vacuum_mmhg >= set_mmhg:
+        slow = vacuum_mmhg  # how fast it came down to its set point is the regulator's doing
+    raised = set_mmhg > state.set_mmhg
+    pumping_s = _time(state.pumping_s, pumping and not raised, dt_s)
+    rest_s = _time(state.rest_s, paused and is_closed, dt_s)
+    kept = slow
+    if rest_s > REST_SETTLE_S:
+        # Never below what there is: a loss is noticed by its rate, however long the rest before.
+        kept = max(state.kept_mmhg - REST_SHARE_PER_S * state.kept_mmhg * dt_s, slow)
+    built = (pumping and vacuum_mmhg >= READY_SHARE * set_mmhg) or (
+        (pumping or paused) and state.built and not raised
+    )
+    judged = pumping and (built or pumping_s > BUILD_S)
+    fall = min(state.fall_mmhg_per_s, (vacuum_mmhg - slow) / RATE_S)
+    if vacuum_mmhg >= set_mmhg or not built:
+        fall = 0.0
+    low = judged and is_closed and vacuum_mmhg < CLOSED_SHARE * set_mmhg
+    open_low = judged and is_open and vacuum_mmhg < limits.open_low_share * set_mmhg
+    clogged = pumping and is_open and vacuum_mmhg > limits.clogged_share * set_mmhg
+    return LineWatch(
+        vacuum_mmhg=vacuum_mmhg,
+        slow_mmhg=slow,
+        set_mmhg=set_mmhg,
+        pumping_s=pumping_s,
+        built=built,
+        fall_mmhg_per_s=fall,
+        rest_s=rest_s,
+        kept_mmhg=kept,
+        rest_low_s=_time(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
+        closed_low_s=_time(state.closed_low_s, low, dt_s),
+        open_low_s=_time(state.open_low_s, open_low, dt_s),
+        clogged_s=_time(state.clogged_s, clogged, dt_s),
+        over_s=_time(state.over_s, set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + OVER_MMHG, dt_s),
+        unvented_s=_time(
+            state.unvented_s,
+            not pump_on and set_mmhg == 0.0 and vacuum_mmhg > OVER_MMHG,
+            dt_s,
+        ),
+    )
+
+
+@compiled
+def _lost(limits: LineLimits, state: LineWatch) -> int:
+    """Which trip a vacuum that is too low behind a closed valve is."""
+    if state.fall_mmhg_per_s > -SLOW_SHARE_PER_S * state.set_mmhg:
+        return Condition.VACUUM_LOST
+    if state.fall_mmhg_per_s >= -STEEP_RATIO * limits.open_fall_mmhg_per_s:
+        return Condition.VALVE_STUCK_OPEN
+    return Condition.LINE_LEAKING
+
+
+@compiled
+def trips(limits: LineLimits, state: LineWatch, sealed: bool) -> int:
+    """Bit mask of what is wrong with the line.
+
+    sealed: the tip is parked behind a closed valve, where the pre-use test is what looks for leaks.
+    """
+    found = 0
+    if state.closed_low_s > CLOSED_LOW_S:
+        found |= 1 << _lost(limits, state)
+    if not sealed and state.rest_low_s > REST_LOW_S:
+        rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
+        leaking = rate < -limits.bore_fall_mmhg_per_s - REST_NOISE_MMHG_PER_S
+        found |= 1 << (Condition.LINE_LEAKING if leaking else Condition.VALVE_STUCK_OPEN)
+    if state.open_low_s > OPEN_LOW_S:
+        small = state.fall_mmhg_per_s < -SMALL_RATIO * limits.bore_fall_mmhg_per_s
+        found |= 1 << (Condition.CANISTER_FULL if small else Condition.VACUUM_LOST)
+    if state.clogged_s > CLOGGED_S:
+        found |= 1 << Condition.LINE_CLOGGED
+    if state.over_s > OVER_S:
+        found |= 1 << Condition.VACUUM_EXCEEDED
+    if state.unvented_s > VENTED_S:
+        rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
+        if rate > -DECAY_SHARE_PER_S * state.vacuum_mmhg:
+            found |= 1 << Condition.PUMP_RUNAWAY
+        else:
+            found |= 1 << Condition.VACUUM_EXCEEDED
+    return found
+
+
+@compiled
+def afresh(state: LineWatch) -> LineWatch:
+    """After a reset: the vacuum that is there, and nothing held against it."""
+    return LineWatch(
+        vacuum_mmhg=state.vacuum_mmhg,
+        slow_mmhg=state.slow_mmhg,
+        set_mmhg=state.set_mmhg,
+        pumping_s=0.0,
+        built=False,
+        fall_mmhg_per_s=0.0,
+        rest_s=0.0,
+        kept_mmhg=state.slow_mmhg,
+        rest_low_s=0.0,
+        closed_low_s=0.0,
+        open_low_s=0.0,
+        clogged_s=0.0,
+        over_s=0.0,
+        unvented_s=0.0,
+    )

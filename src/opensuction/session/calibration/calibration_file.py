@@ -1,0 +1,183 @@
+"""The files of a calibration: the recording, the parameter file, the JSON object."""
+
+import hashlib
+import io
+from datetime import datetime
+
+import numpy as np
+
+from opensuction import __version__
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.kernel.errors import InputError
+from opensuction.session.calibration import calibration_check
+from opensuction.session.calibration.calibration_run import Calibrated
+from opensuction.session.cycle import cycle_choice
+from opensuction.session.plain import Json, without_nan
+from opensuction.settings import calibration_section, identification_file, plausibility
+from opensuction.settings.calibration_section import Measured, Origin
+from opensuction.settings.identification_file import (
+    FORMAT_VERSION,
+    MODIFIED_DAHL,
+    IdentificationFile,
+    Identified,
+    Parameter,
+    Quantity,
+    Source,
+)
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.rig import Identification, Recording
+
+PARAMETER_FILE = "calibration.toml"
+RECORDING_FILE = "recording.csv"
+EVERY = 10
+"""Ticks from one line of the recording to the next: 100 Hz show all that the models follow."""
+RECORDING_HEAD = (
+    "# In-silico: excitation of a simulated machine, every tenth sample of what was fitted"
+)
+
+
+def recording_text(recorded: Recording) -> str:
+    """A recording as CSV, which ``opensuction identify`` reads."""
+    time_s = DT_S * np.arange(recorded.head_mm.size)
+    columns = (time_s, recorded.head_mm, recorded.laser_mm, recorded.insertion_v)
+    text = io.StringIO()
+    text.write(f"{RECORDING_HEAD}\ntime_s,head_mm,tip_mm,motor_v\n")
+    np.savetxt(text, np.column_stack(columns)[::EVERY], "%.4f", ",")
+    return text.getvalue()
+
+
+def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
+    """What a calibration found, for `opensuction cycle --compensation`. now: in UTC.
+
+    Raises ValueError where nothing was found.
+    """
+    found, validation = calibrated.found, calibrated.validation
+    if found is None or validation is None:
+        raise ValueError("nothing was found that could be written")
+    content = recording_text(calibrated.first).encode()
+    rig, tip = calibrated.rig, found.laser_mm
+    model = found.fit.model._asdict()
+    return Identified(
+        about=IdentificationFile(
+            format_version=FORMAT_VERSION,
+            software_version=__version__,
+            date_utc=now.replace(microsecond=0),
+            model="modified-dahl",
+            method="variable-projection",
+            compensator=calibrated.choice.compensation,
+            well_posed=found.fit.well_posed,
+            rmse=found.fit.rmse_mm,
+            rmse_unit="mm",
+            rmse_percent_of_range=100.0 * found.fit.rmse_mm / float(np.ptp(tip)),
+            recording=Source(
+                file=RECORDING_FILE,
+                sha256=hashlib.sha256(content).hexdigest(),
+                samples=found.fit.samples,
+                fitted_samples=found.fit.samples,
+                input=_quantity("head_mm", found.head_mm),
+                output=_quantity("tip_mm", tip),
+            ),
+        ),
+        parameters={
+            name: Parameter(model[field], unit, []) for name, (field, unit) in MODIFIED_DAHL.items()
+        }
+        | {"initial_lag": Parameter(found.fit.lag_mm, "mm", [])},
+        servo=found.calibration.feedforward,
+        measured=Measured(
+            machine=Origin(
+                name=cycle_choice.machine_of(calibrated.choice),
+                preset=rig.kind.preset,
+                catheter_mm=rig.kind.catheter.outer_mm,
+                seed=rig.seed,
+            ),
+            validation=validation,
+            plays=calibration_section.of_plays(found.plays.model),
+            gap_width=calibration_section.of_curves(found.calibration.width),
+            lookup_table=calibration_section.of_curves(found.calibration.table),
+        ),
+    )
+
+
+def _quantity(column: str, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Quantity:
+    return Quantity(column, "mm", False, float(values.min()), float(values.max()))
+
+
+def confirmed(calibrated: Calibrated, now: datetime) -> Calibrated:
+    """The same, refused where ``opensuction cycle`` would not take its file."""
+    if not calibrated.accepted:
+        return calibrated
+    nominal = calibrated.rig.profile.transmission
+    try:
+        file = parameter_file(calibrated, now)
+        plausibility.check(
+            identification_file.calibration(file, PARAMETER_FILE), nominal, PARAMETER_FILE
+        )
+    except InputError as refused:
+        return calibrated._replace(reasons=(f"A cycle would not take it: {refused}.",))
+    return calibrated
+
+
+def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | None) -> Json:
+    """The JSON object of the command. path: of the parameter file; None where none is written."""
+    choice, rig = calibrated.choice, calibrated.rig
+    data: Json = {
+        "accepted": calibrated.accepted,
+        "reasons": list(calibrated.reasons),
+        "machine": cycle_choice.machine_of(choice),
+        "patient": cycle_choice.patient_of(choice, rig.kind.preset == "bench"),
+        "catheter_mm": rig.kind.catheter.outer_mm,
+        "conduit_bend_rad": rig.kind.conduit.bend_rad,
+        "seed": choice.seed,
+        "compensation": choice.compensation,
+        "in_silico": True,
+        **dict.fromkeys(("model", "parameters", "plays", "servo", "gap_mm", "gap_ratio")),
+        **dict.fromkeys(("rmse_mm", "plays_rmse_mm", "validation_rmse_mm", "validation")),
+        "checks": [
+            entry._asdict() | {"ok": entry.ok, "bound": calibration_check.bound(entry)}
+            for entry in calibrated.checks
+        ],
+        "samples": int(calibrated.first.head_mm.size),
+        "recording_sha256": hashlib.sha256(recording_text(calibrated.first).encode()).hexdigest(),
+        "parameter_file": path,
+        "version": __version__,
+        "date_utc": now.isoformat(timespec="seconds"),
+        "seconds": seconds,
+    }
+    if calibrated.found is not None:
+        data |= _findings(calibrated, calibrated.found)
+    plain: Json = without_nan(data)
+    return plain
+
+
+def _findings(calibrated: Calibrated, found: Identification) -> Json:
+    model, validation = found.fit.model, calibrated.validation
+    values, gap_mm = model._asdict(), float(modified_dahl.gap_mm(model))
+    data: Json = {
+        "model": "modified-dahl",
+        "parameters": {
+            name: {"value": values[field], "unit": unit, "ci95": None}
+            for name, (field, unit) in MODIFIED_DAHL.items()
+        },
+        "plays": calibration_section.of_plays(found.plays.model)._asdict()
+        | {"gap_mm": prandtl_ishlinskii.gap_mm(found.plays.model)},
+        "servo": found.servo._asdict(),
+        "gap_mm": gap_mm,
+        "gap_ratio": gap_mm / float(modified_dahl.gap_mm(calibrated.rig.profile.transmission)),
+        "rmse_mm": found.fit.rmse_mm,
+        "plays_rmse_mm": found.plays.rmse_mm,
+    }
+    if validation is None:
+        return data
+    range_mm = float(np.ptp(calibrated.second.laser_mm))
+    return data | {
+        "validation_rmse_mm": validation.model_rmse_mm,
+        "validation": {
+            "model_rmse_mm": validation.model_rmse_mm,
+            "model_percent_of_range": 100.0 * validation.model_rmse_mm / range_mm,
+            "plays_rmse_mm": validation.plays_rmse_mm,
+            "plays_percent_of_range": 100.0 * validation.plays_rmse_mm / range_mm,
+            "repeatability_mm": validation.repeatability_mm,
+            "servo_rmse_v": validation.servo_rmse_v,
+            "range_mm": range_mm,
+        },
+    }

@@ -1,0 +1,129 @@
+"""Calibration of a machine before use: excite, fit, excite again, and judge what was found.
+
+The second run has other noise, and nothing is fitted to it: it says what the models are worth.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.kernel.errors import InputError
+from opensuction.session.calibration import calibration_check
+from opensuction.session.calibration.calibration_check import CalibrationCheck
+from opensuction.session.cycle import cycle_choice
+from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.settings.calibration_section import Validation
+from opensuction.settings.choice import choose
+from opensuction.simulation import rig as rigs
+from opensuction.simulation.rig import IDENTIFICATION_RUN, Identification, Recording, Rig
+
+VALIDATION_RUN = 4
+"""Number of the noise stream of the second run; cycles and teaching have others."""
+UNDETERMINED = (
+    "The run does not determine how fast the lag decays, so that gap and gain trade against each "
+    "other: check that the tip follows the head."
+)
+WOULD_JUMP = (
+    "The model has no continuous inverse (its slope is not above twice its velocity_gain), so that "
+    "direct-inverse would jump at each reversal: calibrate with --compensation exact-inverse, or "
+    "run it as printed with opensuction cycle --compensation direct-inverse."
+)
+
+
+class Calibrated(NamedTuple):
+    """A calibration, accepted or not."""
+
+    choice: Choice
+    rig: Rig
+    first: Recording
+    """What the models were fitted to."""
+    second: Recording
+    """What they were held against."""
+    found: Identification | None
+    """None where the recording did not determine a model."""
+    validation: Validation | None
+    checks: tuple[CalibrationCheck, ...]
+    """Every bound with its value."""
+    reasons: tuple[str, ...]
+    """Why it is refused, in sentences; empty where it is accepted."""
+
+    @property
+    def accepted(self) -> bool:
+        """Whether a compensator may be driven by it."""
+        return not self.reasons
+
+
+def check(choice: Choice) -> None:
+    """Refuse unknown names and bad files before anything slow begins; raises InputError."""
+    cycle_choice.kinds(choice)
+    usable = {name: kind for name, kind in KIND_OF_NAME.items() if kind != CompensationKind.NONE}
+    choose(choice.compensation, usable, "compensation")
+
+
+def run(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Calibrated:
+    """Calibrate the machine that the seed draws, nobody on it.
+
+    A patient, where one was chosen, only says where the machine parks and which catheter it has.
+    tell: called with a line of progress. Raises InputError for bad names and files; a poor fit
+    is no error but a refusal in the result.
+    """
+    check(choice)
+    rig = rigs.rig_of(*cycle_choice.kinds(choice), choice.seed)
+    tell("Exciting the machine: the head over its stroke and back, twice, the tip under a laser")
+    first = rigs.recording(rig, IDENTIFICATION_RUN)
+    tell("Exciting it again, to hold the models against what they have not seen")
+    second = rigs.recording(rig, VALIDATION_RUN)
+    return judged(choice, rig, first, second)
+
+
+def judged(choice: Choice, rig: Rig, first: Recording, second: Recording) -> Calibrated:
+    """Fit the first recording, hold the result against the second, and judge it."""
+    checks = calibration_check.of_stroke(rig.profile.excitation, (first, second))
+    reasons = calibration_check.reasons(checks)
+    found, validation = None, None
+    if not reasons:
+        try:
+            found = rigs.fitted(first, rig.profile.supply_v)
+        except InputError as refused:
+            reasons = (f"The recording does not determine the machine: {refused}.",)
+    if found is not None:
+        validation = validated(found, second)
+        checks = (*checks, *calibration_check.of_fit(rig.profile, found, validation))
+        reasons = calibration_check.reasons(checks)
+        if not found.fit.determined:
+            reasons = (*reasons, UNDETERMINED)
+        if choice.compensation == "direct-inverse" and not found.fit.well_posed:
+            reasons = (*reasons, WOULD_JUMP)
+    return Calibrated(choice, rig, first, second, found, validation, checks, reasons)
+
+
+def validated(found: Identification, second: Recording) -> Validation:
+    """What an identification leaves of another recording."""
+    model_mm, plays_mm = predicted(found, second)
+    samples = min(second.laser_mm.size, found.laser_mm.size)
+    return Validation(
+        model_rmse_mm=_rms(second.laser_mm - model_mm),
+        plays_rmse_mm=_rms(second.laser_mm - plays_mm),
+        repeatability_mm=_rms(second.laser_mm[:samples] - found.laser_mm[:samples]),
+        servo_rmse_v=found.servo.rmse_v,
+    )
+
+
+def predicted(
+    found: Identification, recorded: Recording
+) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], ...]:
+    """Tip by the modified Dahl model and by the plays, mm, for the heads of a recording."""
+    head = recorded.head_mm
+    plays = found.plays.model
+    start = prandtl_ishlinskii.retracted_positions_mm(plays, head[0])
+    return (
+        modified_dahl.simulate(found.fit.model, head, found.fit.lag_mm),
+        prandtl_ishlinskii.simulate(plays, head, start),
+    )
+
+
+def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+    return float(np.sqrt(np.mean(values * values)))

@@ -1,0 +1,1 @@
+"""One automated cycle, with or without faults."""

@@ -1,0 +1,280 @@
+"""One automated cycle on the twin, from named choices to a trace."""
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller import setup
+from opensuction.controller.setup import Calibration
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import RESTING
+from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.procedure.cycle import teaching
+from opensuction.procedure.cycle.teaching import SENTENCES, Taught
+from opensuction.procedure.planning import clinical, teaching_limit
+from opensuction.procedure.planning.clinical import Template
+from opensuction.procedure.planning.guideline import GuidelineCheck
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.session.cycle import compensation_choice, cycle_choice, fault_choice
+from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
+from opensuction.settings.identification_file import Identified
+from opensuction.simulation import closed_loop, self_calibration, trace
+from opensuction.simulation import rig as rigs
+from opensuction.simulation import teaching as by_hand
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.outcome import Outcome, outcome
+from opensuction.simulation.rig import Identification, Rig
+from opensuction.simulation.trace import Columns
+
+CONTACT_CARINA_MM = 65.0
+"""Distance at which the bench's rubber carina stands for the contact approach (paper, Table II)."""
+CYCLE_RUN = 2
+"""Number of the noise stream of cycles; identification has another."""
+LIMIT_S = 180.0
+"""No cycle lasts longer: every phase has a limit of its own."""
+AFTERMATH_S = 90.0
+"""How long a patient is followed after the cycle."""
+LEAST_TRAVEL_MM = 1.0
+"""Shortest way below the tube that is worth planning."""
+PIECE_S = 0.05
+"""Simulated time between two reports of progress."""
+
+
+class Prepared(NamedTuple):
+    """A cycle ready to run."""
+
+    choice: Choice
+    rig: Rig
+    protocol: Protocol
+    kind: CompensationKind
+    calibration: Calibration
+    """What the compensation works with: identified before use, from a file, or nominal."""
+    identification: Identification | None
+    """None where the compensation needs none, or has its model from a file."""
+    parameter_file: Identified | None
+    """The file that the compensation has its model from."""
+    taught_mm: float | None
+    """Carina's depth that the protocol was fitted to; None where it names its own travel."""
+    loop: Loop
+    start: LoopState
+
+
+class Progress(NamedTuple):
+    """Where a running cycle is."""
+
+    time_s: float
+    phase: int
+    tip_mm: float
+    valve_open_ratio: float
+    vacuum_mmhg: float
+
+
+def taught(choice: Choice, rig: Rig, calibration: Calibration) -> float:
+    """Depth of the carina as a person measured it, or as a hand teaches it on the rig.
+
+    A fault may make it too long. Raises InputError where what was taught is not taken.
+    """
+    wrong_mm = fault_choice.taught_error_mm(choice.faults)
+    if wrong_mm > 0.0:
+        wrong_mm += taught(choice._replace(faults=()), rig, calibration)
+        teaching_limit.check_plausible(rig.site.age, wrong_mm, "the taught length")
+        return wrong_mm
+    if choice.taught_mm is not None:
+        return choice.taught_mm
+    found = by_hand.teach(rig, calibration)
+    if found.taught != Taught.TAKEN:
+        raise InputError(
+            f"the travel length could not be taught: {SENTENCES[found.taught]}; give it with "
+            "--taught"
+        )
+    return found.taught_mm
+
+
+def _fitted(
+    found: Protocol | Template,
+    rig: Rig,
+    kind: CompensationKind,
+    calibration: Calibration,
+    by_contact: bool,
+) -> Protocol:
+    """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
+    able = setup.abilities(rig.profile, kind, calibration, rig.site)
+    if isinstance(found, Template):
+        return clinical.fitted(found, able, rig.site, by_contact)
+    if not found.bench_only:
+        clinical.check_catheter(rig.site)
+        clinical.check_depth(found, rig.site, by_contact)
+        clinical.enforce(clinical.held_against_guidelines(found, able, rig.site, by_contact))
+    return found
+
+
+def _refuse_early(
+    found: Protocol | Template,
+    rig: Rig,
+    kind: CompensationKind,
+    calibration: Calibration,
+    by_contact: bool,
+) -> None:
+    """Refuse before the slow part what no taught depth can make possible.
+
+    Nothing is easier to fit than the least depth at which a tip can stop short of the carina.
+    Raises InputError.
+    """
+    first = rig
+    if isinstance(found, Template):
+        least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
+        first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
+    protocol = _fitted(found, first, kind, calibration, by_contact)
+    setup.planned(first.profile, protocol, kind, calibration, by_contact, first.site)
+
+
+def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Prepared:
+    """Draw the machine, identify it and teach it where that is needed, and plan the cycle.
+
+    tell: called with a line of progress. Raises InputError for bad names, files and plans.
+    """
+    choice = fault_choice.set_up(choice, choice.faults)
+    found, kind = cycle_choice.check(choice)
+    by_contact = APPROACHES[choice.approach]
+    rig = rigs.rig_of(*cycle_choice.kinds(choice), choice.seed)
+    if by_contact and not rig.machine.has_patient:
+        rig = rigs.with_carina(rig, CONTACT_CARINA_MM)
+    file = compensation_choice.chosen(choice.compensation)[1]
+    calibration = rigs.uncalibrated(rig.profile)
+    if file is not None:
+        calibration = compensation_choice.calibration(file, choice.compensation, rig.kind)
+    _refuse_early(found, rig, kind, calibration, by_contact)
+    tell(cycle_choice.heading(choice))
+    identification, taught_mm, known = None, None, calibration
+    if file is not None:
+        tell(f"Compensating with the model of {choice.compensation}")
+    elif kind != CompensationKind.NONE or isinstance(found, Template):
+        tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
+        identification = rigs.identify(rig)
+        known = identification.calibration
+    if isinstance(found, Template):
+        taught_mm = taught(choice, rig, known)
+        rig = with_depth(rig, taught_mm)
+    if kind == CompensationKind.NONE:
+        identification = None
+    else:
+        calibration = known
+    protocol = _fitted(found, rig, kind, calibration, by_contact)
+    rig = self_calibration.with_widths(rig, choice.gap_scale)
+    loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
+    return Prepared(
+        choice, rig, protocol, kind, calibration, identification, file, taught_mm, loop, start
+    )
+
+
+def with_depth(rig: Rig, carina_mm: float) -> Rig:
+    """The same rig, its controller told that the carina is at this depth."""
+    return rig._replace(site=rig.site._replace(carina_mm=carina_mm))
+
+
+def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:
+    """Run the cycle in pieces; ``watch`` hears of each and may take its time."""
+    return played(prepared, prepared.start, START, watch)[1]
+
+
+def played(
+    prepared: Prepared, state: LoopState, requests: Requests, watch: Callable[[Progress], None]
+) -> tuple[LoopState, Columns]:
+    """Run one cycle from a state of the loop; the state afterwards, and the trace.
+
+    A patient is followed for a while longer: saturation is lowest after the catheter is out.
+    """
+    after_s = AFTERMATH_S if prepared.rig.machine.has_patient else 0.0
+    table = trace.rows(LIMIT_S + after_s)
+    piece = round(PIECE_S / DT_S)
+    most = round(LIMIT_S / DT_S)
+    done, active = 0, False
+    while done < most:
+        state, ticks = closed_loop.run(prepared.loop, state, requests, table[done : done + piece])
+        requests = NO_REQUESTS
+        done += ticks
+        watch(progress(table[done - 1]))
+        resting = state.controller.procedure.phase in RESTING
+        if resting and active:
+            break
+        active = active or not resting
+    after = round(after_s / DT_S)
+    if after:
+        state, _ = closed_loop.run(prepared.loop, state, NO_REQUESTS, table[done : done + after])
+    return state, trace.by_name(table[: done + after])
+
+
+_INDEX = {name: i for i, name in enumerate(COLUMNS)}
+
+
+def progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progress:
+    """Where a cycle is, from a row of its trace."""
+    return Progress(
+        time_s=float(row[_INDEX["time_s"]]),
+        phase=int(row[_INDEX["phase"]]),
+        tip_mm=float(row[_INDEX["truth.tip_mm"]]),
+        valve_open_ratio=float(row[_INDEX["truth.valve_open_ratio"]]),
+        vacuum_mmhg=float(row[_INDEX["readings.line_vacuum_mmhg"]]),
+    )
+
+
+def checks(prepared: Prepared) -> list[GuidelineCheck]:
+    """The clinical requirements of the paper's section II-A, held against the plan."""
+    able = setup.abilities(
+        prepared.rig.profile, prepared.kind, prepared.calibration, prepared.rig.site
+    )
+    by_contact = APPROACHES[prepared.choice.approach]
+    return clinical.held_against_guidelines(prepared.protocol, able, prepared.rig.site, by_contact)
+
+
+def stopping_mm(prepared: Prepared) -> float:
+    """Where suction is meant to take place: the travel, or off the carina that is touched."""
+    if APPROACHES[prepared.choice.approach]:
+        return prepared.rig.machine.airway.carina_mm - prepared.protocol.backoff_mm
+    return prepared.protocol.travel_mm
+
+
+def tracked_span_s(prepared: Prepared) -> float | None:
+    """Span over which tracking is scored: the paper's cycle is, 0 to 29 s of its reference."""
+    if not prepared.protocol.bench_only or APPROACHES[prepared.choice.approach]:
+        return None
+    protocol = prepared.protocol
+    return (
+        protocol.travel_mm / protocol.insertion_mm_per_s
+        + protocol.dwell_s
+        + protocol.travel_mm / protocol.withdrawal_mm_per_s
+    )
+
+
+def figures(prepared: Prepared, columns: Columns) -> Outcome:
+    """Figures of the cycle; the share removed is of what was there and what came meanwhile."""
+    bedside = prepared.start.bedside
+    produced_ml = float(np.sum(bedside.produced_ml_per_s)) * columns["time_s"].size * DT_S
+    secretion_ml = float(np.sum(bedside.secretion_ml)) + produced_ml
+    return outcome(
+        columns,
+        stopping_mm(prepared),
+        secretion_ml,
+        tracked_span_s(prepared),
+        breathing=prepared.rig.machine.has_patient,
+    )
+
+
+def warm_up(prepared: Prepared) -> None:
+    """One tick, so that whatever must be compiled or loaded is."""
+    closed_loop.run(prepared.loop, prepared.start, START, trace.rows(DT_S))
+
+
+def realtime_factor(prepared: Prepared) -> float:
+    """Simulated time over the time that the compiled simulation alone takes, trace included.
+
+    The second of two runs into the same trace: the first pays for fresh memory.
+    """
+    table = trace.rows(LIMIT_S)
+    closed_loop.run(prepared.loop, prepared.start, START, table)
+    began_s = perf_counter()
+    _, ticks = closed_loop.run(prepared.loop, prepared.start, START, table)
+    return ticks * DT_S / (perf_counter() - began_s)

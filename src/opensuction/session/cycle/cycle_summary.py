@@ -1,0 +1,236 @@
+"""The JSON object of the ``cycle`` command: what a cycle came to, in plain data.
+
+Keys and units are a contract (docs/reference/results.md); ``null``: not simulated.
+"""
+
+from collections.abc import Iterable
+from enum import IntEnum
+
+import numpy as np
+
+from opensuction import __version__
+from opensuction.control.compensation import CompensationKind
+from opensuction.hysteresis import modified_dahl
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.check import ITEMS, ORDER, SENTENCES, CheckItem
+from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.condition import Condition, row_of
+from opensuction.session.cycle import cycle_choice, cycle_run, machine_summary
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.plain import Json, without_nan
+from opensuction.simulation import trace
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.outcome import Outcome
+from opensuction.simulation.trace import Columns
+
+SECRETION_SHARE_PERCENT = 80.0
+"""Share of the secretions below which the report says why there is some left."""
+BUDGET_MARGIN_S = 0.05
+"""Timing that exceeds the guideline by less is rounding of a tick or two."""
+ABORT_SENTENCES = {
+    Event.TRIPPED: "a safety limit tripped",
+    Event.ABORT_REQUESTED: "a person asked for it",
+    Event.PHASE_OVERDUE: "the phase '{phase}' took longer than planned",
+    Event.CONTACT_MISPLACED: "the tip touched something before the carina was expected, or "
+    "nothing until the search ended",
+    Event.CHECK_FAILED: "the pre-use test failed: {failed}",
+}
+"""Why a cycle is broken off, for every event that can."""
+
+
+def _tip(result: Outcome) -> Json:
+    return {
+        "target_mm": result.target_mm,
+        "reached_mm": result.reached_mm,
+        "stop_error_mm": result.reached_mm - result.target_mm,
+        "rmse_mm": result.rmse_mm,
+        "peak_error_mm": result.peak_error_mm,
+        "deepest_mm": result.deepest_mm,
+    }
+
+
+def _timing(prepared: Prepared, result: Outcome) -> Json:
+    return {
+        "cycle_s": result.cycle_s,
+        "in_airway_s": result.in_airway_s,
+        "in_airway_budget_s": prepared.protocol.in_airway_budget_s,
+        "negative_pressure_s": result.negative_pressure_s,
+        "negative_pressure_budget_s": prepared.protocol.negative_pressure_budget_s,
+        "guideline_s": GUIDELINES[prepared.rig.site.age].negative_pressure_s,
+    }
+
+
+def _trips(result: Outcome) -> list[Json]:
+    return [
+        {"name": _name(code), "sentence": code.row.sentence, "time_s": time_s}
+        for code, time_s in result.trips
+    ]
+
+
+def alarms(found: Iterable[Episode]) -> list[Json]:
+    """The key ``alarms``: every alarm with its sentence and remedy; none in a healthy cycle."""
+    return [
+        {
+            "condition": alarm_name(episode.condition),
+            "priority": _name(episode.priority),
+            "sentence": row_of(episode.condition).sentence,
+            "remedy": row_of(episode.condition).remedy,
+            "started_s": episode.started_s,
+            "ended_s": episode.ended_s,
+            "latched": episode.latched,
+            "acknowledged_s": episode.acknowledged_s,
+        }
+        for episode in found
+    ]
+
+
+def alarm_name(condition: int) -> str:
+    """A condition as the JSON writes it; one without a name has its number."""
+    known = condition in set(Condition)
+    return _name(Condition(condition)) if known else f"unknown-{condition}"
+
+
+def _abort(result: Outcome, columns: Columns) -> Json | None:
+    """Why a cycle was broken off; the trips say more where there are any."""
+    if result.abort is None:
+        return None
+    event, phase, time_s = result.abort
+    if event not in ABORT_SENTENCES:  # the controller stopped: it broke nothing off
+        return None
+    failed = SENTENCES[CheckItem(int(columns["check_failed"][-1]))]
+    return {
+        "event": _name(event),
+        "phase": phase.name.lower(),
+        "sentence": ABORT_SENTENCES[event].format(phase=phase.name.lower(), failed=failed),
+        "time_s": time_s,
+    }
+
+
+def _check(columns: Columns) -> Json:
+    """The pre-use test: whether it was passed, what failed, and each item with its time."""
+    failed = CheckItem(int(columns["check_failed"][-1]))
+    testing = columns["phase"] == Phase.CHECKING
+    items = columns["check_item"]
+    done = [item for item in ORDER if np.any(testing & (items == item))]
+    passed = failed == CheckItem.NONE and len(done) == len(ORDER) and not testing[-1]
+    listed = []
+    for item in ORDER:
+        ticks = np.count_nonzero(testing & (items == item))
+        listed.append(
+            {
+                "name": _name(item),
+                "meaning": ITEMS[item],
+                "passed": None if item not in done else item != failed,
+                "seconds": ticks * DT_S,
+            }
+        )
+    return {
+        "passed": passed,
+        "failed_item": None if failed == CheckItem.NONE else _name(failed),
+        "sentence": None if failed == CheckItem.NONE else SENTENCES[failed],
+        "items": listed,
+    }
+
+
+def _name(member: IntEnum) -> str:
+    """A member as the JSON writes it."""
+    return member.name.lower().replace("_", "-")
+
+
+def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
+    found = []
+    guideline_s = GUIDELINES[prepared.rig.site.age].negative_pressure_s
+    if result.negative_pressure_s > guideline_s + BUDGET_MARGIN_S:
+        planned = prepared.protocol.negative_pressure_budget_s > guideline_s + BUDGET_MARGIN_S
+        found.append(
+            f"Suction lasted {result.negative_pressure_s:.1f} s: guidelines allow "
+            f"{guideline_s:g} s." + (" This protocol is for the bench only." if planned else "")
+        )
+    if result.completed and result.removed_percent < SECRETION_SHARE_PERCENT:
+        found.append(
+            f"Only {result.removed_percent:.0f} % of the secretions were removed: the rest lies "
+            "deeper than the tip may go, or needs more than the "
+            f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
+        )
+    if prepared.parameter_file is not None and prepared.parameter_file.servo is None:
+        found.append(
+            "The parameter file holds no servo feedforward, so the head lags behind its command; "
+            "a section servo with velocity_v_s_per_mm and friction_v would add it."
+        )
+    model = prepared.calibration.model
+    on_dahl = prepared.kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
+    if not on_dahl or modified_dahl.is_monotone(model):
+        return found
+    slope, gain = model.slope, model.velocity_gain
+    sentence = (
+        f"The identified model is not monotone (c = {slope:.3f} is not above 2 beta = "
+        f"{2 * gain:.3f}): at a reversal it has no continuous inverse"
+    )
+    if prepared.kind == CompensationKind.DIRECT_INVERSE:
+        found.append(f"{sentence}, and the printed compensator jumps there.")
+    else:
+        found.append(f"{sentence}; the reversal is crossed as a gap.")
+    return found
+
+
+def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor: float) -> Json:
+    """Everything about one cycle as plain data.
+
+    wall_s: time the whole command took so far. realtime_factor: simulated time over the time that
+    the compiled simulation alone took, trace included.
+    """
+    result = cycle_run.figures(prepared, columns)
+    choice, kind = prepared.choice, prepared.rig.kind
+    data: Json = {
+        "outcome": "completed" if result.completed else "aborted",
+        "version": __version__,
+        "in_silico": True,
+        "machine": cycle_choice.machine_of(choice),
+        "protocol": cycle_choice.protocol_of(choice),
+        "approach": choice.approach,
+        "compensation": choice.compensation,
+        "patient": cycle_choice.patient_of(choice, kind.preset == "bench"),
+        "catheter": machine_summary.catheter_name(kind.catheter),
+        "conduit": machine_summary.conduit_name(kind.catheter, kind.conduit),
+        "seed": choice.seed,
+        "gap_scale": choice.gap_scale,
+        "taught_mm": prepared.taught_mm,
+        "teaching": machine_summary.teaching(prepared),
+        "phases": [
+            {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
+            for span in trace.phase_spans(columns)
+        ],
+        "tip": _tip(result),
+        "timing": _timing(prepared, result),
+        "vacuum": {
+            "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
+            "peak_mmhg": result.peak_vacuum_mmhg,
+        },
+        "carina_force_peak_n": result.carina_force_peak_n,
+        "secretion": {
+            "removed_ml": result.removed_ml,
+            "removed_percent": result.removed_percent,
+        },
+        "spo2_nadir_percent": result.spo2_nadir_percent,
+        "lung_volume_loss_ml": result.lung_volume_loss_ml,
+        "airway_pressure_least_cmh2o": result.airway_pressure_least_cmh2o,
+        "check": _check(columns),
+        "abort": _abort(result, columns),
+        "trips": _trips(result),
+        "alarms": alarms(result.alarms),
+        "warnings": _warnings(prepared, result),
+        "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
+        "anatomy": {
+            "tube_end_mm": 0.0,
+            "patient_boundary_mm": prepared.rig.site.boundary_mm,
+            "carina_mm": prepared.rig.machine.airway.carina_mm,
+            "cap_mm": prepared.protocol.cap_mm,
+        },
+        "identification": machine_summary.identification(prepared),
+        "wall_s": wall_s,
+        "realtime_factor": realtime_factor,
+    }
+    plain: Json = without_nan(data)
+    return plain

@@ -1,0 +1,109 @@
+"""Faults that a person chose: ``NAME[@S][=STRENGTH]``, and set-ups that are wrong on purpose."""
+
+import math
+import re
+from collections.abc import Sequence
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
+from opensuction.settings.choice import choose
+from opensuction.settings.wording import one_line, shown
+from opensuction.simulation.injection import injection
+from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.twin.fault import fault_table
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.machine.catheter import CATHETERS
+
+FORM = "NAME[@S][=STRENGTH], S in seconds after the start or PHASE+S"
+_PARTS = re.compile(r"(?P<name>[^@=]*)(?:@(?P<at>[^@=]*))?(?:=(?P<strength>[^@=]*))?")
+NAMES = {fault.title: fault for fault in KINDS}
+"""Faults by name."""
+LISTED = "'opensuction cycle --help'"
+"""Where all of them are: too many for a message."""
+PHASES = {
+    phase.name.lower(): phase
+    for phase in (
+        Phase.CHECKING,
+        Phase.PRELOADING,
+        Phase.INSERTING,
+        Phase.BACKING_OFF,
+        Phase.OPENING,
+        Phase.SUCTIONING,
+        Phase.WITHDRAWING,
+        Phase.CLOSING,
+        Phase.ABORTING,
+        Phase.HALTED,
+    )
+}
+"""Phases that a cycle can have once it has begun, by name."""
+WIDEST = max(CATHETERS, key=lambda name: CATHETERS[name].outer_mm)
+
+
+def _number(text: str, what: str, whole: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(one_line(f"--fault {shown(whole)}: {what} {shown(text)} is not a number"))
+    return value
+
+
+def _instant(text: str, whole: str) -> Instant:
+    """The instant after the ``@``."""
+    name, plus, after = text.partition("+")
+    if not name or not name[0].isalpha():
+        return Instant(None, _number(text, "the instant", whole))
+    phase = choose(name.replace("-", "_"), PHASES, "phase of a fault")
+    return Instant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
+
+
+def parsed(text: str) -> Injection:
+    """The fault that a person wrote; raises InputError for what cannot be meant."""
+    parts = _PARTS.fullmatch(text)
+    if parts is None:
+        raise InputError(one_line(f"--fault {shown(text)}: should be {FORM}"))
+    fault = choose(parts["name"], NAMES, "fault", LISTED)
+    strength = fault_table.default_strength(fault)
+    if parts["strength"] is not None:
+        strength = _number(parts["strength"], "the strength", text)
+    at = AT_START if parts["at"] is None else _instant(parts["at"], text)
+    return Injection(fault, at, strength)
+
+
+def chosen(texts: Sequence[str], approach: str, cycles: int) -> tuple[Injection, ...]:
+    """Faults for one cycle; raises InputError for what cannot happen in it."""
+    faults = tuple(parsed(text) for text in texts)
+    injection.check(faults)
+    if faults and cycles > 1:
+        raise InputError(
+            f"--fault is for a single cycle, not for --repeat {cycles}: leave one of both out"
+        )
+    for one in faults:
+        if one.at.phase == Phase.BACKING_OFF and not APPROACHES.get(approach, True):
+            raise InputError(
+                f"fault '{one.fault.title}' at {one.at.title}: approach '{approach}' has no phase "
+                "backing_off; use --approach contact or another phase"
+            )
+    return faults
+
+
+PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
+"""Faults of the set-up that are there before the cycle is planned."""
+
+
+def set_up(choice: Choice, faults: Sequence[Injection]) -> Choice:
+    """The choice with the faults of its set-up; what is refused is for planning to say."""
+    for fault in (one.fault for one in faults):
+        if fault == Fault.WRONG_PRESET:
+            choice = choice._replace(patient="neonate", protocol="adult")
+        elif fault == Fault.CATHETER_TOO_WIDE:
+            choice = choice._replace(catheter=WIDEST)
+    return choice
+
+
+def taught_error_mm(faults: Sequence[Injection]) -> float:
+    """By how much the way to the carina is taught too long."""
+    return sum(one.strength for one in faults if one.fault == Fault.TAUGHT_TOO_DEEP)

@@ -1,0 +1,116 @@
+"""One cycle in which something goes wrong, and what noticed it, in plain data and words."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import START
+from opensuction.procedure.cycle import check, upkeep
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.safety.condition import Condition
+from opensuction.session.cycle import cycle_run, fault_choice
+from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Progress
+from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
+from opensuction.session.plain import Json
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.injection import injection
+from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun, Notice
+from opensuction.simulation.trace import Columns
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import KINDS
+
+RESETS = 2
+"""After a new controller has started a person lets it recover, and resets it once more."""
+WATCHDOG = "the drives heard nothing new from the controller and acted on their own"
+
+
+def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
+    """Run the cycle with the faults of its choice; without any it is the healthy cycle.
+
+    watch: hears of each piece. Raises InputError where the cycle is over before a fault's instant.
+    """
+    faults = prepared.choice.faults
+    if not faults:
+        state, columns = cycle_run.played(prepared, prepared.start, START, watch)
+        return InjectedRun(state, columns, (), columns)
+
+    def heard(row: npt.NDArray[np.float64]) -> None:
+        watch(cycle_run.progress(row))
+
+    later = [one for one in faults if one.fault not in fault_choice.PLANNED]
+    restarts = any(one.fault == Fault.CONTROLLER_STOPPED for one in faults)
+    found = injection.run(
+        prepared.loop,
+        prepared.start,
+        later,
+        after_s=AFTERMATH_S if prepared.rig.machine.has_patient else injection.AFTERMATH_S,
+        resets=RESETS if restarts else 0,
+        seed=prepared.choice.seed,
+        watch=heard,
+        piece_s=cycle_run.PIECE_S,
+    )
+    if len(later) == 1 and math.isnan(found.faults[0].at_s):
+        last_s = found.columns["time_s"].size * DT_S
+        raise InputError(
+            f"fault '{later[0].fault.title}' at {later[0].at.title} never comes: the run is over "
+            f"after {last_s:.1f} s, or that phase after less"
+        )
+    planned = [
+        Injected(one, 0.0, injection.noticed(found.columns, 0.0))
+        for one in faults
+        if one not in later
+    ]
+    return found._replace(faults=(*planned, *found.faults))
+
+
+def _sentence(notice: Notice, columns: Columns) -> str:
+    if notice.detector == Detector.TRIP:
+        return Condition(notice.code).row.sentence
+    if notice.detector == Detector.CHECK:
+        return f"the pre-use test failed: {check.SENTENCES[CheckItem(notice.code)]}"
+    if notice.detector == Detector.REFUSAL:
+        return f"the start was refused: {upkeep.SENTENCES[Refusal(notice.code)]}"
+    if notice.detector == Detector.DRIVE:
+        return WATCHDOG
+    before = max(round(notice.time_s / DT_S) - 1, 0)
+    phase = Phase(int(columns["phase"][before])).name.lower()
+    return ABORT_SENTENCES[Event(notice.code)].format(phase=phase, failed="")
+
+
+def _noticed(found: Injected, columns: Columns) -> Json | None:
+    notice = found.notice
+    if notice is None:
+        return None
+    return {
+        "by": notice.detector.name.lower(),
+        "name": notice.title,
+        "sentence": _sentence(notice, columns),
+        "time_s": notice.time_s,
+        "after_s": notice.time_s - found.at_s,
+    }
+
+
+def plain(run: InjectedRun) -> list[Json]:
+    """Each fault of a run, when it came and what noticed it first; for JSON and report."""
+    listed = []
+    for found in run.faults:
+        fault, at, strength = found.injection
+        known = KINDS[fault].strength
+        listed.append(
+            {
+                "name": fault.title,
+                "meaning": KINDS[fault].meaning,
+                "instant": at.title,
+                "at_s": None if math.isnan(found.at_s) else found.at_s,
+                "strength": None if known is None else strength,
+                "strength_unit": None if known is None else known.unit,
+                "noticed": _noticed(found, run.columns),
+            }
+        )
+    return listed

@@ -1,0 +1,111 @@
+"""What a cycle ran on, in plain data: catheter and conduit, the model of its machine, its settings.
+
+Keys and units are a contract (docs/reference/results.md).
+"""
+
+from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.plain import Json
+from opensuction.simulation.rig import Identification
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, laid
+
+
+def teaching(prepared: Prepared) -> Json | None:
+    """Where the protocol's depth comes from, and how far it is from the truth."""
+    if prepared.taught_mm is None:
+        return None
+    by_hand = prepared.choice.taught_mm is None
+    return {
+        "source": "hand" if by_hand else "given",
+        "error_mm": prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
+    }
+
+
+def _plays(found: Identification) -> Json:
+    """The plays that `prandtl-ishlinskii` and `preview` work with."""
+    plays = found.plays.model
+    return {
+        "thresholds_mm": plays.thresholds_mm.tolist(),
+        "weights": plays.weights.tolist(),
+        "slope": plays.slope,
+        "offset_mm": plays.offset_mm,
+        "curvature_per_mm": plays.curvature_per_mm,
+        "gap_mm": prandtl_ishlinskii.gap_mm(plays),
+        "rmse_mm": found.plays.rmse_mm,
+        "well_posed": found.plays.well_posed,
+    }
+
+
+def identification(prepared: Prepared) -> Json | None:
+    """What the compensator works with, and where it is from; None for one that needs no model."""
+    found, file = prepared.identification, prepared.parameter_file
+    if found is None and file is None:
+        return None
+    model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
+    data: Json = {
+        "model": "modified-dahl",
+        "slope": model.slope,
+        "velocity_gain": model.velocity_gain,
+        "decay_per_mm": model.decay_per_mm,
+        "offset_mm": model.offset_mm,
+        "gap_mm": float(modified_dahl.gap_mm(model)),
+        "rmse_mm": None,
+        "well_posed": bool(modified_dahl.is_monotone(model)),
+        "samples": None,
+        "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
+        "friction_v": feedforward.friction_v,
+        "file": None,
+        "recording": None,
+        "recording_sha256": None,
+    }
+    if found is not None:
+        return data | {
+            "rmse_mm": found.fit.rmse_mm,
+            "samples": found.fit.samples,
+            "plays": _plays(found),
+        }
+    assert file is not None
+    return data | {
+        "rmse_mm": file.about.rmse,
+        "samples": file.about.recording.fitted_samples,
+        "file": prepared.choice.compensation,
+        "recording": file.about.recording.file,
+        "recording_sha256": file.about.recording.sha256,
+    }
+
+
+def catheter_name(catheter: Catheter) -> str:
+    """Name of a catheter, or its diameters where it has none."""
+    for name, known in CATHETERS.items():
+        if known == catheter:
+            return name
+    return f"{catheter.outer_mm:g} mm, bore {catheter.bore_mm:g} mm"
+
+
+def conduit_name(catheter: Catheter, conduit: Conduit) -> str:
+    """Name of a conduit for a catheter, or its measures where it has none."""
+    for name in ROUTES:
+        if laid(name, catheter) == conduit:
+            return name
+    return (
+        f"{conduit.length_mm:g} mm, bore {conduit.bore_mm:g} mm, bent by {conduit.bend_rad:g} rad"
+    )
+
+
+def sections(prepared: Prepared) -> dict[str, Json]:
+    """Settings of the run for the last part of the report: title to names and values."""
+    settings = prepared.loop.controller
+    return {
+        "Protocol": prepared.protocol._asdict(),
+        "Plan": {
+            "preload_s": settings.plan.preload_s,
+            "dwell_s": settings.plan.dwell_s,
+            "gap_lead_s": settings.plan.gap_lead_s,
+            **settings.plan.motion._asdict(),
+        },
+        "Governor limits": settings.limits._asdict() | {"tip": settings.limits.tip._asdict()},
+        "Insertion servo": settings.insertion_servo._asdict(),
+        "Catheter": prepared.rig.kind.catheter._asdict(),
+        "Conduit": prepared.rig.kind.conduit._asdict(),
+        "Twin (drawn by the seed)": dict(prepared.rig.values),
+    }

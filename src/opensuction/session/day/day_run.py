@@ -1,0 +1,264 @@
+"""A day of cycles on one patient: the controller's own clock starts them, secretions gather.
+
+Between cycles the machine is parked: the patient breathes on and the controller's clocks run, but
+its ticks are not played (`simulation.idle_time`). A catheter whose 24 h would end is changed as a
+person would: out of service, new catheter, back into service. With self-calibration the contact of
+each cycle says how wide the gap is, and the next cycle compensates that.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.controller import controller, setup
+from opensuction.identification.estimator.gap_scale import ScaleRecord
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import (
+    CHANGED,
+    NO_REQUESTS,
+    RETURN_TO_SERVICE,
+    SERVICE,
+    START,
+    Requests,
+)
+from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.day import day_calibration
+from opensuction.simulation import closed_loop, idle_time, trace
+from opensuction.simulation.closed_loop import DT_S, LoopState
+from opensuction.simulation.outcome import Outcome
+from opensuction.simulation.trace import Columns
+
+SAMPLE_S = 60.0
+"""Patient and secretions are looked at this often between cycles."""
+WAKE_S = 0.5
+"""The closed loop is played again this long before a cycle is due."""
+MOST_CYCLES = 500
+"""More would be weeks: a trial, not a day."""
+WORN = (Refusal.CATHETER_LIFE_OVER, Refusal.CATHETER_LIFE_ENDS)
+
+
+class DayCycle(NamedTuple):
+    """One cycle of a day."""
+
+    number: int
+    start_s: float
+    outcome: Outcome
+    secretion_before_ml: float
+    """In the trachea when the cycle began."""
+    bore_ml: float
+    """Mucus that stays in the catheter afterwards."""
+    catheter_age_s: float
+    """At the end of the cycle."""
+    catheter_changed: bool
+    """Just before it."""
+    gap: ScaleRecord | None
+    """What its contact said of the gap; None without self-calibration."""
+
+
+class DaySamples(NamedTuple):
+    """The patient over the day, arrays of one length."""
+
+    time_s: npt.NDArray[np.float64]
+    secretion_ml: npt.NDArray[np.float64]
+    spo2_percent: npt.NDArray[np.float64]
+    lung_volume_loss_ml: npt.NDArray[np.float64]
+
+
+class Day(NamedTuple):
+    """A day, or what was done of it before a cycle was broken off."""
+
+    cycles: tuple[DayCycle, ...]
+    samples: DaySamples
+    last: Prepared
+    """The last cycle, as it began."""
+    columns: Columns
+    """Its trace, from its first tick."""
+    produced_ml: float
+    canister_ml: float
+    left_ml: float
+    """In the trachea at the end."""
+    refusal: str | None
+    """Why self-calibration let no further cycle begin."""
+
+
+def check(repeat: int, every_min: float | None, bench: bool) -> None:
+    """Refuse what is no day; raises InputError."""
+    if repeat > MOST_CYCLES:
+        raise InputError(f"--repeat {repeat}: should be at most {MOST_CYCLES}")
+    if every_min is not None and repeat < 2:
+        raise InputError(f"--every {every_min:g} says nothing without --repeat 2 or more")
+    if repeat > 1 and every_min is None:
+        raise InputError(f"--repeat {repeat} needs --every MIN: minutes from start to start")
+    if repeat > 1 and bench:
+        raise InputError("--repeat is for a patient, and the bench has none: use another protocol")
+    if every_min is not None:
+        schedule.schedule(ScheduleMode.TIMED, 60.0 * every_min)
+
+
+class _Diary:
+    """Samples of the patient as the day goes on."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[float, float, float, float]] = []
+
+    def note(self, state: LoopState) -> None:
+        """Add how it is now."""
+        seen = state.machine.coupling.shown
+        self.rows.append(
+            (
+                state.tick * DT_S,
+                float(np.sum(state.bedside.secretion_ml)),
+                seen.spo2_percent,
+                seen.lung_volume_loss_ml,
+            )
+        )
+
+    def note_trace(self, state: LoopState, columns: Columns) -> None:
+        """Add a cycle, once a second, and how it is after it."""
+        removed = columns["truth.secretion_removed_ml"]
+        after_ml = float(np.sum(state.bedside.secretion_ml))
+        ticks = round(1.0 / DT_S)
+        for i in range(0, removed.size, ticks):
+            self.rows.append(
+                (
+                    float(columns["time_s"][i]),
+                    after_ml + float(removed[-1] - removed[i]),
+                    float(columns["truth.spo2_percent"][i]),
+                    float(columns["truth.lung_volume_loss_ml"][i]),
+                )
+            )
+        self.note(state)
+
+    def samples(self) -> DaySamples:
+        """All of them as arrays."""
+        table = np.array(self.rows)
+        return DaySamples(table[:, 0], table[:, 1], table[:, 2], table[:, 3])
+
+
+def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: _Diary) -> LoopState:
+    """The loop parked until the schedule is about to act."""
+    while True:
+        left_s = until_s - state.controller.upkeep.schedule.since_cycle_s
+        span_s = min(SAMPLE_S, left_s)
+        if span_s < idle_time.STEP_S:
+            return state
+        before = state.tick
+        state = idle_time.pass_time(prepared.loop, state, span_s)
+        passed_s = (state.tick - before) * DT_S
+        state = state._replace(controller=controller.pass_idle_time(state.controller, passed_s))
+        diary.note(state)
+
+
+def _pressed(prepared: Prepared, state: LoopState, requests: Requests) -> LoopState:
+    """One tick in which somebody presses a button."""
+    return closed_loop.run(prepared.loop, state, requests, trace.rows(DT_S))[0]
+
+
+def _is_worn(prepared: Prepared, state: LoopState) -> bool:
+    settings = prepared.loop.controller
+    refusal = upkeep.refusal(
+        settings.service,
+        state.controller.upkeep,
+        Phase.PARKED.value,
+        settings.plan.travel_known,
+        state.controller.governor.patient.conditions,
+    )
+    return refusal in WORN
+
+
+def _renewed(prepared: Prepared, state: LoopState) -> LoopState:
+    """The loop after a person has put a new catheter in; the old one's mucus goes with it."""
+    for requests in (SERVICE, CHANGED, RETURN_TO_SERVICE):
+        state = _pressed(prepared, state, requests)
+    bore = state.machine.bore._replace(mucus_ml=0.0, tail_ml=0.0, front_ml=0.0)
+    return state._replace(machine=state.machine._replace(bore=bore))
+
+
+def play(
+    prepared: Prepared,
+    repeat: int,
+    every_s: float,
+    tell: Callable[[DayCycle], None],
+    self_calibrates: bool = False,
+) -> Day:
+    """Cycles at intervals, the first on request, the others started by the controller's clock.
+
+    every_s: from start to start. tell: hears of each cycle when it is over. self_calibrates: the
+    gap is measured at each contact. A cycle that does not end parked ends the day: a halted
+    machine waits for a person. So does a gap out of its range.
+    """
+    timed = setup.scheduled(
+        prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, every_s)
+    )
+    prepared = prepared._replace(loop=prepared.loop._replace(controller=timed))
+    state, requests, diary = prepared.start, START, _Diary()
+    began_ml = float(np.sum(state.bedside.secretion_ml))
+    cycles: list[DayCycle] = []
+    columns: Columns = {}
+    learning = day_calibration.begun(prepared) if self_calibrates else None
+    while len(cycles) < repeat:
+        if cycles:
+            state = _waited(prepared, state, every_s - WAKE_S, diary)
+        worn = _is_worn(prepared, state)
+        if worn:
+            # Put back to work, the clock begins anew: the person starts this cycle.
+            state, requests = _renewed(prepared, state), START
+        prepared = prepared._replace(start=state)
+        state, columns = cycle_run.played(prepared, state, requests, lambda _: None)
+        requests = NO_REQUESTS
+        diary.note_trace(state, columns)
+        columns = _from_its_start(columns)
+        done = _cycle(prepared, state, columns, len(cycles) + 1, worn)
+        if learning is not None and done.outcome.completed:
+            learning = day_calibration.learned(learning, prepared, columns)
+            done = done._replace(gap=learning.record)
+        cycles.append(done)
+        tell(done)
+        refusal = None if learning is None else learning.refusal
+        if state.controller.procedure.phase != Phase.PARKED or refusal is not None:
+            break
+        if learning is not None and len(cycles) < repeat:
+            prepared, state, learning = day_calibration.applied(learning, prepared, state)
+            if learning.refusal is not None:
+                break
+    left_ml = float(np.sum(state.bedside.secretion_ml))
+    removed_ml = sum(cycle.outcome.removed_ml for cycle in cycles)
+    return Day(
+        cycles=tuple(cycles),
+        samples=diary.samples(),
+        last=prepared,
+        columns={**columns, "time_s": columns["time_s"] - columns["time_s"][0]},
+        produced_ml=left_ml + removed_ml - began_ml,
+        canister_ml=state.machine.bore.canister_ml,
+        left_ml=left_ml,
+        refusal=None if learning is None else learning.refusal,
+    )
+
+
+def _from_its_start(columns: Columns) -> Columns:
+    """A trace without the ticks in which the machine was still parked."""
+    first = int(np.argmax(columns["phase"] != Phase.PARKED))
+    return {name: values[first:] for name, values in columns.items()}
+
+
+def _cycle(
+    prepared: Prepared, state: LoopState, columns: Columns, number: int, changed: bool
+) -> DayCycle:
+    start_s = float(columns["time_s"][0])
+    return DayCycle(
+        number=number,
+        start_s=start_s,
+        outcome=cycle_run.figures(prepared, columns),
+        secretion_before_ml=float(np.sum(prepared.start.bedside.secretion_ml)),
+        bore_ml=state.machine.bore.mucus_ml,
+        catheter_age_s=state.controller.upkeep.catheter_age_s,
+        catheter_changed=changed,
+        gap=None,
+    )

@@ -1,0 +1,1 @@
+"""Identifying models on a recording."""

@@ -1,0 +1,1 @@
+"""Runs with faults, and what must hold in them."""

@@ -1,0 +1,258 @@
+"""A run of the loop as far as it has come, with faults that are waiting for their instants."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.controller import controller
+from opensuction.controller.record import Outputs
+from opensuction.kernel import row
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.simulation import closed_loop, linked_loop
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.simulation.linked_loop import Between, Linked
+from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
+from opensuction.twin.fault import fault_effect, link, reading_fault
+from opensuction.twin.fault.fault import Fault, Means
+from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.link import LinkState
+from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine.machine import Machine
+
+_PHASE = COLUMNS.index("phase")
+HOUR_S = 3600.0
+MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
+_COMMANDS = row.columns(Commands)
+
+
+def is_linked(injections: Sequence[Injection]) -> bool:
+    """Whether any fault lies between controller and machine, so that the link must be played."""
+    return any(KINDS[one.fault].means in (Means.READING, Means.LINK) for one in injections)
+
+
+class FaultyRun:
+    """A run so far: its trace, its state, and what is still to come."""
+
+    def __init__(
+        self,
+        loop: Loop,
+        start: LoopState,
+        injections: Sequence[Injection],
+        table: npt.NDArray[np.float64],
+        seed: int,
+    ) -> None:
+        self.state = start
+        self.table = table
+        self.done = 0
+        self.requests: Requests = START
+        """Pressed in the next tick."""
+        self.at_s = [float("nan")] * len(injections)
+        """First tick with each fault; nan before."""
+        self.stopped_tick = -1
+        """When the controller stopped; -1 where it did not."""
+        self._injections = injections
+        self._seed = seed
+        self._restart_tick: int | None = None
+        self._began: dict[int, int] = {}
+        """First tick of each phase, as far as the rows have been looked through for good."""
+        self._noted = 0
+        self._is_linked = is_linked(injections)
+        self._commands = np.zeros((len(table) if self._is_linked else 0, len(_COMMANDS)))
+        home_mm = loop.controller.limits.park_head_mm
+        loop = loop._replace(machine=preset.racked(loop.machine, home_mm))
+        self._linked = Linked(loop, link.healthy(seed), drive_watchdog.of(loop.machine, home_mm))
+        outputs: Outputs = linked_loop.silent(linked_loop.blank(Outputs))
+        self._between = Between(
+            link=LinkState(machine.read(loop.machine, start.machine), outputs.commands),
+            watchdog=drive_watchdog.LISTENING,
+            outputs=outputs,
+        )
+        self._got, self._sent = link.rings(self._between.link)
+
+    @property
+    def is_abandoned(self) -> bool:
+        """Whether the controller has stopped and none will start."""
+        return not self._linked.link.controller_runs and self._restart_tick is None
+
+    @property
+    def is_resting(self) -> bool:
+        """Whether the machine waits for a person."""
+        runs = self._linked.link.controller_runs
+        return runs and self.state.controller.procedure.phase in RESTING
+
+    @property
+    def is_halted(self) -> bool:
+        """Whether a reset is what it waits for."""
+        return self.is_resting and self.state.controller.procedure.phase == Phase.HALTED
+
+    @property
+    def alone_s(self) -> float:
+        """When the drives' watchdog acted; nan where it did not, or no longer does."""
+        watchdog = self._between.watchdog
+        if not watchdog.alone:
+            return self._first_alone_s
+        return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
+
+    _first_alone_s = float("nan")
+
+    def advance(self, most: int) -> None:
+        """Run one piece of at most so many ticks; it ends before a fault that is due."""
+        self._note()
+        self._change()
+        most = min(most, link.RING_TICKS) if self._is_linked else most
+        begun, state, between = self.done, self.state, self._between
+        rings = self._got.copy(), self._sent.copy()
+        due = self._next_due()
+        self._play(most if due is None else min(most, due - begun))
+        due = self._next_due()
+        if due is not None and due < self.done:  # a phase that it waits for began meanwhile
+            self.done, self.state, self._between = begun, state, between
+            self._got, self._sent = rings
+            self._play(due - begun)
+        self.requests = NO_REQUESTS
+
+    def _play(self, ticks: int) -> None:
+        piece = self.table[self.done : self.done + ticks]
+        first = self.state.tick
+        if self._is_linked:
+            self.state, self._between, ran = linked_loop.run(
+                self._linked,
+                self.state,
+                self._between,
+                self.requests,
+                piece,
+                self._got,
+                self._sent,
+            )
+            self._keep_sent(first, ran)
+        else:
+            self.state, ran = closed_loop.run(self._linked.loop, self.state, self.requests, piece)
+        self.done += ran
+
+    def _keep_sent(self, first: int, ran: int) -> None:
+        """Copy what the controller sent from the ring; none sends nothing."""
+        kept = self._commands[self.done : self.done + ran]
+        if self._linked.link.controller_runs:
+            kept[:] = self._sent[np.arange(first, first + ran) % link.RING_TICKS]
+        else:
+            kept[:] = 0.0
+
+    def sent(self, columns: Columns) -> Columns:
+        """The columns of the run so far with the commands as the controller sent them.
+
+        columns: of the trace, in which they are those that the drives obeyed. A healthy link makes
+        no difference.
+        """
+        if not self._is_linked:
+            return columns
+        own = {
+            f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
+            for i, name in enumerate(_COMMANDS)
+        }
+        return {**columns, **own}
+
+    def _due_tick(self, injection: Injection) -> int | None:
+        """First tick that a fault acts in; None while its phase has not come.
+
+        A phase is known after its first tick: a fault that comes with it acts from the second.
+        """
+        after, phase = round(injection.at.after_s / DT_S), injection.at.phase
+        if phase is None:
+            return after
+        began = self._began.get(int(phase))
+        if began is None:
+            found = np.flatnonzero(self.table[self._noted : self.done, _PHASE] == phase)
+            if not found.size:
+                return None
+            began = self._noted + int(found[0])
+        return began + max(after, 1)
+
+    def _note(self) -> None:
+        """Look for phases in the rows that will not be played again."""
+        new = self.table[self._noted : self.done, _PHASE]
+        for phase, first in zip(*np.unique(new, return_index=True), strict=True):
+            self._began.setdefault(int(phase), self._noted + int(first))
+        self._noted = self.done
+
+    def _next_due(self) -> int | None:
+        """Tick of the next change whose instant is known."""
+        waiting = [
+            self._due_tick(injection)
+            for injection, at_s in zip(self._injections, self.at_s, strict=True)
+            if np.isnan(at_s)
+        ]
+        known = [tick for tick in (*waiting, self._restart_tick) if tick is not None]
+        return min(known, default=None)
+
+    def _change(self) -> None:
+        """Make the changes that are due before the next tick."""
+        for i, injection in enumerate(self._injections):
+            if np.isnan(self.at_s[i]) and self._due_tick(injection) == self.done:
+                self.at_s[i] = self.done * DT_S
+                self._inject(injection)
+        if self._restart_tick == self.done:
+            self._restart()
+
+    def _inject(self, injection: Injection) -> None:
+        fault, strength = injection.fault, injection.strength
+        means = KINDS[fault].means
+        if means == Means.MACHINE:
+            self._swap(fault_effect.faulty(self._machine, fault, strength))
+        elif means == Means.READING:
+            readings = machine.read(self._machine, self.state.machine)
+            sensor = reading_fault.of(fault, strength, readings, self._seed)
+            self._relink(link.with_reading_fault(self._linked.link, sensor))
+        elif means == Means.LINK:
+            self._relink(link.with_fault(self._linked.link, fault, strength, self.done, DT_S))
+            self._after_link_fault(fault, strength)
+        elif fault == Fault.CATHETER_EXPIRED:
+            kept = self.state.controller.upkeep._replace(catheter_age_s=strength * HOUR_S)
+            self.state = self.state._replace(controller=self.state.controller._replace(upkeep=kept))
+        else:
+            raise InputError(
+                f"fault '{fault.title}' is one of the set-up: it is injected before the cycle is "
+                "planned"
+            )
+
+    def _after_link_fault(self, fault: Fault, strength: float) -> None:
+        if not self._linked.link.controller_runs:
+            self.stopped_tick = self.done
+        if fault == Fault.CONTROLLER_STOPPED:
+            self._restart_tick = self.done + round(strength / DT_S)
+        if fault in MAINS:
+            self._restart_tick = None
+            self._swap(fault_effect.faulty(self._machine, Fault.PUMP_LOST, 0.0))
+
+    @property
+    def _machine(self) -> Machine:
+        return self._linked.loop.machine
+
+    def _swap(self, faulty: Machine) -> None:
+        self._linked = self._linked._replace(loop=self._linked.loop._replace(machine=faulty))
+
+    def _relink(self, faulty: link.Link) -> None:
+        self._linked = self._linked._replace(link=faulty)
+
+    def _restart(self) -> None:
+        """A new controller starts: it knows what its encoder reads and how old the catheter is."""
+        self._first_alone_s = self.alone_s
+        readings = link.sensed(
+            self._linked.link, machine.read(self._machine, self.state.machine), self.done
+        )
+        head_mm = readings.head_mm if readings.head_valid else float("nan")
+        age_s = self.state.controller.upkeep.catheter_age_s + self._restart_gap_s
+        settings = self._linked.loop.controller
+        self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
+        self._between = self._between._replace(watchdog=drive_watchdog.LISTENING)
+        self._relink(self._linked.link._replace(controller_runs=True))
+        self._restart_tick = None
+
+    @property
+    def _restart_gap_s(self) -> float:
+        return (self.done - self.stopped_tick) * DT_S

@@ -1,0 +1,247 @@
+"""One cycle with up to two faults, each at its instant: the trace, and when each was noticed.
+
+The loop runs in pieces; at its instant a fault swaps the machine for the faulty one, or the link
+between controller and machine. Where all faults are in the machine the healthy loop is what runs.
+What is safe is for the one who asks to say: `opensuction.simulation.injection.safe_state`.
+"""
+
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.requests import RESET
+from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
+from opensuction.simulation import trace
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.injection.fault_instant import AT_START, Injection
+from opensuction.simulation.injection.faulty_run import FaultyRun
+from opensuction.simulation.trace import Columns
+from opensuction.twin.fault import fault_effect
+from opensuction.twin.fault.fault import Means
+from opensuction.twin.fault.fault_table import KINDS
+
+MOST_FAULTS = 2
+"""Single and double faults; more at once are not looked at."""
+LIMIT_S = 180.0
+"""No cycle lasts longer: every phase has a limit of its own."""
+PIECE_S = 0.5
+"""Simulated at once; the last piece before a fault ends with the tick before it. To hand a state
+to compiled code and take it back costs as much as half a second of it."""
+IDLE_S = 1.0
+"""A machine that has not begun by then was refused its start."""
+AFTERMATH_S = 5.0
+"""How long the machine is watched once it rests."""
+ALONE_S = 30.0
+"""How long it is watched once its controller is gone for good: longer than a withdrawal takes."""
+RESET_S = 1.0
+"""How long after the machine has come to rest a person resets it."""
+
+
+class Detector(IntEnum):
+    """What notices a fault first."""
+
+    TRIP = 0
+    """A limit of the governor; ``code`` is a `Condition`."""
+    CHECK = 1
+    """The pre-use test; ``code`` is a `CheckItem`."""
+    ABORT = 2
+    """The procedure broke off; ``code`` is an `Event`."""
+    REFUSAL = 3
+    """The start was refused; ``code`` is a `Refusal`."""
+    DRIVE = 4
+    """The drives' own watchdog; ``code`` is 0."""
+
+
+class Notice(NamedTuple):
+    """The first sign of a fault."""
+
+    detector: Detector
+    code: int
+    time_s: float
+
+    @property
+    def title(self) -> str:
+        """Name of what noticed it, as JSON writes it."""
+        names: dict[Detector, type[IntEnum]] = {
+            Detector.TRIP: Condition,
+            Detector.CHECK: CheckItem,
+            Detector.ABORT: Event,
+            Detector.REFUSAL: Refusal,
+        }
+        if self.detector not in names:
+            return "drive-watchdog"
+        return names[self.detector](self.code).name.lower().replace("_", "-")
+
+
+class Injected(NamedTuple):
+    """One fault of a run."""
+
+    injection: Injection
+    at_s: float
+    """First tick with the fault; nan where its instant never came."""
+    notice: Notice | None
+    """The first sign after it; None where nothing noticed it."""
+
+
+class InjectedRun(NamedTuple):
+    """What came of a run with faults."""
+
+    state: LoopState
+    columns: Columns
+    faults: tuple[Injected, ...]
+    """In the order of the injections."""
+    sent: Columns
+    """The same columns with the commands that the controller sent: under a fault of the link the
+    drives obeyed others."""
+
+
+def _check_one(injection: Injection) -> None:
+    fault, at = injection.fault, injection.at
+    fault_effect.check_strength(fault, injection.strength)
+    if not 0.0 <= at.after_s < LIMIT_S:
+        raise InputError(
+            f"fault '{fault.title}' at {at.after_s:g} s: an instant is from 0 s to less than "
+            f"{LIMIT_S:g} s, the longest that a cycle takes"
+        )
+    if KINDS[fault].means == Means.SETTING and at != AT_START:
+        raise InputError(
+            f"fault '{fault.title}' is one of the set-up: it can only be there from the start, "
+            f"without {at.title}"
+        )
+
+
+def check(injections: Sequence[Injection]) -> None:
+    """Refuse what cannot be injected; raises InputError."""
+    if len(injections) > MOST_FAULTS:
+        raise InputError(f"{len(injections)} faults at once: at most {MOST_FAULTS} are injected")
+    for injection in injections:
+        _check_one(injection)
+
+
+Watcher = Callable[[npt.NDArray[np.float64]], None]
+"""Hears of the last row of each piece."""
+
+
+def run(
+    loop: Loop,
+    start: LoopState,
+    injections: Sequence[Injection],
+    after_s: float = AFTERMATH_S,
+    resets: int = 0,
+    seed: int = 0,
+    watch: Watcher = lambda _: None,
+    piece_s: float = PIECE_S,
+) -> InjectedRun:
+    """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
+
+    resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
+    seed: chance of the faults. watch: hears of each piece of ``piece_s``. With no fault it gives
+    the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
+    """
+    check(injections)
+    room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s
+    going = FaultyRun(loop, start, injections, trace.rows(room_s), seed)
+    most = round(LIMIT_S / DT_S)
+    _until_rest(going, most, watch, piece_s)
+    for _ in range(resets):
+        _for(going, RESET_S)
+        if not going.is_halted:
+            break
+        going.requests = RESET
+        _until_rest(going, going.done + most, watch, piece_s)
+    _for(going, after_s)
+    columns = trace.by_name(going.table[: going.done])
+    found = tuple(
+        Injected(injection, at_s, _first_sign(columns, at_s, going))
+        for injection, at_s in zip(injections, going.at_s, strict=True)
+    )
+    return InjectedRun(going.state, columns, found, going.sent(columns))
+
+
+def _until_rest(going: FaultyRun, last: int, watch: Watcher, piece_s: float) -> None:
+    """Run until the machine rests, or its controller has been gone for long."""
+    piece, begun = round(piece_s / DT_S), going.done
+    active = False
+    while going.done < last:
+        going.advance(min(piece, last - going.done))
+        watch(going.table[going.done - 1])
+        active = active or not going.is_resting
+        idle = going.done - begun >= round(IDLE_S / DT_S)
+        if going.is_abandoned:
+            last = min(last, going.stopped_tick + round(ALONE_S / DT_S))
+        elif going.is_resting and (active or idle):
+            break
+
+
+def _for(going: FaultyRun, seconds: float) -> None:
+    """Run for a time."""
+    last = going.done + round(seconds / DT_S)
+    while going.done < last:
+        going.advance(last - going.done)
+
+
+def _trip(columns: Columns, first: int) -> Notice | None:
+    masks = columns["verdict.trips"].astype(np.int64)
+    known = int(masks[first - 1]) if first > 0 else 0
+    new = np.flatnonzero(masks[first:] & ~known)
+    if not new.size:
+        return None
+    tick = first + int(new[0])
+    code = condition_mask.decode_trips(int(masks[tick]) & ~known)[0]
+    return Notice(Detector.TRIP, code, float(columns["time_s"][tick]))
+
+
+def _check(columns: Columns, first: int) -> Notice | None:
+    failed = np.flatnonzero(columns["check_failed"][first:])
+    if not failed.size or (first > 0 and columns["check_failed"][first - 1] != 0.0):
+        return None
+    tick = first + int(failed[0])
+    code = int(columns["check_failed"][tick])
+    return Notice(Detector.CHECK, code, float(columns["time_s"][tick]))
+
+
+def _abort(columns: Columns, first: int) -> Notice | None:
+    broken = np.isin(columns["phase"], (Phase.ABORTING, Phase.HALTED))
+    began = np.flatnonzero(broken[first:])
+    if not began.size or (first > 0 and broken[first - 1]):
+        return None
+    tick = first + int(began[0])
+    return Notice(Detector.ABORT, int(columns["cause"][tick]), float(columns["time_s"][tick]))
+
+
+def noticed(columns: Columns, from_s: float) -> Notice | None:
+    """The first sign of trouble from an instant on that was not there before; None for none.
+
+    A trip, an item of the pre-use test or another event that broke the cycle off, whichever comes
+    first; of those of one tick the first named says most.
+    """
+    first = round(from_s / DT_S)
+    signs = [find(columns, first) for find in (_trip, _check, _abort)]
+    found = [sign for sign in signs if sign is not None]
+    return min(found, key=lambda sign: sign.time_s, default=None)
+
+
+def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | None:
+    """As `noticed`; the drives' watchdog and a refused start are not in the trace."""
+    if np.isnan(at_s):
+        return None
+    seen = noticed(columns, at_s)
+    if seen is not None and round(seen.time_s / DT_S) == going.stopped_tick:
+        seen = None  # a controller that stops notices nothing
+    signs = [seen]
+    if going.alone_s >= at_s:
+        signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
+    refusal = going.state.controller.upkeep.refusal
+    if refusal != Refusal.NONE:
+        signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
+    found = [sign for sign in signs if sign is not None]
+    return min(found, key=lambda sign: sign.time_s, default=None)

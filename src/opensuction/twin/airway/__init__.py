@@ -1,0 +1,1 @@
+"""Tube, trachea, carina and what the tip meets there."""

@@ -1,0 +1,185 @@
+"""What lies between controller and machine: sensors' wires, messages, power; healthy or not.
+
+A healthy run does without it. A run with faults of this kind sends every reading and every command
+through here; what comes out is what controller and drives get. Both ways are kept in rings of
+rows, so that a message can come late.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel import random_stream, row
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.random_stream import RandomStream
+from opensuction.kernel.readings import Readings
+from opensuction.twin.fault import reading_fault
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
+
+RING_TICKS = 512
+"""Rows that a ring holds: longer than the longest delay."""
+Ring = npt.NDArray[np.float64]
+"""Last messages one way, shape (`RING_TICKS`, columns)."""
+
+_write_commands = row.writer(Commands)
+_read_commands = row.reader(Commands)
+_write_readings = row.writer(Readings)
+_read_readings = row.reader(Readings)
+
+
+class Link(NamedTuple):
+    """What is at fault between controller and machine."""
+
+    first: ReadingFault
+    second: ReadingFault
+    """Of sensors; two at most."""
+    reading_delay_ticks: int
+    reading_lost_share: float
+    readings_repeated: bool
+    command_delay_ticks: int
+    command_lost_share: float
+    commands_repeated: bool
+    late_until_tick: int
+    """The host reports every tick before this as late."""
+    controller_runs: bool
+    mains: bool
+    reserve: bool
+    """Energy for the drives without the mains."""
+    stream: RandomStream
+    """Chance of losses; block ``tick`` is drawn in each."""
+
+
+class LinkState(NamedTuple):
+    """What both sides got last."""
+
+    readings: Readings
+    commands: Commands
+
+
+def healthy(seed: int) -> Link:
+    """A link that lets everything through. seed: its chance once it does not."""
+    return Link(
+        first=reading_fault.HEALTHY,
+        second=reading_fault.HEALTHY,
+        reading_delay_ticks=0,
+        reading_lost_share=0.0,
+        readings_repeated=False,
+        command_delay_ticks=0,
+        command_lost_share=0.0,
+        commands_repeated=False,
+        late_until_tick=0,
+        controller_runs=True,
+        mains=True,
+        reserve=True,
+        stream=random_stream.stream(seed, FAULT_PURPOSE),
+    )
+
+
+def rings(state: LinkState) -> tuple[Ring, Ring]:
+    """Rings for readings and for commands, as if they had always been those of a state."""
+    got = np.zeros((RING_TICKS, len(row.columns(Readings))))
+    sent = np.zeros((RING_TICKS, len(row.columns(Commands))))
+    _write_readings(got[0], state.readings)
+    _write_commands(sent[0], state.commands)
+    got[1:], sent[1:] = got[0], sent[0]
+    return got, sent
+
+
+def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
+    """The same link with one more sensor at fault."""
+    if link.first.channel == reading_fault.Channel.NONE:
+        return link._replace(first=fault)
+    return link._replace(second=fault)
+
+
+def with_fault(link: Link, fault: Fault, strength: float, tick: int, dt_s: float) -> Link:
+    """The same link with a fault of `Means.LINK` that begins at a tick.
+
+    Raises KeyError for a fault of other means.
+    """
+    ticks = round(strength / dt_s)
+    changes: dict[Fault, dict[str, Any]] = {
+        Fault.POWER_LOST: {"mains": False, "controller_runs": False},
+        Fault.POWER_LOST_WITHOUT_RESERVE: {
+            "mains": False,
+            "controller_runs": False,
+            "reserve": False,
+        },
+        Fault.CONTROLLER_STOPPED: {"controller_runs": False},
+        Fault.TICK_LATE: {"late_until_tick": tick + ticks},
+        Fault.MESSAGE_LATE: {"command_delay_ticks": ticks},
+        Fault.MESSAGE_LOST: {"command_lost_share": strength},
+        Fault.MESSAGE_REPEATED: {"commands_repeated": True},
+        Fault.READING_LATE: {"reading_delay_ticks": ticks},
+        Fault.READING_LOST: {"reading_lost_share": strength},
+        Fault.READING_REPEATED: {"readings_repeated": True},
+    }
+    return link._replace(**changes[fault])
+
+
+@compiled
+def sensed(link: Link, true: Readings, tick: int) -> Readings:
+    """What the sensors report of the true readings."""
+    once = reading_fault.applied(link.first, true, tick)
+    return reading_fault.applied(link.second, once, tick)
+
+
+@compiled
+def _unmarked(readings: Readings) -> Readings:
+    """The same readings as a lost message leaves them: not valid."""
+    return Readings(
+        head_mm=readings.head_mm,
+        head_valid=False,
+        carriage_mm=readings.carriage_mm,
+        carriage_valid=False,
+        cam_rad=readings.cam_rad,
+        cam_valid=False,
+        line_vacuum_mmhg=readings.line_vacuum_mmhg,
+        vacuum_valid=False,
+        contact_closed=readings.contact_closed,
+        contact_valid=False,
+        insertion_current_a=readings.insertion_current_a,
+        monitor=readings.monitor,  # it has a link of its own
+    )
+
+
+@compiled
+def _chances(link: Link, tick: int) -> tuple[float, float]:
+    if link.reading_lost_share == 0.0 and link.command_lost_share == 0.0:
+        return 1.0, 1.0
+    first, second, _ = random_stream.uniform_pair(reading_fault.at(link.stream, tick))
+    return first, second
+
+
+@compiled
+def reading_message(
+    link: Link, state: LinkState, reported: Readings, ring: Ring, tick: int
+) -> Readings:
+    """What the controller gets in a tick. ring: of readings, written."""
+    _write_readings(ring[tick % RING_TICKS], reported)
+    if link.readings_repeated:
+        return state.readings
+    if _chances(link, tick)[0] < link.reading_lost_share:
+        return _unmarked(state.readings)
+    if link.reading_delay_ticks == 0:
+        return reported
+    arrived: Readings = _read_readings(ring[(tick - link.reading_delay_ticks) % RING_TICKS])
+    return arrived
+
+
+@compiled
+def command_message(
+    link: Link, state: LinkState, sent: Commands, ring: Ring, tick: int
+) -> tuple[Commands, bool]:
+    """What the drives get in a tick, and whether it is new. ring: of commands, written."""
+    _write_commands(ring[tick % RING_TICKS], sent)
+    lost = _chances(link, tick)[1] < link.command_lost_share
+    if lost or link.commands_repeated or not link.controller_runs:
+        return state.commands, False
+    if link.command_delay_ticks == 0:
+        return sent, True
+    arrived: Commands = _read_commands(ring[(tick - link.command_delay_ticks) % RING_TICKS])
+    return arrived, True

@@ -1,0 +1,1 @@
+"""The machine: axes, transmission, valve, suction line, sensors."""

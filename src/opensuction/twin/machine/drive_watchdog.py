@@ -1,0 +1,129 @@
+"""The drives' own watchdog: without new commands they bring the catheter out by themselves.
+
+It sits in the drives and knows nothing of the controller but whether a command with a new number
+came. When none has come for a while, or the mains is gone, the drives close the valve, stop the
+pump, vent the line and, as long as there is energy, draw the head home; one that goes in instead
+they let go of. They obey no commands until a controller has started anew.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.twin.machine.machine import Machine
+
+SILENCE_S = 0.02
+"""[assumed] Twenty messages of 1 ms; the head moves 0.6 mm at 30 mm/s in that time."""
+SPEED_SHARE = 0.5
+"""[assumed] Share of the no-load speed at which the drives draw the head home."""
+GAIN_V_PER_MM = 10.0
+"""[paper] P of the insertion servo, here the drive's own."""
+LEAD_MM = 2.0
+"""[assumed] The drive's ramp is at most this far ahead of the head: one that is held is pulled
+with at most this times the gain."""
+INWARDS_MM = 3.0
+"""[computed] A head that was going in at 30 mm/s coasts 2.3 mm at 200 mm/s2; one that goes further
+is driven in by what should draw it out, and is let go."""
+HOME_MM = 0.5
+"""[assumed] This near to home the drive is done."""
+
+
+class DriveWatchdog(NamedTuple):
+    """Parameters of the drives' watchdog."""
+
+    silence_s: float
+    """Without a new command for longer than this the drives act on their own."""
+    home_mm: float
+    """Head position at which the tip is out of the patient."""
+    out_mm_per_s: float
+
+
+class WatchdogState(NamedTuple):
+    """What the drives remember."""
+
+    silent_s: float
+    """Since the last new command."""
+    alone: bool
+    """Whether they act on their own."""
+    alone_s: float
+    """For how long they have."""
+    ramp_mm: float
+    """Where they want the head, as long as they do."""
+    from_mm: float
+    """Where the head was when they began."""
+    astray: bool
+    """It has gone in instead of out: they let go of it."""
+
+
+LISTENING = WatchdogState(
+    silent_s=0.0, alone=False, alone_s=0.0, ramp_mm=0.0, from_mm=0.0, astray=False
+)
+"""As after the start of a controller."""
+
+
+def of(machine: Machine, home_mm: float) -> DriveWatchdog:
+    """The watchdog of a machine's drives, the head being parked at ``home_mm``."""
+    axis = machine.insertion_axis
+    return DriveWatchdog(
+        silence_s=SILENCE_S,
+        home_mm=home_mm,
+        out_mm_per_s=SPEED_SHARE * axis.speed_per_v * axis.voltage_limit_v,
+    )
+
+
+@compiled
+def step(
+    watchdog: DriveWatchdog,
+    state: WatchdogState,
+    heard: bool,
+    mains: bool,
+    head_mm: float,
+    dt_s: float,
+) -> WatchdogState:
+    """Advance by one tick.
+
+    heard: whether a new command came. mains: whether there is mains power. head_mm: the drive's
+    own encoder.
+    """
+    silent = 0.0 if heard else state.silent_s + dt_s
+    # Half a tick forgives a time that is a sum of ticks.
+    alone = state.alone or not mains or silent > watchdog.silence_s + 0.5 * dt_s
+    if not alone:
+        return WatchdogState(
+            silent_s=silent,
+            alone=False,
+            alone_s=0.0,
+            ramp_mm=head_mm,
+            from_mm=head_mm,
+            astray=False,
+        )
+    # Never inwards, and never far ahead of the head.
+    wanted = max(state.ramp_mm - watchdog.out_mm_per_s * dt_s, head_mm - LEAD_MM)
+    ramp = min(max(wanted, watchdog.home_mm), max(head_mm, watchdog.home_mm))
+    from_mm = state.from_mm if state.alone else head_mm
+    return WatchdogState(
+        silent_s=silent,
+        alone=True,
+        alone_s=state.alone_s + dt_s,
+        ramp_mm=ramp,
+        from_mm=from_mm,
+        astray=state.astray or head_mm > from_mm + INWARDS_MM,
+    )
+
+
+@compiled
+def commands(
+    watchdog: DriveWatchdog, state: WatchdogState, powered: bool, head_mm: float, cam_rad: float
+) -> Commands:
+    """What the drives do on their own. powered: from the mains or from reserve energy."""
+    pulling = powered and not state.astray and head_mm > watchdog.home_mm + HOME_MM
+    return Commands(
+        head_mm=state.ramp_mm,
+        insertion_v=GAIN_V_PER_MM * (state.ramp_mm - head_mm) if pulling else 0.0,
+        insertion_on=pulling,
+        cam_rad=cam_rad,
+        valve_v=0.0,
+        valve_on=False,
+        pump_on=False,
+        vacuum_mmhg=0.0,
+    )

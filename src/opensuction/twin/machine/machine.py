@@ -1,0 +1,257 @@
+"""The machine of the twin with its line and the airway at its tip: one pure step a tick.
+
+The bedside behind the coupling steps more slowly; `opensuction.twin.plant` puts both together.
+"""
+
+import math
+from typing import NamedTuple
+
+from opensuction.hysteresis import play
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.readings import Readings
+from opensuction.twin import coupling
+from opensuction.twin.airway import airway
+from opensuction.twin.airway.airway import Airway, AirwayState
+from opensuction.twin.coupling import CouplingState
+from opensuction.twin.machine import (
+    bore,
+    contact_switch,
+    dc_axis,
+    hand,
+    laser,
+    suction_line,
+    transmission,
+    valve_mechanism,
+)
+from opensuction.twin.machine.bore import Bore, BoreState
+from opensuction.twin.machine.contact_switch import ContactSwitch, SwitchState
+from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
+from opensuction.twin.machine.hand import Hand, HandState
+from opensuction.twin.machine.laser import Laser, LaserState
+from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
+from opensuction.twin.machine.transmission import Transmission, TransmissionState
+from opensuction.twin.machine.valve_mechanism import ValveMechanism
+from opensuction.twin.patient import patient
+from opensuction.twin.patient.patient import Patient
+
+
+class Machine(NamedTuple):
+    """Parameters of one machine with one airway, a patient's or the bench's."""
+
+    insertion_axis: DcAxis
+    rack_from_mm: float
+    """Where the rack ends behind the park position; a motor that pulls on stands there."""
+    rack_to_mm: float
+    """Where it ends in front."""
+    gear_backlash_mm: float
+    """Play between motor encoder and catheter head."""
+    carriage_step_mm: float
+    """Resolution of the sensor on the catheter head."""
+    amperes_per_v: float
+    """Insertion motor's current for each volt that drives current."""
+    load_v_per_n: float
+    """Voltage that balances a force on the catheter head."""
+    transmission: Transmission
+    valve_axis: DcAxis
+    valve: ValveMechanism
+    line: SuctionLine
+    bore: Bore
+    airway: Airway
+    switch: ContactSwitch
+    laser: Laser
+    patient: Patient
+    has_patient: bool
+    """Whether anybody is there: the bench has only a rubber trachea."""
+    catheter_mm: float
+    """Outer diameter of the catheter."""
+    hand: Hand
+    """Of a person at the catheter head."""
+
+
+class MachineState(NamedTuple):
+    """State of one machine with one airway."""
+
+    insertion: AxisMotion
+    head_mm: float
+    """Catheter head behind gear and rack."""
+    transmission: TransmissionState
+    valve: AxisMotion
+    line: SuctionState
+    bore: BoreState
+    airway: AirwayState
+    switch: SwitchState
+    laser: LaserState
+    coupling: CouplingState
+    hand: HandState
+
+
+class Observation(NamedTuple):
+    """The truth that only the twin knows, for trace and scoring."""
+
+    head_mm: float
+    tip_mm: float
+    laser_mm: float
+    contact_n: float
+    valve_open_ratio: float
+    tip_vacuum_mmhg: float
+    gas_ml_per_s: float
+    secretion_removed_ml: float
+    """Out of the patient: in bore or canister."""
+    bore_ml: float
+    """Mucus in the catheter's bore."""
+    canister_ml: float
+    """Liquid in the canister."""
+    line_vacuum_mmhg: float
+    """In the canister; what is read there may be wrong."""
+    airway_pressure_cmh2o: float
+    """In the trachea; this and what follows are 0 where there is no patient."""
+    lung_volume_ml: float
+    lung_volume_loss_ml: float
+    spo2_percent: float
+    heart_rate_per_min: float
+
+
+@compiled
+def read(machine: Machine, state: MachineState) -> Readings:
+    """What the sensors report."""
+    step_mm = machine.carriage_step_mm
+    return Readings(
+        head_mm=dc_axis.encoder(machine.insertion_axis, state.insertion),
+        head_valid=True,
+        carriage_mm=math.floor(state.head_mm / step_mm + 0.5) * step_mm,
+        carriage_valid=True,
+        cam_rad=dc_axis.encoder(machine.valve_axis, state.valve),
+        cam_valid=True,
+        line_vacuum_mmhg=state.line.vacuum_mmhg,
+        vacuum_valid=True,
+        contact_closed=state.switch.reading,
+        contact_valid=True,
+        insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
+        monitor=state.coupling.shown.monitor,
+    )
+
+
+@compiled
+def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
+    """Vacuum that mucus in the bore takes, the valve being that far open."""
+    return bore.lost_mmhg(
+        machine.bore,
+        state.bore,
+        state.line.vacuum_mmhg,
+        opened * state.airway.free_share * machine.line.bore_ml_per_s_per_root_mmhg,
+        state.line.gas_ml_per_s,
+    )
+
+
+@compiled
+def _turned(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> AxisMotion:
+    """The valve's axis a tick on, against its spring and its end stop."""
+    turned = dc_axis.step(
+        machine.valve_axis,
+        state.valve,
+        commands.valve_v,
+        commands.valve_on,
+        valve_mechanism.load_v(machine.valve, state.valve.position),
+        dt_s,
+    )
+    return valve_mechanism.stopped(machine.valve, turned)
+
+
+@compiled
+def observe(machine: Machine, state: MachineState) -> Observation:
+    """What really is."""
+    shown = state.coupling.shown
+    opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
+    return Observation(
+        head_mm=state.head_mm,
+        tip_mm=state.airway.tip_mm,
+        laser_mm=state.laser.reading_mm,
+        contact_n=state.airway.contact_n,
+        valve_open_ratio=opened,
+        tip_vacuum_mmhg=opened * (state.line.vacuum_mmhg - _lost_mmhg(machine, state, opened)),
+        gas_ml_per_s=state.line.gas_ml_per_s,
+        secretion_removed_ml=state.airway.removed_ml,
+        bore_ml=state.bore.mucus_ml,
+        canister_ml=state.bore.canister_ml,
+        line_vacuum_mmhg=state.line.vacuum_mmhg,
+        airway_pressure_cmh2o=shown.airway_pressure_cmh2o,
+        lung_volume_ml=shown.lung_volume_ml,
+        lung_volume_loss_ml=shown.lung_volume_loss_ml,
+        spo2_percent=shown.spo2_percent,
+        heart_rate_per_min=shown.heart_rate_per_min,
+    )
+
+
+@compiled
+def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> MachineState:
+    """Advance the machine by one tick under the given commands."""
+    insertion = dc_axis.step(
+        machine.insertion_axis,
+        state.insertion,
+        commands.insertion_v,
+        commands.insertion_on,
+        machine.load_v_per_n * state.airway.contact_n,
+        dt_s,
+    )
+    held = state.hand
+    if machine.hand.present and not commands.insertion_on and hand.is_gripping(held):
+        held, insertion = hand.step(
+            machine.hand, held, state.insertion, state.airway.contact_n, dt_s
+        )
+    insertion = dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm)
+    head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
+    moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
+    valve = _turned(machine, state, commands, dt_s)
+    opened = valve_mechanism.open_ratio(machine.valve, valve.position)
+    lost = _lost_mmhg(machine, state, opened)
+    line = suction_line.step(
+        machine.line,
+        state.line,
+        commands.pump_on,
+        commands.vacuum_mmhg,
+        opened * state.airway.free_share,
+        lost,
+        dt_s,
+    )
+    touched = airway.step(
+        machine.airway,
+        state.airway,
+        moved.tip_mm,
+        max(line.vacuum_mmhg - lost, 0.0) * opened,
+        state.coupling.reachable_ml,
+        dt_s,
+    )
+    inside = machine.has_patient and patient.is_inside(machine.patient, touched.tip_mm)
+    gas_ml = line.gas_ml_per_s * dt_s if inside else 0.0
+    return MachineState(
+        insertion=insertion,
+        head_mm=head,
+        transmission=moved,
+        valve=valve,
+        line=line,
+        bore=bore.step(machine.bore, state.bore, touched.taken_ml, line.gas_ml_per_s, dt_s),
+        airway=touched,
+        switch=contact_switch.step(machine.switch, state.switch, touched.contact_n, dt_s),
+        laser=laser.step(machine.laser, state.laser, touched.tip_mm),
+        coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
+        hand=held,
+    )
+
+
+@compiled
+def met(state: MachineState, coupling: CouplingState) -> MachineState:
+    """The same machine after the bedside's step: with another coupling."""
+    return MachineState(
+        insertion=state.insertion,
+        head_mm=state.head_mm,
+        transmission=state.transmission,
+        valve=state.valve,
+        line=state.line,
+        bore=state.bore,
+        airway=state.airway,
+        switch=state.switch,
+        laser=state.laser,
+        coupling=coupling,
+        hand=state.hand,
+    )

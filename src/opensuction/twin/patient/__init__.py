@@ -1,0 +1,1 @@
+"""The ventilated patient."""

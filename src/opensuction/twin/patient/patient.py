@@ -1,0 +1,224 @@
+"""The patient as the suction device sees one: ventilator, tube, lung, oxygen, heart, monitor.
+
+One pure step, a hundred times a second: the device says how much gas its catheter takes and how
+much of the tube it fills and how it stimulates the airway, and learns what that does to pressure,
+lung volume, saturation and heart rate.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.monitor import Monitor
+from opensuction.twin.airway import tube
+from opensuction.twin.airway.tube import Tube
+from opensuction.twin.patient import (
+    airflow,
+    gas_exchange,
+    heart,
+    lung,
+    oximeter,
+    patient_monitor,
+    ventilator,
+)
+from opensuction.twin.patient.airflow import Airflow
+from opensuction.twin.patient.gas_exchange import GasExchange, GasState
+from opensuction.twin.patient.heart import Heart, HeartState
+from opensuction.twin.patient.lung import Lung, LungState
+from opensuction.twin.patient.oximeter import Oximeter, OximeterState
+from opensuction.twin.patient.patient_monitor import PatientMonitor
+from opensuction.twin.patient.ventilator import Ventilator, VentilatorState
+
+L_PER_MIN = 0.06
+"""L/min for each mL/s."""
+LOSS_SMOOTHING = 0.25
+"""Time constant of the shown loss of lung volume, in breaths."""
+
+
+class Secretion(NamedTuple):
+    """Secretions in the trachea, for the device's side of the twin."""
+
+    volume_ml: float
+    depth_mm: float
+    """Depth below the tube around which they lie."""
+    spread_mm: float
+    """Half of the length over which they lie."""
+    viscosity_pa_s: float
+    yield_pa: float
+    """Stress below which they do not flow."""
+    production_ml_per_h: float
+
+
+class Patient(NamedTuple):
+    """One patient on one ventilator."""
+
+    age_group: int
+    """An `opensuction.kernel.age_group.AgeGroup`."""
+    weight_kg: float
+    tube_id_mm: float
+    """Inner diameter of the tracheostomy tube."""
+    tube_length_mm: float
+    carina_mm: float
+    """From the lower end of the tube to the carina."""
+    carina_n_per_mm: float
+    """Stiffness of what the tip presses on."""
+    secretion: Secretion
+    ventilator: Ventilator
+    tube: Tube
+    lung: Lung
+    gas_exchange: GasExchange
+    oximeter: Oximeter
+    heart: Heart
+    monitor: PatientMonitor
+
+
+class BreathState(NamedTuple):
+    """What is known of the breaths so far."""
+
+    reference_ml: float
+    """End-expiratory volume at the start."""
+    end_expiratory_ml: float
+    """End-expiratory volume of the last breath."""
+    loss_ml: float
+    """Loss against the start, smoothed."""
+    tidal_ml: float
+    """Volume by which the last inspiration filled the lung."""
+
+
+class PatientState(NamedTuple):
+    """State of one patient."""
+
+    ventilator: VentilatorState
+    airflow: Airflow
+    lung: LungState
+    gas: GasState
+    oximeter: OximeterState
+    heart: HeartState
+    shown_per_min: float
+    """Heart rate that the monitor shows."""
+    breath: BreathState
+
+
+class PatientObservation(NamedTuple):
+    """The patient from outside."""
+
+    airway_pressure_cmh2o: float
+    """In the trachea, below the tube."""
+    ventilator_pressure_cmh2o: float
+    """At the connector above the tube, where the ventilator measures."""
+    lung_volume_ml: float
+    """Above residual volume."""
+    lung_volume_loss_ml: float
+    """End-expiratory volume lost against the start, smoothed over a breath."""
+    spo2_percent: float
+    """As the oximeter shows it, late."""
+    sao2_percent: float
+    """In the arterial blood that leaves the lung now."""
+    alveolar_o2_mmhg: float
+    heart_rate_per_min: float
+    ventilator_flow_l_per_min: float
+    """Through the tube towards the patient."""
+    tidal_volume_ml: float
+
+
+@compiled
+def is_inside(patient: Patient, tip_mm: float) -> bool:
+    """Whether the catheter's tip is past the tube's upper end."""
+    return tip_mm > -patient.tube_length_mm
+
+
+@compiled
+def _breath(patient: Patient, state: PatientState, inspires: bool, dt_s: float) -> BreathState:
+    """Volumes at the turns of the breath that the state before the step stood in."""
+    breath = state.breath
+    end_expiratory = breath.end_expiratory_ml
+    tidal = breath.tidal_ml
+    inspired = ventilator.inspiring(patient.ventilator, state.ventilator)
+    if inspires and not inspired:
+        end_expiratory = state.lung.volume_ml
+    elif inspired and not inspires:
+        tidal = state.lung.volume_ml - end_expiratory
+    share = dt_s / (LOSS_SMOOTHING * patient.ventilator.period_s + dt_s)
+    loss = breath.reference_ml - end_expiratory
+    return BreathState(
+        reference_ml=breath.reference_ml,
+        end_expiratory_ml=end_expiratory,
+        loss_ml=breath.loss_ml + share * (loss - breath.loss_ml),
+        tidal_ml=tidal,
+    )
+
+
+@compiled
+def step(
+    patient: Patient,
+    state: PatientState,
+    suction_ml_per_s: float,
+    catheter_ratio: float,
+    stimulus: float,
+    dt_s: float,
+) -> PatientState:
+    """Advance by one step of a hundredth of a second or so.
+
+    suction_ml_per_s: gas at atmospheric pressure that the catheter takes just below the tube.
+    catheter_ratio: catheter over tube diameter while the catheter lies in the tube, else 0.
+    stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.heart`.
+    """
+    machine = ventilator.step(patient.ventilator, state.ventilator, dt_s)
+    suction = lung.removable_ml_per_s(patient.lung, state.lung, suction_ml_per_s, dt_s)
+    flows = airflow.solve(
+        ventilator.supply(patient.ventilator, machine),
+        tube.loss(patient.tube, catheter_ratio),
+        lung.pressure_cmh2o(patient.lung, state.lung),
+        patient.lung.resistance_cmh2o_s_per_ml + 0.5 * dt_s / patient.lung.compliance_ml_per_cmh2o,
+        suction,
+    )
+    filled = lung.step(patient.lung, state.lung, flows.lung_ml_per_s, dt_s)
+    gas = gas_exchange.step(
+        patient.gas_exchange,
+        state.gas,
+        flows,
+        ventilator.inspired_ratio(patient.ventilator),
+        filled.volume_ml,
+        filled.closed_ml,
+        dt_s,
+    )
+    beating = heart.step(patient.heart, state.heart, stimulus, gas.arterial_saturation, dt_s)
+    return PatientState(
+        ventilator=machine,
+        airflow=flows,
+        lung=filled,
+        gas=gas,
+        oximeter=oximeter.step(patient.oximeter, state.oximeter, gas.arterial_saturation, dt_s),
+        heart=beating,
+        shown_per_min=patient_monitor.averaged(
+            patient.monitor, state.shown_per_min, beating.rate_per_min, dt_s
+        ),
+        breath=_breath(patient, state, ventilator.inspiring(patient.ventilator, machine), dt_s),
+    )
+
+
+@compiled
+def observe(patient: Patient, state: PatientState) -> PatientObservation:
+    """What monitors would show, and what only the twin knows."""
+    return PatientObservation(
+        airway_pressure_cmh2o=state.airflow.trachea_cmh2o,
+        ventilator_pressure_cmh2o=state.airflow.connector_cmh2o,
+        lung_volume_ml=state.lung.volume_ml - patient.lung.residual_ml,
+        lung_volume_loss_ml=state.breath.loss_ml,
+        spo2_percent=state.oximeter.shown_percent,
+        sao2_percent=100.0 * state.gas.arterial_saturation,
+        alveolar_o2_mmhg=state.gas.alveolar_mmhg,
+        heart_rate_per_min=state.heart.rate_per_min,
+        ventilator_flow_l_per_min=L_PER_MIN * state.airflow.tube_ml_per_s,
+        tidal_volume_ml=state.breath.tidal_ml,
+    )
+
+
+@compiled
+def monitored(patient: Patient, state: PatientState) -> Monitor:
+    """What the patient's monitor passes on to the machine."""
+    return patient_monitor.read(
+        patient.monitor,
+        state.oximeter.shown_percent,
+        state.shown_per_min,
+        state.airflow.connector_cmh2o,
+    )

@@ -1,0 +1,225 @@
+"""Patients by name: parameters turned into the records that the twin steps, and their rest."""
+
+import math
+from functools import lru_cache
+
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.errors import InputError
+from opensuction.twin import parameter
+from opensuction.twin.airway import tube
+from opensuction.twin.airway.tube import Tube
+from opensuction.twin.patient import airflow, gas_exchange, heart, oximeter, ventilator
+from opensuction.twin.patient import patient as patient_model
+from opensuction.twin.patient.gas_exchange import DRY_MMHG, GasExchange, GasState
+from opensuction.twin.patient.heart import Heart
+from opensuction.twin.patient.lung import Lung, LungState
+from opensuction.twin.patient.patient import BreathState, Patient, PatientState, Secretion
+from opensuction.twin.patient.patient_monitor import PatientMonitor
+from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.ventilator import Ventilator
+
+DT_S = 0.01
+"""Step of the patient: also the resolution of the ventilator's clock."""
+SETTLE_S = 600.0
+"""Breathing before a patient counts as at rest: twelve times the slowest store of oxygen."""
+ML_PER_S = 1000.0 / 60.0
+"""mL/s for each L/min."""
+LITRE_ML = 1000.0
+OXYGEN_ML_PER_G = 1.34
+"""Oxygen bound by a gram of haemoglobin."""
+DL_ML = 100.0
+OPENABLE = 0.95
+"""Share of the gas between relaxed and residual volume that may be in units that close."""
+
+AGE_GROUPS = {
+    "adult-icu": AgeGroup.ADULT,
+    "adult-ards": AgeGroup.ADULT,
+    "child-10kg": AgeGroup.CHILD,
+    "neonate": AgeGroup.NEONATE,
+}
+
+Values = dict[str, float]
+
+
+def _lung(values: Values) -> Lung:
+    weight = values["weight_kg"]
+    relaxed = values["relaxed_ml_per_kg"] * weight
+    residual = values["residual_ml_per_kg"] * weight
+    return Lung(
+        compliance_ml_per_cmh2o=values["compliance_ml_per_cmh2o_per_kg"] * weight,
+        resistance_cmh2o_s_per_ml=values["resistance_cmh2o_s_per_l"] / LITRE_ML,
+        relaxed_ml=relaxed,
+        residual_ml=residual,
+        closing_cmh2o=values["peep_cmh2o"] - values["closing_margin_cmh2o"],
+        # Even with everything closed, zero pressure leaves more than the residual volume.
+        closable_ml=min(values["closable_ml_per_kg"] * weight, OPENABLE * (relaxed - residual)),
+        half_closing_cmh2o=values["half_closing_cmh2o"],
+        closing_s=values["closing_s"],
+        opening_s=values["opening_s"],
+    )
+
+
+def _tube(values: Values) -> Tube:
+    """Tube with its friction taken at the mean inspiratory flow."""
+    tidal = values["tidal_ml_per_kg"] * values["weight_kg"]
+    inspiration_s = 60.0 / values["rate_per_min"] * values["inspiration_ratio"]
+    return tube.of_size(values["tube_id_mm"], values["tube_length_mm"], tidal / inspiration_s)
+
+
+def driving_cmh2o(values: Values, inspiration_s: float) -> float:
+    """Driving pressure that gives the wanted tidal volume, as the bedside would set it.
+
+    The lung fills exponentially after the rise; resistance is taken at the mean flow.
+    """
+    tidal = values["tidal_ml_per_kg"] * values["weight_kg"]
+    compliance = values["compliance_ml_per_cmh2o_per_kg"] * values["weight_kg"]
+    resistance = (
+        values["resistance_cmh2o_s_per_l"] + values["source_cmh2o_s_per_l"]
+    ) / LITRE_ML + tube.loss(_tube(values), 0.0) * tidal / inspiration_s
+    filling_s = inspiration_s - values["rise_s"]
+    emptying_s = 60.0 / values["rate_per_min"] - inspiration_s - values["fall_s"]
+    out = resistance + (values["valve_cmh2o_s_per_l"] - values["source_cmh2o_s_per_l"]) / LITRE_ML
+    kept_full = math.exp(-filling_s / (resistance * compliance))
+    kept_empty = math.exp(-emptying_s / (out * compliance))
+    share = (1.0 - kept_full) * (1.0 - kept_empty) / (1.0 - kept_full * kept_empty)
+    return tidal / compliance / share
+
+
+def _ventilator(values: Values) -> Ventilator:
+    # A whole number of steps in a breath and in its inspiration, so that every breath is the same.
+    period_s = round(60.0 / values["rate_per_min"] / DT_S) * DT_S
+    inspiration_s = (round(period_s * values["inspiration_ratio"] / DT_S) - 0.5) * DT_S
+    return Ventilator(
+        peep_cmh2o=values["peep_cmh2o"],
+        driving_cmh2o=driving_cmh2o(values, inspiration_s),
+        period_s=period_s,
+        inspiration_s=inspiration_s,
+        rise_s=values["rise_s"],
+        fall_s=values["fall_s"],
+        source_cmh2o_s_per_ml=values["source_cmh2o_s_per_l"] / LITRE_ML,
+        peak_ml_per_s=values["peak_l_per_min"] * ML_PER_S,
+        droop_cmh2o_s_per_ml=values["droop_cmh2o_s_per_l"] / LITRE_ML,
+        compensation_ml_per_s=values["compensation_l_per_min"] * ML_PER_S,
+        valve_cmh2o_s_per_ml=values["valve_cmh2o_s_per_l"] / LITRE_ML,
+        oxygen_ratio=values["oxygen_ratio"],
+        pressure_ratio=1.0,
+        connected=True,
+    )
+
+
+def _gas_exchange(values: Values) -> GasExchange:
+    weight = values["weight_kg"]
+    end_expiratory_ml = weight * (
+        values["relaxed_ml_per_kg"]
+        + values["compliance_ml_per_cmh2o_per_kg"] * values["peep_cmh2o"]
+    )
+    open_flow = 1.0 - values["shunt"]
+    return GasExchange(
+        dead_space_ml=values["dead_space_ml_per_kg"] * weight,
+        consumption_ml_per_s=values["oxygen_ml_per_min_per_kg"] * weight / 60.0,
+        output_ml_per_s=values["output_l_per_min_per_kg"] * weight * ML_PER_S,
+        capacity=OXYGEN_ML_PER_G * values["haemoglobin_g_per_dl"] / DL_ML,
+        p50_mmhg=values["p50_mmhg"],
+        venous_ml=values["venous_ml_per_kg"] * weight,
+        shunt=values["shunt"],
+        # Blood flow is taken as even over the open lung's volume.
+        shunt_per_ml=values["closed_perfusion"] * open_flow / end_expiratory_ml,
+    )
+
+
+def assemble(values: Values, age_group: AgeGroup) -> Patient:
+    """A patient from a full set of parameters."""
+    return Patient(
+        age_group=int(age_group),
+        weight_kg=values["weight_kg"],
+        tube_id_mm=values["tube_id_mm"],
+        tube_length_mm=values["tube_length_mm"],
+        carina_mm=values["carina_mm"],
+        carina_n_per_mm=values["carina_n_per_mm"],
+        secretion=Secretion(
+            volume_ml=values["secretion_ml"],
+            depth_mm=values["secretion_depth_ratio"] * values["carina_mm"],
+            spread_mm=values["secretion_spread_ratio"] * values["carina_mm"],
+            viscosity_pa_s=values["viscosity_pa_s"],
+            yield_pa=values["yield_pa"],
+            production_ml_per_h=values["production_ml_per_h"],
+        ),
+        ventilator=_ventilator(values),
+        tube=_tube(values),
+        lung=_lung(values),
+        gas_exchange=_gas_exchange(values),
+        oximeter=oximeter.of_delay(values["delay_s"], values["average_s"]),
+        heart=Heart(
+            rest_per_min=values["heart_rate_per_min"],
+            vagal_ratio=values["vagal_ratio"],
+            vagal_s=values["vagal_s"],
+            recovery_s=values["vagal_recovery_s"],
+            hypoxic_ratio=values["hypoxic_ratio"],
+        ),
+        monitor=PatientMonitor(
+            present=True, linked=True, probe_on=True, beat_average_s=values["beat_average_s"]
+        ),
+    )
+
+
+def patient(name: str, seed: int, nominal: bool = False) -> Patient:
+    """A patient by preset name, drawn by the seed or exactly nominal.
+
+    Raises InputError for an unknown name.
+    """
+    if name not in TABLES:
+        raise InputError(f"patient '{name}' is not known: one of {', '.join(TABLES)}")
+    table = TABLES[name]
+    values = parameter.nominal(table) if nominal else parameter.drawn(table, seed)
+    return assemble(values, AGE_GROUPS[name])
+
+
+@compiled
+def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> PatientState:
+    """State after a number of steps without suction and catheter."""
+    for _ in range(steps):
+        state = patient_model.step(patient, state, 0.0, 0.0, 0.0, dt_s)
+    return state
+
+
+def unsettled(patient: Patient) -> PatientState:
+    """Near rest: end of expiration, ventilation and circulation roughly in balance."""
+    gas = patient.gas_exchange
+    peep = patient.ventilator.peep_cmh2o
+    volume = patient.lung.relaxed_ml + patient.lung.compliance_ml_per_cmh2o * peep
+    alveolar_mmhg = max(DRY_MMHG * patient.ventilator.oxygen_ratio - 40.0, 60.0)
+    arterial = gas_exchange.content(gas, 80.0)
+    return PatientState(
+        ventilator=ventilator.at_rest(patient.ventilator),
+        airflow=airflow.still(peep),
+        lung=LungState(volume_ml=volume, closed_ml=0.0),
+        gas=GasState(
+            dead_space_ratio=alveolar_mmhg / DRY_MMHG,
+            alveolar_o2_ml=alveolar_mmhg / DRY_MMHG * volume,
+            alveolar_mmhg=alveolar_mmhg,
+            venous_content=arterial - gas.consumption_ml_per_s / gas.output_ml_per_s,
+            arterial_mmhg=80.0,
+            arterial_saturation=gas_exchange.saturation(gas, 80.0),
+        ),
+        oximeter=oximeter.at_rest(gas_exchange.saturation(gas, 80.0)),
+        heart=heart.at_rest(patient.heart),
+        shown_per_min=patient.heart.rest_per_min,
+        breath=BreathState(
+            reference_ml=volume, end_expiratory_ml=volume, loss_ml=0.0, tidal_ml=0.0
+        ),
+    )
+
+
+@lru_cache(maxsize=1)
+def at_rest(patient: Patient) -> PatientState:
+    """State in the middle of quiet ventilation, at the start of a breath; nothing drifts any more.
+
+    The end-expiratory volume reached is the reference of the loss of lung volume. The last answer
+    is kept: teaching and cycles of one machine begin with the same patient.
+    """
+    breath_steps = round(patient.ventilator.period_s / DT_S)
+    breaths = round(SETTLE_S / patient.ventilator.period_s)
+    state = breathe(patient, unsettled(patient), breaths * breath_steps, DT_S)
+    ends = state.breath.end_expiratory_ml
+    return state._replace(breath=state.breath._replace(reference_ml=ends, loss_ml=0.0))

@@ -1,0 +1,110 @@
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
+from opensuction.identification.estimator import modified_dahl
+from opensuction.identification.family import FAMILIES, jacobian
+from opensuction.identification.judgement.confidence import spread
+from tests.identification.plant import cosine, noise
+
+FAMILY = FAMILIES["modified-dahl"]
+TRUE = np.array([*PUBLISHED, 2.0])
+LENGTH_S = 30.0
+
+
+def coverage(rate_hz: float, correlation_s: float, recordings: int, seed: int) -> list[float]:
+    """Share of recordings whose interval holds the truth, for each of the five parameters."""
+    samples = int(LENGTH_S * rate_hz)
+    head_mm = cosine(samples, cycles=3.0)
+    tip_mm = simulate(PUBLISHED, head_mm, 2.0)
+    correlation = math.exp(-1.0 / (rate_hz * correlation_s)) if correlation_s > 0.0 else 0.0
+    # Every case draws its own noise: else one unlucky draw shows in all of them.
+    random = np.random.default_rng([seed, int(rate_hz), round(1000.0 * correlation_s)])
+    held = np.zeros(TRUE.size)
+    for _ in range(recordings):
+        measured = tip_mm + 0.3 * noise(random, samples, correlation)
+        found = modified_dahl.fit(head_mm, measured)
+        vector = np.array([*found.model, found.lag_mm])
+        rows = jacobian(FAMILY, vector, head_mm, FAMILY.box(head_mm, measured))
+        rest = measured - FAMILY.simulate(vector, head_mm)
+        held += np.abs(vector - TRUE) <= spread(rows, rest).half_widths
+    return [float(share) for share in held / recordings]
+
+
+@pytest.mark.parametrize("correlation_s", [0.0, 0.2])
+def test_intervals_hold_the_truth_as_often_as_they_say(correlation_s: float) -> None:
+    shares = coverage(100.0, correlation_s, 120, seed=8)
+    # 120 recordings: a standard error of 2 %; the mean of five parameters a little less.
+    assert min(shares) >= 0.88
+    assert np.mean(shares) == pytest.approx(0.95, abs=0.04)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("rate_hz", [100.0, 1000.0])
+@pytest.mark.parametrize("correlation_s", [0.0, 0.02, 0.05, 0.1, 0.2])
+def test_intervals_hold_in_five_hundred_recordings(rate_hz: float, correlation_s: float) -> None:
+    shares = coverage(rate_hz, correlation_s, 500, seed=9)
+    folder = Path("runs") / "soak"
+    folder.mkdir(parents=True, exist_ok=True)
+    name = f"coverage-{rate_hz:g}-hz-{correlation_s:g}-s.json"
+    (folder / name).write_text(json.dumps(shares) + "\n")
+    # Each parameter, in each case: a share of 500 has a standard error of 1 %.
+    assert shares == pytest.approx([0.95] * TRUE.size, abs=0.03)
+
+
+def test_white_noise_gives_the_textbooks_interval() -> None:
+    random = np.random.default_rng(1)
+    columns = np.stack([np.ones(2000), np.linspace(-1.0, 1.0, 2000)])
+    rest = random.normal(0.0, 2.0, 2000)
+    rest -= np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
+    found = spread(columns, rest)
+    sigma = math.sqrt(float(rest @ rest) / 1998)
+    textbook = 1.961 * sigma * np.sqrt(np.diag(np.linalg.inv(columns @ columns.T)))
+    # The correlation found in white noise is 0 within 1/sqrt(2000), which moves the result by 4 %.
+    assert found.half_widths == pytest.approx(textbook, rel=0.08)
+    assert found.correlation == pytest.approx(0.0, abs=0.05)
+
+
+def test_the_correlation_is_not_biased_by_the_fit() -> None:
+    random = np.random.default_rng(2)
+    columns = np.stack([np.linspace(-1.0, 1.0, 300) ** k for k in range(6)])
+    found, plain = [], []
+    for _ in range(200):
+        rest = noise(random, 300, 0.9)
+        rest = rest - np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
+        found.append(spread(columns, rest).correlation)
+        plain.append(float(rest[1:] @ rest[:-1]) / float(rest @ rest))
+    # The plain estimate is .05 too small; two standard errors of the mean are .005.
+    assert np.mean(found) == pytest.approx(0.9, abs=0.015)
+    assert np.mean(plain) < 0.87
+
+
+@pytest.mark.parametrize(("samples", "correlation"), [(500, 0.0), (1000, 0.5), (2000, 0.9)])
+def test_the_freedom_is_what_the_scatter_of_the_variances_says(
+    samples: int, correlation: float
+) -> None:
+    random = np.random.default_rng(4)
+    place = np.linspace(-1.0, 1.0, samples)
+    # Two that feel the slow share of the noise, and one that feels the fastest.
+    columns = np.stack([np.ones(samples), place, (-1.0) ** np.arange(samples)])
+    variances, freedoms = [], []
+    for _ in range(400):
+        rest = noise(random, samples, correlation)
+        rest = rest - np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
+        found = spread(columns, rest)
+        variances.append(np.diag(found.covariance))
+        freedoms.append(found.freedom)
+    scatter = 2.0 * np.mean(variances, axis=0) ** 2 / np.var(variances, axis=0)
+    # 400 variances tell their own variance to 7 % and more where they are skew.
+    assert np.median(freedoms, axis=0) == pytest.approx(scatter, rel=0.3)
+
+
+def test_dependent_columns_and_exact_fits_are_told_apart() -> None:
+    one = np.linspace(-1.0, 1.0, 50)
+    rest = np.random.default_rng(3).normal(size=50)
+    assert np.all(np.isnan(spread(np.stack([one, 2.0 * one]), rest).half_widths))
+    assert spread(np.stack([one, one**2]), np.zeros(50)).half_widths == pytest.approx([0.0, 0.0])

@@ -1,0 +1,326 @@
+"""The governor only narrows, whatever is proposed, read or remembered."""
+
+import math
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import TRIPS, cuts_vacuum, decode_trips
+from opensuction.safety.governor import governor
+from opensuction.safety.governor.governor import GovernorState
+from opensuction.safety.governor.limiter import ADVANCE_MM
+from opensuction.safety.handling import Reaction
+from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.drive_force import DriveForce
+from opensuction.safety.watch.patient_watch import PatientWatch
+from opensuction.safety.watch.vacuum_signature import LineWatch
+from opensuction.safety.watch.valve_axis import ValveAxis
+from opensuction.safety.watch.watch import InvalidTicks, Lasting, Turn, Watch
+from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
+
+anything = st.floats(allow_nan=True, allow_infinity=True)
+plausible = st.floats(-80.0, 160.0)
+seconds = st.one_of(st.just(0.0), st.floats(0.0, 3.0))
+counts = st.integers(0, 12)
+
+proposals = st.builds(
+    Setpoints,
+    head_mm=st.one_of(plausible, anything),
+    head_mm_per_s=st.one_of(st.floats(-30.0, 30.0), anything),
+    valve_open=st.booleans(),
+    pump_on=st.booleans(),
+    vacuum_mmhg=st.one_of(st.floats(0.0, 300.0), anything),
+)
+possible = st.builds(
+    Setpoints,
+    head_mm=plausible,
+    head_mm_per_s=st.floats(-30.0, 30.0),
+    valve_open=st.booleans(),
+    pump_on=st.booleans(),
+    vacuum_mmhg=st.floats(0.0, 300.0),
+)
+readings = st.builds(
+    Readings,
+    head_mm=st.one_of(plausible, anything),
+    head_valid=st.booleans(),
+    carriage_mm=st.one_of(plausible, anything),
+    carriage_valid=st.booleans(),
+    cam_rad=st.one_of(st.floats(-0.1, 0.7), anything),
+    cam_valid=st.booleans(),
+    line_vacuum_mmhg=st.one_of(st.floats(0.0, 300.0), anything),
+    vacuum_valid=st.booleans(),
+    contact_closed=st.booleans(),
+    contact_valid=st.booleans(),
+    insertion_current_a=anything,
+)
+watches = st.builds(
+    Watch,
+    head_mm=plausible,
+    speed_mm_per_s=st.floats(-60.0, 60.0),
+    foremost_mm=plausible,
+    anchor_mm=plausible,
+    turn=st.builds(Turn, plausible, st.floats(0.0, 20.0)),
+    cam_rad=st.floats(-0.1, 0.7),
+    sealed=st.booleans(),
+    open_contact_ticks=counts,
+    late_ticks=counts,
+    invalid=st.builds(InvalidTicks, *[counts] * len(InvalidTicks._fields)),
+    lasting=st.builds(Lasting, *[seconds] * len(Lasting._fields)),
+    drive=st.builds(DriveForce, st.floats(-8.0, 8.0), st.floats(-8.0, 8.0)),
+    window=st.builds(ContactWindow, plausible, plausible, seconds, st.booleans()),
+    valve=st.builds(ValveAxis, seconds, seconds, st.booleans()),
+    line=st.builds(
+        LineWatch,
+        vacuum_mmhg=st.floats(0.0, 300.0),
+        slow_mmhg=st.floats(0.0, 300.0),
+        set_mmhg=st.floats(0.0, 190.0),
+        pumping_s=seconds,
+        built=st.booleans(),
+        fall_mmhg_per_s=st.floats(-5000.0, 0.0),
+        rest_s=seconds,
+        kept_mmhg=st.floats(0.0, 300.0),
+        rest_low_s=seconds,
+        closed_low_s=seconds,
+        open_low_s=seconds,
+        clogged_s=seconds,
+        over_s=seconds,
+        unvented_s=seconds,
+    ),
+)
+PATIENT = (
+    0,
+    1 << Condition.SPO2_LOW,
+    1 << Condition.LUNG_VOLUME_LOST | 1 << Condition.MONITOR_LINK_LOST,
+)
+"""Masks of what the monitor may have said of the patient."""
+states = st.builds(
+    GovernorState,
+    last=st.builds(
+        Setpoints,
+        head_mm=plausible,
+        head_mm_per_s=st.floats(-20.0, 20.0),
+        valve_open=st.booleans(),
+        pump_on=st.booleans(),
+        vacuum_mmhg=st.floats(0.0, 190.0),
+    ),
+    turned=st.booleans(),
+    watch=watches,
+    patient=st.builds(
+        PatientWatch, *[seconds] * 6, st.booleans(), seconds, st.sampled_from(PATIENT)
+    ),
+    withdrawal_s=seconds,
+    blocked_s=seconds,
+    unseen_s=seconds,
+    trips=st.one_of(
+        st.just(0),
+        st.sets(st.sampled_from(decode_trips(TRIPS))).map(lambda codes: sum(1 << c for c in codes)),
+    ),
+)
+
+REACH_MM = LIMITS.head_speed_mm_per_s * DT_S + 1e-12
+
+
+class Case:
+    """One tick."""
+
+    def __init__(
+        self, state: GovernorState, proposal: Setpoints, read: Readings, overrun: bool
+    ) -> None:
+        self.before, self.proposal = state, proposal
+        self.after, self.allowed, self.verdict = governor.step(
+            LIMITS, state, proposal, read, overrun, DT_S
+        )
+        self.seen = self.after.watch
+        self.driven = self.verdict.insertion_on
+
+
+cases = st.builds(Case, states, proposals, readings, st.booleans())
+sane_cases = st.builds(Case, states, possible, readings, st.booleans())
+
+
+@given(case=cases)
+def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
+    assert all(math.isfinite(value) for value in case.allowed)
+    assert math.isfinite(case.verdict.deepest_mm)
+    seen = case.seen
+    flat = (
+        *case.after.last,
+        *seen[:4],
+        *seen.turn,
+        *seen.lasting,
+        *seen.drive,
+        *seen.window,
+        *seen.line,
+    )
+    assert math.isfinite(case.after.withdrawal_s + case.after.blocked_s + case.after.unseen_s)
+    assert all(math.isfinite(value) for value in flat)
+
+
+@pytest.mark.requirement("OS-R01")
+@given(case=cases)
+def test_valve_and_pump_are_never_on_unless_proposed(case: Case) -> None:
+    assert case.proposal.valve_open or not case.allowed.valve_open
+    assert case.proposal.pump_on or not case.allowed.pump_on
+
+
+@pytest.mark.requirement("OS-R01")
+@given(case=cases)
+def test_vacuum_is_never_above_the_proposal_nor_the_limit(case: Case) -> None:
+    sealed = case.seen.sealed and not case.allowed.valve_open
+    highest = LIMITS.line.sealed_mmhg if sealed else LIMITS.vacuum_mmhg
+    assert 0.0 <= case.allowed.vacuum_mmhg <= highest
+    wanted = case.proposal.vacuum_mmhg
+    assert case.allowed.vacuum_mmhg <= (wanted if wanted >= 0.0 else 0.0)
+
+
+@given(case=cases)
+def test_a_cut_closes_the_valve_stops_the_pump_and_vents(case: Case) -> None:
+    if cuts_vacuum(case.verdict.trips):
+        assert not case.allowed.valve_open
+        assert not case.allowed.pump_on
+        assert case.allowed.vacuum_mmhg == 0.0
+
+
+@pytest.mark.requirement("OS-R08")
+@given(case=cases)
+def test_the_head_is_never_driven_in_faster_than_its_limit(case: Case) -> None:
+    if case.driven:
+        assert case.allowed.head_mm <= case.before.last.head_mm + REACH_MM
+        # Positions of about 100 are rounded to 1e-14; a tick divides that by 1e-3.
+        limit = LIMITS.head_speed_mm_per_s + 1e-9
+        assert -limit <= case.allowed.head_mm_per_s <= limit
+
+
+@pytest.mark.requirement("OS-R02")
+@given(case=cases)
+def test_the_head_is_never_driven_past_the_cap(case: Case) -> None:
+    if case.driven:
+        assert case.allowed.head_mm <= max(HEAD_CAP_MM, case.before.last.head_mm)
+        if case.before.last.head_mm > HEAD_CAP_MM + REACH_MM:
+            assert case.allowed.head_mm < case.before.last.head_mm
+
+
+@pytest.mark.requirement("OS-R01")
+@given(case=sane_cases)
+def test_the_head_is_never_driven_further_in_than_proposed(case: Case) -> None:
+    if case.driven:
+        assert case.allowed.head_mm <= max(case.proposal.head_mm, case.before.last.head_mm)
+
+
+@given(case=sane_cases)
+def test_the_head_is_never_driven_out_faster_than_its_limit_from_where_it_is(case: Case) -> None:
+    if case.driven:
+        origin = min(case.before.last.head_mm, case.seen.head_mm)
+        assert case.allowed.head_mm >= origin - REACH_MM
+
+
+def unless_released(case: Case) -> Setpoints:
+    """The proposal; where it asks for no torque its head position means nothing."""
+    wanted = case.proposal._replace(head_mm_per_s=case.allowed.head_mm_per_s)
+    return wanted if case.driven else wanted._replace(head_mm=case.allowed.head_mm)
+
+
+@given(case=sane_cases)
+def test_what_is_within_every_limit_passes_unchanged(case: Case) -> None:
+    if case.verdict.reaction == Reaction.PASS:
+        wanted = unless_released(case)
+        assert case.allowed == wanted
+        assert case.verdict.trips == 0
+
+
+@given(case=sane_cases)
+def test_what_is_not_passed_unchanged_is_reported(case: Case) -> None:
+    wanted = unless_released(case)
+    assert (case.allowed == wanted) or case.verdict.reaction >= Reaction.CAP
+
+
+@pytest.mark.requirement("OS-R14")
+@given(case=cases)
+def test_a_trip_stays_until_a_person_resets(case: Case) -> None:
+    assert case.verdict.trips & case.before.trips == case.before.trips
+    assert case.after.trips == case.verdict.trips
+    assert (case.verdict.trips != 0) == (case.verdict.reaction >= Reaction.WITHDRAW)
+    assert governor.reset(LIMITS, case.after).trips == 0
+
+
+@given(case=cases)
+def test_forced_withdrawal_only_goes_out_and_ends_at_the_park_position(case: Case) -> None:
+    if case.verdict.reaction == Reaction.WITHDRAW:
+        origin = min(case.before.last.head_mm, case.seen.head_mm)
+        assert case.allowed.head_mm <= origin
+        assert case.allowed.head_mm >= min(origin, PARK_MM)
+        if origin > PARK_MM:
+            assert case.allowed.head_mm < origin or case.seen.head_mm - origin > 3.9
+
+
+@pytest.mark.requirement("OS-R13")
+@given(case=cases)
+def test_without_torque_nothing_is_driven_and_the_command_waits_at_the_head(case: Case) -> None:
+    if not case.driven:
+        assert not case.verdict.insertion_on
+        assert case.allowed.head_mm == case.seen.head_mm
+        assert case.allowed.head_mm_per_s == 0.0
+    else:
+        assert case.verdict.insertion_on
+
+
+@given(case=cases)
+def test_a_cam_that_errs_or_came_home_is_left_to_its_spring(case: Case) -> None:
+    untrusted = (
+        Condition.CAM_READING_INVALID,
+        Condition.VALVE_STUCK_OPEN,
+        Condition.VALVE_STUCK_CLOSED,
+    )
+    trusted = all(not case.verdict.trips >> code & 1 for code in untrusted)
+    driven = case.allowed.valve_open or not case.seen.valve.resting
+    assert case.verdict.valve_on == (trusted and driven)
+
+
+@pytest.mark.requirement("OS-R03")
+@given(case=cases)
+def test_the_valve_does_not_open_while_the_head_advances(case: Case) -> None:
+    if not case.before.last.valve_open and case.seen.speed_mm_per_s > 3.0:
+        assert not case.allowed.valve_open
+
+
+@given(case=cases)
+def test_with_the_valve_not_closed_the_command_stays_at_the_anchor(case: Case) -> None:
+    held = case.allowed.valve_open or case.seen.lasting.sucking > 0.0
+    if case.driven and held:
+        came_from = min(case.before.last.head_mm, case.seen.head_mm)
+        assert case.allowed.head_mm <= max(case.seen.anchor_mm + ADVANCE_MM, came_from)
+
+
+@pytest.mark.requirement("OS-R06")
+@given(case=cases)
+def test_in_contact_the_command_is_the_measured_head_in_the_same_tick(case: Case) -> None:
+    if case.driven and case.seen.lasting.contact > 0.0:
+        assert case.allowed.head_mm <= min(case.before.last.head_mm, case.seen.head_mm)
+
+
+@pytest.mark.requirement("OS-R03")
+@given(
+    targets=st.lists(st.tuples(plausible, st.booleans(), seconds), min_size=1, max_size=4),
+)
+@example(targets=[(40.0, False, 0.2), (90.0, True, 0.2), (90.0, False, 0.2)])
+def test_the_head_advances_half_a_millimetre_at_most_while_the_valve_is_open(
+    targets: list[tuple[float, bool, float]],
+) -> None:
+    part_s = 0.1
+
+    def propose(time_s: float) -> Setpoints:
+        head, valve_open, _ = targets[min(int(time_s / part_s), len(targets) - 1)]
+        return staying(head)._replace(valve_open=valve_open)
+
+    least, worst = math.inf, 0.0
+    for tick in run(part_s * len(targets), propose, follows):
+        if not tick.allowed.valve_open:
+            least = math.inf
+            continue
+        least = min(least, tick.readings.head_mm)
+        worst = max(worst, tick.allowed.head_mm - least)
+    assert worst <= ADVANCE_MM + 1e-9

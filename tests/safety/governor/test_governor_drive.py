@@ -1,0 +1,142 @@
+"""Force, acceleration and the way out: what the governor makes of current and a blind encoder."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
+from opensuction.safety.governor import limiter
+from opensuction.safety.handling import Reaction
+from tests.safety.watchdog import (
+    DT_S,
+    LIMITS,
+    NAN,
+    PARK_MM,
+    ahead,
+    at,
+    first,
+    run,
+    sound,
+    staying,
+    tripped,
+    turning,
+)
+
+PATIENT = LIMITS._replace(withdrawal_s=9.0, in_airway_s=9.0)
+"""Time enough for what is tested here."""
+SLOW = PATIENT._replace(head_mm_per_s2=200.0)
+ONE_N_A = 1.0 / LIMITS.drive.newton_per_a
+
+
+def stay(head_mm: float = 50.0) -> Setpoints:
+    return staying(head_mm)
+
+
+@given(before=st.floats(-20.0, 20.0), wanted=st.floats(-60.0, 140.0), contact=st.booleans())
+def test_speed_is_gained_no_faster_than_its_limit_and_lost_at_once(
+    before: float, wanted: float, contact: bool
+) -> None:
+    state = ahead(at(50.0), 50.0, before)
+    report = sound(50.0)._replace(contact_closed=contact)
+    tick = run(DT_S, lambda _: stay(wanted), lambda *_: report, state, limits=SLOW)[0]
+    gained = SLOW.head_mm_per_s2 * DT_S + 1e-9
+    speed = tick.allowed.head_mm_per_s
+    assert min(before, 0.0) - gained <= speed <= max(before, 0.0) + gained
+    stopped = run(DT_S, lambda _: stay(50.0), lambda *_: report, state, limits=SLOW)[0]
+    assert stopped.allowed.head_mm_per_s == 0.0
+
+
+def test_a_forced_withdrawal_gains_speed_as_slowly() -> None:
+    ticks = run(0.05, lambda _: stay(NAN), lambda *_: sound(50.0), at(50.0), limits=SLOW)
+    speeds = [tick.allowed.head_mm_per_s for tick in ticks]
+    assert speeds[:3] == pytest.approx([-0.2, -0.4, -0.6])
+
+
+def test_a_head_that_is_not_read_is_drawn_out_and_let_go_when_it_must_be_there() -> None:
+    def report(time_s: float, _head_mm: float) -> Readings:
+        return sound(50.0)._replace(head_valid=time_s < 0.05)
+
+    ticks = run(4.5, lambda _: stay(), report, at(50.0), limits=PATIENT)
+    lost, let_go = (
+        first(ticks, Condition.HEAD_READING_INVALID),
+        first(ticks, Condition.WITHDRAWAL_UNSEEN),
+    )
+    assert lost.verdict.reaction == Reaction.WITHDRAW
+    assert lost.allowed.head_mm < 50.0
+    way_s = (50.0 - PARK_MM) / LIMITS.leaving_mm_per_s
+    assert let_go.time_s - lost.time_s == pytest.approx(way_s + 0.5, abs=0.01)
+    assert let_go.verdict.reaction == Reaction.TORQUE_OFF
+    assert min(tick.allowed.head_mm for tick in ticks) >= (
+        50.0 - limiter.LEAD_SHARE * LIMITS.following_mm
+    )
+
+
+def test_a_parked_head_that_is_not_read_stays_where_it_is() -> None:
+    ticks = run(1.0, lambda _: stay(PARK_MM), lambda *_: sound(PARK_MM)._replace(head_valid=False))
+    assert {tick.allowed.head_mm for tick in ticks} == {PARK_MM}
+    assert Condition.WITHDRAWAL_UNSEEN not in tripped(ticks)
+
+
+def test_what_holds_the_head_on_its_way_out_is_not_pulled_for_long() -> None:
+    def report(time_s: float, _head_mm: float) -> Readings:
+        trembling = 50.0 + 1e-4 * (round(time_s / DT_S) % 2)
+        return sound(trembling)._replace(insertion_current_a=-5.0 * ONE_N_A)
+
+    ticks = run(1.0, lambda _: stay(NAN), report, at(50.0), limits=PATIENT)
+    assert tripped(ticks) >= {Condition.CATHETER_JAMMED, Condition.WITHDRAWAL_BLOCKED}
+    assert first(ticks, Condition.WITHDRAWAL_BLOCKED).time_s == pytest.approx(0.32, abs=0.02)
+    assert not ticks[-1].allowed.insertion_on
+
+
+def test_a_head_that_comes_out_against_a_jam_goes_on() -> None:
+    def report(time_s: float, _head_mm: float) -> Readings:
+        return sound(50.0 - 5.0 * time_s)._replace(insertion_current_a=-4.0 * ONE_N_A)
+
+    ticks = run(1.0, lambda _: stay(NAN), report, at(50.0), limits=PATIENT)
+    assert Condition.CATHETER_JAMMED in tripped(ticks)
+    assert Condition.WITHDRAWAL_BLOCKED not in tripped(ticks)
+    assert ticks[-1].allowed.insertion_on
+
+
+@pytest.mark.parametrize(("force_n", "trips"), [(5.5, False), (6.5, True), (-6.5, True)])
+def test_a_drive_stronger_than_its_limit_loses_its_torque(force_n: float, trips: bool) -> None:
+    def report(_time_s: float, head_mm: float) -> Readings:
+        return sound(head_mm)._replace(insertion_current_a=force_n * ONE_N_A)
+
+    ticks = run(0.2, lambda _: stay(), report, at(50.0), limits=PATIENT)
+    assert (Condition.DRIVE_OVERFORCE in tripped(ticks)) == trips
+    if trips:
+        assert first(ticks, Condition.DRIVE_OVERFORCE).time_s < 0.11
+        assert not ticks[-1].allowed.insertion_on
+
+
+def test_the_relief_valve_is_tested_only_parked_and_behind_a_closed_valve() -> None:
+    def test_it(head_mm: float, opened: bool = False) -> Setpoints:
+        return stay(head_mm)._replace(vacuum_mmhg=175.0, valve_open=opened)
+
+    def allowed_mmhg(head_mm: float, cam_rad: float, opened: bool = False) -> float:
+        ticks = run(
+            0.01,
+            lambda _: test_it(head_mm, opened),
+            lambda t, head: turning(t, head, cam_rad),
+            at(head_mm),
+        )
+        return max(tick.allowed.vacuum_mmhg for tick in ticks)
+
+    assert allowed_mmhg(PARK_MM, 0.01) == 175.0
+    assert allowed_mmhg(PARK_MM + 5.0, 0.01) == LIMITS.vacuum_mmhg
+    assert allowed_mmhg(PARK_MM, 0.03) == LIMITS.vacuum_mmhg
+    assert allowed_mmhg(PARK_MM, 0.01, opened=True) == LIMITS.vacuum_mmhg
+
+
+def test_no_valve_opens_on_more_vacuum_than_the_patients_limit() -> None:
+    def full(_time_s: float, head_mm: float) -> Readings:
+        return sound(head_mm)._replace(line_vacuum_mmhg=153.0)
+
+    ticks = run(0.1, lambda _: stay(PARK_MM)._replace(valve_open=True), full)
+    assert not any(tick.allowed.valve_open for tick in ticks)
+    assert math.isfinite(ticks[-1].verdict.deepest_mm)

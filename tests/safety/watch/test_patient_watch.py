@@ -1,0 +1,302 @@
+"""The patient's limits: every boundary, every persistence, and what a missing value does."""
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.monitor import ABSENT, Monitor
+from opensuction.safety import patient_limit
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
+from opensuction.safety.patient_limit import AGE_LIMITS, AgeLimits, PatientLimits
+from opensuction.safety.watch import patient_watch
+from opensuction.safety.watch.patient_watch import UNSEEN, PatientWatch
+from tests.safety.watchdog import above, below
+
+DT_S = 0.01
+"""As often as a monitor's pressure comes."""
+PEEP = 6.0
+ADULT = patient_limit.limits_of(AgeGroup.ADULT, PEEP, monitored=True)
+NAN = float("nan")
+WELL = Monitor(
+    connected=True,
+    spo2_percent=97.0,
+    spo2_valid=True,
+    heart_rate_per_min=85.0,
+    heart_rate_valid=True,
+    airway_pressure_cmh2o=PEEP,
+    airway_pressure_valid=True,
+)
+PERIOD_S = 4.0
+Report = Callable[[float], Monitor]
+
+
+def at_pressure(cmh2o: float) -> Monitor:
+    return WELL._replace(airway_pressure_cmh2o=cmh2o)
+
+
+def breathing(time_s: float) -> Monitor:
+    """A quiet patient: PEEP and 12 cmH2O more in each inspiration."""
+    return at_pressure(PEEP + 12.0 if time_s % PERIOD_S < 1.3 else PEEP)
+
+
+def watched(
+    report: Report,
+    seconds: float,
+    sucking: bool = False,
+    limits: PatientLimits = ADULT,
+    watch: PatientWatch = UNSEEN,
+) -> list[PatientWatch]:
+    """State after each sample."""
+    states = []
+    for i in range(round(seconds / DT_S)):
+        watch = patient_watch.step(limits, watch, report(i * DT_S), sucking, DT_S)
+        states.append(watch)
+    return states
+
+
+def first_s(states: list[PatientWatch], code: Condition) -> float:
+    """When a condition first held; infinite where it never did."""
+    for i, state in enumerate(states):
+        if state.conditions >> code & 1:
+            return (i + 1) * DT_S
+    return float("inf")
+
+
+def seen(states: list[PatientWatch]) -> set[Condition]:
+    return {code for state in states for code in decode_trips(state.conditions)}
+
+
+def on_time(states: list[PatientWatch], code: Condition, after_s: float) -> bool:
+    """Whether a condition begins with the first sample after its time, rounding apart."""
+    return after_s < first_s(states, code) + 1e-9 <= after_s + 2.0 * DT_S
+
+
+def test_a_patient_who_breathes_quietly_is_well() -> None:
+    assert seen(watched(breathing, 60.0)) == set()
+    assert seen(watched(breathing, 60.0, sucking=True)) == set()
+
+
+@pytest.mark.requirement("OS-R38")
+@pytest.mark.parametrize("age", AgeGroup)
+def test_each_value_is_judged_at_its_limit_and_not_on_it(age: AgeGroup) -> None:
+    limits = patient_limit.limits_of(age, PEEP, monitored=True)
+
+    def found(change: Callable[[Monitor], Monitor]) -> set[Condition]:
+        return seen(watched(lambda s: change(breathing(s)), 3.0, limits=limits))
+
+    spo2, rate, most = limits.spo2_percent, limits.heart_rate_per_min, limits.airway_most_cmh2o
+    well = breathing(0.0)._replace(heart_rate_per_min=rate)
+    assert found(lambda m: m._replace(heart_rate_per_min=rate)) == set()
+    slow = lambda m: m._replace(heart_rate_per_min=rate - 0.1)  # noqa: E731
+    assert found(slow) == {Condition.HEART_RATE_LOW}
+    fast = well._replace(spo2_percent=spo2)
+    assert found(lambda m: fast._replace(airway_pressure_cmh2o=m.airway_pressure_cmh2o)) == set()
+    low = fast._replace(spo2_percent=spo2 - 0.1)
+    assert found(lambda m: low._replace(airway_pressure_cmh2o=m.airway_pressure_cmh2o)) == {
+        Condition.SPO2_LOW
+    }
+    assert (
+        seen(watched(lambda _: fast._replace(airway_pressure_cmh2o=most), 1.0, limits=limits))
+        == set()
+    )
+    high = fast._replace(airway_pressure_cmh2o=most + 0.1)
+    assert seen(watched(lambda _: high, 1.0, limits=limits)) == {Condition.AIRWAY_PRESSURE_UNSAFE}
+
+
+@pytest.mark.parametrize(
+    ("report", "code", "after_s"),
+    [
+        (lambda s: breathing(s)._replace(spo2_percent=79.9), Condition.SPO2_LOW, 2.0),
+        (lambda s: breathing(s)._replace(heart_rate_per_min=49.9), Condition.HEART_RATE_LOW, 1.0),
+        (lambda _: at_pressure(40.1), Condition.AIRWAY_PRESSURE_UNSAFE, 0.2),
+        (lambda _: at_pressure(0.7), Condition.AIRWAY_PRESSURE_UNSAFE, 0.3),
+        (lambda _: at_pressure(0.9), Condition.CIRCUIT_DISCONNECTED, 1.0),
+        (lambda _: at_pressure(PEEP), Condition.AIRWAY_PRESSURE_UNSAFE, 10.0),
+        (lambda _: at_pressure(PEEP + 12.0), Condition.AIRWAY_PRESSURE_UNSAFE, 10.01),
+        (lambda _: ABSENT, Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(connected=False), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(spo2_valid=False), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(heart_rate_valid=False), Condition.MONITOR_LINK_LOST, 2.0),
+        (
+            lambda s: breathing(s)._replace(airway_pressure_valid=False),
+            Condition.MONITOR_LINK_LOST,
+            2.0,
+        ),
+        (lambda s: breathing(s)._replace(spo2_percent=NAN), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(heart_rate_per_min=NAN), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda _: at_pressure(NAN), Condition.MONITOR_LINK_LOST, 2.0),
+    ],
+)
+def test_a_condition_holds_after_its_time_and_is_the_only_one(
+    report: Report, code: Condition, after_s: float
+) -> None:
+    states = watched(report, after_s + 0.1)
+    assert seen(states) == {code}
+    assert on_time(states, code, after_s)
+    # It ends with its cause, a pressure that stood still with the next breath.
+    assert watched(breathing, 2.0, watch=states[-1])[-1].conditions == 0
+
+
+def test_pressure_below_peep_is_lost_volume_only_while_the_machine_sucks() -> None:
+    for peep in (5.0, PEEP, 12.0):
+        limits = patient_limit.limits_of(AgeGroup.ADULT, peep, monitored=True)
+        for under, lost in ((5.19, False), (5.21, True), (30.0, True)):
+            pressure = peep - under
+            sample = at_pressure(pressure)
+            states = watched(lambda _, it=sample: it, 0.5, sucking=True, limits=limits)  # type: ignore[misc]
+            assert seen(states) == ({Condition.LUNG_VOLUME_LOST} if lost else set())
+            assert not lost or on_time(states, Condition.LUNG_VOLUME_LOST, 0.3)
+            # Once it is suction's doing it stays so while the valve closes.
+            after = watched(lambda _, it=sample: it, 0.3, limits=limits, watch=states[-1])  # type: ignore[misc]
+            assert seen(after) == seen(states)
+            states = watched(lambda _, it=sample: it, 0.5, limits=limits)  # type: ignore[misc]
+            assert seen(states) == ({Condition.AIRWAY_PRESSURE_UNSAFE} if lost else set())
+
+
+@pytest.mark.parametrize("peep", [3.0, 5.0, 6.0, 12.0])
+@pytest.mark.parametrize("room", [-1.0, 0.0, 1.0])
+def test_a_connector_at_the_rooms_pressure_is_open_whatever_the_peep(
+    peep: float, room: float
+) -> None:
+    limits = patient_limit.limits_of(AgeGroup.ADULT, peep, monitored=True)
+    states = watched(lambda _: at_pressure(room), 1.1, limits=limits)
+    assert on_time(states, Condition.CIRCUIT_DISCONNECTED, 1.0)
+    beyond = 1.01 if room > 0.0 else -1.01
+    states = watched(lambda _: at_pressure(beyond), 1.1, limits=limits)
+    assert Condition.CIRCUIT_DISCONNECTED not in seen(states)
+
+
+def test_an_expiration_without_peep_is_no_disconnection() -> None:
+    limits = patient_limit.limits_of(AgeGroup.ADULT, 0.0, monitored=True)
+    quiet = lambda s: at_pressure(12.0 if s % 8.0 < 2.0 else 0.0)  # noqa: E731
+    assert seen(watched(quiet, 30.0, limits=limits)) == set()
+    off = watched(lambda _: at_pressure(0.0), 10.1, limits=limits)
+    assert Condition.CIRCUIT_DISCONNECTED in seen(off)
+    least = patient_limit.limits_of(AgeGroup.ADULT, 3.0, monitored=True)
+    assert least.open_s == patient_limit.OPEN_S
+
+
+def test_a_value_that_is_missing_now_and_then_hides_nothing() -> None:
+    def every_other(time_s: float) -> Monitor:
+        missing = round(time_s / DT_S) % 2 == 1
+        low = at_pressure(0.0)._replace(spo2_percent=70.0, heart_rate_per_min=30.0)
+        return ABSENT if missing else low
+
+    states = watched(every_other, 4.1)
+    assert first_s(states, Condition.CIRCUIT_DISCONNECTED) == pytest.approx(2.0, abs=0.03)
+    assert first_s(states, Condition.HEART_RATE_LOW) == pytest.approx(2.0, abs=0.03)
+    assert first_s(states, Condition.SPO2_LOW) == pytest.approx(4.0, abs=0.05)
+    assert Condition.MONITOR_LINK_LOST not in seen(states)
+
+
+@given(
+    values=st.tuples(st.floats(), st.floats(), st.floats()),
+    flags=st.tuples(st.booleans(), st.booleans(), st.booleans(), st.booleans()),
+    sucking=st.booleans(),
+)
+def test_without_a_monitor_nothing_is_judged(
+    values: tuple[float, float, float], flags: tuple[bool, bool, bool, bool], sucking: bool
+) -> None:
+    odd = Monitor(flags[0], values[0], flags[1], values[1], flags[2], values[2], flags[3])
+    none = patient_limit.limits_of(AgeGroup.ADULT, PEEP, monitored=False)
+    assert watched(lambda _: odd, 0.1, sucking, none)[-1] == UNSEEN
+
+
+@given(
+    samples=st.lists(
+        st.tuples(st.floats(), st.floats(), st.floats(), st.booleans(), st.booleans()), max_size=300
+    )
+)
+def test_whatever_arrives_a_value_out_of_reach_is_never_taken_for_a_number(
+    samples: list[tuple[float, float, float, bool, bool]],
+) -> None:
+    watch = UNSEEN
+    for spo2, rate, pressure, connected, sucking in samples:
+        monitor = Monitor(connected, spo2, True, rate, True, pressure, True)
+        watch = patient_watch.step(ADULT, watch, monitor, sucking, DT_S)
+        times = (watch.spo2_low_s, watch.heart_rate_low_s, watch.high_s, watch.low_s)
+        assert all(0.0 <= time <= len(samples) * DT_S + 1e-9 for time in times)
+        assert watch.conditions & ~ALL == 0
+
+
+PATIENT = [c for c in Condition if Condition.SPO2_LOW <= c <= Condition.MONITOR_LINK_LOST]
+ALL = sum(1 << code for code in PATIENT)
+LINK = 1 << Condition.MONITOR_LINK_LOST
+
+
+@given(chosen=st.sets(st.sampled_from(PATIENT)))
+def test_conditions_end_a_cycle_only_where_there_is_something_to_withdraw(
+    chosen: set[Condition],
+) -> None:
+    mask = sum(1 << code for code in chosen)
+    assert patient_watch.trips(mask, False, False) == 0
+    assert patient_watch.trips(mask, True, True) == mask
+    assert patient_watch.trips(mask, True, False) == mask & ~LINK
+
+
+def test_limits_follow_age_and_ventilator() -> None:
+    assert set(AGE_LIMITS) == set(AgeGroup)
+    assert set(patient_limit.SOURCES) == set(patient_limit.AgeLimits._fields)
+    assert set(patient_limit.MEANINGS) == set(patient_limit.SOURCES)
+    small = AGE_LIMITS[AgeGroup.NEONATE], AGE_LIMITS[AgeGroup.CHILD], AGE_LIMITS[AgeGroup.ADULT]
+    assert [limit.heart_rate_per_min for limit in small] == [100.0, 80.0, 50.0]
+    assert ADULT.airway_least_cmh2o == pytest.approx(0.8)
+    assert ADULT.breath_cmh2o == 8.0
+
+
+def test_each_age_has_its_limits() -> None:
+    # Saturation, heart rate, pressure, and how long no breath may be seen.
+    assert {
+        AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0),
+        AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0),
+        AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0),
+    } == AGE_LIMITS
+
+
+EXACT_S = 0.125
+"""A sample interval that sums exactly."""
+
+
+@pytest.mark.parametrize(
+    ("name", "sample", "allowed_s", "code"),
+    [
+        ("spo2_low_s", WELL._replace(spo2_percent=70.0), 2.0, Condition.SPO2_LOW),
+        ("heart_rate_low_s", WELL._replace(heart_rate_per_min=40.0), 1.0, Condition.HEART_RATE_LOW),
+        ("high_s", at_pressure(60.0), 0.2, Condition.AIRWAY_PRESSURE_UNSAFE),
+        ("low_s", at_pressure(-9.0), 0.3, Condition.AIRWAY_PRESSURE_UNSAFE),
+        ("open_s", at_pressure(1.0), 1.0, Condition.CIRCUIT_DISCONNECTED),
+        ("breath_s", WELL, 10.0, Condition.AIRWAY_PRESSURE_UNSAFE),
+        ("missing_s", WELL._replace(spo2_valid=False), 2.0, Condition.MONITOR_LINK_LOST),
+    ],
+)
+def test_each_may_last_its_time_and_no_longer(
+    name: str, sample: Monitor, allowed_s: float, code: Condition
+) -> None:
+    raised = sample.airway_pressure_cmh2o > ADULT.breath_cmh2o
+    # This sample brings it to its time exactly; the next, just beyond.
+    before = UNSEEN._replace(raised=raised)
+    on_it = patient_watch.step(ADULT, before, sample, False, allowed_s)
+    assert getattr(on_it, name) == allowed_s
+    assert on_it.conditions >> code & 1 == 0
+    beyond = patient_watch.step(ADULT, on_it, sample, False, above(allowed_s) - allowed_s)
+    assert getattr(beyond, name) == above(allowed_s)
+    assert beyond.conditions >> code & 1 == 1
+
+
+def test_a_pressure_on_its_limit_is_allowed() -> None:
+    least, line = ADULT.airway_least_cmh2o, ADULT.breath_cmh2o
+
+    def after(pressure: float) -> PatientWatch:
+        return patient_watch.step(ADULT, UNSEEN, at_pressure(pressure), False, EXACT_S)
+
+    assert after(least).low_s == 0.0
+    assert after(below(least)).low_s == EXACT_S
+    assert not after(line).raised
+    assert after(above(line)).raised
+    # A breath has crossed the line: it begins anew.
+    assert after(line).breath_s == EXACT_S
+    assert after(above(line)).breath_s == 0.0

@@ -1,0 +1,82 @@
+import pytest
+
+from opensuction.safety.limits import ValveLimits
+from opensuction.safety.watch import valve_axis
+from opensuction.safety.watch.valve_axis import START, ValveAxis
+from tests.safety.watchdog import above, below
+
+LIMITS = ValveLimits(open_rad=0.52, stroke_s=0.5)
+DT_S = 0.001
+
+
+def told(opened: bool, cams_rad: list[float]) -> ValveAxis:
+    state, before = START, cams_rad[0]
+    for i, cam in enumerate(cams_rad):
+        state = valve_axis.step(LIMITS, state, opened, i == 0, cam, before, DT_S)
+        before = cam
+    return state
+
+
+@pytest.mark.parametrize("opened", [True, False])
+def test_a_stroke_in_time_is_never_stuck(opened: bool) -> None:
+    way = [0.52 * i / 500 for i in range(501)]
+    cams = [way[0]] * 20 + way + [way[-1]] * 2000
+    for end in range(1, len(cams), 7):
+        chosen = cams[:end] if opened else [0.52 - cam for cam in cams[:end]]
+        assert not valve_axis.is_stuck(LIMITS, told(opened, chosen))
+
+
+@pytest.mark.parametrize(("opened", "cam_rad"), [(True, 0.0), (True, 0.13), (False, 0.13)])
+def test_a_cam_that_stands_on_its_way_is_stuck_in_an_instant(opened: bool, cam_rad: float) -> None:
+    assert not valve_axis.is_stuck(LIMITS, told(opened, [cam_rad] * 140))
+    assert valve_axis.is_stuck(LIMITS, told(opened, [cam_rad] * 160))
+
+
+def test_a_cam_that_creeps_is_stuck_after_half_its_stroke_again() -> None:
+    creeping = [0.1 + 1e-5 * i for i in range(1300)]
+    assert not valve_axis.is_stuck(LIMITS, told(True, creeping[:1200]))
+    assert valve_axis.is_stuck(LIMITS, told(True, creeping))
+
+
+def test_a_cam_where_it_belongs_is_arrived() -> None:
+    assert told(True, [0.5] * 5000) == ValveAxis(0.0, 0.0, resting=False)
+    assert told(False, [0.015] * 5000) == ValveAxis(0.0, 0.0, resting=True)
+
+
+def test_nine_tenths_of_the_angle_are_open_and_a_fiftieth_of_a_radian_is_closed() -> None:
+    assert valve_axis.is_open(LIMITS, 0.9 * 0.52)
+    assert not valve_axis.is_open(LIMITS, below(0.9 * 0.52))
+    for cam_rad in (0.02, 0.0, -0.02):
+        assert valve_axis.is_closed(cam_rad)
+    for cam_rad in (above(0.02), below(-0.02)):
+        assert not valve_axis.is_closed(cam_rad)
+
+
+def test_a_cam_may_stand_and_be_away_for_its_time_and_no_longer() -> None:
+    assert not valve_axis.is_stuck(LIMITS, ValveAxis(away_s=0.0, still_s=0.15, resting=False))
+    assert valve_axis.is_stuck(LIMITS, ValveAxis(away_s=0.0, still_s=above(0.15), resting=False))
+    # Half as long again as the stroke of 0.5 s, and 0.5 s to settle.
+    assert not valve_axis.is_stuck(LIMITS, ValveAxis(away_s=1.25, still_s=0.0, resting=False))
+    assert valve_axis.is_stuck(LIMITS, ValveAxis(away_s=above(1.25), still_s=0.0, resting=False))
+
+
+def test_a_cam_that_moved_a_little_has_not_stood_and_is_still_away() -> None:
+    state = ValveAxis(away_s=0.2, still_s=0.1, resting=False)
+    moved = valve_axis.step(LIMITS, state, True, False, 0.3, below(0.3), 0.125)
+    assert moved == ValveAxis(away_s=0.325, still_s=0.0, resting=False)
+    stood = valve_axis.step(LIMITS, state, True, False, 0.3, 0.3, 0.125)
+    assert stood == ValveAxis(away_s=0.325, still_s=0.225, resting=False)
+    # A new command begins anew, wherever the cam is.
+    assert valve_axis.step(LIMITS, state, True, True, 0.3, 0.3, 0.125) == START
+
+
+def test_a_valve_that_came_home_rests_until_it_is_told_to_open() -> None:
+    home = told(False, [0.3, 0.2, 0.1, 0.0])
+    assert home.resting
+    # Whatever the encoder then says.
+    erring = valve_axis.step(LIMITS, home, False, False, 0.3, 0.0, DT_S)
+    assert erring == ValveAxis(away_s=DT_S, still_s=0.0, resting=True)
+    assert not valve_axis.step(LIMITS, home, True, True, 0.0, 0.0, DT_S).resting
+    assert not told(False, [0.3, 0.2, 0.1, 0.021]).resting
+    # Told to close again: a stroke is driven, even if it rested before.
+    assert not valve_axis.step(LIMITS, home, False, True, 0.3, 0.3, DT_S).resting

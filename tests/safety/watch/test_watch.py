@@ -1,0 +1,318 @@
+"""What the governor makes of a tick's readings: limits, times, dropouts and what a reset keeps."""
+
+import pytest
+
+from opensuction.safety import limits as bounds
+from opensuction.safety.watch import watch
+from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.drive_force import DriveForce
+from opensuction.safety.watch.vacuum_signature import START, LineWatch
+from opensuction.safety.watch.valve_axis import ValveAxis
+from opensuction.safety.watch.watch import InvalidTicks, Lasting, Turn, Watch
+from tests.safety.observer import HEAD_MM, observed, seen
+from tests.safety.watchdog import (
+    DT_S,
+    INF,
+    LIMITS,
+    NAN,
+    PARK_MM,
+    above,
+    below,
+    changed,
+    sound,
+    staying,
+)
+
+HERE = staying(HEAD_MM)
+TIMES = Lasting._fields
+
+
+def counting(after: Watch) -> set[str]:
+    """What has begun to last."""
+    return {name for name in TIMES if getattr(after.lasting, name) > 0.0}
+
+
+# At power-up.
+
+
+def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> None:
+    state = watch.start(LIMITS, HEAD_MM)
+    assert state.head_mm == state.anchor_mm == state.turn.head_mm == HEAD_MM
+    assert state.speed_mm_per_s == state.turn.coast_mm_per_s == state.cam_rad == 0.0
+    assert state.foremost_mm == bounds.anywhere(LIMITS.tip, HEAD_MM)
+    assert not state.sealed
+    assert state.open_contact_ticks == state.late_ticks == 0
+    assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
+    assert state.lasting == Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert state.drive == DriveForce(0.0, 0.0)
+    assert state.valve == ValveAxis(0.0, 0.0, resting=False)
+    assert state.line == START
+    assert state.window.rearmost_mm < HEAD_MM
+
+
+def test_a_sound_tick_begins_nothing() -> None:
+    after = observed(seen(PARK_MM), sound(PARK_MM))
+    assert counting(after) == set()
+    assert after.invalid == InvalidTicks(0, 0, 0, 0, 0)
+    assert after.late_ticks == 0
+
+
+# Dropouts.
+
+
+@pytest.mark.parametrize(
+    ("wrong", "name"),
+    [
+        ({"head_mm": NAN}, "head"),
+        ({"head_mm": INF}, "head"),
+        ({"head_valid": False}, "head"),
+        ({"carriage_mm": NAN}, "carriage"),
+        ({"carriage_valid": False}, "carriage"),
+        ({"cam_rad": -INF}, "cam"),
+        ({"cam_valid": False}, "cam"),
+        ({"line_vacuum_mmhg": NAN}, "vacuum"),
+        ({"vacuum_valid": False}, "vacuum"),
+        ({"contact_valid": False}, "contact"),
+    ],
+    ids=str,
+)
+def test_ticks_without_a_reading_are_counted_each_for_itself(
+    wrong: dict[str, object], name: str
+) -> None:
+    before = seen()._replace(invalid=InvalidTicks(2, 2, 2, 2, 2))
+    after = observed(before, changed(sound(HEAD_MM), wrong))
+    assert after.invalid == InvalidTicks(0, 0, 0, 0, 0)._replace(**{name: 3})
+
+
+def test_what_cannot_be_read_is_what_was_read_last() -> None:
+    before = seen(**{"cam_rad": 0.3, "line.vacuum_mmhg": 77.0})
+    dark = changed(
+        sound(10.0),
+        {
+            "cam_rad": 0.1,
+            "line_vacuum_mmhg": 10.0,
+            "head_valid": False,
+            "cam_valid": False,
+            "vacuum_valid": False,
+        },
+    )
+    after = observed(before, dark)
+    assert (after.head_mm, after.cam_rad, after.line.vacuum_mmhg) == (HEAD_MM, 0.3, 77.0)
+    assert after.speed_mm_per_s == 0.0
+    read = observed(before, sound(10.0))
+    assert (read.head_mm, read.cam_rad, read.line.vacuum_mmhg) == (10.0, 0.0, 10.0)
+
+
+def test_late_ticks_are_counted_in_a_row() -> None:
+    late = seen(late_ticks=3)
+    assert observed(late, sound(HEAD_MM), overrun=True).late_ticks == 4
+    assert observed(late, sound(HEAD_MM)).late_ticks == 0
+
+
+# The head.
+
+
+def test_speed_is_averaged_over_ten_milliseconds() -> None:
+    before = seen(speed_mm_per_s=2.0)
+    after = observed(before, sound(HEAD_MM + 0.013))
+    assert after.speed_mm_per_s == pytest.approx(2.0 + (13.0 - 2.0) * 0.001 / 0.011)
+
+
+def test_a_head_that_was_not_read_for_three_ticks_moved_in_four() -> None:
+    before = seen(**{"invalid.head": 3})
+    after = observed(before, sound(HEAD_MM + 0.04))
+    assert after.speed_mm_per_s == pytest.approx(10.0 / 11.0)
+
+
+@pytest.mark.parametrize(
+    ("last_mm", "named"),
+    [
+        (HEAD_MM + 8.0, {"stalled"}),
+        (above(HEAD_MM + 8.0), {"beyond", "stalled"}),
+        (HEAD_MM - 8.0, {"stalled"}),
+        (below(HEAD_MM - 8.0), {"beyond", "stalled"}),
+        (HEAD_MM + 0.10, set()),
+        (HEAD_MM + 0.12, {"stalled"}),
+        (HEAD_MM - 0.12, {"stalled"}),
+    ],
+)
+def test_a_head_away_from_its_command_lags_and_one_that_stands_has_stalled(
+    last_mm: float, named: set[str]
+) -> None:
+    outside = {"inside"}
+    assert counting(observed(seen(), sound(HEAD_MM), head_mm=last_mm)) - outside == named
+    # Whatever moves has not stalled.
+    moved = observed(seen(below(HEAD_MM)), sound(HEAD_MM), head_mm=last_mm)
+    assert counting(moved) - outside == named - {"stalled"}
+
+
+def test_a_command_just_as_far_as_friction_may_hold_the_head_is_no_stall() -> None:
+    near = LIMITS._replace(stalled_mm=0.125)
+    for last_mm, stalled in ((HEAD_MM + 0.125, 0.0), (above(HEAD_MM + 0.125), DT_S)):
+        after = watch.observe(near, seen(), staying(last_mm), False, sound(HEAD_MM), False, DT_S)
+        assert after.lasting.stalled == stalled
+
+
+@pytest.mark.parametrize(("opened", "apart_mm"), [(False, 1.0), (True, 0.35)])
+def test_motor_and_catheter_head_disagree_beyond_a_distance_that_is_less_with_the_valve_open(
+    opened: bool, apart_mm: float
+) -> None:
+    for off_mm, begun in ((apart_mm, 0.0), (above(apart_mm), DT_S)):
+        read = sound(0.0)._replace(carriage_mm=-off_mm)
+        after = observed(seen(0.0), read, valve_open=opened)
+        assert after.lasting.disagreeing == begun
+
+
+def test_the_tip_is_inside_beyond_its_border_and_not_on_it() -> None:
+    border = bounds.deepest_mm(LIMITS.tip, bounds.anywhere(LIMITS.tip, HEAD_MM))
+    for outside_mm, inside in ((border, 0.0), (below(border), DT_S)):
+        limits = LIMITS._replace(outside_mm=outside_mm)
+        after = watch.observe(limits, seen(), HERE, False, sound(HEAD_MM), False, DT_S)
+        assert after.lasting.inside == inside
+
+
+@pytest.mark.parametrize(
+    ("turn_mm", "coast", "last_mm", "last_mm_per_s", "allowed_mm", "coasting"),
+    [
+        # At rest where it was told to be.
+        (50.0, 0.0, 50.0, 0.0, 50.0, 0.0),
+        # Told inwards: as far as it was told, or as its speed takes it.
+        (50.0, 0.0, 50.0, 10.0, 50.01, 10.0),
+        (50.0, 0.0, 50.5, 10.0, 50.5, 10.0),
+        # Told to stop at 10 mm/s: it may coast, braked by 0.2 mm/s each tick.
+        (50.0, 10.0, 50.0, 0.0, 50.0098, 9.8),
+        (50.0, 0.1, 50.0, 0.0, 50.0, 0.0),
+        # Outwards it gains nothing.
+        (50.0, 0.0, 50.0, -10.0, 50.0, 0.0),
+    ],
+)
+def test_a_head_may_be_as_far_in_as_it_was_told_and_needs_to_brake(
+    turn_mm: float,
+    coast: float,
+    last_mm: float,
+    last_mm_per_s: float,
+    allowed_mm: float,
+    coasting: float,
+) -> None:
+    before = seen(turn=Turn(turn_mm, coast))
+    far = observed(before, sound(60.0), head_mm=last_mm, head_mm_per_s=last_mm_per_s)
+    assert far.turn.head_mm == pytest.approx(allowed_mm)
+    assert far.turn.coast_mm_per_s == pytest.approx(coasting)
+    # Its reading lowers it again.
+    near = observed(before, sound(45.0), head_mm=last_mm, head_mm_per_s=last_mm_per_s)
+    assert near.turn.head_mm == 45.0
+
+
+@pytest.mark.parametrize(("ticks", "turn_mm"), [(4, 50.0), (5, 60.0), (9, 60.0)])
+def test_a_head_that_was_not_read_for_five_ticks_may_be_anywhere_when_it_is_seen_again(
+    ticks: int, turn_mm: float
+) -> None:
+    before = seen(**{"invalid.head": ticks})
+    assert observed(before, sound(60.0), head_mm=HEAD_MM).turn.head_mm == turn_mm
+
+
+# The switch.
+
+
+@pytest.mark.parametrize(
+    ("before_s", "open_ticks", "closed", "lasted_s"),
+    [
+        (0.0, 50, True, DT_S),
+        (0.0, 0, False, 0.0),
+        (0.1, 0, True, 0.1 + DT_S),
+        # Open for nine ticks it may bounce; for ten it is released.
+        (0.1, 8, False, 0.1 + DT_S),
+        (0.1, 9, False, 0.0),
+    ],
+)
+def test_contact_begins_at_once_and_ends_after_ten_open_ticks(
+    before_s: float, open_ticks: int, closed: bool, lasted_s: float
+) -> None:
+    before = seen(**{"lasting.contact": before_s, "open_contact_ticks": open_ticks})
+    after = observed(before, sound(HEAD_MM)._replace(contact_closed=closed))
+    assert after.lasting.contact == lasted_s
+    assert after.open_contact_ticks == (0 if closed else open_ticks + 1)
+
+
+def test_the_window_learns_when_contact_began_and_when_it_ended() -> None:
+    begun = observed(seen(), sound(HEAD_MM)._replace(contact_closed=True))
+    tip = LIMITS.tip
+    least = tip.gain * (HEAD_MM - 0.5 * tip.wide_mm) + tip.offset_mm
+    assert begun.window.touched_mm == pytest.approx(least)
+    # A contact that goes on began where it began.
+    there = changed(begun, {"window.touched_mm": 12.0})
+    assert observed(there, sound(HEAD_MM)._replace(contact_closed=True)).window.touched_mm == 12.0
+    ending = changed(begun, {"open_contact_ticks": 9})
+    assert observed(ending, sound(HEAD_MM)).window.proven
+    assert not observed(seen(), sound(HEAD_MM)).window.proven
+
+
+# The drive.
+
+
+@pytest.mark.parametrize(
+    ("name", "limit_n"),
+    [("jammed", 1.4), ("overforce", 6.0)],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_holds_and_what_drives_is_judged_both_ways(
+    name: str, limit_n: float, sign: float
+) -> None:
+    plain = changed(LIMITS, {"drive.newton_per_a": 1.0})
+    # A current that goes on as it is keeps both where they are.
+    for size_n, lasted in ((limit_n, 0.0), (above(limit_n), DT_S)):
+        force = sign * size_n
+        before = seen(drive=DriveForce(force, force))
+        read = sound(HEAD_MM)._replace(insertion_current_a=force)
+        after = watch.observe(plain, before, HERE, False, read, False, DT_S)
+        assert getattr(after.lasting, name) == lasted
+
+
+def test_of_a_drive_without_torque_or_without_a_reading_no_force_is_known() -> None:
+    before = seen(drive=DriveForce(5.0, 5.0))
+    read = sound(HEAD_MM)._replace(insertion_current_a=5.0 / 833.0)
+    assert tuple(observed(before, read).drive) == pytest.approx((5.0, 5.0))
+    assert observed(before, read, insertion_on=False).drive == DriveForce(0.0, 0.0)
+    blind = changed(before, {"invalid.head": 1})
+    assert observed(blind, read).drive == DriveForce(0.0, 0.0)
+
+
+# After a reset.
+
+
+def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None:
+    before = Watch(
+        head_mm=HEAD_MM,
+        speed_mm_per_s=3.0,
+        foremost_mm=40.0,
+        anchor_mm=48.0,
+        turn=Turn(49.0, 7.0),
+        cam_rad=0.3,
+        sealed=True,
+        open_contact_ticks=4,
+        late_ticks=3,
+        invalid=InvalidTicks(1, 5, 2, 3, 4),
+        lasting=Lasting(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+        drive=DriveForce(1.0, 2.0),
+        window=ContactWindow(45.0, 44.0, 0.1, True),
+        valve=ValveAxis(1.0, 2.0, resting=True),
+        line=LineWatch(
+            90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0
+        ),
+    )
+    tip = LIMITS.tip
+    after = watch.acknowledged(LIMITS, before)
+    kept = ("head_mm", "speed_mm_per_s", "anchor_mm", "cam_rad", "open_contact_ticks", "late_ticks")
+    for name in (*kept, "invalid"):
+        assert getattr(after, name) == getattr(before, name)
+    assert after.foremost_mm == pytest.approx(HEAD_MM + 0.5 * tip.wide_mm)
+    assert after.turn == Turn(HEAD_MM, 0.0)
+    assert not after.sealed
+    # Valve not closed and contact go on; the rest begins anew.
+    assert after.lasting == Lasting(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert after.drive == DriveForce(0.0, 0.0)
+    assert after.window.rearmost_mm == pytest.approx(HEAD_MM - 0.5 * tip.wide_mm)
+    assert after.window[1:] == (44.0, 0.0, False)
+    assert after.valve == ValveAxis(0.0, 0.0, resting=True)
+    assert after.line.vacuum_mmhg == 90.0
+    assert after.line.unvented_s == after.line.over_s == after.line.pumping_s == 0.0

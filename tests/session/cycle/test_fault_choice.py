@@ -1,0 +1,104 @@
+"""Faults as a person writes them."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.session.cycle import cycle_choice, cycle_run, fault_choice
+from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import KINDS
+
+CHOICE = Choice(
+    machine=None, protocol="adult", approach="travel", compensation="exact-inverse", seed=1
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("valve-jammed", Injection(Fault.VALVE_JAMMED, AT_START, 0.0)),
+        ("line-leak=0.5", Injection(Fault.LINE_LEAK, AT_START, 0.5)),
+        ("line-leak", Injection(Fault.LINE_LEAK, AT_START, 2.0)),
+        ("pump-lost@12.5", Injection(Fault.PUMP_LOST, Instant(None, 12.5), 0.0)),
+        (
+            "tick-late@suctioning+2=0.3",
+            Injection(Fault.TICK_LATE, Instant(Phase.SUCTIONING, 2.0), 0.3),
+        ),
+        (
+            "valve-slow@backing-off",
+            Injection(Fault.VALVE_SLOW, Instant(Phase.BACKING_OFF, 0.0), 0.8),
+        ),
+    ],
+)
+def test_a_fault_is_read_as_it_is_written(text: str, expected: Injection) -> None:
+    assert fault_choice.parsed(text) == expected
+
+
+@given(
+    st.sampled_from([fault for fault in KINDS if KINDS[fault].strength is not None]),
+    st.sampled_from([None, *fault_choice.PHASES.values()]),
+    st.floats(0.0, 179.0),
+    st.floats(allow_nan=False, allow_infinity=False),
+)
+def test_what_is_written_out_is_read_back(
+    fault: Fault, phase: Phase | None, after_s: float, strength: float
+) -> None:
+    name = "" if phase is None else f"{phase.name.lower()}+"
+    text = f"{fault.title}@{name}{after_s!r}={strength!r}"
+    assert fault_choice.parsed(text) == Injection(fault, Instant(phase, after_s), strength)
+
+
+@pytest.mark.parametrize(
+    ("texts", "said"),
+    [
+        (["valve-stuk"], "unknown fault 'valve-stuk': did you mean 'valve-stuck-open'"),
+        ([""], "unknown fault ''; all 73 are in"),
+        (["line-leak=900"], "strength 900 mL/s/mmHg (leak in addition): 0.02 to 50 mL/s/mmHg"),
+        (["line-leak=much"], "the strength 'much' is not a number"),
+        (["line-leak=nan"], "the strength 'nan' is not a number"),
+        (["valve-jammed=1"], "'valve-jammed' has no strength: leave '=1' out"),
+        (["pump-lost@-1"], "at -1 s: an instant is from 0 s to less than 180 s"),
+        (["pump-lost@180"], "at 180 s: an instant is from 0 s to less than 180 s"),
+        (["pump-lost@soon"], "unknown phase of a fault 'soon'"),
+        (["pump-lost@closing+x"], "the time into the phase 'x' is not a number"),
+        (["pump-lost@teaching+1"], "unknown phase of a fault 'teaching'"),
+        (["pump-lost@backing_off"], "approach 'travel' has no phase backing_off"),
+        (["pump-lost@1@2"], "should be NAME[@S][=STRENGTH]"),
+        (["wrong-preset@2"], "one of the set-up: it can only be there from the start"),
+        (["pump-lost", "pump-weak", "line-leak"], "3 faults at once: at most 2"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_in_one_line(texts: list[str], said: str) -> None:
+    with pytest.raises(InputError) as refused:
+        fault_choice.chosen(texts, "travel", 1)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_faults_are_for_a_single_cycle() -> None:
+    assert fault_choice.chosen([], "travel", 5) == ()
+    with pytest.raises(InputError, match="not for --repeat 5"):
+        fault_choice.chosen(["line-leak"], "travel", 5)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("wrong-preset", "this protocol is for adult, the patient is neonate"),
+        ("catheter-too-wide", "it should be below 0.5"),
+    ],
+)
+def test_a_wrong_set_up_is_refused_before_anything_moves(text: str, said: str) -> None:
+    faults = fault_choice.chosen([text], "travel", 1)
+    with pytest.raises(InputError, match=said):
+        cycle_run.prepare(CHOICE._replace(faults=faults))
+
+
+def test_other_faults_leave_the_set_up_alone() -> None:
+    faults = fault_choice.chosen(["line-leak", "encoder-frozen@5"], "travel", 1)
+    assert fault_choice.set_up(CHOICE, faults) == CHOICE
+    cycle_choice.check(CHOICE._replace(faults=faults))

@@ -1,0 +1,140 @@
+"""The conduit was laid otherwise: contact finds the gap over a day, the governor's bounds stay."""
+
+from functools import cache
+
+import pytest
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUSTED
+from opensuction.kernel.errors import InputError
+from opensuction.procedure.planning.clinical import TEMPLATES
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.report import sheet
+from opensuction.safety.limits import GAP_LEAST, GAP_MOST
+from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.day import day_calibration, day_gap, day_run, day_summary
+from opensuction.session.day.day_run import Day
+
+EVERY_S = 3600.0
+CYCLES = 3
+TRACKED_MM = 0.25
+"""Tracking error of a compensated adult by contact: .12 mm, with room for other machines."""
+
+
+@cache
+def began(scale: float) -> Prepared:
+    return cycle_run.prepare(Choice(None, "adult", "contact", "preview", 1, gap_scale=scale))
+
+
+@cache
+def day(scale: float, self_calibrates: bool) -> Day:
+    return day_run.play(began(scale), CYCLES, EVERY_S, lambda _: None, self_calibrates)
+
+
+@pytest.mark.parametrize("scale", [0.75, 1.2])
+def test_the_second_cycle_compensates_what_the_first_one_felt(scale: float) -> None:
+    errors = [cycle.outcome.rmse_mm for cycle in day(scale, True).cycles]
+    assert len(errors) == CYCLES
+    assert errors[0] > 1.5
+    assert max(errors[1:]) < TRACKED_MM
+    for cycle in day(scale, True).cycles:
+        assert cycle.outcome.completed
+        assert cycle.gap is not None
+        assert cycle.gap.new == pytest.approx(scale, abs=MEASURING_ERROR)
+
+
+def test_without_self_calibration_nothing_is_learned() -> None:
+    found = day(1.2, False)
+    assert all(cycle.outcome.rmse_mm > 1.5 for cycle in found.cycles)
+    assert all(cycle.gap is None for cycle in found.cycles)
+    assert day_gap.section(found) is None
+
+
+@pytest.mark.parametrize("scale", [0.75, 1.2])
+def test_no_bound_of_the_governor_moves_inwards(scale: float) -> None:
+    """Only where a forced withdrawal ends may change, and only farther out."""
+    first = began(scale).loop.controller.limits
+    last = day(scale, True).last.loop.controller.limits
+    assert last._replace(park_head_mm=first.park_head_mm) == first
+    assert last.park_head_mm <= first.park_head_mm
+
+
+@pytest.mark.parametrize("scale", [0.75, 1.2])
+def test_the_head_parks_anew_without_an_event(scale: float) -> None:
+    found = day(scale, True)
+    settings = found.last.loop.controller
+    assert found.refusal is None
+    assert found.last.start.controller.compensation.head_mm == pytest.approx(
+        settings.parked.head_mm, abs=0.01
+    )
+    assert settings.parked.head_mm != pytest.approx(began(scale).loop.controller.parked.head_mm)
+    assert all(cycle.outcome.trips == () for cycle in found.cycles)
+
+
+def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
+    found = day(0.6, True)
+    assert len(found.cycles) == 1
+    assert found.refusal is not None
+    assert "0.67 to 1.33" in found.refusal
+    record = found.cycles[0].gap
+    assert record is not None
+    assert (record.in_range, record.new) == (False, 1.0)
+    (alarm,) = day_gap.alarms(found, 40.0)
+    assert alarm["name"] == "calibration-out-of-range"
+    assert alarm["priority"] == "medium"
+    (note,) = day_gap.notes(found, CYCLES)
+    assert "Cycle 2 of 3 was refused" in note
+    assert not day_summary.page(found, CYCLES, 60.0).good
+
+
+def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() -> None:
+    """A wider gap needs more head; the cap does not grow with it."""
+    found = day(1.3, True)
+    assert len(found.cycles) == 1
+    record = found.cycles[0].gap
+    assert record is not None
+    assert record.in_range
+    assert found.refusal is not None
+    assert "cap_mm" in found.refusal
+    assert day_gap.alarms(found, 40.0)
+
+
+def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:
+    found = day(1.2, True)
+    rows = day_summary.plain(found, CYCLES, 60.0)["cycles"]
+    assert rows[0]["gap"]["used_scale"] == 1.0
+    assert rows[1]["gap"]["used_scale"] == rows[0]["gap"]["next_scale"]
+    assert {row["gap"]["least_scale"] for row in rows} == {TRUSTED.least}
+    section = day_gap.section(found)
+    assert section is not None
+    drawn = sheet.plotted(section.plots[0])
+    bounds = {curve["label"]: set(curve["y"]) for curve in drawn["curves"]}
+    # The same in every cycle; a page rounds what it draws.
+    assert [*bounds["least"], *bounds["most"]] == pytest.approx([TRUSTED.least, TRUSTED.most])
+    assert drawn["x"] == [1.0, 2.0, 3.0]
+
+
+def test_what_is_trusted_is_what_the_governor_allows_for() -> None:
+    assert pytest.approx((GAP_LEAST, GAP_MOST), abs=1.01 * MEASURING_ERROR) == TRUSTED[:2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "by_contact", "repeat", "words"),
+    [
+        (CompensationKind.PREVIEW, False, 3, "--approach contact"),
+        (CompensationKind.PREVIEW, True, 1, "--repeat 2"),
+        (CompensationKind.EXACT_INVERSE, True, 3, "'exact-inverse' has none: use prandtl-i"),
+    ],
+)
+def test_self_calibration_that_could_learn_nothing_is_refused(
+    kind: CompensationKind, by_contact: bool, repeat: int, words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        day_calibration.check(TEMPLATES["adult"], kind, by_contact, repeat)
+
+
+def test_a_contact_without_a_reversal_is_refused() -> None:
+    with pytest.raises(InputError, match="backoff_mm is 0 mm"):
+        day_calibration.check(PAPER, CompensationKind.PREVIEW, True, 3)

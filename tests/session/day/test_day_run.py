@@ -1,0 +1,89 @@
+"""A day of cycles: what is produced must be somewhere, and the controller's own rules hold."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from opensuction.kernel.errors import InputError
+from opensuction.procedure.cycle.upkeep import LIFE_S
+from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.day import day_run, day_summary
+from opensuction.session.day.day_run import Day
+
+EVERY_S = 4.0 * 3600.0
+CYCLES = 8  # 28 h: past the catheter's life
+
+
+@cache
+def day() -> Day:
+    prepared = cycle_run.prepare(Choice(None, "adult", "travel", "exact-inverse", 1))
+    return day_run.play(prepared, CYCLES, EVERY_S, lambda _: None)
+
+
+def test_every_cycle_is_completed_and_starts_on_the_clock() -> None:
+    starts = np.array([cycle.start_s for cycle in day().cycles])
+    assert all(cycle.outcome.completed for cycle in day().cycles)
+    assert len(starts) == CYCLES
+    # A person who changes the catheter starts the cycle half a second before it was due.
+    assert np.diff(starts) == pytest.approx(EVERY_S, abs=1.0)
+
+
+def test_secretions_are_conserved_over_the_day() -> None:
+    """Trachea before + produced = trachea after + removed, cycle by cycle."""
+    found = day()
+    rate = found.last.rig.machine.patient.secretion.production_ml_per_h / 3600.0
+    span_s = found.samples.time_s[-1] - found.samples.time_s[0]
+    assert found.produced_ml == pytest.approx(rate * span_s, rel=1e-3)
+    for before, after in zip(found.cycles[:-1], found.cycles[1:], strict=True):
+        left = before.secretion_before_ml - before.outcome.removed_ml
+        gathered = after.secretion_before_ml - left
+        assert gathered == pytest.approx(rate * EVERY_S, rel=0.01)
+
+
+def test_the_catheter_is_changed_before_its_life_ends() -> None:
+    changed = [cycle.number for cycle in day().cycles if cycle.catheter_changed]
+    assert changed == [7]  # it would be 24 h old within the seventh cycle
+    assert max(cycle.catheter_age_s for cycle in day().cycles) <= LIFE_S
+
+
+def test_the_last_cycle_is_reported_from_its_own_start() -> None:
+    found = day()
+    assert found.columns["time_s"][0] == 0.0
+    figures = cycle_run.figures(found.last, found.columns)
+    assert figures.removed_ml == pytest.approx(found.cycles[-1].outcome.removed_ml)
+    assert 0.0 < figures.removed_percent <= 100.0
+
+
+def test_samples_cover_the_day_in_order() -> None:
+    samples = day().samples
+    assert np.all(np.diff(samples.time_s) >= 0.0)
+    assert np.max(np.diff(samples.time_s)) <= day_run.SAMPLE_S + 1e-6
+    assert np.all(samples.secretion_ml >= 0.0)
+    assert 60.0 < np.min(samples.spo2_percent) <= 100.0
+
+
+def test_notes_say_what_a_person_should_know() -> None:
+    said = day_summary.notes(day(), CYCLES, EVERY_S / 60.0)
+    assert any("as needed" in note for note in said)
+    grew = day().left_ml > day().cycles[0].secretion_before_ml
+    assert any("gather faster" in note for note in said) == grew
+
+
+@pytest.mark.parametrize(
+    ("repeat", "every_min", "bench", "words"),
+    [
+        (3, None, False, "needs --every"),
+        (1, 30.0, False, "says nothing without --repeat"),
+        (3, 5.0, False, "not at least 15 min"),
+        (3, float("nan"), False, "not at least 15 min"),
+        (3, 30.0, True, "the bench has none"),
+        (501, 30.0, False, "at most 500"),
+    ],
+)
+def test_what_is_no_day_is_refused(
+    repeat: int, every_min: float | None, bench: bool, words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        day_run.check(repeat, every_min, bench)

@@ -1,0 +1,44 @@
+"""Golden cycles: small files that say what to run and what must come of it.
+
+A file's ``expect`` names keys of the ``cycle`` command's JSON by their path, each with a value
+and a tolerance. The values were recorded; the tolerances are what may change with a processor's
+arithmetic or a controller's detail without anyone noticing.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from opensuction.session.cycle import cycle_run, cycle_summary
+from opensuction.session.cycle.cycle_choice import Choice
+
+FOLDER = Path(__file__).resolve().parents[1] / "scenarios"
+FILES = sorted(FOLDER.glob("*.json"))
+
+
+def at(data: Any, path: str) -> Any:
+    """What lies at a dotted path."""
+    for key in path.split("."):
+        data = data[key]
+    return data
+
+
+def test_every_compensation_has_its_scenarios() -> None:
+    assert len(FILES) >= 8
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_scenario_comes_out_as_recorded(file: Path) -> None:
+    scenario = json.loads(file.read_text())
+    assert scenario["name"] == file.stem
+    keys = ("machine", "protocol", "approach", "compensation", "seed")
+    prepared = cycle_run.prepare(Choice(**{key: scenario[key] for key in keys}))
+    columns = cycle_run.play(prepared, lambda _: None)
+    found = cycle_summary.summary(prepared, columns, wall_s=0.0, realtime_factor=1.0)
+    assert found["outcome"] == "completed"
+    assert found["trips"] == []
+    assert found["alarms"] == []
+    for path, (value, tolerance) in scenario["expect"].items():
+        assert at(found, path) == pytest.approx(value, abs=tolerance), path

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.requests import NO_REQUESTS
+from opensuction.procedure.planning.protocol import PAPER
+from opensuction.simulation import closed_loop, idle_time, trace
+from opensuction.simulation import rig as rigs
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+
+HOUR_S = 3600.0
+
+
+def parked() -> tuple[Loop, LoopState]:
+    """A bedside machine, parked; the bench's protocol will do for standing still."""
+    rig = rigs.rig("clinical", 1, nominal=True)
+    calibration = rigs.uncalibrated(rig.profile)
+    roomy = PAPER._replace(travel_mm=40.0, cap_mm=55.0, dwell_s=2.0)
+    return rigs.assemble(rig, roomy, CompensationKind.NONE, calibration, 2)
+
+
+@pytest.mark.parametrize("early", [0, 7])
+def test_a_minute_passed_is_a_minute_of_the_closed_loop_at_rest(early: int) -> None:
+    """To the last bit for patient and secretions: at rest they take the very same steps.
+
+    Begun anywhere between two steps of the bedside.
+    """
+    loop, state = parked()
+    state, _ = closed_loop.run(loop, state, NO_REQUESTS, trace.rows(1.0 + early * DT_S))
+    played, _ = closed_loop.run(loop, state, NO_REQUESTS, trace.rows(60.0))
+    passed = idle_time.pass_time(loop, state, 60.0)
+    assert passed.tick == played.tick
+    assert str(passed.bedside) == str(played.bedside)
+    assert np.array_equal(passed.bedside.secretion_ml, played.bedside.secretion_ml)
+    assert passed.machine.coupling.ticks == played.machine.coupling.ticks == early
+    assert passed.machine.coupling.shown == played.machine.coupling.shown
+    assert passed.machine.line == played.machine.line
+    # The polymer's creep is not followed.
+    assert passed.machine.airway.tip_mm == pytest.approx(played.machine.airway.tip_mm, abs=0.3)
+
+
+def test_a_day_s_secretions_gather() -> None:
+    loop, state = parked()
+    before = float(np.sum(state.bedside.secretion_ml))
+    later = idle_time.pass_time(loop, state, 24.0 * HOUR_S)
+    produced = float(np.sum(later.bedside.secretion_ml)) - before
+    # 2 mL/h; the sum of 8.64 million steps is rounded.
+    assert produced == pytest.approx(48.0, rel=1e-6)
+    assert later.tick == state.tick + 86_400_000
+    assert 90.0 < later.machine.coupling.shown.spo2_percent < 100.0
+    # A patient at rest stays as they are.
+    drift = later.machine.coupling.shown.lung_volume_loss_ml
+    assert abs(drift) < 1.0
+
+
+def test_no_time_changes_nothing() -> None:
+    loop, state = parked()
+    assert str(idle_time.pass_time(loop, state, 0.0)) == str(state)
+
+
+def test_the_line_lets_its_vacuum_go_and_mucus_stays_in_the_bore() -> None:
+    loop, state = parked()
+    body = state.machine
+    left = body._replace(
+        line=body.line._replace(vacuum_mmhg=120.0), bore=body.bore._replace(mucus_ml=0.3)
+    )
+    later = idle_time.pass_time(loop, state._replace(machine=left), HOUR_S)
+    assert later.machine.line.vacuum_mmhg < 0.01
+    assert later.machine.bore == left.bore

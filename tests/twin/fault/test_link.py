@@ -1,0 +1,123 @@
+"""Messages between controller and machine: on time, late, lost or repeated."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.monitor import ABSENT
+from opensuction.kernel.readings import Readings
+from opensuction.twin.fault import link
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.link import Link, LinkState
+
+HEALTHY = link.healthy(seed=1)
+DT_S = 0.001
+
+
+def readings(tick: int) -> Readings:
+    """Readings that can be told apart."""
+    return Readings(
+        float(tick),
+        True,
+        float(tick),
+        True,
+        0.1,
+        True,
+        50.0,
+        True,
+        tick % 3 == 0,
+        True,
+        0.01,
+        ABSENT,
+    )
+
+
+def commands(tick: int) -> Commands:
+    return Commands(float(tick), 1.0, True, 0.2, 2.0, False, tick % 2 == 0, 100.0)
+
+
+FIRST = LinkState(readings(-1), commands(-1))
+
+
+def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
+    return link.with_fault(HEALTHY, fault, strength, tick, DT_S)
+
+
+def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Commands], list[bool]]:
+    """What arrives each tick: readings, commands, and whether those are new."""
+    state = FIRST
+    got, sent = link.rings(FIRST)
+    arrived, obeyed, news = [], [], []
+    for tick in range(ticks):
+        here = link.reading_message(joint, state, readings(tick), got, tick)
+        there, new = link.command_message(joint, state, commands(tick), sent, tick)
+        state = LinkState(here, there)
+        arrived.append(here)
+        obeyed.append(there)
+        news.append(new)
+    return arrived, obeyed, news
+
+
+def test_a_healthy_link_lets_everything_through() -> None:
+    arrived, obeyed, news = sent_through(HEALTHY, 200)
+    assert arrived == [readings(tick) for tick in range(200)]
+    assert obeyed == [commands(tick) for tick in range(200)]
+    assert all(news)
+
+
+@given(st.integers(1, 60))
+def test_late_messages_are_those_of_before(delay: int) -> None:
+    arrived, _, _ = sent_through(faulty(Fault.READING_LATE, delay * DT_S), 150)
+    _, obeyed, news = sent_through(faulty(Fault.MESSAGE_LATE, delay * DT_S), 150)
+    assert arrived == [readings(max(tick - delay, -1)) for tick in range(150)]
+    assert obeyed == [commands(max(tick - delay, -1)) for tick in range(150)]
+    assert all(news)
+
+
+def test_a_lost_reading_is_not_valid_and_keeps_its_value() -> None:
+    arrived, _, _ = sent_through(faulty(Fault.READING_LOST, 1.0), 5)
+    for read in arrived:
+        flags = (read.head_valid, read.cam_valid, read.vacuum_valid, read.contact_valid)
+        assert not any(flags)
+        assert read.head_mm == -1.0
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_so_many_messages_are_lost_as_the_strength_says(share: float) -> None:
+    arrived, _, _ = sent_through(faulty(Fault.READING_LOST, share), 2000)
+    _, obeyed, news = sent_through(faulty(Fault.MESSAGE_LOST, share), 2000)
+    # Four standard deviations of 2,000 draws.
+    tolerance = 4.0 * (share * (1.0 - share) / 2000) ** 0.5
+    assert np.mean([not read.head_valid for read in arrived]) == pytest.approx(share, abs=tolerance)
+    assert np.mean([not new for new in news]) == pytest.approx(share, abs=tolerance)
+    held = [obeyed[tick] == obeyed[tick - 1] for tick in range(1, 2000)]
+    assert held == [not new for new in news[1:]]
+
+
+def test_repeated_messages_never_change_and_are_no_news() -> None:
+    arrived, _, _ = sent_through(faulty(Fault.READING_REPEATED), 5)
+    _, obeyed, news = sent_through(faulty(Fault.MESSAGE_REPEATED), 5)
+    assert arrived == [FIRST.readings] * 5
+    assert obeyed == [FIRST.commands] * 5
+    assert not any(news)
+
+
+@pytest.mark.parametrize(
+    ("fault", "reserve"),
+    [
+        (Fault.POWER_LOST, True),
+        (Fault.POWER_LOST_WITHOUT_RESERVE, False),
+        (Fault.CONTROLLER_STOPPED, True),
+    ],
+)
+def test_a_dead_controller_sends_nothing(fault: Fault, reserve: bool) -> None:
+    dead = faulty(fault, 5.0)
+    assert not any(sent_through(dead, 5)[2])
+    assert dead.reserve == reserve
+    assert dead.mains == (fault == Fault.CONTROLLER_STOPPED)
+
+
+def test_late_ticks_end_after_their_time() -> None:
+    assert faulty(Fault.TICK_LATE, 0.2, tick=100).late_until_tick == 300

@@ -1,0 +1,119 @@
+"""The drives' own watchdog: patient with short silences, and out with the catheter after long."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.kernel.commands import Commands
+from opensuction.twin import preset
+from opensuction.twin.fault import fault_effect
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine.drive_watchdog import INWARDS_MM, LISTENING, SILENCE_S, WatchdogState
+from opensuction.twin.machine.machine import Machine, MachineState
+from opensuction.twin.parameter import BENCH, nominal
+
+DT_S = 0.001
+VALUES = nominal(BENCH)
+MACHINE = preset.machine(VALUES)
+WATCHDOG = drive_watchdog.of(MACHINE, 0.0)
+SILENCE_TICKS = round(SILENCE_S / DT_S)
+VALVE_OPEN = Commands(
+    head_mm=0.0,
+    insertion_v=0.0,
+    insertion_on=True,
+    cam_rad=0.0,
+    valve_v=24.0,
+    valve_on=True,
+    pump_on=True,
+    vacuum_mmhg=100.0,
+)
+
+
+def after(silences: list[int]) -> WatchdogState:
+    """State after silences of so many ticks, a command after each."""
+    state = LISTENING
+    for ticks in silences:
+        for heard in (*[False] * ticks, True):
+            state = drive_watchdog.step(WATCHDOG, state, heard, True, 40.0, DT_S)
+    return state
+
+
+@given(st.lists(st.integers(0, SILENCE_TICKS), max_size=20))
+def test_short_silences_are_ridden_out(silences: list[int]) -> None:
+    assert not after(silences).alone
+
+
+@pytest.mark.requirement("OS-R39")
+def test_a_longer_silence_is_acted_on_and_later_commands_change_nothing() -> None:
+    assert not after([SILENCE_TICKS]).alone
+    assert after([SILENCE_TICKS + 1]).alone
+    assert after([SILENCE_TICKS + 1, 0, 0, 0]).alone
+
+
+def test_a_loss_of_mains_is_acted_on_at_once() -> None:
+    assert drive_watchdog.step(WATCHDOG, LISTENING, True, False, 40.0, DT_S).alone
+
+
+def alone(
+    powered: bool, seconds: float, driven: Machine = MACHINE
+) -> tuple[MachineState, Commands]:
+    """A machine left to its drives at full suction, the head at 40 mm. driven: as its drives are
+    then.
+    """
+    body = preset.parked(MACHINE, VALUES, 40.0, seed=1, run=2).machine
+    for _ in range(3000):
+        body = machine.step(MACHINE, body, VALVE_OPEN, DT_S)
+    assert body.line.vacuum_mmhg > 50.0
+    state = LISTENING
+    orders = VALVE_OPEN
+    for _ in range(round(seconds / DT_S)):
+        head_mm = machine.read(driven, body).head_mm
+        state = drive_watchdog.step(WATCHDOG, state, False, powered, head_mm, DT_S)
+        orders = VALVE_OPEN
+        if state.alone:
+            orders = drive_watchdog.commands(WATCHDOG, state, powered, head_mm, 0.0)
+        body = machine.step(driven, body, orders, DT_S)
+    return body, orders
+
+
+@pytest.mark.requirement("OS-R39")
+def test_with_energy_the_head_comes_home_the_valve_shuts_and_the_line_is_vented() -> None:
+    body, orders = alone(powered=True, seconds=40.0 / WATCHDOG.out_mm_per_s + 2.0)
+    assert abs(body.insertion.position) < 1.0
+    assert not orders.insertion_on
+    truth = machine.observe(MACHINE, body)
+    assert truth.valve_open_ratio == 0.0
+    assert truth.line_vacuum_mmhg < 5.0
+
+
+def test_without_energy_the_head_stays_and_nothing_sucks() -> None:
+    body, orders = alone(powered=False, seconds=4.0)
+    assert body.insertion.position == pytest.approx(40.0, abs=0.1)
+    assert not orders.insertion_on
+    truth = machine.observe(MACHINE, body)
+    assert truth.valve_open_ratio == 0.0
+    assert truth.line_vacuum_mmhg < 5.0
+
+
+@pytest.mark.requirement("OS-R39")
+def test_a_head_that_the_motor_drives_in_instead_of_out_is_let_go() -> None:
+    reversed_motor = fault_effect.faulty(MACHINE, Fault.MOTOR_REVERSED, 0.0)
+    body, orders = alone(powered=True, seconds=3.0, driven=reversed_motor)
+    assert INWARDS_MM < body.insertion.position - 40.0 < 2.0 * INWARDS_MM
+    assert not orders.insertion_on
+
+
+@given(st.lists(st.floats(40.0, 40.0 + INWARDS_MM), max_size=30))
+def test_a_head_that_coasts_is_drawn_out_all_the_same(coasting_mm: list[float]) -> None:
+    state = drive_watchdog.step(WATCHDOG, LISTENING, False, False, 40.0, DT_S)
+    for head_mm in coasting_mm:
+        state = drive_watchdog.step(WATCHDOG, state, False, False, head_mm, DT_S)
+    assert drive_watchdog.commands(WATCHDOG, state, True, 40.0, 0.0).insertion_on
+
+
+@given(st.floats(-50.0, 200.0), st.floats(-300.0, 300.0))
+def test_the_drives_never_push_in(head_mm: float, ramp_mm: float) -> None:
+    before = LISTENING._replace(silent_s=1.0, alone=True, alone_s=1.0, ramp_mm=ramp_mm)
+    state = drive_watchdog.step(WATCHDOG, before, False, True, head_mm, DT_S)
+    assert drive_watchdog.commands(WATCHDOG, state, True, head_mm, 0.0).insertion_v <= 0.0
