@@ -346,6 +346,6 @@ def test_a_gap_out_of_range_ends_the_day_with_an_alarm(tmp_path: Path) -> None:
     data = json.loads(ran.stdout)
     assert data["compensation"] == "preview"  # the default
     assert data["outcome"] == "completed"
-    assert [alarm["name"] for alarm in data["alarms"]] == ["calibration-out-of-range"]
+    assert [alarm["condition"] for alarm in data["alarms"]] == ["calibration-out-of-range"]
     assert data["day"]["cycles"][0]["gap"]["in_range"] is False
     assert "Cycle 2 of 3 was refused" in ran.stderr

@@ -9,7 +9,7 @@ from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUS
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.report import sheet
+from opensuction.report import narrative, sheet
 from opensuction.safety.limits import GAP_LEAST, GAP_MOST
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
@@ -82,8 +82,9 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     assert record is not None
     assert (record.in_range, record.new) == (False, 1.0)
     (alarm,) = day_gap.alarms(found, 40.0)
-    assert alarm["name"] == "calibration-out-of-range"
+    assert alarm["condition"] == "calibration-out-of-range"
     assert alarm["priority"] == "medium"
+    assert narrative.alarm(alarm).startswith("Medium alarm, from 40.0 s on: ")
     (note,) = day_gap.notes(found, CYCLES)
     assert "Cycle 2 of 3 was refused" in note
     assert not day_summary.page(found, CYCLES, 60.0).good
