@@ -9,7 +9,7 @@ from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.identification.workbench import METHODS, MODELS
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
-from opensuction.session.cycle.cycle_choice import APPROACHES
+from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.twin import preset
 from opensuction.twin.fault.fault_table import KINDS
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES

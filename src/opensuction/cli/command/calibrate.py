@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import Done, Json, Output, deliver, text
 from opensuction.cli.entry import Command
+from opensuction.session.choice import CalibrationChoice, RigChoice
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,12 +19,7 @@ if TYPE_CHECKING:
 class Options(NamedTuple):
     """What the command takes."""
 
-    machine: str | None = None
-    patient: str | None = None
-    catheter: str | None = None
-    conduit: str | None = None
-    compensation: str = "preview"
-    seed: int = 1
+    choice: CalibrationChoice = CalibrationChoice()
     output: Output = Output()
 
 
@@ -32,31 +28,19 @@ def run(options: Options) -> int:
     began_s = time.monotonic()
 
     def work(progress: "Progress", folder: Path) -> Done:
-        found = progress.wait(lambda: _calibrated(options, progress), "Calibrating")
-        return _done(options, found, folder, began_s)
+        found = progress.wait(lambda: _calibrated(options.choice, progress), "Calibrating")
+        return _done(options.choice, found, folder, began_s)
 
     return deliver(options.output, "calibrate", work)
 
 
-def _calibrated(options: Options, progress: "Progress") -> "Calibrated":
+def _calibrated(choice: CalibrationChoice, progress: "Progress") -> "Calibrated":
     from opensuction.session.calibration import calibration_run
-    from opensuction.session.cycle.cycle_choice import Choice
 
-    choice = Choice(
-        machine=options.machine,
-        protocol="adult",  # a run of its own: no protocol is carried out
-        approach="travel",
-        compensation=options.compensation,
-        seed=options.seed,
-        patient=options.patient,
-        catheter=options.catheter,
-        conduit=options.conduit,
-    )
-    calibration_run.check(choice)
     return calibration_run.run(choice, progress.tell)
 
 
-def _done(options: Options, found: "Calibrated", folder: Path, began_s: float) -> Done:
+def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float) -> Done:
     from opensuction.report import sheet
     from opensuction.session.calibration import calibration_file, calibration_page
     from opensuction.settings import identification_file
@@ -72,7 +56,7 @@ def _done(options: Options, found: "Calibrated", folder: Path, began_s: float) -
     data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
     files["report.html"] = sheet.render(calibration_page.page(found, data))
     files["calibrate.json"] = text(data)
-    next_command = _next_command(options, data)
+    next_command = _next_command(choice.rig, data)
     return Done(
         data,
         files,
@@ -83,13 +67,13 @@ def _done(options: Options, found: "Calibrated", folder: Path, began_s: float) -
     )
 
 
-def _next_command(options: Options, data: Json) -> str:
+def _next_command(rig: RigChoice, data: Json) -> str:
     """The cycle that the parameter file is for."""
     words = ["opensuction cycle"]
     for name in ("machine", "patient", "catheter", "conduit"):
-        given = getattr(options, name)
+        given = getattr(rig, name)
         words += [] if given is None else [f"--{name} {given}"]
-    return " ".join((*words, f"--seed {options.seed} --compensation {data['parameter_file']}"))
+    return " ".join((*words, f"--seed {rig.seed} --compensation {data['parameter_file']}"))
 
 
 def _summarise(console: "Console", data: Json, folder: Path, next_command: str) -> None:

@@ -9,12 +9,12 @@ from opensuction.cli.command import cycle_help
 from opensuction.cli.delivery import Done, Json, Output, deliver, text
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
+from opensuction.session.choice import CycleChoice, DayChoice
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import Progress
-    from opensuction.session.cycle.cycle_choice import Choice
     from opensuction.session.cycle.cycle_run import Prepared
     from opensuction.simulation.injection.injection import InjectedRun
 
@@ -27,20 +27,8 @@ SOUND = "alarm.wav"
 class Options(NamedTuple):
     """What the command takes."""
 
-    machine: str | None = None
-    protocol: str | None = None
-    patient: str | None = None
-    catheter: str | None = None
-    conduit: str | None = None
-    approach: str = "travel"
-    compensation: str = "preview"
-    taught_mm: float | None = None
-    faults: tuple[str, ...] = ()
-    repeat: int = 1
-    every_min: float | None = None
-    self_calibrates: bool = False
-    gap_scale: float = 1.0
-    seed: int = 1
+    choice: CycleChoice = CycleChoice()
+    day: DayChoice = DayChoice()
     pace: float | None = None
     output: Output = Output()
 
@@ -71,11 +59,11 @@ def run(options: Options) -> int:
 
     def work(progress: "Progress", _: Path) -> Done:
         prepared = progress.wait(lambda: _prepared(options, progress), "Preparing")
-        if options.every_min is None:
+        if options.day.every_min is None:
             return _cycle(prepared, console, Pacer(pace), began_s)
-        return _day(prepared, options, options.every_min, console, progress, began_s)
+        return _day(prepared, options.day, console, progress, began_s)
 
-    return deliver(options.output, options.seed, work)
+    return deliver(options.output, options.choice.rig.seed, work)
 
 
 def _pace(options: Options, console: "Console") -> float:
@@ -89,38 +77,14 @@ def _pace(options: Options, console: "Console") -> float:
 
 def _prepared(options: Options, progress: "Progress") -> "Prepared":
     """The cycle ready to run and compiled; refused before anything slow where it cannot be."""
-    from opensuction.session.cycle import cycle_choice, cycle_run
-    from opensuction.session.day import day_calibration, day_run
+    from opensuction.session.cycle import cycle_run, resolution
+    from opensuction.session.day import day_check
 
-    choice = _choice(options)
-    found, kind = cycle_choice.check(choice)
-    on_bench = cycle_choice.kinds(choice)[0].preset == "bench"
-    day_run.check(options.repeat, options.every_min, on_bench)
-    if options.self_calibrates:
-        by_contact = cycle_choice.APPROACHES[options.approach]
-        day_calibration.check(found, kind, by_contact, options.repeat)
-    prepared = cycle_run.prepare(choice, progress.tell)
+    resolved = resolution.resolve(options.choice)
+    day_check.check(options.day, resolved)
+    prepared = cycle_run.prepare(resolved, progress.tell)
     cycle_run.warm_up(prepared)
     return prepared
-
-
-def _choice(options: Options) -> "Choice":
-    from opensuction.session.cycle import fault_choice
-    from opensuction.session.cycle.cycle_choice import Choice
-
-    return Choice(
-        machine=options.machine,
-        protocol=options.protocol,
-        approach=options.approach,
-        compensation=options.compensation,
-        seed=options.seed,
-        patient=options.patient,
-        catheter=options.catheter,
-        conduit=options.conduit,
-        taught_mm=options.taught_mm,
-        faults=fault_choice.chosen(options.faults, options.approach, options.repeat),
-        gap_scale=options.gap_scale,
-    )
 
 
 def _played(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
@@ -160,8 +124,7 @@ def _cycle(prepared: "Prepared", console: "Console", pacer: Pacer, began_s: floa
 
 def _day(
     prepared: "Prepared",
-    options: Options,
-    every_min: float,
+    asked: DayChoice,
     console: "Console",
     progress: "Progress",
     began_s: float,
@@ -175,7 +138,7 @@ def _day(
     def tell(cycle: day_run.DayCycle) -> None:
         found = cycle.outcome
         console.print(
-            f"cycle {cycle.number} of {options.repeat} at {cycle.start_s / 3600.0:.2f} h: "
+            f"cycle {cycle.number} of {asked.repeat} at {cycle.start_s / 3600.0:.2f} h: "
             f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
             f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}"
@@ -183,20 +146,16 @@ def _day(
             soft_wrap=True,
         )
 
-    day = progress.wait(
-        lambda: day_run.play(
-            prepared, options.repeat, 60.0 * every_min, tell, options.self_calibrates
-        )
-    )
+    day = progress.wait(lambda: day_run.play(prepared, asked, tell))
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
     data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
     data["faults"] = []
-    data["day"] = day_summary.plain(day, options.repeat, every_min)
+    data["day"] = day_summary.plain(day)
     for note in data["day"]["notes"]:
         console.print(f"Note: {note}", soft_wrap=True)
     files = {
-        "day.html": sheet.render(day_summary.page(day, options.repeat, every_min)),
+        "day.html": sheet.render(day_summary.page(day)),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
     }
     return _done(data, files, began_s)

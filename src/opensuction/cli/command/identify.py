@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.delivery import Done, Json, Output, deliver, text
 from opensuction.cli.entry import Command
+from opensuction.session.choice import RecordingChoice
 
 if TYPE_CHECKING:
     from opensuction.cli.progress import Progress
@@ -14,25 +15,10 @@ if TYPE_CHECKING:
     from opensuction.session.identification.identification_run import Loaded
 
 
-class Recording(NamedTuple):
-    """What both commands take."""
-
-    file: Path
-    input: str
-    output: str
-    time: str | None = None
-    negate_output: bool = False
-    holdout: float = 0.0
-    from_s: float | None = None
-    to_s: float | None = None
-    input_unit: str | None = None
-    output_unit: str | None = None
-
-
 class IdentifyOptions(NamedTuple):
     """What ``identify`` takes."""
 
-    recording: Recording
+    recording: RecordingChoice
     model: str = "modified-dahl"
     """The paper's model, which the compensators use."""
     method: str | None = None
@@ -42,7 +28,7 @@ class IdentifyOptions(NamedTuple):
 class CompareOptions(NamedTuple):
     """What ``compare`` takes."""
 
-    recording: Recording
+    recording: RecordingChoice
     results: Output = Output()
 
 
@@ -57,7 +43,7 @@ def compare(options: CompareOptions) -> int:
 
 
 def _run(
-    name: str, recording: Recording, model: str | None, method: str | None, results: Output
+    name: str, recording: RecordingChoice, model: str | None, method: str | None, results: Output
 ) -> int:
     def work(progress: "Progress", folder: Path) -> Done:
         sign = "-" if recording.negate_output else ""
@@ -65,7 +51,7 @@ def _run(
             f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
             f"{sign}{recording.output}"
         )
-        loaded = progress.wait(lambda: _loaded(recording, model, method), "Reading")
+        loaded = progress.wait(lambda: _load(recording, model, method), "Reading")
         began_s = time.perf_counter()
         found = progress.wait(lambda: _fitted(loaded, progress), "Identifying")
         return _done(loaded, found, folder, time.perf_counter() - began_s)
@@ -73,32 +59,17 @@ def _run(
     return deliver(results, name, work)
 
 
-def _loaded(recording: Recording, model: str | None, method: str | None) -> "Loaded":
-    from opensuction.recording.pair import Span
+def _load(recording: RecordingChoice, model: str | None, method: str | None) -> "Loaded":
     from opensuction.session.identification import identification_run
 
-    return identification_run.load(
-        identification_run.Choice(
-            file=recording.file,
-            input=recording.input,
-            output=recording.output,
-            time=recording.time,
-            negate_output=recording.negate_output,
-            input_unit=recording.input_unit,
-            output_unit=recording.output_unit,
-            model=model,
-            method=method,
-            holdout_ratio=recording.holdout,
-            span=Span(recording.from_s, recording.to_s),
-        )
-    )
+    return identification_run.load(recording, model, method)
 
 
 def _fitted(loaded: "Loaded", progress: "Progress") -> "list[Result]":
     """One result, or those of every model."""
     from opensuction.session.identification import identification_run
 
-    if loaded.choice.model is not None:
+    if loaded.model is not None:
         return [identification_run.identify(loaded)]
 
     def tell(model: str, done: int, models: int) -> None:
@@ -114,7 +85,7 @@ def _done(loaded: "Loaded", results: "list[Result]", folder: Path, seconds: floa
     from opensuction.settings import identification_file
 
     now = datetime.now(tz=UTC)
-    compared = loaded.choice.model is None
+    compared = loaded.model is None
     if compared:
         data = identification_summary.compared(loaded, results, now, seconds)
         entries: list[Json] = data["models"]

@@ -18,7 +18,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
-from opensuction.session.cycle.cycle_choice import APPROACHES
+from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate

@@ -23,9 +23,10 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.cycle.fault_choice import PLANNED
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection, safe_state
 from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
@@ -33,7 +34,7 @@ from opensuction.simulation.injection.injection import Detector, Injected
 from opensuction.simulation.injection.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault import fault_table
-from opensuction.twin.fault.fault import Fault, Part
+from opensuction.twin.fault.fault import Part
 
 COMPENSATION = "exact-inverse"
 """The command's own."""
@@ -47,8 +48,6 @@ VACUUM_SHARE = 4.0 / 3.0
 """Highest line vacuum over the governor's limit: 200 mmHg for an adult [AARC-2022]."""
 OUT_S = 10.0
 """What a withdrawal may add to the limit of time in the airway: 8 s at 30 mm/s, and friction."""
-PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
-"""Faults of the set-up: what is planned and driven is wrong from the beginning."""
 MONITORED_S = 30.0
 """How long a patient at fault is followed: a saturation is shown 10 to 30 s late."""
 STRIP_ROWS = 400
@@ -161,17 +160,24 @@ def _injection(case: Case) -> Injection:
     return Injection(case.claim.fault, at, case.strength)
 
 
+def _written(case: Case) -> str:
+    """The fault of a set-up as a person writes it."""
+    known = fault_table.KINDS[case.claim.fault].strength
+    return case.claim.name if known is None else f"{case.claim.name}={case.strength!r}"
+
+
 @lru_cache(maxsize=4)
-def _prepared(approach: str, patient: str, seed: int, set_up: tuple[Injection, ...]) -> Prepared:
+def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -> Prepared:
     """A cycle ready to run; raises InputError where it is refused."""
-    choice = Choice(None, None, approach, COMPENSATION, seed, patient=patient, faults=set_up)
-    return cycle_run.prepare(choice)
+    rig = RigChoice(patient=patient, seed=seed)
+    choice = CycleChoice(rig, approach=approach, compensation=COMPENSATION, faults=set_up)
+    return cycle_run.prepare(resolution.resolve(choice))
 
 
 def run(case: Case) -> Result:
     """Run a case and hold it against its claim."""
     one, claim = _injection(case), case.claim
-    planned = (one,) if claim.fault in PLANNED else ()
+    planned = (_written(case),) if claim.fault in PLANNED else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
     except InputError as refusal:

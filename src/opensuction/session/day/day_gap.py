@@ -57,11 +57,11 @@ def alarms(day: Day, time_s: float) -> list[Json]:
     return cycle_summary.alarms([raised])
 
 
-def notes(day: Day, repeat: int) -> list[str]:
+def notes(day: Day) -> list[str]:
     """Why no further cycle began, and what to do; nothing where all went well."""
     if day.refusal is None:
         return []
-    done = len(day.cycles)
+    done, repeat = len(day.cycles), day.asked.repeat
     kept = f" Cycle {done + 1} of {repeat} was refused." if done < repeat else ""
     refusal = day.refusal[0].upper() + day.refusal[1:]
     priority = CONDITION.row.handling.priority.name.lower()
