@@ -33,7 +33,7 @@ check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazard
 	@$(BIN)/python -m traceability
 
 docs: $(PACKAGE) ## write anew what the documentation takes from the code
-	@$(BIN)/python docs/generate.py
+	@$(BIN)/python -m docs.generator
 
 bench: $(PACKAGE) ## speed of the core
 	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)

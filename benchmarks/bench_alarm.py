@@ -35,9 +35,7 @@ def _run(settings: Settings, state: State, conditions: npt.NDArray[np.int64]) ->
 @pytest.mark.parametrize("wrong", WRONG)
 def test_alarm_tick(benchmark: BenchmarkFixture, tell: Tell, wrong: str) -> None:
     conditions = np.full(TICKS, encode(WRONG[wrong]), dtype=np.int64)
-    shortest_s = best_s(
-        benchmark, lambda: _run(SETTINGS, alarm_state.start(), conditions), rounds=15
-    )
+    shortest_s = best_s(benchmark, lambda: _run(SETTINGS, alarm_state.START, conditions), rounds=15)
     tick_ns = shortest_s / TICKS * 1e9
     benchmark.extra_info["ns_per_tick"] = tick_ns
     tell(f"alarms, {wrong} wrong: {tick_ns:.0f} ns a tick")

@@ -13,8 +13,12 @@ from pathlib import Path
 from mutation import campaign
 from mutation.campaign import ROOT, Result, Target
 
-ALARM_TESTS = ("tests/safety/alarm/test_alarm.py", "tests/safety/alarm/test_alarm_*.py")
-SOUND_TESTS = ("tests/safety/alarm/test_*_signal.py", "tests/safety/alarm/test_alarm_table.py")
+ALARM_TESTS = (
+    "tests/safety/alarm/test_alarm.py",
+    "tests/safety/alarm/test_alarm_*.py",
+    "tests/docs/test_alarm_table.py",
+)
+SOUND_TESTS = ("tests/safety/alarm/test_*_signal.py", "tests/docs/test_alarm_table.py")
 GOVERNOR_TESTS = ("tests/safety/governor/test_governor_*.py",)
 """Its examples. Its properties are slow, and left to the governor itself: a lower bound."""
 PATIENT_TESTS = ("tests/safety/governor/test_governor_patient.py",)
@@ -31,7 +35,7 @@ EXTRA: dict[str, tuple[str, ...]] = {
     "safety.watch.patient_watch": PATIENT_TESTS,
     "safety.alarm.signal_value": SOUND_TESTS,
     "safety.watch.watch": GOVERNOR_TESTS,
-    "procedure.cycle.transition": ("tests/procedure/test_diagram.py",),
+    "procedure.cycle.transition": ("tests/docs/test_phase_page.py",),
 }
 """Tests of a module beyond those of its own name."""
 

@@ -11,7 +11,6 @@ from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
 from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.twin import preset
-from opensuction.twin.fault.fault_table import KINDS
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES
 from opensuction.twin.patient.patient_parameter import TABLES
 from tests.cli.command import opensuction, opensuction_process
@@ -43,7 +42,6 @@ def completed(
         (completion.COMPENSATIONS, KIND_OF_NAME),
         (completion.MODELS, MODELS),
         (completion.METHODS, METHODS),
-        (completion.FAULTS, [fault.title for fault in KINDS]),
     ],
 )
 def test_names_are_those_of_the_rooms_that_know_them(

@@ -20,7 +20,9 @@ from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import patient_fault
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import PatientEffect
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient import oximeter, patient_preset
 from opensuction.twin.patient.patient import Patient
 
@@ -83,28 +85,30 @@ def out_s(name: str, columns: Columns) -> float:
     return float(inside.size - np.argmax(inside[::-1])) * DT_S if np.any(inside) else 0.0
 
 
-def disconnected(patient: Patient) -> Patient:
-    return patient_fault.disconnected(patient)
+def fault(code: Fault, strength: float = 0.0) -> Change:
+    """The patient with a fault."""
+    effect = ROWS[code].effect
+    assert isinstance(effect, PatientEffect)
+
+    def change(patient: Patient) -> Patient:
+        return effect.change(patient, strength)
+
+    change.__name__ = f"{code.title}={strength:g}"
+    return change
 
 
-def overpressure(patient: Patient) -> Patient:
-    return patient_fault.mispressured(patient, 3.0)
+def probe_off(patient: Patient) -> Patient:
+    """The oximeter's probe has come off."""
+    return patient._replace(monitor=patient.monitor._replace(probe_on=False))
 
 
-def no_ventilation(patient: Patient) -> Patient:
-    return patient_fault.mispressured(patient, 0.0)
-
-
-def no_compensation(patient: Patient) -> Patient:
-    return patient_fault.flow_limited(patient, 0.0)
-
-
-def bradycardia(patient: Patient) -> Patient:
-    return patient_fault.vagal(patient, 0.8)
-
-
-def desaturating(patient: Patient) -> Patient:
-    return patient_fault.desaturating(patient, 0.7)
+disconnected = fault(Fault.CIRCUIT_DISCONNECTED)
+overpressure = fault(Fault.VENTILATOR_PRESSURE, 3.0)
+no_ventilation = fault(Fault.VENTILATOR_PRESSURE, 0.0)
+no_compensation = fault(Fault.LUNG_VOLUME_LOST, 0.0)
+bradycardia = fault(Fault.BRADYCARDIA, 0.8)
+desaturating = fault(Fault.DESATURATION, 0.7)
+unlinked = fault(Fault.MONITOR_LOST)
 
 
 WITHDRAWAL_S = {"adult-icu": 4.0, "child-10kg": 3.0, "neonate": 3.0}
@@ -165,7 +169,7 @@ def test_suction_that_takes_more_than_the_ventilator_gives_ends() -> None:
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
-@pytest.mark.parametrize("change", [patient_fault.unlinked, patient_fault.probe_off])
+@pytest.mark.parametrize("change", [unlinked, probe_off])
 def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
     name: str, change: Change
 ) -> None:
@@ -180,7 +184,7 @@ def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
 
 @pytest.mark.requirement("OS-R38")
 def test_a_monitor_lost_before_the_catheter_is_in_keeps_it_out() -> None:
-    _, state, columns = broken("child-10kg", patient_fault.unlinked, 0.1)
+    _, state, columns = broken("child-10kg", unlinked, 0.1)
     first = columns["verdict.trips"][np.argmax(columns["verdict.trips"] > 0.0)]
     # Others may follow: a stop from 34 mm/s overshoots by more than what counts as a runaway.
     assert decode_trips(int(first)) == [Condition.MONITOR_LINK_LOST]

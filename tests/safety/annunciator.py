@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: State | None = None) -> list[Row]:
     """Signals of each tick, from power-up unless a state is given."""
-    state = alarm_state.start() if state is None else state
+    state = alarm_state.START if state is None else state
     rows = []
     for tick in ticks:
         buttons = Buttons(tick.acknowledge, tick.audio_pause, tick.reset)

@@ -3,6 +3,7 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.row import columns
 from opensuction.safety import condition_mask
+from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.condition import Condition, row_of
 from opensuction.safety.condition_mask import EVERY_BIT, TRIPS, WORD, decode, decode_trips, encode
@@ -81,9 +82,9 @@ def test_compiled_code_reads_the_rows_of_every_bit() -> None:
     }
     for bit in range(WORD):
         handling = row_of(bit).handling
-        assert condition_mask.DELAY_S[bit] == handling.delay_s
-        assert condition_mask.ESCALATES_AFTER_S[bit] == handling.escalates_s
+        assert (bit in alarm_clock.DELAYED) == (handling.delay_s > 0.0)
+        assert (bit in alarm_clock.RISING) == (handling.escalates_s > 0.0)
         assert (condition_mask.LATCHING >> bit & 1) == handling.latching
         assert (condition_mask.PLANNED >> bit & 1) == handling.planned
         assert ranks[handling.priority] >> bit & 1
-    assert condition_mask.DELAY_S.size == condition_mask.ESCALATES_AFTER_S.size == WORD
+    assert WORD - 1 not in (*Condition, *alarm_clock.DELAYED, *alarm_clock.RISING)

@@ -7,7 +7,7 @@ those rooms.
 
 from collections.abc import Callable, Iterable
 
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault import BY_NAME
 
 MACHINES = ("bench", "clinical")
 PROTOCOLS = ("adult", "paediatric", "paper")
@@ -39,7 +39,7 @@ METHODS = (
     "non-negative",
     "regularised",
 )
-FAULTS = tuple(fault.title for fault in KINDS)
+FAULTS = tuple(BY_NAME)
 
 
 def of(names: Iterable[str]) -> Callable[[str], list[str]]:

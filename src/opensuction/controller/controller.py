@@ -52,7 +52,7 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
         tripped=False,
         powerless=False,
         reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
-        alarms=alarm_state.start(),
+        alarms=alarm_state.START,
     )
 
 
@@ -292,12 +292,6 @@ def announce(
     """
     planned_work = phase == Phase.OUT_OF_SERVICE
     return alarm.step(settings.alarms, alarms, wrong, planned_work, _buttons(requests), dt_s)
-
-
-@compiled
-def is_silent(alarms: alarm_state.State, wrong: int, requests: Requests) -> bool:
-    """Whether `announce` would change nothing and tell nothing: most ticks are so."""
-    return alarm.is_idle(alarms, wrong, _buttons(requests))
 
 
 @compiled

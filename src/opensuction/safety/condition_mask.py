@@ -5,8 +5,6 @@ Every mask here is derived from the rows of `condition`.
 
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.condition import Condition, row_of
 from opensuction.safety.handling import Handling, Reaction
@@ -16,11 +14,12 @@ WORD = 53
 """Conditions that one mask can hold. Recordings store it as a double, which is exact below 2^53."""
 EVERY_BIT = 2**WORD - 1
 
-_HANDLINGS = [row_of(bit).handling for bit in range(WORD)]
+HANDLINGS = tuple(row_of(bit).handling for bit in range(WORD))
+"""How the condition of each bit is handled."""
 
 
 def _mask_where(chosen: Callable[[Handling], bool]) -> int:
-    return sum(1 << bit for bit, handling in enumerate(_HANDLINGS) if chosen(handling))
+    return sum(1 << bit for bit, handling in enumerate(HANDLINGS) if chosen(handling))
 
 
 TRIPS = _mask_where(lambda handling: handling.reaction != Reaction.PASS)
@@ -35,10 +34,6 @@ LOWS = _mask_where(lambda handling: handling.priority == Priority.LOW)
 """Masks of the conditions by priority."""
 LATCHING = _mask_where(lambda handling: handling.latching)
 PLANNED = _mask_where(lambda handling: handling.planned)
-
-DELAY_S = np.array([handling.delay_s for handling in _HANDLINGS])
-ESCALATES_AFTER_S = np.array([handling.escalates_s for handling in _HANDLINGS])
-"""Times of the conditions, shape (``WORD``,)."""
 
 
 def encode(conditions: Iterable[int]) -> int:

@@ -15,6 +15,10 @@ class Priority(IntEnum):
     """Act at once."""
 
 
+NONE, LOW, MEDIUM, HIGH = (int(priority) for priority in Priority)
+"""The same as plain integers, as records hold them."""
+
+
 class Severity(IntEnum):
     """The worst harm that may follow if nobody acts."""
 

@@ -45,7 +45,7 @@ def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
     with pytest.raises(InputError, match="reminder interval is 121 s"):
         alarm_state.settings(120.0, 121.0)
     short = alarm_state.settings(30.0, 60.0)
-    state, _ = alarm.step(short, alarm_state.start(), encode({C.SPO2_LOW}), False, RELEASED, DT_S)
+    state, _ = alarm.step(short, alarm_state.START, encode({C.SPO2_LOW}), False, RELEASED, DT_S)
     pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
     _, signals = alarm.step(short, state, encode({C.SPO2_LOW}), False, pause, DT_S)
     assert signals.pause_left_s == 30.0
@@ -57,7 +57,7 @@ def test_a_pause_of_half_a_second_is_one() -> None:
 
 def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> None:
     long = SETTINGS._replace(pause_s=1e6)
-    state, _ = alarm.step(long, alarm_state.start(), encode({C.SPO2_LOW}), False, RELEASED, DT_S)
+    state, _ = alarm.step(long, alarm_state.START, encode({C.SPO2_LOW}), False, RELEASED, DT_S)
     pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
     _, signals = alarm.step(long, state, encode({C.SPO2_LOW}), False, pause, DT_S)
     assert signals.pause_left_s == LONGEST_PAUSE_S

@@ -23,8 +23,8 @@ from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.settings.wording import one_line, shown
-from opensuction.twin.fault import fault_effect, fault_table
-from opensuction.twin.fault.fault import BY_NAME, Fault, Means
+from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient.patient_parameter import TABLES
 
 FILE = "hazard.toml"
@@ -214,15 +214,14 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
 
 
 def _check_fault(claim: Claim) -> None:
-    faults = {fault.title: fault for fault in fault_table.KINDS}
-    choose(claim.name, faults, "fault in name", "docs/reference/faults.md")
+    choose(claim.name, BY_NAME, "fault in name", "docs/reference/faults.md")
     for strength in claim.strengths:
-        fault_effect.check_strength(claim.fault, strength)
+        ROWS[claim.fault].check_strength(strength)
     choose(claim.approach, APPROACHES, "approach")
     choose(claim.patient, TABLES, "patient")
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
-    at_start = fault_table.KINDS[claim.fault].means == Means.SETTING
+    at_start = ROWS[claim.fault].is_setup
     for phase in claim.phases:
         if at_start != (phase == SET_UP):
             way = (

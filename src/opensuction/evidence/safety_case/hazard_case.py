@@ -26,15 +26,14 @@ from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.cycle.fault_choice import PLANNED
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection, safe_state
 from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
 from opensuction.simulation.injection.injection import Detector, Injected
 from opensuction.simulation.injection.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import fault_table
-from opensuction.twin.fault.fault import Part
+from opensuction.twin.fault.fault_row import Part
+from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
 """The command's own."""
@@ -74,7 +73,7 @@ class Case(NamedTuple):
     def title(self) -> str:
         """Fault, instant, strength and seed, as the command line writes them."""
         at = "" if self.phase is None else f"@{self.phase.name.lower()}+{self.after_s:g}"
-        known = fault_table.KINDS[self.claim.fault].strength
+        known = ROWS[self.claim.fault].strength
         strength = "" if known is None else f"={self.strength:g}"
         contact = "" if self.claim.approach == "travel" else f" by {self.claim.approach}"
         return f"{self.claim.name}{at}{strength}{contact}, seed {self.seed}"
@@ -143,7 +142,7 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[Case]:
     """Every run of a hazard."""
     found = []
     for claim in one.claims:
-        strengths = claim.strengths or [fault_table.default_strength(claim.fault)]
+        strengths = claim.strengths or [ROWS[claim.fault].default_strength]
         for phase in hazard.phases_of(claim):
             after = [0.0] if phase is None else claim.after_s
             found += [
@@ -162,7 +161,7 @@ def _injection(case: Case) -> Injection:
 
 def _written(case: Case) -> str:
     """The fault of a set-up as a person writes it."""
-    known = fault_table.KINDS[case.claim.fault].strength
+    known = ROWS[case.claim.fault].strength
     return case.claim.name if known is None else f"{case.claim.name}={case.strength!r}"
 
 
@@ -177,13 +176,13 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -
 def run(case: Case) -> Result:
     """Run a case and hold it against its claim."""
     one, claim = _injection(case), case.claim
-    planned = (_written(case),) if claim.fault in PLANNED else ()
+    planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
     except InputError as refusal:
         return _refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = fault_table.KINDS[claim.fault].part == Part.PATIENT
+    patient = ROWS[claim.fault].part == Part.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)

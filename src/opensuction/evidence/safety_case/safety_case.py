@@ -9,7 +9,7 @@ from opensuction.evidence import crew
 from opensuction.evidence.safety_case import hazard_case
 from opensuction.evidence.safety_case.hazard import Hazard, Response
 from opensuction.evidence.safety_case.hazard_case import Harm, Result
-from opensuction.twin.fault import fault_table
+from opensuction.twin.fault.fault_table import ROWS
 
 WORKERS = 2
 FIRST_SEED = 1
@@ -112,7 +112,7 @@ def _most(harms: Sequence[Harm]) -> dict[str, float | None]:
 def _run(result: Result) -> dict[str, Any]:
     """One run in plain data."""
     case = result.case
-    known = fault_table.KINDS[case.claim.fault].strength
+    known = ROWS[case.claim.fault].strength
     return {
         "fault": case.claim.name,
         "phase": None if case.phase is None else case.phase.name.lower(),

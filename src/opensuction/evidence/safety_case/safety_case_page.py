@@ -8,7 +8,7 @@ from opensuction.evidence.safety_case.hazard_case import Result
 from opensuction.evidence.safety_case.safety_case import SafetyCase, Verdict
 from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
 from opensuction.safety.condition import Condition
-from opensuction.twin.fault import fault_table
+from opensuction.twin.fault.fault_table import ROWS
 
 LEAD = (
     "Every fault is put into the digital twin at its instant; alarm and safe state are timed "
@@ -100,7 +100,7 @@ def _runs(verdict: Verdict) -> Table:
     for (fault, phase), results in groups.items():
         worst = Verdict(verdict.hazard, tuple(results)).worst
         strengths = sorted({result.case.strength for result in results})
-        known = fault_table.KINDS[worst.case.claim.fault].strength
+        known = ROWS[worst.case.claim.fault].strength
         unit = "" if known is None or known.unit == "1" else f" {known.unit}"
         shown = "" if known is None else ", ".join(f"{one:g}" for one in strengths) + unit
         rows.append(

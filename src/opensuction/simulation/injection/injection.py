@@ -25,9 +25,7 @@ from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import fault_effect
-from opensuction.twin.fault.fault import Means
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault_table import ROWS
 
 MOST_FAULTS = 2
 """Single and double faults; more at once are not looked at."""
@@ -106,13 +104,13 @@ class InjectedRun(NamedTuple):
 
 def _check_one(injection: Injection) -> None:
     fault, at = injection.fault, injection.at
-    fault_effect.check_strength(fault, injection.strength)
+    ROWS[fault].check_strength(injection.strength)
     if not 0.0 <= at.after_s < LIMIT_S:
         raise InputError(
             f"fault '{fault.title}' at {at.after_s:g} s: an instant is from 0 s to less than "
             f"{LIMIT_S:g} s, the longest that a cycle takes"
         )
-    if KINDS[fault].means == Means.SETTING and at != AT_START:
+    if ROWS[fault].is_setup and at != AT_START:
         raise InputError(
             f"fault '{fault.title}' is one of the set-up: it can only be there from the start, "
             f"without {at.title}"

@@ -1,7 +1,4 @@
-"""`docs/parameters.md`: every parameter with unit, value, range, meaning and source, in one place.
-
-Generated from the tables that the code runs on; a test compares the two.
-"""
+"""Every parameter with unit, value, range, meaning and source, from the tables the code runs on."""
 
 from collections.abc import Iterable, Mapping
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""Alarms as tables for the documentation: `docs/alarms.md` holds their text."""
+"""Alarms as tables: priorities, conditions, sound and light."""
 
 import math
 
