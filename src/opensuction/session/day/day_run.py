@@ -173,8 +173,8 @@ def play(
 ) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a halted
-    machine waits for a person. So does a gap out of its range.
+    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
+    halted machine waits for a person. So does a gap out of its range.
     """
     timed = setup.scheduled(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
