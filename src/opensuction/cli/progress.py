@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from opensuction.kernel.compiled import Compilation
+    from opensuction.kernel.compilation import Compilation
 
 POLL_S = 0.1
 """How often a wait looks for signals and news."""
@@ -42,7 +42,7 @@ class _Compilations:
 
     def hear(self, news: "Compilation") -> None:
         """Note how one goes on."""
-        from opensuction.kernel.compiled import Stage
+        from opensuction.kernel.compilation import Stage
 
         self._functions = self._earlier_functions + news.functions
         if news.stage == Stage.BEGUN:
@@ -88,16 +88,15 @@ class Progress:
 
         def run() -> None:
             # Loaded here, as all that takes long.
-            from opensuction.kernel import compiled
+            from opensuction.kernel import compilation
 
-            listen = getattr(compiled, "listen", lambda _: None)
-            listen(compilations.hear)
+            compilation.listen(compilations.hear)
             try:
                 results.append(work())
             except BaseException as failure:
                 failures.append(failure)
             finally:
-                listen(None)
+                compilation.listen(None)
 
         worker = threading.Thread(target=run, daemon=True)
         worker.start()

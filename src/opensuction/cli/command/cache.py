@@ -24,18 +24,16 @@ def run(options: Options) -> int:
     # The import makes the folder of this version.
     from opensuction.kernel import compiled
 
-    root = compiled.CACHE_FOLDER.parent
-    kept = sorted(entry for entry in root.iterdir() if compiled.FOLDER_NAME.fullmatch(entry.name))
     versions = [
         {
             "folder": str(folder),
             "size_bytes": _size_bytes(folder),
             "is_current": folder == compiled.CACHE_FOLDER,
         }
-        for folder in kept
+        for folder in compiled.kept_caches()
     ]
     data: Json = {
-        "folder": str(root),
+        "folder": str(compiled.CACHE_FOLDER.parent),
         "size_bytes": sum(version["size_bytes"] for version in versions),
         "versions": versions,
         "cleared": options.clear,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from opensuction.cli.progress import Progress
     from opensuction.evidence.safety_case.hazard import Hazard
-    from opensuction.evidence.safety_case.hazard_case import Result
+    from opensuction.evidence.safety_case.hazard_result import HazardResult
 
 EVERY_RUNS = 50
 """A line of progress after so many runs."""
@@ -47,7 +47,7 @@ def _done(hazards: "tuple[Hazard, ...]", count: int, progress: "Progress", began
     from opensuction.evidence.safety_case import safety_case, safety_case_page
     from opensuction.report import sheet
 
-    def tell(done: int, total: int, result: "Result") -> None:
+    def tell(done: int, total: int, result: "HazardResult") -> None:
         if not result.ok:
             case = result.case
             progress.tell(f"{case.hazard} broken: {case.title}: {result.problem}")

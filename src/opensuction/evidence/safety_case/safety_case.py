@@ -8,21 +8,21 @@ from opensuction import __version__
 from opensuction.evidence import crew
 from opensuction.evidence.safety_case import hazard_case
 from opensuction.evidence.safety_case.hazard import Hazard, Response
-from opensuction.evidence.safety_case.hazard_case import Harm, Result
+from opensuction.evidence.safety_case.hazard_result import Exposure, HazardResult
 from opensuction.twin.fault.fault_table import ROWS
 
 WORKERS = 2
 FIRST_SEED = 1
 
-Tell = Callable[[int, int, Result], None]
+Tell = Callable[[int, int, HazardResult], None]
 """Hears of each result: how many are done, of how many, and it."""
 
 
-class Verdict(NamedTuple):
+class HazardVerdict(NamedTuple):
     """What all runs of a hazard came to."""
 
     hazard: Hazard
-    results: tuple[Result, ...]
+    results: tuple[HazardResult, ...]
     """In the order of the table."""
 
     @property
@@ -31,7 +31,7 @@ class Verdict(NamedTuple):
         return all(result.ok for result in self.results)
 
     @property
-    def worst(self) -> Result:
+    def worst(self) -> HazardResult:
         """The run that broke a bound, or came nearest to one."""
         return max(self.results, key=_share)
 
@@ -40,7 +40,7 @@ class SafetyCase(NamedTuple):
     """The whole."""
 
     seeds: tuple[int, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[HazardVerdict, ...]
 
     @property
     def ok(self) -> bool:
@@ -55,7 +55,7 @@ def _ratio(value: float, bound: float) -> float:
     return value / bound if bound > 0.0 else (0.0 if value == 0.0 else math.inf)
 
 
-def _share(result: Result) -> tuple[bool, bool, float]:
+def _share(result: HazardResult) -> tuple[bool, bool, float]:
     """How bad a run is: broken first, then what was answered, then the bound that is nearest."""
     claim = result.case.claim
     nearest = max(
@@ -83,9 +83,9 @@ def run(
         range(len(cases)),
         key=lambda i: (cases[i].seed, cases[i].claim.patient, cases[i].claim.approach, i),
     )
-    found: dict[int, Result] = {}
+    found: dict[int, HazardResult] = {}
 
-    def note(number: int, result: Result) -> None:
+    def note(number: int, result: HazardResult) -> None:
         found[order[number]] = result
         tell(len(found), len(cases), result)
 
@@ -95,7 +95,7 @@ def run(
     crew.spread(hazard_case.run, rest, workers, lambda number, result: note(number + 1, result))
     results = [found[i] for i in range(len(cases))]
     verdicts = tuple(
-        Verdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
+        HazardVerdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
         for one in hazards
     )
     return SafetyCase(seeds, verdicts)
@@ -105,11 +105,14 @@ def _finite(value: float) -> float | None:
     return round(value, 3) if math.isfinite(value) else None
 
 
-def _most(harms: Sequence[Harm]) -> dict[str, float | None]:
-    return {name: _finite(max(getattr(harm, name) for harm in harms)) for name in Harm._fields}
+def _most(exposures: Sequence[Exposure]) -> dict[str, float | None]:
+    return {
+        name: _finite(max(getattr(exposure, name) for exposure in exposures))
+        for name in Exposure._fields
+    }
 
 
-def _run(result: Result) -> dict[str, Any]:
+def _run(result: HazardResult) -> dict[str, Any]:
     """One run in plain data."""
     case = result.case
     known = ROWS[case.claim.fault].strength
@@ -130,7 +133,7 @@ def _run(result: Result) -> dict[str, Any]:
     }
 
 
-def entry(verdict: Verdict) -> dict[str, Any]:
+def entry(verdict: HazardVerdict) -> dict[str, Any]:
     """One hazard of the JSON object; times are those of its worst run."""
     row, worst = verdict.hazard.row, verdict.worst
     claim = worst.case.claim
@@ -152,7 +155,7 @@ def entry(verdict: Verdict) -> dict[str, Any]:
         "ok": verdict.ok,
         "runs": len(verdict.results),
         "broken": sum(not result.ok for result in verdict.results),
-        "harm": _most([result.harm for result in verdict.results]),
+        "harm": _most([result.exposure for result in verdict.results]),
         "requirements": row.requirements,
         "worst": _run(worst),
         "problems": [_run(result) for result in verdict.results if not result.ok],
