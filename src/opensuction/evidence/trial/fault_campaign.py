@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
@@ -77,8 +77,9 @@ def pool(machines: int, first_seed: int, compensation: str) -> list[Prepared]:
     found = []
     for i in range(machines):
         protocol, patient, approach = kinds[i % len(kinds)]
-        choice = Choice(None, protocol, approach, compensation, first_seed + i, patient)
-        found.append(cycle_run.prepare(choice))
+        rig = RigChoice(patient=patient, seed=first_seed + i)
+        choice = CycleChoice(rig, protocol, approach, compensation)
+        found.append(cycle_run.prepare(resolution.resolve(choice)))
     return found
 
 
