@@ -22,8 +22,8 @@ from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction
 from opensuction.safety.watch.watch import Watch
 
 
@@ -36,11 +36,10 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     """
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
-    procedure = cycle.parked(settings.plan)
+    procedure = cycle.begin(settings.plan, Phase.PARKED if parked else Phase.HALTED)
     led = compensation.parked(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:
-        procedure = procedure._replace(phase=int(Phase.HALTED))
         led = led._replace(head_mm=watch.last.head_mm)
     return State(
         procedure=procedure,
@@ -53,16 +52,16 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
         tripped=False,
         powerless=False,
         reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
-        alarms=alarm_state.start(),
+        alarms=alarm_state.START,
     )
 
 
-def waited(state: State, duration_s: float) -> State:
+def pass_idle_time(state: State, duration_s: float) -> State:
     """The controller after a time parked, in which its host did not step it: its clocks go on.
 
     Nothing else of it changes by itself while it is parked.
     """
-    return state._replace(upkeep=upkeep.waited(state.upkeep, duration_s))
+    return state._replace(upkeep=upkeep.pass_idle_time(state.upkeep, duration_s))
 
 
 @compiled
@@ -293,12 +292,6 @@ def announce(
     """
     planned_work = phase == Phase.OUT_OF_SERVICE
     return alarm.step(settings.alarms, alarms, wrong, planned_work, _buttons(requests), dt_s)
-
-
-@compiled
-def is_silent(alarms: alarm_state.State, wrong: int, requests: Requests) -> bool:
-    """Whether `announce` would change nothing and tell nothing: most ticks are so."""
-    return alarm.is_idle(alarms, wrong, _buttons(requests))
 
 
 @compiled

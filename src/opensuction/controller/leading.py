@@ -7,7 +7,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.procedure.cycle.cycle import Demand
-from opensuction.procedure.cycle.progress import Surroundings
+from opensuction.procedure.cycle.progress import ControlFeedback
 
 
 @compiled
@@ -68,7 +68,7 @@ def surroundings(
     readings: Readings,
     touched: bool,
     confirm: bool,
-) -> tuple[HeadState, Surroundings]:
+) -> tuple[HeadState, ControlFeedback]:
     """What the procedure learns of the rest, and the head as it is led from where it touched.
 
     touched: the tip has met something on its way in. confirm: a person says where the tip is.
@@ -79,12 +79,12 @@ def surroundings(
         tip_mm = compensation.pushed_mm(settings.compensation, settings.parked.head_mm, head_mm)
         if touched:
             here, here_mm = compensation.stopped(settings.compensation, led, head_mm)
-    around = Surroundings(
+    around = ControlFeedback(
         head_wanted_mm=led.head_mm,
         head_wanted_mm_per_s=led.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
-        here_mm=here_mm,
+        contact_tip_mm=here_mm,
         tip_mm=tip_mm,
     )
     return here, around

@@ -1,15 +1,14 @@
 """A dozen plays side by side as plain numbers, for a twin that steps them every millisecond.
 
 An array in a record costs: wherever the record is passed on a reference is counted, and every step
-copies it. A tuple of numbers is part of the record. Its step is generated, for compiled code builds
-a tuple only of elements that are written out.
+copies it. A tuple of numbers is part of the record. Its step is written out: see
+`kernel.straight_line`.
 """
 
 from collections.abc import Callable
-from typing import Any
 
 from opensuction.hysteresis import play
-from opensuction.kernel.compiled import compiled_generated
+from opensuction.kernel import straight_line
 
 PLAYS = 12
 """How many: more change no figure of the bench by 1 %."""
@@ -26,13 +25,10 @@ def _stepper() -> Callable[[Bundle, Bundle, float], tuple[Bundle, float]]:
         *(element.format(j=j) for j in range(PLAYS)),
         f"    return ({', '.join(moved)}), ({' + '.join(moved)}) / {PLAYS}",
     ]
-    scope: dict[str, Any] = {"play_step": play.step}
-    source = "\n".join(lines) + "\n"
-    exec(compile(source, "<step of a play bundle>", "exec"), scope)  # noqa: S102
-    generated: Callable[[Bundle, Bundle, float], tuple[Bundle, float]] = compiled_generated(
-        scope["step"]
+    step: Callable[[Bundle, Bundle, float], tuple[Bundle, float]] = straight_line.define(
+        lines, "step of a play bundle", play_step=play.step
     )
-    return generated
+    return step
 
 
 step = _stepper()

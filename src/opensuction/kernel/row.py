@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.kernel.compiled import compiled_generated
+from opensuction.kernel import straight_line
 
 Row = npt.NDArray[np.float64]
 SCALARS = (float, int, bool)
@@ -48,10 +48,9 @@ def writer(record_type: type) -> Callable[[Row, Any], None]:
         f"        raise IndexError('a row of {record_type.__name__} has {len(names)} columns')",
         *(f"    row[{i}] = record.{name}" for i, name in enumerate(names)),
     ]
-    source = "\n".join(lines) + "\n"
-    scope: dict[str, Any] = {}
-    exec(compile(source, f"<row of {record_type.__name__}>", "exec"), scope)  # noqa: S102
-    write: Callable[[Row, Any], None] = compiled_generated(scope["write"])
+    write: Callable[[Row, Any], None] = straight_line.define(
+        lines, f"row of {record_type.__name__}"
+    )
     return write
 
 
@@ -90,7 +89,7 @@ def reader(record_type: type) -> Callable[[Row], Any]:
         f"        raise IndexError('a row of {record_type.__name__} has {size} columns')",
         f"    return {built}",
     ]
-    source = "\n".join(lines) + "\n"
-    exec(compile(source, f"<record {record_type.__name__}>", "exec"), scope)  # noqa: S102
-    read: Callable[[Row], Any] = compiled_generated(scope["read"])
+    read: Callable[[Row], Any] = straight_line.define(
+        lines, f"record {record_type.__name__}", **scope
+    )
     return read

@@ -14,7 +14,7 @@ from opensuction.kernel.phase import RESTING
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle.cycle import Demand
-from opensuction.safety.alarm.alarm_state import SILENT, Signals
+from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
@@ -130,11 +130,9 @@ def run(
         while done < trace.shape[0] and not at_rest and not plant.is_due(body):
             inputs = _inputs(loop, tick, body, requests)
             memory, led, outputs, wrong = controller.act(loop.controller, memory, led, inputs)
-            signals = SILENT
-            if not controller.is_silent(alarms, wrong, requests):
-                alarms, signals = controller.announce(
-                    loop.controller, alarms, wrong, outputs.phase, requests, DT_S
-                )
+            alarms, signals = controller.announce(
+                loop.controller, alarms, wrong, outputs.phase, requests, DT_S
+            )
             record = _record(loop, inputs, body, outputs, signals)
             _write(trace[done], record)
             body = machine.step(loop.machine, body, outputs.commands, DT_S)

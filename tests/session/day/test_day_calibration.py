@@ -10,7 +10,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.report import sheet
-from opensuction.safety.limits import GAP_LEAST, GAP_MOST
+from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared

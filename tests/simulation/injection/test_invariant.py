@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import CheckItem
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
@@ -46,7 +46,7 @@ def put(name: str, phase: Phase, value: float, ticks: int = 1) -> Spoil:
 
 
 def cut_ignored(columns: Columns) -> None:
-    columns["verdict.trips"][middle(columns, Phase.SUCTIONING) :] = 1 << Trip.VACUUM_EXCEEDED
+    columns["verdict.trips"][middle(columns, Phase.SUCTIONING) :] = 1 << Condition.VACUUM_EXCEEDED
 
 
 def opened_on_the_way_in(columns: Columns) -> None:
@@ -115,7 +115,7 @@ def test_more_vacuum_than_the_patients_is_only_for_the_relief_valves_own_test() 
         return [breach.invariant for breach in invariant.command_side(changed, settings)]
 
     broken = ["vacuum command within its limit"]
-    highest_mmhg, park_mm = settings.limits.line.sealed_mmhg, settings.limits.park_head_mm
+    highest_mmhg, park_mm = settings.limits.line.parked_closed_mmhg, settings.limits.park_head_mm
     assert found("commands.vacuum_mmhg", highest_mmhg) == []
     assert found("commands.vacuum_mmhg", highest_mmhg + 0.1) == broken
     assert found("readings.cam_rad", 0.03) == broken

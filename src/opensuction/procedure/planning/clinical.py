@@ -9,7 +9,13 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Check, Planned, checks
+from opensuction.procedure.planning.guideline import (
+    GUIDELINES,
+    SOURCES,
+    GuidelineCheck,
+    Planned,
+    checks,
+)
 from opensuction.procedure.planning.planner import Abilities
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
@@ -171,7 +177,7 @@ def check_depth(protocol: Protocol, site: Site, by_contact: bool) -> None:
 
 def held_against_guidelines(
     protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool
-) -> list[Check]:
+) -> list[GuidelineCheck]:
     """The clinical requirements of the paper's section II-A for a protocol, one by one."""
     times = planner.timeline(protocol, abilities, site, by_contact)
     return checks(
@@ -187,7 +193,7 @@ def held_against_guidelines(
     )
 
 
-def enforce(found: list[Check]) -> None:
+def enforce(found: list[GuidelineCheck]) -> None:
     """Refuse the first requirement that is not met; raises InputError with the numbers."""
     for check in found:
         if not check.ok:

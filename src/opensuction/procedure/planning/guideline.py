@@ -60,7 +60,7 @@ SOURCES: dict[str, str] = {
 """Where each limit comes from."""
 
 
-class Check(NamedTuple):
+class GuidelineCheck(NamedTuple):
     """One requirement held against a plan."""
 
     name: str
@@ -91,12 +91,12 @@ class Planned(NamedTuple):
     speed_mm_per_s: float
 
 
-def checks(age: AgeGroup, planned: Planned) -> list[Check]:
+def checks(age: AgeGroup, planned: Planned) -> list[GuidelineCheck]:
     """The clinical requirements of the paper's section II-A, held against a plan."""
     limit = GUIDELINES[age]
 
-    def check(name: str, value: float, key: str, unit: str, strict: bool = False) -> Check:
-        return Check(name, value, getattr(limit, key), unit, strict, SOURCES[key])
+    def check(name: str, value: float, key: str, unit: str, strict: bool = False) -> GuidelineCheck:
+        return GuidelineCheck(name, value, getattr(limit, key), unit, strict, SOURCES[key])
 
     ratio = planned.catheter_mm / planned.tube_mm
     return [

@@ -2,7 +2,7 @@
 
 Decided here and never in a user interface: a console that hangs or dies silences nothing. Time
 comes in as the length of a tick. Terms after IEC 60601-1-8: an *alarm condition* is what is wrong,
-an *alarm signal* is how people learn of it. Conditions are bits of a mask (`alarm_condition`).
+an *alarm signal* is how people learn of it. Conditions are bits of a mask (`condition_mask`).
 
 A condition that has held for its delay is *present*. A latching one stays *latched* when it ends,
 until a person resets. *Acknowledged* conditions are shown but make no sound until they end; one
@@ -10,37 +10,37 @@ that begins again, or another, sounds. The *audio pause* silences everything for
 """
 
 from opensuction.kernel.compiled import compiled
-from opensuction.safety.alarm.alarm_condition import (
-    DELAY_S,
-    ESCALATES_AFTER_S,
-    HIGHS,
-    KNOWN,
-    LATCHING,
-    LOWS,
-    MEDIUMS,
-    PLANNED,
-    WORD,
-    Priority,
-)
+from opensuction.safety.alarm import alarm_clock
+from opensuction.safety.alarm.alarm_clock import DELAYED_MASK, RISING_MASK, Clocks, Seconds
 from opensuction.safety.alarm.alarm_state import (
     AUDIBLE_S,
     LONGEST_PAUSE_S,
     NOTHING,
     SILENT,
+    START,
     Buttons,
-    Seconds,
     Settings,
     Signals,
     State,
 )
+from opensuction.safety.condition_mask import (
+    EVERY_BIT,
+    HIGHS,
+    LATCHING,
+    LOWS,
+    MEDIUMS,
+    PLANNED,
+    WORD,
+)
+from opensuction.safety.priority import HIGH, LOW, MEDIUM, NONE, Priority
 
 
 @compiled
 def _of_priority(conditions: int, escalated: int, priority: int) -> int:
     """Those of some conditions that have a priority, the raised ones counted one higher."""
-    if priority == Priority.HIGH.value:
+    if priority == Priority.HIGH:
         return conditions & (HIGHS | (MEDIUMS & escalated))
-    if priority == Priority.MEDIUM.value:
+    if priority == Priority.MEDIUM:
         return conditions & ((MEDIUMS & ~escalated) | (LOWS & escalated))
     return conditions & LOWS & ~escalated
 
@@ -52,11 +52,11 @@ def most_urgent(conditions: int, escalated: int) -> int:
     escalated: mask of those that were raised by one priority.
     """
     if conditions == 0:
-        return Priority.NONE.value
-    for priority in (Priority.HIGH.value, Priority.MEDIUM.value):
+        return NONE
+    for priority in (HIGH, MEDIUM):
         if _of_priority(conditions, escalated, priority) != 0:
             return priority
-    return Priority.LOW.value
+    return LOW
 
 
 @compiled
@@ -75,48 +75,28 @@ def _first(shown: int, present: int, acknowledged: int, escalated: int) -> int:
 
 @compiled
 def _mature(state: State, holding: int, dt_s: float) -> tuple[int, int, Seconds]:
-    """Masks of the conditions that are present and that wait, and the clocks with theirs."""
-    unseen = holding & ~state.present
-    present = holding & state.present
-    waiting = 0
-    clocks_s = state.clocks_s
-    if unseen == 0:
-        return present, waiting, clocks_s
-    clocks_s = clocks_s.copy()
-    for condition in range(WORD):
-        if unseen >> condition & 1:
-            held = clocks_s[condition] if state.waiting >> condition & 1 else 0.0
-            clocks_s[condition] = held + dt_s
-            # Half a tick: sums of ticks are not exact, and never late.
-            if held + 0.5 * dt_s >= DELAY_S[condition]:
-                present |= 1 << condition
-            else:
-                waiting |= 1 << condition
-    return present, waiting, clocks_s
+    """Masks of the conditions that are present and that wait, and the clocks of their delays."""
+    present = holding & (state.present | ~DELAYED_MASK)
+    delayed = holding & ~present
+    if delayed == 0:
+        return present, 0, state.clocks.held_s
+    matured, held_s = alarm_clock.mature(state.clocks.held_s, delayed, state.waiting, dt_s)
+    return present | matured, delayed & ~matured, held_s
 
 
 @compiled
 def _escalate(
-    state: State, clocks_s: Seconds, shown: int, begun: int, answered: int, dt_s: float
+    state: State, shown: int, begun: int, running: int, dt_s: float
 ) -> tuple[int, Seconds]:
-    """Mask of the raised conditions, and the clocks with how long each has gone unanswered.
+    """Mask of the raised conditions, and how long each of those that may rise goes unanswered.
 
-    shown: present or latched. begun: shown since this tick. answered: those whose time stands.
+    shown: present or latched. begun: shown since this tick. running: those whose time runs.
     """
     escalated = state.escalated & shown
-    running = shown & ~answered
-    if running | begun == 0:
-        return escalated, clocks_s
-    clocks_s = clocks_s.copy()
-    for condition in range(WORD):
-        if begun >> condition & 1:
-            clocks_s[WORD + condition] = 0.0
-        elif running >> condition & 1:
-            clocks_s[WORD + condition] += dt_s
-            limit_s = ESCALATES_AFTER_S[condition]
-            if limit_s > 0.0 and clocks_s[WORD + condition] + 0.5 * dt_s >= limit_s:
-                escalated |= 1 << condition
-    return escalated, clocks_s
+    if (begun | running) & RISING_MASK == 0:
+        return escalated, state.clocks.unanswered_s
+    raised, unanswered_s = alarm_clock.rise(state.clocks.unanswered_s, begun, running, dt_s)
+    return escalated | raised, unanswered_s
 
 
 @compiled
@@ -129,17 +109,17 @@ def _pause(
     """
     left_s = state.pause_left_s - dt_s
     owed_s = max(state.owed_s - dt_s, 0.0)
-    if loud == Priority.NONE.value:
-        return 0.0, Priority.NONE.value, 0.0
+    if loud == NONE:
+        return 0.0, NONE, 0.0
     if state.pause_left_s > 0.0:
-        broken = urgent == Priority.HIGH.value or urgent > state.paused_priority
+        broken = urgent == HIGH or urgent > state.paused_priority
         # Half a tick: sums of ticks are not exact, and a pause is never too long.
         if pressed or broken or left_s < 0.5 * dt_s:
-            return 0.0, Priority.NONE.value, AUDIBLE_S
+            return 0.0, NONE, AUDIBLE_S
         return left_s, max(state.paused_priority, loud), owed_s
-    if pressed and owed_s < 0.5 * dt_s and urgent == Priority.NONE.value:
+    if pressed and owed_s < 0.5 * dt_s and urgent == NONE:
         return min(settings.pause_s, LONGEST_PAUSE_S), loud, 0.0
-    return 0.0, Priority.NONE.value, owed_s
+    return 0.0, NONE, owed_s
 
 
 @compiled
@@ -147,7 +127,7 @@ def _remind(
     settings: Settings, silent_s: float, shown: int, audible: int, dt_s: float
 ) -> tuple[float, bool]:
     """How long something shown has made no sound since the last reminder; whether one is due."""
-    if shown == 0 or audible != Priority.NONE.value:
+    if shown == 0 or audible != NONE:
         return 0.0, False
     silent_s += dt_s
     if silent_s + 0.5 * dt_s >= settings.reminder_s:
@@ -160,7 +140,7 @@ def _advance(
     settings: Settings, state: State, holding: int, buttons: Buttons, dt_s: float
 ) -> tuple[State, Signals]:
     """A tick in which something holds or is shown, or was in the last."""
-    present, waiting, clocks_s = _mature(state, holding, dt_s)
+    present, waiting, held_s = _mature(state, holding, dt_s)
     new = present & ~state.present
     latched = (state.latched | (state.present & LATCHING)) & ~present
     if buttons.reset and not state.pressed.reset:
@@ -170,15 +150,13 @@ def _advance(
     acknowledged = state.acknowledged & shown & ~new
     if buttons.acknowledge and not state.pressed.acknowledge:
         acknowledged = shown & ~new
-    paused = state.pause_left_s > 0.0
-    escalated, clocks_s = _escalate(
-        state, clocks_s, shown, new & ~state.latched, shown if paused else acknowledged, dt_s
-    )
+    running = 0 if state.pause_left_s > 0.0 else shown & ~acknowledged
+    escalated, unanswered_s = _escalate(state, shown, new & ~state.latched, running, dt_s)
     loud = most_urgent(shown & ~acknowledged, escalated)
     urgent = most_urgent(new | (escalated & ~state.escalated), escalated)
     pressed = buttons.audio_pause and not state.pressed.audio_pause
     left_s, paused_priority, owed_s = _pause(settings, state, pressed, loud, urgent, dt_s)
-    audible = Priority.NONE.value if left_s > 0.0 else loud
+    audible = NONE if left_s > 0.0 else loud
     silent_s, reminder = _remind(settings, state.silent_s, shown, audible, dt_s)
     following = State(
         present=present,
@@ -186,7 +164,7 @@ def _advance(
         acknowledged=acknowledged,
         escalated=escalated,
         waiting=waiting,
-        clocks_s=clocks_s,
+        clocks=Clocks(held_s, unanswered_s),
         pause_left_s=left_s,
         paused_priority=paused_priority,
         owed_s=owed_s,
@@ -208,38 +186,6 @@ def _advance(
 
 
 @compiled
-def _idle(state: State, buttons: Buttons) -> State:
-    """Nothing holds and nothing is shown: only the buttons are remembered."""
-    return State(
-        present=0,
-        latched=0,
-        acknowledged=0,
-        escalated=0,
-        waiting=0,
-        clocks_s=state.clocks_s,
-        pause_left_s=0.0,
-        paused_priority=0,
-        owed_s=0.0,
-        silent_s=0.0,
-        pressed=buttons,
-    )
-
-
-@compiled
-def is_idle(state: State, conditions: int, buttons: Buttons) -> bool:
-    """Whether a step would leave the state as it is and tell nothing.
-
-    Nothing is wrong, nothing is shown or timed, and no button is or was just pressed.
-    """
-    pressed = buttons.acknowledge or buttons.audio_pause or buttons.reset
-    was_pressed = state.pressed.acknowledge or state.pressed.audio_pause or state.pressed.reset
-    masks = conditions | state.present | state.latched | state.waiting
-    answers = state.acknowledged | state.escalated
-    clocks_s = state.pause_left_s + state.owed_s + state.silent_s
-    return masks | answers == 0 and clocks_s == 0.0 and not pressed and not was_pressed
-
-
-@compiled
 def step(
     settings: Settings,
     state: State,
@@ -255,9 +201,9 @@ def step(
     service; what such work brings about raises no alarm. Nothing else can silence a condition:
     neither a console nor its absence is an argument.
     """
-    holding = conditions & KNOWN
+    holding = conditions & EVERY_BIT
     if planned_work:
         holding &= ~PLANNED
     if holding | state.present | state.latched == 0:
-        return _idle(state, buttons), SILENT
+        return START._replace(clocks=state.clocks, pressed=buttons), SILENT
     return _advance(settings, state, holding, buttons, dt_s)

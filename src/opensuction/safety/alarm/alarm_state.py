@@ -2,13 +2,10 @@
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from opensuction.kernel.errors import InputError
-from opensuction.safety.alarm.alarm_condition import WORD, Priority
-
-Seconds = npt.NDArray[np.float64]
+from opensuction.safety.alarm import alarm_clock
+from opensuction.safety.alarm.alarm_clock import Clocks
+from opensuction.safety.priority import NONE
 
 LONGEST_PAUSE_S = 120.0
 """Longest audio pause: as much as ventilators have, [ISO-80601-2-12] [K]."""
@@ -50,10 +47,7 @@ class State(NamedTuple):
     """Raised by one priority for want of an answer."""
     waiting: int
     """Holding, not yet for its delay."""
-    clocks_s: Seconds
-    """How long each waiting condition has held, then how long each signalled one has gone
-    unanswered; shape (2 x ``WORD``,). One array: carrying two through a tick takes twice as long.
-    """
+    clocks: Clocks
     pause_left_s: float
     paused_priority: int
     """Most urgent of what the pause silenced."""
@@ -86,8 +80,8 @@ class Signals(NamedTuple):
 
 RELEASED = Buttons(acknowledge=False, audio_pause=False, reset=False)
 SILENT = Signals(
-    priority=int(Priority.NONE),
-    audible=int(Priority.NONE),
+    priority=NONE,
+    audible=NONE,
     first=NOTHING,
     present=0,
     latched=0,
@@ -97,6 +91,22 @@ SILENT = Signals(
     reminder=False,
 )
 """Nothing to tell."""
+
+
+START = State(
+    present=0,
+    latched=0,
+    acknowledged=0,
+    escalated=0,
+    waiting=0,
+    clocks=alarm_clock.START,
+    pause_left_s=0.0,
+    paused_priority=NONE,
+    owed_s=0.0,
+    silent_s=0.0,
+    pressed=RELEASED,
+)
+"""State at power-up: nothing is known yet; what holds is signalled after its delay."""
 
 
 def settings(pause_s: float, reminder_s: float) -> Settings:
@@ -111,20 +121,3 @@ def settings(pause_s: float, reminder_s: float) -> Settings:
                 f"the {name} is {value:g} s; it must be above 0 and at most {LONGEST_PAUSE_S:g} s"
             )
     return Settings(pause_s, reminder_s)
-
-
-def start() -> State:
-    """State at power-up: nothing is known yet; what holds is signalled after its delay."""
-    return State(
-        present=0,
-        latched=0,
-        acknowledged=0,
-        escalated=0,
-        waiting=0,
-        clocks_s=np.zeros(2 * WORD),
-        pause_left_s=0.0,
-        paused_priority=int(Priority.NONE),
-        owed_s=0.0,
-        silent_s=0.0,
-        pressed=RELEASED,
-    )

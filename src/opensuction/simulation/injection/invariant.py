@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from opensuction.controller.record import Settings
 from opensuction.kernel.phase import Phase
-from opensuction.safety import trip
+from opensuction.safety import condition_mask
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.watch import valve_axis, watch
 from opensuction.simulation.closed_loop import DT_S
@@ -111,19 +111,21 @@ def _head_speed(columns: Columns, settings: Settings) -> Breach | None:
     return _above("head command within its speed", columns, speed, limit)
 
 
-def _sealed(columns: Columns, settings: Settings) -> Ticks:
+def _is_parked_closed(columns: Columns, settings: Settings) -> Ticks:
     """Pre-use test with the valve read closed and the head parked: the relief valve's own test."""
     cam, off_mm = columns["readings.cam_rad"], columns["readings.head_mm"]
     off_mm = np.abs(off_mm - settings.limits.park_head_mm)
     closed = (np.abs(cam) <= valve_axis.CLOSED_RAD) & (columns["readings.cam_valid"] > 0.0)
     parked = (off_mm <= watch.PARKED_MM) & (columns["readings.head_valid"] > 0.0)
-    sealed: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
-    return sealed
+    found: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
+    return found
 
 
 def _vacuum_command(columns: Columns, settings: Settings) -> Breach | None:
     wanted, limit = columns["commands.vacuum_mmhg"], settings.limits.vacuum_mmhg
-    highest = np.where(_sealed(columns, settings), settings.limits.line.sealed_mmhg, limit)
+    highest = np.where(
+        _is_parked_closed(columns, settings), settings.limits.line.parked_closed_mmhg, limit
+    )
     return _breach("vacuum command within its limit", columns, wanted > highest, wanted, limit)
 
 
@@ -143,7 +145,7 @@ def _valve_phase(columns: Columns, _: Settings) -> Breach | None:
 
 def _cut(columns: Columns, _: Settings) -> Breach | None:
     masks = columns["verdict.trips"].astype(np.int64)
-    cuts = [mask for mask in np.unique(masks) if trip.cuts_vacuum(int(mask))]
+    cuts = [mask for mask in np.unique(masks) if condition_mask.cuts_vacuum(int(mask))]
     cut = np.isin(masks, cuts)
     broken = cut & (_opening(columns) | (columns["commands.pump_on"] > 0.0))
     return _breach("no vacuum where a trip cuts it", columns, broken, masks.astype(float), 0.0)
