@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from opensuction.session.cycle.cycle_choice import Choice
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmarks import reference
@@ -14,7 +15,6 @@ from opensuction.controller import machine_profile
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
@@ -89,4 +89,4 @@ def test_one_tick_from_python(benchmark: BenchmarkFixture) -> None:
     rig = rigs.rig("bench", seed=1)
     kind = KIND_OF_NAME["none"]
     loop, state = rigs.assemble(rig, PAPER, kind, rigs.uncalibrated(rig.profile), run=2)
-    benchmark(closed_loop.step, loop, state, NO_REQUESTS)
+    benchmark(closed_loop.run, loop, state, NO_REQUESTS, trace.rows(DT_S))
