@@ -12,7 +12,7 @@ from opensuction.cli import output_folder
 from opensuction.cli.cycle import interruptible
 
 if TYPE_CHECKING:
-    from opensuction.identification.workbench import Result
+    from opensuction.identification.workbench import FittedModel
     from opensuction.session.identification.identification_run import Loaded
 
 Json = dict[str, Any]
@@ -123,7 +123,7 @@ def _identify_and_write(
     return data, ["report.html", name, *files]
 
 
-def _fitted(loaded: "Loaded", console: Console) -> "list[Result]":
+def _fitted(loaded: "Loaded", console: Console) -> "list[FittedModel]":
     """One result, or those of every model."""
     from opensuction.session.identification import identification_run
 

@@ -15,11 +15,11 @@ from scipy.optimize import brentq
 
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.identification.record import checked_pair
+from opensuction.identification.record import read_pair
 from opensuction.safety.limits import GAP_LEAST, GAP_MOST
 
 
-class Episode(NamedTuple):
+class ContactEpisode(NamedTuple):
     """One contact, in head travel; the latency of the switch is already taken off."""
 
     travel_mm: float
@@ -60,9 +60,9 @@ TRUSTED = ScaleLimits(
 )
 
 
-def episode(
+def find_contact(
     contact_closed: ArrayLike, head_mm: ArrayLike, period_s: float, latency_s: float
-) -> Episode | None:
+) -> ContactEpisode | None:
     """The contact in a recording of switch and encoder, or None where there is none to learn from.
 
     contact_closed: 0 or 1, shape (n,), as read; a break of bounce is part of the contact. head_mm:
@@ -70,7 +70,7 @@ def episode(
     the head came upon on its way in and that ended on its way out.
     Raises InputError for records that are not finite rows of equal length.
     """
-    closed, head = checked_pair(("contact_closed", "head_mm"), contact_closed, head_mm, 3)
+    closed, head = read_pair(("contact_closed", "head_mm"), contact_closed, head_mm, 3)
     ticks = np.flatnonzero(closed > 0.0)
     if ticks.size == 0 or ticks[-1] == closed.size - 1 or ticks[0] == 0:
         return None
@@ -82,7 +82,7 @@ def episode(
     travel_mm, pressed_mm = head[turn] - opening_mm, head[turn] - closing_mm
     if not (travel_mm > 0.0 and pressed_mm >= 0.0):
         return None
-    return Episode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
+    return ContactEpisode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
 
 
 def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
@@ -90,7 +90,7 @@ def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
     return float(head[max(tick - delay, 0)])
 
 
-def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float:
+def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: ScaleLimits) -> float:
     """Scale of the model's widths that explains a contact; not bounded.
 
     model: as it was identified, scale 1. The plays must have been saturated inwards at contact.
@@ -113,7 +113,7 @@ def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float
 
 
 def update(
-    model: PrandtlIshlinskii, old: float, seen: Episode | None, limits: ScaleLimits
+    model: PrandtlIshlinskii, old: float, seen: ContactEpisode | None, limits: ScaleLimits
 ) -> ScaleRecord:
     """The scale to use from now on, and whether that is an alarm condition.
 
@@ -123,6 +123,6 @@ def update(
     """
     if seen is None:
         return ScaleRecord(old, float("nan"), old, limits, in_range=True)
-    estimated = scale(model, seen, limits)
+    estimated = estimate_scale(model, seen, limits)
     in_range = limits.least <= estimated <= limits.most
     return ScaleRecord(old, estimated, estimated if in_range else old, limits, in_range)

@@ -82,7 +82,7 @@ def model_of(settings: RecursiveSettings, state: RecursiveState) -> ModifiedDahl
 
 
 @compiled
-def _corrected(
+def _correct(
     settings: RecursiveSettings, covariance: NDArray[np.float64], column: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Gain of one measurement; ``covariance`` is overwritten with the one after it."""
@@ -129,7 +129,7 @@ def step(
     column = np.array([head_mm, unit_lag_mm, 1.0])
     predicted = state.slope * head_mm + state.velocity_gain * unit_lag_mm + state.offset_mm
     error_mm = tip_mm - predicted
-    gain = _corrected(settings, covariance, column)
+    gain = _correct(settings, covariance, column)
     return RecursiveState(
         slope=state.slope + gain[0] * error_mm,
         velocity_gain=state.velocity_gain + gain[1] * error_mm,

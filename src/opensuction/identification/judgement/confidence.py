@@ -49,7 +49,7 @@ class Spread(NamedTuple):
     """Degrees of freedom that each parameter's variance is worth, shape (p,)."""
 
 
-def spread(jacobian: Array, rest: Array) -> Spread:
+def estimate_spread(jacobian: Array, rest: Array) -> Spread:
     """Covariance and 95 % intervals of a least-squares fit.
 
     jacobian: change of the output with each parameter, shape (p, n). rest: residuals, shape (n,).

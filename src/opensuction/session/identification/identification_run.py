@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.identification import workbench
-from opensuction.identification.workbench import METHODS, MODELS, Labels, Progress, Result
+from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Labels, Progress
 from opensuction.kernel.errors import InputError
 from opensuction.recording import pair as recorded
 from opensuction.recording import table
@@ -132,7 +132,7 @@ def _of_file(choice: Choice, refused: InputError) -> InputError:
     return InputError(one_line(f"{choice.file}: {refused}"))
 
 
-def identify(loaded: Loaded) -> Result:
+def identify(loaded: Loaded) -> FittedModel:
     """The chosen model, fitted. Raises InputError where the recording does not allow it."""
     choice, pair = loaded.choice, loaded.pair
     _check_direction(loaded)
@@ -150,7 +150,7 @@ def identify(loaded: Loaded) -> Result:
         raise _of_file(choice, refused) from None
 
 
-def compare(loaded: Loaded, progress: Progress | None = None) -> list[Result]:
+def compare(loaded: Loaded, progress: Progress | None = None) -> list[FittedModel]:
     """Every model, best first. progress: told before each model."""
     choice, pair = loaded.choice, loaded.pair
     _check_direction(loaded)

@@ -10,7 +10,7 @@ import numpy as np
 
 from opensuction import __version__
 from opensuction.identification.judgement.candidate import Estimate
-from opensuction.identification.workbench import METHODS, MODELS, Result
+from opensuction.identification.workbench import METHODS, MODELS, FittedModel
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import Loaded
 from opensuction.session.plain import Json, without_nan
@@ -32,7 +32,7 @@ def _interval(estimate: Estimate) -> list[float]:
     return ends if all(math.isfinite(end) for end in ends) else []
 
 
-def _figures(result: Result) -> Json:
+def _figures(result: FittedModel) -> Json:
     """One model's figures."""
     return {
         "model": result.model,
@@ -96,20 +96,20 @@ def _quantity(loaded: Loaded, output: bool) -> Quantity:
     )
 
 
-def identified(loaded: Loaded, result: Result, now: datetime, seconds: float) -> Json:
+def identified(loaded: Loaded, result: FittedModel, now: datetime, seconds: float) -> Json:
     """The JSON object of ``identify``. now: in UTC. seconds: that the fit took."""
     data: Json = without_nan(_figures(result) | _provenance(loaded, now, seconds))
     return data
 
 
-def compared(loaded: Loaded, results: list[Result], now: datetime, seconds: float) -> Json:
+def compared(loaded: Loaded, results: list[FittedModel], now: datetime, seconds: float) -> Json:
     """The JSON object of ``compare``: models in the order of the workbench, best first."""
     models = [_figures(result) for result in results]
     data: Json = without_nan({"models": models} | _provenance(loaded, now, seconds))
     return data
 
 
-def parameter_file(loaded: Loaded, result: Result, now: datetime) -> Identified:
+def parameter_file(loaded: Loaded, result: FittedModel, now: datetime) -> Identified:
     """The parameter file of one model."""
     return Identified(
         about=IdentificationFile(
