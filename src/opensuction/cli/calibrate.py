@@ -81,7 +81,7 @@ def _calibrate_and_write(options: Options, staging: Path, folder: Path, began_s:
     path = None
     if found.accepted:
         name = calibration_file.PARAMETER_FILE
-        content = identification_file.text(calibration_file.parameter_file(found, now))
+        content = identification_file.to_toml(calibration_file.parameter_file(found, now))
         (staging / name).write_text(content, encoding="utf-8")
         path = str(folder / name)
     data = calibration_file.plain(found, now, time.monotonic() - began_s, path)

@@ -13,7 +13,7 @@ from opensuction.cli.cycle import interruptible
 
 if TYPE_CHECKING:
     from opensuction.identification.workbench import FittedModel
-    from opensuction.session.identification.identification_run import Loaded
+    from opensuction.session.identification.identification_run import LoadedRecording
 
 Json = dict[str, Any]
 
@@ -68,12 +68,12 @@ def _identify_and_write(
     """The JSON object, and the names of the files that were written."""
     # Heavy imports, after the first line is out.
     from opensuction.kernel import compiled
-    from opensuction.recording.pair import Span
+    from opensuction.recording.pair import TimeSpan
     from opensuction.report.identification import identification_page, identification_series
     from opensuction.session.identification import identification_run, identification_summary
     from opensuction.settings import identification_file
 
-    choice = identification_run.Choice(
+    choice = identification_run.IdentificationChoice(
         file=options.file,
         input=options.input,
         output=options.output,
@@ -84,7 +84,7 @@ def _identify_and_write(
         model=options.model,
         method=options.method,
         holdout_ratio=options.holdout,
-        span=Span(options.from_s, options.to_s),
+        span=TimeSpan(options.from_s, options.to_s),
     )
     loaded = interruptible(lambda: identification_run.load(choice))
     if compiled.is_cold():
@@ -95,14 +95,14 @@ def _identify_and_write(
     now = datetime.now(tz=UTC)
     compared = options.model is None
     if compared:
-        data = identification_summary.compared(loaded, results, now, seconds)
+        data = identification_summary.summarise_comparison(loaded, results, now, seconds)
     else:
-        data = identification_summary.identified(loaded, results[0], now, seconds)
+        data = identification_summary.summarise(loaded, results[0], now, seconds)
     files = []
     for entry, result in zip(data["models"] if compared else [data], results, strict=True):
         name = f"{result.model}.toml" if compared else "identification.toml"
-        content = identification_file.text(
-            identification_summary.parameter_file(loaded, result, now)
+        content = identification_file.to_toml(
+            identification_summary.make_parameter_file(loaded, result, now)
         )
         (staging / name).write_text(content, encoding="utf-8")
         entry["parameter_file"] = str(folder / name)
@@ -123,7 +123,7 @@ def _identify_and_write(
     return data, ["report.html", name, *files]
 
 
-def _fitted(loaded: "Loaded", console: Console) -> "list[FittedModel]":
+def _fitted(loaded: "LoadedRecording", console: Console) -> "list[FittedModel]":
     """One result, or those of every model."""
     from opensuction.session.identification import identification_run
 

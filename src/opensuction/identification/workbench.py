@@ -17,6 +17,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     LinearForm,
     VectorForm,
+    write_unit,
 )
 from opensuction.identification.estimator import nonlinear, superposition
 from opensuction.identification.estimator.nonlinear import NonlinearFit
@@ -142,7 +143,8 @@ def _check(
     """The recording, fit to be fitted. Raises InputError."""
     names = Names(labels.input_name, labels.output_name, labels.input_unit)
     driven, answer = read_pair(names[:2], input_, output, LEAST_SAMPLES)
-    fitted_samples = _count_fitted(driven.size, holdout_ratio)
+    check_holdout(holdout_ratio)
+    fitted_samples = driven.size - int(driven.size * holdout_ratio)
     if fitted_samples < LEAST_SAMPLES:
         raise InputError(
             f"holdout {holdout_ratio:g}: leaves {fitted_samples} of {driven.size} samples to fit, "
@@ -195,13 +197,14 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
     range_ = float(np.ptp(output))
     correlations = diagnosis.autocorrelation(rest[:count])
     said = diagnosis.judge_residuals(output[:count], rest[:count], rest[count:], correlations)
-    units = {"{in}": labels.input_unit, "{out}": labels.output_unit}
     rmse = _rms(rest[:count])
     return FittedModel(
         model=model.name,
         method=method,
         parameters={
-            name: estimate._replace(unit=_unit(estimate.unit, units))
+            name: estimate._replace(
+                unit=write_unit(estimate.unit, labels.input_unit, labels.output_unit)
+            )
             for name, estimate in found.parameters.items()
         },
         rmse=rmse,
@@ -217,13 +220,6 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
         output_unit=labels.output_unit,
         recommended=False,
     )
-
-
-def _unit(pattern: str, units: dict[str, str]) -> str:
-    """A unit with the recording's own in place of {in} and {out}."""
-    for place, unit in units.items():
-        pattern = pattern.replace(place, unit)
-    return pattern
 
 
 def compare(
@@ -275,14 +271,13 @@ def _choose_method(model: str, method: str | None) -> str:
     return method
 
 
-def _count_fitted(samples: int, holdout_ratio: float) -> int:
-    """How many samples from the first are fitted; InputError for an impossible share."""
-    if not 0.0 <= holdout_ratio <= MOST_HOLDOUT_RATIO:
+def check_holdout(ratio: float, name: str = "holdout") -> None:
+    """Refuse an impossible share to hold out; raises InputError. name: as the message calls it."""
+    if not 0.0 <= ratio <= MOST_HOLDOUT_RATIO:
         raise InputError(
-            f"holdout {holdout_ratio:g}: should be from 0 to {MOST_HOLDOUT_RATIO:g}, the share of "
+            f"{name} {ratio:g}: should be from 0 to {MOST_HOLDOUT_RATIO:g}, the share of "
             "the recording that is predicted instead of fitted"
         )
-    return samples - int(samples * holdout_ratio)
 
 
 def _rms(values: Array) -> float:

@@ -28,7 +28,7 @@ def travel_mm(model: PrandtlIshlinskii, pressed_mm: float) -> float:
 
 @given(scale=st.floats(0.5, 1.5), pressed=st.floats(0.01, 1.0))
 def test_the_scale_of_the_widths_is_found(scale: float, pressed: float) -> None:
-    seen = ContactEpisode(travel_mm(pi.scaled(MODEL, scale), pressed), pressed)
+    seen = ContactEpisode(travel_mm(pi.scale_widths(MODEL, scale), pressed), pressed)
     assert gap_scale.estimate_scale(MODEL, seen, TRUSTED) == pytest.approx(scale, rel=1e-6)
 
 
@@ -43,7 +43,7 @@ def test_the_plain_travel_would_be_biased() -> None:
 
 @pytest.mark.parametrize(("truth", "used"), [(0.5, 1.1), (0.8, 0.8), (1.2, 1.2), (1.6, 1.1)])
 def test_a_scale_out_of_range_is_told_and_not_used(truth: float, used: float) -> None:
-    seen = ContactEpisode(travel_mm(pi.scaled(MODEL, truth), 0.2), 0.2)
+    seen = ContactEpisode(travel_mm(pi.scale_widths(MODEL, truth), 0.2), 0.2)
     record = gap_scale.update(MODEL, 1.1, seen, TRUSTED)
     assert record.old == 1.1
     assert record.estimated == pytest.approx(truth)

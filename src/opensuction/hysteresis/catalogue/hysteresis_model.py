@@ -52,6 +52,11 @@ class FitParameter(NamedTuple):
     """Whether it spans decades and is searched by its logarithm; then it is above 0."""
 
 
+def write_unit(unit: str, input_unit: str, output_unit: str) -> str:
+    """The unit of a `FitParameter` with those of a recording in place of {in} and {out}."""
+    return unit.replace("{in}", input_unit).replace("{out}", output_unit)
+
+
 class Ranges(NamedTuple):
     """Where the input and the output of a recording lie."""
 
