@@ -1,7 +1,7 @@
 """Root of a continuous function between two points, one trial at a time.
 
-The caller evaluates: it asks where (`trial`), computes the value there, and tells (`narrow`).
-So one search serves every model in compiled code, which cannot hand functions around.
+The caller evaluates the function: at `trial`, and gives the value to `narrow`. So one search
+serves every model in compiled code, which cannot pass functions as arguments.
 
 Method: inverse quadratic interpolation where the last three points allow it, bisection where
 they do not: fast on smooth curves, safe at the corners of a play.

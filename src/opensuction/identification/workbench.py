@@ -56,7 +56,7 @@ MOST_HOLDOUT_RATIO = 0.9
 """Largest share that can be held out; the rest must still show the hysteresis."""
 
 Progress = Callable[[str, int, int], None]
-"""Told before each model: its name, how many are done, how many there are."""
+"""Called before each model: its name, how many are done, how many there are."""
 
 
 class Labels(NamedTuple):
@@ -70,7 +70,7 @@ class Labels(NamedTuple):
 
 
 class FittedModel(NamedTuple):
-    """A fitted model and how far it can be trusted."""
+    """A fitted model, its errors and warnings."""
 
     model: str
     method: str
@@ -232,7 +232,7 @@ def compare(
 ) -> list[FittedModel]:
     """Identify every model from the same recording, best first; one is recommended.
 
-    Arguments as `identify`; progress is told before each model. The order is that of the error in
+    Arguments as `identify`; progress is called before each model. The order is that of the error in
     cross-validation, on the fitted samples alone. A model that cannot be identified from this
     recording is left out. Raises InputError where none can.
     """

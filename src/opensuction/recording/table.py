@@ -36,7 +36,7 @@ FOREIGN = {
 """How files begin that people take for tables, and what to do with them."""
 
 LOOKED_AT_BYTES = 65536
-"""Beginning of a file that tells text from everything else."""
+"""Beginning of a file by which text is recognised."""
 
 
 class RecordedTable(NamedTuple):
@@ -48,7 +48,7 @@ class RecordedTable(NamedTuple):
     parquet: bool
     size_bytes: int
     sha256: str
-    """Of the whole file, in hexadecimal: which recording this is, whatever it is called."""
+    """Of the whole file, in hexadecimal: identifies the recording under any name."""
 
 
 def open_table(path: Path) -> RecordedTable:

@@ -38,7 +38,7 @@ class Origin(NamedTuple):
 
 
 class Validation(NamedTuple):
-    """What a second run, which nothing was fitted to, said; all root mean square."""
+    """Errors of a second run, which nothing was fitted to; all root mean square."""
 
     model_rmse_mm: Annotated[float, Ge(0)]
     plays_rmse_mm: Annotated[float, Ge(0)]

@@ -1,8 +1,7 @@
 """The parameter file: what an identification found, in TOML, for people and for `cycle`.
 
-It says what was identified from which recording, so that nobody has to trust a number without its
-origin. A compensator takes its model from such a file (`calibration`); what it cannot be sure of
-it refuses.
+It holds what was identified from which recording, so that every number has its origin. A
+compensator takes its model from such a file (`to_calibration`), which refuses what does not fit.
 """
 
 import re

@@ -1,8 +1,8 @@
 """A section of a file that changes some parameters of a documented table.
 
-A value that a file gives is meant: it is taken as it is, in the table's unit, and not drawn. With a
-spread it is drawn like the table's own: ``{ value = 65.0, spread = 5.0 }``. Parameters that the
-section leaves out keep value and spread.
+A value in a file, in the table's unit, is used as it is and not drawn. With a spread it is drawn
+like the table's own: ``{ value = 65.0, spread = 5.0 }``. Parameters that the section leaves out
+keep their value and spread.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""From a mapping, as a file or a form gives it, to a settings record that can be trusted.
+"""Validation of a mapping, as a file or a form gives it, into a settings record.
 
 A record type is a `NamedTuple` whose fields are numbers with a range, ``Annotated[float,
 Interval(ge=0, le=15)]``, other scalars, enumerations (written by the name of the member, in lower

@@ -1,7 +1,7 @@
 """What every hysteresis model offers under one set of names, whatever its record looks like.
 
-Identification, comparison and the conformance suite know models only through this. Here ends
-the exact typing of records: each model's own module keeps it, and is what the control core uses.
+Identification, comparison and the conformance suite use models only through this. Records have
+the type `Any` here; each model's own module types them exactly, and is what the control core uses.
 """
 
 from collections.abc import Callable

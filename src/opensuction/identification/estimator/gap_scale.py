@@ -29,7 +29,7 @@ class ContactEpisode(NamedTuple):
 
 
 class ScaleLimits(NamedTuple):
-    """What the estimator is trusted with."""
+    """Scales that are accepted, and what the switch needs to open."""
 
     least: float
     most: float
@@ -42,20 +42,20 @@ class ScaleRecord(NamedTuple):
 
     old: float
     estimated: float
-    """What the contact says, before the bounds; nan where there was none to learn from."""
+    """From the contact, before the bounds; nan without a usable contact."""
     new: float
-    """What is used from now on: what the contact says, or the old one where that is not trusted."""
+    """What is used from now on: the estimate, or the old scale where that is out of range."""
     limits: ScaleLimits
     in_range: bool
-    """False is an alarm condition: the gap has left the range, or the contact made no sense."""
+    """False is an alarm condition: the gap has left the range, or the contact was misread."""
 
 
 MEASURING_ERROR = 0.03
 """Of a scale from one contact: on the twin up to .025, on a neonate with gaps x 0.7."""
 
 TRUSTED = ScaleLimits(
-    least=GAP_LEAST - MEASURING_ERROR,  # beyond what the governor's bounds on the tip allow for,
-    most=GAP_MOST + MEASURING_ERROR,  # nothing that the machine says of the tip can be trusted
+    least=GAP_LEAST - MEASURING_ERROR,  # beyond this range of gaps, which the governor's bounds on
+    most=GAP_MOST + MEASURING_ERROR,  # the tip allow for, no estimate of the tip is valid
     release_mm=0.037,  # 15 % of 0.08017 N against 0.32 N/mm of catheter and rubber in series
 )
 
@@ -63,7 +63,7 @@ TRUSTED = ScaleLimits(
 def find_contact(
     contact_closed: ArrayLike, head_mm: ArrayLike, period_s: float, latency_s: float
 ) -> ContactEpisode | None:
-    """The contact in a recording of switch and encoder, or None where there is none to learn from.
+    """The contact in a recording of switch and encoder, or None where there is no usable one.
 
     contact_closed: 0 or 1, shape (n,), as read; a break of bounce is part of the contact. head_mm:
     shape (n,). period_s: of the samples. latency_s: of the switch's line. Usable is a contact that
@@ -119,7 +119,7 @@ def update(
 
     model: as it was identified, scale 1. old: the scale in use. Without a contact the old one
     stays, which is no alarm: the travel approach never touches anything. It stays too where the
-    contact says a scale out of range: neither that nor a bound of the range was measured.
+    estimate is out of range: neither that nor a bound of the range was measured.
     """
     if seen is None:
         return ScaleRecord(old, float("nan"), old, limits, in_range=True)

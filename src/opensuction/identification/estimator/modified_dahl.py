@@ -30,7 +30,7 @@ LEAST_SAMPLES = 12
 """Fewest samples: five parameters, and something left over to judge them by."""
 
 SEARCH_SAMPLES = 1500
-"""Samples that tell the valleys apart; only the last steps need the full recording."""
+"""Samples that resolve the valleys; only the last steps need the full recording."""
 
 GRID_POINTS = 20
 """Starting points; neighbours differ by a factor of 1.7, valleys are wider than that."""
@@ -115,7 +115,7 @@ def fit(
 def _search(
     recording: CentredRecording, bounds: tuple[float, float]
 ) -> tuple[list[float], float, float]:
-    """Where a thinned recording says the optimum may be.
+    """Where the optimum may be, from a thinned recording.
 
     Returns the log(decay) of every valley nearly as deep as the deepest, the sum of squares there,
     and the lower of those at the two bounds.
@@ -155,8 +155,8 @@ def _descend(
     """The log(decay) near the start where the descent ends: a zero of its step, or a bound.
 
     Gauss-Newton, then secants. The sum of squares is flat at its bottom to half the digits of a
-    double; the step crosses zero there with all of them. A bracket keeps every try between the
-    last points from which the descent led back.
+    double; the step crosses zero there with all of them. A bracket keeps every trial between the
+    last points on either side of the zero.
     """
     low, high = bounds
     here, step = start, _trial(recording, start).step

@@ -21,7 +21,7 @@ from opensuction.kernel.compiled import compiled
 
 
 class RecursiveSettings(NamedTuple):
-    """What the estimator is told beforehand."""
+    """What the estimator assumes."""
 
     decay_per_mm: Annotated[float, Gt(0)]
     """alpha_0, from an identification; it is kept."""
@@ -30,10 +30,10 @@ class RecursiveSettings(NamedTuple):
     noise_mm: Annotated[float, Gt(0)]
     """Standard deviation of the tip's measurement."""
     most_spread: Annotated[float, Gt(0)]
-    """Largest standard deviation of slope or gain that is believed: bounds the covariance where
-    the motion tells nothing."""
+    """Upper bound on the standard deviation of slope and gain: bounds the covariance where the
+    motion does not excite them."""
     least_move_mm: Annotated[float, Ge(0)]
-    """Moves up to this length are added up before they are used: noise of the encoder."""
+    """Moves up to this length are accumulated before they are used: noise of the encoder."""
 
 
 class RecursiveState(NamedTuple):

@@ -42,7 +42,7 @@ class Spread(NamedTuple):
     covariance: Array
     """Shape (p, p)."""
     half_widths: Array
-    """Half of each 95 % interval, shape (p,); not a number where the recording cannot tell."""
+    """Half of each 95 % interval, shape (p,); not a number where it is not determined."""
     correlation: float
     """rho of neighbouring noise samples."""
     freedom: Array

@@ -1,4 +1,4 @@
-"""What a recording and its residuals cannot carry, said in plain words."""
+"""Weaknesses of a recording and of the residuals of a fit, a sentence each."""
 
 import math
 from typing import NamedTuple
@@ -28,7 +28,7 @@ CLIPPED_TRAVEL = 0.02
 """Least outward travel of the input during such rests, as a share of its range."""
 
 UNEVEN_SHARE = 0.1
-"""Deviation of a sampling interval from the usual one that is told."""
+"""Deviation of a sampling interval, as a share of the usual one, that gives a warning."""
 
 REVERSED_CORRELATION = -0.2
 """Correlation of input and output below which the sign is taken to be wrong."""
@@ -37,13 +37,13 @@ WORST_CONDITION = 1e4
 """Condition of the scaled Jacobian above which parameters trade against one another."""
 
 EXPLAINED_SHARE = 0.5
-"""A model that explains less of the output's variance explains nothing useful."""
+"""Share of the output's variance explained below which there is a warning."""
 
 ALIKE_SAMPLES = 0.3
-"""Correlation of neighbouring residuals that is told."""
+"""Correlation of neighbouring residuals that gives a warning."""
 
 PREDICTED_FACTOR = 1.5
-"""Error of the held-out part over that of the fitted part which is told."""
+"""Error of the held-out part over that of the fitted part that gives a warning."""
 
 ROUNDING = 1e-9
 """Residuals below this share of the output are rounding, and may be alike."""

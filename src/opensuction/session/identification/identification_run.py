@@ -142,7 +142,7 @@ def identify(loaded: LoadedRecording) -> FittedModel:
 
 
 def compare(loaded: LoadedRecording, progress: Progress | None = None) -> list[FittedModel]:
-    """Every model, best first. progress: told before each model."""
+    """Every model, best first. progress: called before each model."""
     choice, pair = loaded.choice, loaded.pair
     _check_direction(loaded)
     try:
