@@ -198,7 +198,7 @@ def run(
         before = readings
         requests = _requests(buttons[i])
         host = Host(overrun=fault == Fault.OVERRUN, conditions=0)
-        truth = machine.observe(loop.machine, state.machine)
+        truth = machine.truth(loop.machine, state.machine)
         decided, outputs = controller.step(
             loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)
         )

@@ -19,7 +19,7 @@ from opensuction.safety.governor.governor import Verdict
 from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.machine import machine
-from opensuction.twin.machine.machine import Machine, MachineState, Observation
+from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
 """One tick: controller, axes, transmission, tip and line run at 1 kHz."""
@@ -57,7 +57,7 @@ class TraceRow(NamedTuple):
     verdict: Verdict
     commands: Commands
     signals: Signals
-    truth: Observation
+    truth: Truth
 
 
 COLUMNS = row.columns(TraceRow)
@@ -92,7 +92,7 @@ def _record(
         verdict=outputs.verdict,
         commands=outputs.commands,
         signals=signals,
-        truth=machine.observe(loop.machine, body),
+        truth=machine.truth(loop.machine, body),
     )
 
 

@@ -54,7 +54,7 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     ticks = coupling.ticks
     for _ in range(steps):
         around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
-        coupling = bedside.met(loop.machine, around, tip_mm)
+        coupling = bedside.couple(loop.machine, around, tip_mm)
     # As far between two steps of the bedside as before.
     coupling = CouplingState(
         ticks=ticks,
@@ -62,7 +62,7 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
         mucus_ml=0.0,
         reachable_ml=coupling.reachable_ml,
         from_mm=tip_mm,
-        shown=coupling.shown,
+        signs=coupling.signs,
     )
     body = _rested(loop, state.machine, coupling, steps * span_s)
     return LoopState(

@@ -57,9 +57,9 @@ def _tick(
 ) -> tuple[State, MachineState, Between, TraceRow]:
     """One tick of controller, link, drives and machine; the bedside stands still."""
     loop = linked.loop
-    reported = link.sensed(linked.link, machine.read(loop.machine, body), tick)
-    readings = link.reading_message(linked.link, between.link, reported, got, tick)
-    truth = machine.observe(loop.machine, body)
+    reported = link.sense(linked.link, machine.read(loop.machine, body), tick)
+    readings = link.receive_readings(linked.link, between.link, reported, got, tick)
+    truth = machine.truth(loop.machine, body)
     decided, outputs = state, between.outputs
     if linked.link.controller_runs:
         inputs = Inputs(
@@ -70,7 +70,7 @@ def _tick(
             host=Host(overrun=tick < linked.link.late_until_tick, conditions=0),
         )
         decided, outputs = controller.step(loop.controller, state, inputs)
-    obeyed, heard = link.command_message(linked.link, between.link, outputs.commands, sent, tick)
+    obeyed, heard = link.receive_commands(linked.link, between.link, outputs.commands, sent, tick)
     received = LinkState(readings=readings, commands=obeyed)
     watchdog = drive_watchdog.step(
         linked.watchdog, between.watchdog, heard, linked.link.mains, reported.head_mm, DT_S

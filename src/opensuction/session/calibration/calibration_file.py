@@ -11,7 +11,6 @@ from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
-from opensuction.session.cycle import cycle_choice
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings import calibration_section, identification_file, plausibility
 from opensuction.settings.calibration_section import Branches, Measured, Origin, Plays
@@ -64,7 +63,7 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
             date_utc=now.replace(microsecond=0),
             model="modified-dahl",
             method="variable-projection",
-            compensator=calibrated.choice.compensation,
+            compensator=calibrated.compensation,
             well_posed=found.fit.well_posed,
             rmse=found.fit.rmse_mm,
             rmse_unit="mm",
@@ -86,7 +85,7 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
         servo=found.calibration.feedforward,
         measured=Measured(
             machine=Origin(
-                name=cycle_choice.machine_of(calibrated.choice),
+                name=calibrated.equipment.machine_name,
                 preset=rig.kind.preset,
                 catheter_mm=rig.kind.catheter.outer_mm,
                 seed=rig.seed,
@@ -120,16 +119,16 @@ def confirmed(calibrated: Calibrated, now: datetime) -> Calibrated:
 
 def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | None) -> Json:
     """The JSON object of the command. path: of the parameter file; None where none is written."""
-    choice, rig = calibrated.choice, calibrated.rig
+    equipment, rig = calibrated.equipment, calibrated.rig
     data: Json = {
         "accepted": calibrated.accepted,
         "reasons": list(calibrated.reasons),
-        "machine": cycle_choice.machine_of(choice),
-        "patient": cycle_choice.patient_of(choice, rig.kind.preset == "bench"),
+        "machine": equipment.machine_name,
+        "patient": equipment.patient_name,
         "catheter_mm": rig.kind.catheter.outer_mm,
         "conduit_bend_rad": rig.kind.conduit.bend_rad,
-        "seed": choice.seed,
-        "compensation": choice.compensation,
+        "seed": equipment.seed,
+        "compensation": calibrated.compensation,
         "in_silico": True,
         **dict.fromkeys(("model", "parameters", "plays", "servo", "gap_mm", "gap_ratio")),
         **dict.fromkeys(("rmse_mm", "plays_rmse_mm", "validation_rmse_mm", "validation")),

@@ -74,7 +74,7 @@ def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Json:
             "output": _quantity(loaded, output=True)._asdict(),
             "time": choice.time,
         },
-        "holdout_ratio": choice.holdout_ratio,
+        "holdout_ratio": choice.holdout,
         "line_rmse_percent_of_range": 100.0 * identification_run.fit_line(pair)[1] / range_,
         "version": __version__,
         "date_utc": now.isoformat(timespec="seconds"),

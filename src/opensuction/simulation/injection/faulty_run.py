@@ -9,6 +9,7 @@ from opensuction.controller import controller
 from opensuction.controller.record import Outputs
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
+from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
@@ -21,9 +22,9 @@ from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
+    FaultOnset,
     LinkEffect,
     MachineEffect,
-    Onset,
     PatientEffect,
     ReadingEffect,
 )
@@ -33,7 +34,6 @@ from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.machine import Machine
 
 _PHASE = COLUMNS.index("phase")
-HOUR_S = 3600.0
 MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
 _COMMANDS = row.columns(Commands)
 
@@ -72,7 +72,7 @@ class FaultyRun:
         self._is_linked = is_linked(injections)
         self._commands = np.zeros((len(table) if self._is_linked else 0, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
-        loop = loop._replace(machine=preset.racked(loop.machine, home_mm))
+        loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._linked = Linked(loop, link.healthy(seed), drive_watchdog.of(loop.machine, home_mm))
         outputs: Outputs = linked_loop.silent(linked_loop.blank(Outputs))
         self._between = Between(
@@ -216,7 +216,7 @@ class FaultyRun:
             sensor = row.change_reading(strength, readings, self._seed)
             self._relink(link.with_reading_fault(self._linked.link, sensor))
         elif isinstance(row.effect, LinkEffect):
-            onset = Onset(strength, self.done, DT_S)
+            onset = FaultOnset(strength, self.done, DT_S)
             self._relink(row.change_link(self._linked.link, onset))
             self._after_link_fault(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:
@@ -250,7 +250,7 @@ class FaultyRun:
     def _restart(self) -> None:
         """A new controller starts: it knows what its encoder reads and how old the catheter is."""
         self._first_alone_s = self.alone_s
-        readings = link.sensed(
+        readings = link.sense(
             self._linked.link, machine.read(self._machine, self.state.machine), self.done
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")
