@@ -11,6 +11,7 @@ from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, cuts_vacuum, decode_trips
 from opensuction.safety.governor import governor
+from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
@@ -115,9 +116,7 @@ states = st.builds(
     patient=st.builds(
         PatientWatch, *[seconds] * 6, st.booleans(), seconds, st.sampled_from(PATIENT)
     ),
-    withdrawal_s=seconds,
-    blocked_s=seconds,
-    unseen_s=seconds,
+    withdrawal=st.builds(ForcedWithdrawal, seconds, seconds, seconds),
     trips=st.one_of(
         st.just(0),
         st.sets(st.sampled_from(decode_trips(TRIPS))).map(lambda codes: sum(1 << c for c in codes)),
@@ -161,7 +160,7 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
         *seen.window,
         *seen.line,
     )
-    assert math.isfinite(case.after.withdrawal_s + case.after.blocked_s + case.after.unseen_s)
+    assert math.isfinite(sum(case.after.withdrawal))
     assert all(math.isfinite(value) for value in flat)
 
 

@@ -8,6 +8,7 @@ from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, decode_trips
 from opensuction.safety.governor import governor
+from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits, WindowLimits
@@ -61,9 +62,9 @@ LATEST: list[tuple[str, Any, Any, Condition]] = [
     ("watch.advance.head_mm", 49.0, below(49.0), Condition.HEAD_RUNAWAY),
     ("watch.durations.jammed_s", 0.1, above(0.1), Condition.CATHETER_JAMMED),
     ("watch.durations.overforce_s", 0.05, above(0.05), Condition.DRIVE_OVERFORCE),
-    ("withdrawal_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
-    ("blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
-    ("unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
+    ("withdrawal.forced_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
+    ("withdrawal.blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
+    ("withdrawal.unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
     # The switch.
     ("watch.invalid.contact", 4, 5, Condition.CONTACT_READING_INVALID),
     ("watch.window.impossible_s", 0.05, above(0.05), Condition.CONTACT_STUCK_CLOSED),
@@ -110,8 +111,10 @@ def test_a_way_out_that_is_not_seen_has_the_time_of_its_way_and_no_less_than_a_t
     head_mm: float, allowed_s: float
 ) -> None:
     there = read_at(head_mm)
-    assert judged(there._replace(unseen_s=allowed_s - 1e-9)) == []
-    assert judged(there._replace(unseen_s=allowed_s + 1e-9)) == [Condition.WITHDRAWAL_UNSEEN]
+    assert judged(changed(there, {"withdrawal.unseen_s": allowed_s - 1e-9})) == []
+    assert judged(changed(there, {"withdrawal.unseen_s": allowed_s + 1e-9})) == [
+        Condition.WITHDRAWAL_UNSEEN
+    ]
 
 
 def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:
@@ -200,7 +203,7 @@ def test_at_power_up_nothing_is_on_and_nothing_has_lasted() -> None:
     assert state.last.head_mm_per_s == state.last.vacuum_mmhg == 0.0
     assert not any((state.last.insertion_on, state.last.valve_open, state.last.pump_on))
     assert not state.valve_command_changed
-    assert (state.withdrawal_s, state.blocked_s, state.unseen_s) == (0.0, 0.0, 0.0)
+    assert state.withdrawal == (0.0, 0.0, 0.0)
     assert state.trips == 0
     assert state.patient.conditions == 0
 
@@ -212,16 +215,18 @@ def test_a_withdrawal_lasts_until_half_a_millimetre_from_home(
     from_home_mm: float, forced: bool
 ) -> None:
     there = PARK_MM + from_home_mm
-    state = at(there)._replace(trips=1 << Condition.LATE_TICKS, withdrawal_s=1.0)
+    state = at(there)._replace(
+        trips=1 << Condition.LATE_TICKS, withdrawal=ForcedWithdrawal(1.0, 0.0, 0.0)
+    )
     after = following(state, sound(there))
-    assert after.withdrawal_s == (1.0 + DT_S if forced else 0.0)
+    assert after.withdrawal.forced_s == (1.0 + DT_S if forced else 0.0)
 
 
 def test_without_a_trip_nothing_is_forced() -> None:
-    state = AT_REST._replace(withdrawal_s=1.0, blocked_s=0.2, unseen_s=0.2)
+    state = AT_REST._replace(withdrawal=ForcedWithdrawal(1.0, 0.2, 0.2))
     blind = sound(HEAD_MM)._replace(head_valid=False)
     after = following(state, blind)
-    assert (after.withdrawal_s, after.blocked_s, after.unseen_s) == (0.0, 0.0, 0.0)
+    assert after.withdrawal == (0.0, 0.0, 0.0)
 
 
 def drawn(mm_per_s: float) -> GovernorState:
@@ -231,7 +236,7 @@ def drawn(mm_per_s: float) -> GovernorState:
         "watch.head_mm": HEAD_MM,
         "watch.drive.resistance_n": -5.0,
         "watch.drive.force_n": -5.0,
-        "blocked_s": 0.1,
+        "withdrawal.blocked_s": 0.1,
         "last.insertion_on": True,
     }
     state: GovernorState = changed(FORCED, values)
@@ -247,11 +252,11 @@ def test_a_motor_that_is_home_has_withdrawn_nothing_while_its_sensors_disagree(
         {
             "trips": 1 << Condition.HEAD_SENSORS_DISAGREE,
             "last.head_mm": PARK_MM,
-            "withdrawal_s": 0.1,
+            "withdrawal.forced_s": 0.1,
         },
     )
     after = following(home, sound(PARK_MM)._replace(carriage_mm=PARK_MM + 9.0))
-    assert after.withdrawal_s == (0.1 + DT_S if forced else 0.0)
+    assert after.withdrawal.forced_s == (0.1 + DT_S if forced else 0.0)
 
 
 @pytest.mark.parametrize(
@@ -263,10 +268,10 @@ def test_a_head_that_is_held_but_still_comes_at_a_millimetre_a_second_is_not_blo
     # Read where this speed has brought it.
     read = sound(HEAD_MM + mm_per_s * DT_S)._replace(insertion_current_a=-5.0 / 833.0)
     after = following(drawn(mm_per_s), read)
-    assert after.blocked_s == (pytest.approx(0.1 + DT_S) if blocked else 0.0)
+    assert after.withdrawal.blocked_s == (pytest.approx(0.1 + DT_S) if blocked else 0.0)
     # Nothing holds it: not blocked, however slow.
     free = changed(drawn(mm_per_s), {"watch.drive.resistance_n": 0.0, "watch.drive.force_n": 0.0})
-    assert following(free, read._replace(insertion_current_a=0.0)).blocked_s == 0.0
+    assert following(free, read._replace(insertion_current_a=0.0)).withdrawal.blocked_s == 0.0
 
 
 def test_a_head_that_comes_at_a_millimetre_a_second_is_not_blocked() -> None:
@@ -276,7 +281,7 @@ def test_a_head_that_comes_at_a_millimetre_a_second_is_not_blocked() -> None:
     after = following(before, read)
     assert after.watch.speed_mm_per_s == -1.0
     assert after.watch.durations.jammed_s > 0.0
-    assert after.blocked_s == 0.0
+    assert after.withdrawal.blocked_s == 0.0
 
 
 def test_a_reading_may_stand_for_a_tenth_of_a_second_on_the_way_out() -> None:
@@ -284,18 +289,20 @@ def test_a_reading_may_stand_for_a_tenth_of_a_second_on_the_way_out() -> None:
     for dt_s, unseen in ((0.1, False), (above(0.1), True)):
         after = governor.step(PATIENT, standing, staying(HEAD_MM), sound(HEAD_MM), False, dt_s)[0]
         assert after.watch.durations.stalled_s == dt_s
-        assert (after.unseen_s > 0.0) == unseen
+        assert (after.withdrawal.unseen_s > 0.0) == unseen
 
 
 def test_a_withdrawal_is_unseen_without_a_reading_and_with_one_that_stands_still() -> None:
-    state = FORCED._replace(unseen_s=0.2)
-    assert following(state, sound(HEAD_MM)).unseen_s == 0.0
+    state = changed(FORCED, {"withdrawal.unseen_s": 0.2})
+    assert following(state, sound(HEAD_MM)).withdrawal.unseen_s == 0.0
     blind = sound(HEAD_MM)._replace(head_valid=False)
-    assert following(state, blind).unseen_s == 0.2 + DT_S
+    assert following(state, blind).withdrawal.unseen_s == 0.2 + DT_S
     # Its command 4 mm away and its reading the same for more than 0.1 s.
     for stood_s, unseen in ((0.1 - 2.0 * DT_S, False), (0.1 + DT_S, True)):
         standing = ahead(changed(state, {"watch.durations.stalled_s": stood_s}), HEAD_MM - 4.0)
-        assert following(standing, sound(HEAD_MM)).unseen_s == (0.2 + DT_S if unseen else 0.0)
+        assert following(standing, sound(HEAD_MM)).withdrawal.unseen_s == (
+            0.2 + DT_S if unseen else 0.0
+        )
 
 
 def test_the_valve_is_known_to_have_been_told_otherwise() -> None:
@@ -357,14 +364,12 @@ def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> N
     state = AT_REST._replace(
         last=going,
         valve_command_changed=True,
-        withdrawal_s=1.0,
-        blocked_s=2.0,
-        unseen_s=3.0,
+        withdrawal=ForcedWithdrawal(1.0, 2.0, 3.0),
         trips=5,
     )
     after = governor.reset(LIMITS, state)
     assert after.last == going._replace(head_mm_per_s=0.0)
     assert not after.valve_command_changed
-    assert (after.withdrawal_s, after.blocked_s, after.unseen_s) == (0.0, 0.0, 0.0)
+    assert after.withdrawal == (0.0, 0.0, 0.0)
     assert after.trips == 0
     assert after.patient == state.patient

@@ -228,6 +228,9 @@ def judge(limits: LineLimits, state: LineWatch, parked_closed: bool) -> int:
 
     parked_closed: the tip is parked behind a closed valve, where the pre-use test looks for leaks.
     """
+    low_s = state.closed_low_s + state.rest_low_s + state.open_low_s
+    if low_s + state.clogged_s + state.over_s + state.unvented_s == 0.0:
+        return 0
     return (
         _judge_closed(limits, state)
         | (0 if parked_closed else _judge_rest(limits, state))

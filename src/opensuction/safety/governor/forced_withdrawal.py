@@ -1,0 +1,58 @@
+"""A withdrawal that the governor forces: for how long, and whether the head comes."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.compiled import compiled
+from opensuction.safety.condition import Condition
+from opensuction.safety.limits import Limits
+from opensuction.safety.watch.duration import extend
+from opensuction.safety.watch.watch import Watch
+
+BLOCKED_S = 0.3
+"""How long it may pull on what holds it: a reversal from full speed takes 0.2 s."""
+LEAVING_MM_PER_S = 1.0
+"""Measured speed outwards above which the head still comes out, however much resists it."""
+UNSEEN_S = 0.5
+"""Time for the reversal, beyond the way itself, of a withdrawal that cannot be seen."""
+
+
+class ForcedWithdrawal(NamedTuple):
+    """For how long without a break."""
+
+    forced_s: float
+    """The governor forces the head out."""
+    blocked_s: float
+    """And something holds it meanwhile."""
+    unseen_s: float
+    """And its reading says nothing meanwhile."""
+
+
+NONE = ForcedWithdrawal(forced_s=0.0, blocked_s=0.0, unseen_s=0.0)
+
+
+@compiled
+def step(
+    state: ForcedWithdrawal, seen: Watch, forced: bool, stalled: bool, dt_s: float
+) -> ForcedWithdrawal:
+    """Bring it up to this tick. stalled: the head reading has stood still for too long."""
+    jammed = seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
+    unseen = seen.invalid.head > 0 or stalled
+    return ForcedWithdrawal(
+        forced_s=extend(state.forced_s, forced, dt_s),
+        blocked_s=extend(state.blocked_s, forced and jammed, dt_s),
+        unseen_s=extend(state.unseen_s, forced and unseen, dt_s),
+    )
+
+
+@compiled
+def judge(limits: Limits, state: ForcedWithdrawal, head_mm: float) -> int:
+    """Mask of what is wrong with it."""
+    if state.forced_s + state.blocked_s + state.unseen_s == 0.0:
+        return 0
+    way_s = max(head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    return (
+        flag(state.forced_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
+        | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
+        | flag(state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
+    )

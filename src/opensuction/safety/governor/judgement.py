@@ -1,0 +1,159 @@
+"""Which trips there is a cause for: everything measured against the limits, and the proposal.
+
+Most of what may go wrong is counted by the watch: ticks without a reading, durations. While none of
+these has begun, none is compared with its limit.
+"""
+
+import math
+
+from opensuction.kernel.bit_mask import flag
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.compiled import compiled
+from opensuction.safety import tip_bound
+from opensuction.safety.condition import Condition
+from opensuction.safety.limits import Limits
+from opensuction.safety.watch import contact_window, vacuum_signature, valve_axis
+from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
+from opensuction.safety.watch.watch import Durations, Watch
+
+LATE_TICKS = 5
+"""Consecutive late ticks of the host that are a fault."""
+OVERSPEED_RATIO = 1.25
+"""Measured head speed over its limit that no sound machine reaches: the limit is the no-load speed
+of the fastest one, and the encoder's step adds 0.5 mm/s to the average [computed]."""
+PERSISTENCE_S = 0.2
+"""How long head or vacuum may be beyond a limit before it is a trip (a step response settles)."""
+STALL_S = 0.1
+"""How long the head reading may stand still while the servo must be moving it."""
+JAM_S = 0.1
+"""How long the head may meet more than friction; a stop against the gear's backlash rings less."""
+OVERFORCE_S = 0.05
+"""How long the drive may give more than its current limit; assumed."""
+DISAGREE_S = 0.05
+"""How long the head's two sensors may disagree; two messages of different age do for less."""
+DISAGREE_SUCKING_S = 0.005
+"""The same with the valve open: messages 1 ms apart are 0.06 mm apart at the fastest 62 mm/s, so
+what disagrees for five ticks is no matter of age."""
+RUNAWAY_MM = 1.0
+"""Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
+RUNAWAY_SUCKING_MM = 0.3
+"""And while the valve is not closed: only the servo's ripple, for no cycle turns inwards then; the
+tip may advance by 0.5 mm."""
+OVERSHOOT_MM = 1.0
+"""How far beyond its cap a servo may carry the head before it is a trip."""
+AWAY_MM = 5.0
+"""Distance from the park position from which the head is on its way: a closed contact matters at
+once. Before, the pre-use test names it."""
+
+
+@compiled
+def _is_possible(proposal: Setpoints) -> bool:
+    return (
+        math.isfinite(proposal.head_mm)
+        and math.isfinite(proposal.head_mm_per_s)
+        and math.isfinite(proposal.vacuum_mmhg)
+        and proposal.vacuum_mmhg >= 0.0
+    )
+
+
+@compiled
+def is_disagreeing(durations: Durations) -> bool:
+    """Whether motor and catheter head have not been at the same place for too long."""
+    limit_s = DISAGREE_SUCKING_S if durations.sucking_s > 0.0 else DISAGREE_S
+    return durations.disagreeing_s > limit_s
+
+
+@compiled
+def _judge_readings(invalid: InvalidTicks) -> int:
+    """Mask of the sensors that have given no valid reading for too long."""
+    if invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact == 0:
+        return 0
+    return (
+        flag(invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
+        | flag(invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
+        | flag(invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
+        | flag(invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
+        | flag(invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
+    )
+
+
+@compiled
+def _judge_durations(durations: Durations) -> int:
+    """Mask of what has lasted for too long and on a sound machine hardly begins."""
+    head_s = durations.off_command_s + durations.stalled_s + durations.disagreeing_s
+    drive_s = durations.jammed_s + durations.overforce_s
+    if head_s + drive_s + durations.overpressure_s == 0.0:
+        return 0
+    return (
+        flag(is_disagreeing(durations), Condition.HEAD_SENSORS_DISAGREE)
+        | flag(durations.off_command_s > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
+        | flag(durations.stalled_s > STALL_S, Condition.HEAD_STALLED)
+        | flag(durations.jammed_s > JAM_S, Condition.CATHETER_JAMMED)
+        | flag(durations.overforce_s > OVERFORCE_S, Condition.DRIVE_OVERFORCE)
+        | flag(durations.overpressure_s > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
+    )
+
+
+@compiled
+def _judge_head(limits: Limits, seen: Watch) -> int:
+    """Mask of what is wrong with where the head is and how it moves."""
+    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
+    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
+    runaway_mm = RUNAWAY_SUCKING_MM if seen.durations.sucking_s > 0.0 else RUNAWAY_MM
+    return (
+        flag(overspeed, Condition.HEAD_OVERSPEED)
+        | flag(seen.head_mm - seen.advance.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
+        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
+    )
+
+
+@compiled
+def _judge_contact(limits: Limits, seen: Watch) -> int:
+    """Mask of what is wrong with the contact switch, or with what it has touched."""
+    contact_s, impossible_s = seen.durations.contact_s, seen.window.impossible_s
+    shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
+    missed = contact_window.is_missed(limits.window, shallowest_mm, contact_s > 0.0)
+    trips = flag(missed, Condition.CARINA_MISSED) | flag(
+        missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN
+    )
+    if contact_s + impossible_s == 0.0:
+        return trips
+    away = seen.head_mm > limits.park_head_mm + AWAY_MM
+    allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
+    pressing = contact_s > limits.contact_s and impossible_s == 0.0
+    return (
+        trips
+        | flag(impossible_s > allowed_s, Condition.CONTACT_STUCK_CLOSED)
+        | flag(pressing, Condition.CONTACT_TIME)
+    )
+
+
+@compiled
+def _judge_suction(limits: Limits, seen: Watch, opened: bool) -> int:
+    """Mask of what is wrong with valve, pump and line."""
+    stuck = valve_axis.is_stuck(limits.valve, seen.valve)
+    sucking_s = seen.durations.sucking_s
+    return (
+        vacuum_signature.judge(limits.line, seen.line, seen.parked_closed)
+        | flag(sucking_s > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
+        | flag(stuck and opened, Condition.VALVE_STUCK_CLOSED)
+        | flag(stuck and not opened, Condition.VALVE_STUCK_OPEN)
+    )
+
+
+@compiled
+def judge(limits: Limits, seen: Watch, proposal: Setpoints, opened: bool) -> int:
+    """Mask of the trips for which there is a cause in this tick.
+
+    opened: the valve is commanded to be open.
+    """
+    return (
+        _judge_readings(seen.invalid)
+        | _judge_durations(seen.durations)
+        | _judge_head(limits, seen)
+        | _judge_contact(limits, seen)
+        | _judge_suction(limits, seen, opened)
+        | flag(not _is_possible(proposal), Condition.PROPOSAL_INVALID)
+        | flag(seen.durations.inside_s > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
+        | flag(seen.late_ticks >= LATE_TICKS, Condition.LATE_TICKS)
+    )
