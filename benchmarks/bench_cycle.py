@@ -50,4 +50,4 @@ def test_one_tick_from_python(benchmark: BenchmarkFixture) -> None:
     rig = rigs.rig("bench", seed=1)
     kind = KIND_OF_NAME["none"]
     loop, state = rigs.assemble(rig, PAPER, kind, rigs.uncalibrated(rig.profile), run=2)
-    benchmark(closed_loop.step, loop, state, NO_REQUESTS)
+    benchmark(closed_loop.run, loop, state, NO_REQUESTS, trace.rows(DT_S))

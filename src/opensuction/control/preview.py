@@ -14,8 +14,8 @@ from opensuction.control import head_path, profile
 from opensuction.control.exact_inverse import STEEPEST, HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.profile import Profile
-from opensuction.hysteresis import prandtl_ishlinskii
-from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.hysteresis import play_sum
+from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.kernel.compiled import compiled
 
 TOUCH_MM = 0.05
@@ -37,7 +37,7 @@ class RunIn(NamedTuple):
 
 @compiled
 def _towards(
-    model: PrandtlIshlinskii,
+    model: PlaySum,
     limits: HeadLimits,
     state: HeadState,
     target_mm: float,
@@ -45,45 +45,42 @@ def _towards(
     direction: float,
     dt_s: float,
 ) -> HeadState:
-    """Head led to a target in one direction; it never moves against it but waits."""
+    """Head on its way to a target in one direction; it never moves against it but waits."""
     plays, head = state.plays_mm, state.head_mm
-    missing_mm = target_mm - prandtl_ishlinskii.output_mm(model, plays, head)
+    missing_mm = target_mm - play_sum.output_mm(model, plays, head)
     if missing_mm * direction >= 0.0:
-        distance = prandtl_ishlinskii.inverse_step(model, plays, head, target_mm)
+        distance = play_sum.inverse_step(model, plays, head, target_mm)
         ahead_mm = target_mm + target_mm_per_s * dt_s
-        further = prandtl_ishlinskii.inverse_step(model, plays, head, ahead_mm)
+        further = play_sum.inverse_step(model, plays, head, ahead_mm)
         head_mm_per_s = (further - distance) / dt_s
         if head_mm_per_s * direction < 0.0:
             head_mm_per_s = 0.0  # the next instant lies across the gap
     else:
         # The target is behind: let it catch up, by the distance the head is early.
-        slope = prandtl_ishlinskii.advance_slope(model, plays, head, direction)
+        slope = play_sum.advance_slope(model, plays, head, direction)
         per_tip = min(1.0 / slope, STEEPEST) if slope > 0.0 else STEEPEST
         distance = missing_mm * per_tip
         head_mm_per_s = target_mm_per_s * per_tip
     velocity = head_path.step(limits, distance, head_mm_per_s, state.head_mm_per_s, dt_s)
     if velocity * direction < 0.0:
         velocity = 0.0  # turning back would open the gap again
-    return moved(model, state, velocity, dt_s)
+    return advance(model, state, velocity, dt_s)
 
 
 @compiled
-def moved(
-    model: PrandtlIshlinskii, state: HeadState, velocity_mm_per_s: float, dt_s: float
-) -> HeadState:
+def advance(model: PlaySum, state: HeadState, velocity_mm_per_s: float, dt_s: float) -> HeadState:
     """State after one tick at a head velocity."""
     head = state.head_mm + velocity_mm_per_s * dt_s
-    return HeadState(
+    return state._replace(
         head_mm=head,
         head_mm_per_s=velocity_mm_per_s,
-        lag_mm=state.lag_mm,
-        plays_mm=prandtl_ishlinskii.step(model, state.plays_mm, head),
+        plays_mm=play_sum.step(model, state.plays_mm, head),
     )
 
 
 @compiled
 def follow(
-    model: PrandtlIshlinskii,
+    model: PlaySum,
     limits: HeadLimits,
     state: HeadState,
     reference_mm: float,
@@ -95,17 +92,17 @@ def follow(
     if reference_mm_per_s != 0.0:
         direction = 1.0 if reference_mm_per_s > 0.0 else -1.0
     else:
-        tip = prandtl_ishlinskii.output_mm(model, state.plays_mm, state.head_mm)
+        tip = play_sum.output_mm(model, state.plays_mm, state.head_mm)
         if abs(reference_mm - tip) > STILL_MM:
             direction = 1.0 if reference_mm > tip else -1.0
     if direction == 0.0:
-        return moved(model, state, 0.0, dt_s)
+        return advance(model, state, 0.0, dt_s)
     return _towards(model, limits, state, reference_mm, reference_mm_per_s, direction, dt_s)
 
 
 @compiled
 def lead(
-    model: PrandtlIshlinskii,
+    model: PlaySum,
     limits: HeadLimits,
     run_in: RunIn,
     state: HeadState,
@@ -131,16 +128,16 @@ def lead(
 
 @compiled
 def rehearse(
-    model: PrandtlIshlinskii, limits: HeadLimits, move: Profile, run_in_s: float, dt_s: float
+    model: PlaySum, limits: HeadLimits, move: Profile, run_in_s: float, dt_s: float
 ) -> float:
     """Sum of squared tip errors, mm2 s, of a start from rest after a long retract.
 
     move: the reference, inwards. The head has crossed the gap and begins ``run_in_s`` early.
     """
-    plays = prandtl_ishlinskii.retracted_positions_mm(model, 0.0)
-    start_mm = prandtl_ishlinskii.output_mm(model, plays, 0.0)
-    travel = prandtl_ishlinskii.inverse_step(model, plays, 0.0, start_mm + TOUCH_MM)
-    state = HeadState(travel, 0.0, 0.0, prandtl_ishlinskii.step(model, plays, travel))
+    plays = play_sum.retracted_positions_mm(model, 0.0)
+    start_mm = play_sum.output_mm(model, plays, 0.0)
+    travel = play_sum.inverse_step(model, plays, 0.0, start_mm + TOUCH_MM)
+    state = HeadState(travel, 0.0, 0.0, play_sum.step(model, plays, travel))
     squares = 0.0
     for tick in range(int((run_in_s + REHEARSED_S) / dt_s)):
         time_s = tick * dt_s - run_in_s
@@ -154,7 +151,7 @@ def rehearse(
             (1.0, max(-time_s, 0.0)),
             dt_s,
         )
-        tip = prandtl_ishlinskii.output_mm(model, state.plays_mm, state.head_mm)
+        tip = play_sum.output_mm(model, state.plays_mm, state.head_mm)
         error_mm = tip - start_mm - moved_mm + move.start_mm
         squares += error_mm * error_mm * dt_s
     return squares

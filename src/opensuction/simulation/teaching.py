@@ -91,13 +91,13 @@ def teach(chosen: Rig, calibration: Calibration) -> Teaching:
         waited = person.stage == HandStage.HOLDING and person.stage_s >= loop.machine.hand.confirm_s
         if waited and not confirmed:
             requests, confirmed = CONFIRM, True
-        if state.controller.procedure.phase in RESTING:
+        if state.controller.core.procedure.phase in RESTING:
             break
-    found = state.controller.procedure.teaching
+    found = state.controller.core.procedure.teaching
     taken = found.taught == Taught.TAKEN
     return Teaching(
         taught=Taught(found.taught),
         taught_mm=float(found.taught_mm) if taken else float(np.nan),
         columns=trace.by_name(table[:done]),
-        home=state.controller.procedure.phase == Phase.PARKED,
+        home=state.controller.core.procedure.phase == Phase.PARKED,
     )

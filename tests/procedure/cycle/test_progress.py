@@ -9,7 +9,7 @@ from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.procedure.cycle import check, cycle, progress
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.plan import Plan
-from opensuction.procedure.cycle.progress import ProcedureState, Surroundings
+from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.protocol import PAPER
@@ -34,7 +34,7 @@ AT_HOME = Readings(
     insertion_current_a=0.0,
     monitor=ABSENT,
 )
-QUIET = Surroundings(
+QUIET = ControlFeedback(
     head_wanted_mm=0.0,
     head_wanted_mm_per_s=0.0,
     tripped=False,
@@ -48,13 +48,13 @@ def events(
     phase: Phase,
     readings: Readings = AT_HOME,
     requests: Requests = NO_REQUESTS,
-    around: Surroundings = QUIET,
+    around: ControlFeedback = QUIET,
     plan: Plan = PLAN,
     **state: Any,
 ) -> set[Event]:
     before: ProcedureState = cycle.parked(plan)._replace(phase=int(phase), phase_ticks=1)
     before = before._replace(**state)
-    mask = progress.happened(plan, before, before.check, readings, requests, around, DT_S)
+    mask = progress.events(plan, before, before.check, readings, requests, around, DT_S)
     return {event for event in Event if mask >> event & 1}
 
 
@@ -162,7 +162,7 @@ def test_contact_counts_within_its_window_and_the_search_ends_at_the_target() ->
 def test_a_back_off_is_over_when_the_head_has_crossed_the_gap_and_rests() -> None:
     plan = PLAN._replace(contact=PLAN.contact._replace(enabled=True, backoff_mm=10.0))
 
-    def over(around: Surroundings = QUIET, **state: Any) -> bool:
+    def over(around: ControlFeedback = QUIET, **state: Any) -> bool:
         there: dict[str, Any] = {"start_mm": 65.0, "reference_mm": 55.0} | state
         found = events(Phase.BACKING_OFF, around=around, plan=plan, **there)
         return found == {Event.BACKED_OFF}

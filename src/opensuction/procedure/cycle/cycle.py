@@ -16,7 +16,7 @@ from opensuction.procedure.cycle import check, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
 from opensuction.procedure.cycle.plan import Excitation, Plan
-from opensuction.procedure.cycle.progress import ProcedureState, Surroundings
+from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
 
@@ -221,7 +221,7 @@ def _changed(
     phase: int,
     here_mm: float,
 ) -> ProcedureState:
-    """The cycle as events lead it into another phase. here_mm: see `Surroundings`."""
+    """The cycle as events lead it into another phase. here_mm: see `ControlFeedback`."""
     resting = phase in RESTING
     reference_mm = plan.motion.park_mm if resting else state.reference_mm
     if phase == Phase.BACKING_OFF:
@@ -273,20 +273,20 @@ def step(
     state: ProcedureState,
     readings: Readings,
     requests: Requests,
-    around: Surroundings,
+    feedback: ControlFeedback,
     dt_s: float,
 ) -> tuple[ProcedureState, Demand]:
     """Advance the cycle by one tick; returns the new state and what it asks for."""
     checked, taught = state.check, state.teaching
     if state.phase == Phase.CHECKING:
-        checked = progress.tested(plan, checked, readings, around, dt_s)
+        checked = progress.tested(plan, checked, readings, feedback, dt_s)
     if state.phase == Phase.TEACHING:
-        taught = progress.taught(plan, taught, readings, requests, around)
-    events = progress.happened(plan, state, checked, readings, requests, around, dt_s)
+        taught = progress.taught(plan, taught, readings, requests, feedback)
+    events = progress.events(plan, state, checked, readings, requests, feedback, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks, line_ready = state.arrived_ticks, state.line_ready
     if phase != state.phase:
-        state = _changed(plan, state, checked, taught, events, phase, around.here_mm)
+        state = _changed(plan, state, checked, taught, events, phase, feedback.here_mm)
         checked, taught = state.check, state.teaching
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, time_s)

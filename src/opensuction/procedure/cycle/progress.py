@@ -1,14 +1,16 @@
 """What has happened in a cycle: readings and requests turned into the events of a tick."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
+from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, teaching
 from opensuction.procedure.cycle.check import CheckItem, CheckSeen, CheckState
-from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
+from opensuction.procedure.cycle.plan import ContactSearch, Motion, PhaseLimits, Plan
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
 
@@ -20,6 +22,10 @@ HOME_MM = 0.5
 """Distance from the park position, beyond settling, at which the head still counts as parked."""
 RESTING_MM_PER_S = 0.5
 """Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
+
+
+phase_limit_s: Callable[[PhaseLimits, int], float] = straight_line.chooser(len(Phase))
+"""``phase_limit_s(limits, phase)``: longest duration of a phase, s."""
 
 
 class ProcedureState(NamedTuple):
@@ -42,7 +48,7 @@ class ProcedureState(NamedTuple):
     teaching: TeachingState
 
 
-class Surroundings(NamedTuple):
+class ControlFeedback(NamedTuple):
     """What the procedure learns from the rest of the controller."""
 
     head_wanted_mm: float
@@ -89,7 +95,7 @@ def _inside(
     plan: Plan,
     state: ProcedureState,
     readings: Readings,
-    around: Surroundings,
+    feedback: ControlFeedback,
     settled: bool,
     dt_s: float,
 ) -> int:
@@ -99,12 +105,12 @@ def _inside(
     if phase == Phase.INSERTING:
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
-            return _search(plan.contact, around.tip_mm, arrived, readings)
+            return _search(plan.contact, feedback.tip_mm, arrived, readings)
         return _bit(arrived, Event.TARGET_REACHED)
     if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
         there = still and state.reference_mm <= state.start_mm - plan.contact.backoff_mm
-        resting = abs(around.head_wanted_mm_per_s) < RESTING_MM_PER_S
+        resting = abs(feedback.head_wanted_mm_per_s) < RESTING_MM_PER_S
         return _bit(there and resting and settled, Event.BACKED_OFF)
     if phase == Phase.OPENING:
         return _bit(_is_opened(plan, readings), Event.VALVE_OPENED)
@@ -126,19 +132,19 @@ def _is_opened(plan: Plan, readings: Readings) -> bool:
 
 
 @compiled
-def _is_settled(plan: Plan, readings: Readings, around: Surroundings) -> bool:
-    distance = abs(around.head_wanted_mm - readings.head_mm)
+def _is_settled(plan: Plan, readings: Readings, feedback: ControlFeedback) -> bool:
+    distance = abs(feedback.head_wanted_mm - readings.head_mm)
     return readings.head_valid and distance <= plan.motion.settle_mm
 
 
 @compiled
 def tested(
-    plan: Plan, state: CheckState, readings: Readings, around: Surroundings, dt_s: float
+    plan: Plan, state: CheckState, readings: Readings, feedback: ControlFeedback, dt_s: float
 ) -> CheckState:
     """The pre-use test one tick on."""
     seen = CheckSeen(
         home=is_home(plan.motion, readings),
-        settled=_is_settled(plan, readings, around),
+        settled=_is_settled(plan, readings, feedback),
         off_park_mm=readings.head_mm - plan.motion.park_head_mm,
         settle_mm=plan.motion.settle_mm,
         opened=_is_opened(plan, readings),
@@ -153,7 +159,7 @@ def taught(
     state: TeachingState,
     readings: Readings,
     requests: Requests,
-    around: Surroundings,
+    feedback: ControlFeedback,
 ) -> TeachingState:
     """Teaching one tick on."""
     return teaching.step(
@@ -164,7 +170,7 @@ def taught(
         readings.head_valid and is_number(readings.head_mm),
         readings.head_mm - plan.motion.park_head_mm,
         is_home(plan.motion, readings),
-        around.tip_mm,
+        feedback.tip_mm,
     )
 
 
@@ -174,13 +180,13 @@ def _progress(
     state: ProcedureState,
     checked: CheckState,
     readings: Readings,
-    around: Surroundings,
+    feedback: ControlFeedback,
     dt_s: float,
 ) -> int:
     """Bit mask of what the cycle was waiting for and has happened."""
     time_s = state.phase_ticks * dt_s
     phase = state.phase
-    settled = _is_settled(plan, readings, around)
+    settled = _is_settled(plan, readings, feedback)
     still = state.reference_mm_per_s == 0.0
     closed = is_closed(plan, readings)
     home = is_home(plan.motion, readings)
@@ -198,39 +204,39 @@ def _progress(
     if phase == Phase.CLOSING:
         return _bit(closed, Event.VALVE_CLOSED)
     if phase == Phase.ABORTING:
-        resting = abs(around.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
-        return _bit((home and resting and closed) or around.powerless, Event.CLEARED)
+        resting = abs(feedback.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
+        return _bit((home and resting and closed) or feedback.powerless, Event.CLEARED)
     if phase == Phase.IDENTIFYING:
         return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
     if phase == Phase.TEACHING:
         over = teaching.is_over(plan.teaching, state.teaching, dt_s)
         return _bit(over, Event.TEACHING_ENDED)
-    return _inside(plan, state, readings, around, settled, dt_s)
+    return _inside(plan, state, readings, feedback, settled, dt_s)
 
 
 @compiled
-def happened(
+def events(
     plan: Plan,
     state: ProcedureState,
     checked: CheckState,
     readings: Readings,
     requests: Requests,
-    around: Surroundings,
+    feedback: ControlFeedback,
     dt_s: float,
 ) -> int:
     """Bit mask of all events of this tick; whoever aborts means nothing else with it.
 
     checked: the pre-use test after this tick.
     """
-    overdue = state.phase_ticks * dt_s > plan.limits_s[state.phase]
+    overdue = state.phase_ticks * dt_s > phase_limit_s(plan.limits_s, state.phase)
     home = is_home(plan.motion, readings)
     start = requests.start and not requests.abort
     ended = requests.return_to_service and not requests.abort
     identify = requests.identify and not requests.abort and plan.bench_only
     reset = requests.reset and not requests.abort
     return (
-        _progress(plan, state, checked, readings, around, dt_s)
-        | _bit(around.tripped, Event.TRIPPED)
+        _progress(plan, state, checked, readings, feedback, dt_s)
+        | _bit(feedback.tripped, Event.TRIPPED)
         | _bit(requests.abort, Event.ABORT_REQUESTED)
         | _bit(overdue, Event.PHASE_OVERDUE)
         | _bit(start, Event.START_REQUESTED)

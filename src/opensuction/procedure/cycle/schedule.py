@@ -79,7 +79,7 @@ def restarted() -> ScheduleState:
     return ScheduleState(since_cycle_s=0.0, since_assessment_s=0.0)
 
 
-def waited(state: ScheduleState, duration_s: float) -> ScheduleState:
+def pass_idle_time(state: ScheduleState, duration_s: float) -> ScheduleState:
     """After a time in which nothing happened."""
     return ScheduleState(
         since_cycle_s=state.since_cycle_s + duration_s,

@@ -74,11 +74,11 @@ def start(catheter_age_s: float) -> Upkeep:
     return Upkeep(catheter_age_s=age_s, schedule=schedule.restarted(), refusal=0)
 
 
-def waited(upkeep: Upkeep, duration_s: float) -> Upkeep:
+def pass_idle_time(upkeep: Upkeep, duration_s: float) -> Upkeep:
     """After a time in which the machine was parked and nobody asked for anything."""
     return upkeep._replace(
         catheter_age_s=upkeep.catheter_age_s + duration_s,
-        schedule=schedule.waited(upkeep.schedule, duration_s),
+        schedule=schedule.pass_idle_time(upkeep.schedule, duration_s),
     )
 
 

@@ -47,7 +47,10 @@ def _stepper(
         values = {"i": i, "c": bit, "delay": ROWS[bit].delay_s, "rise": ROWS[bit].escalates_s}
         lines += ["    " + line.format(**values) for line in each]
     clocks = straight_line.listed(f"t{i}" for i in range(len(bits)))
-    return straight_line.define([*lines, f"    return found, {clocks}"], about)
+    step: Callable[..., Ticked] = straight_line.define(
+        [*lines, f"    return found, {clocks}"], about
+    )
+    return step
 
 
 mature = _stepper(

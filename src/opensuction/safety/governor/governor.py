@@ -139,27 +139,59 @@ def _disagree(lasting: Lasting) -> bool:
 
 
 @compiled
-def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
-    """Bit mask of what is wrong with the insertion axis."""
-    lasting = seen.lasting
-    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
-    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
-    way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
-    runaway_mm = RUNAWAY_SUCKING_MM if lasting.sucking > 0.0 else RUNAWAY_MM
+def _unread(seen: Watch) -> int:
+    """Bit mask of the sensors that have given no valid reading for too long."""
+    invalid = seen.invalid
+    if invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact == 0:
+        return 0
     return (
-        _bit(seen.invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID)
-        | _bit(seen.invalid.carriage >= INVALID_TICKS, Trip.CARRIAGE_READING_INVALID)
-        | _bit(_disagree(lasting), Trip.HEAD_SENSORS_DISAGREE)
-        | _bit(overspeed, Trip.HEAD_OVERSPEED)
+        _bit(invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID)
+        | _bit(invalid.carriage >= INVALID_TICKS, Trip.CARRIAGE_READING_INVALID)
+        | _bit(invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID)
+        | _bit(invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID)
+        | _bit(invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID)
+    )
+
+
+@compiled
+def _lasting_trips(lasting: Lasting) -> int:
+    """Bit mask of what has held for too long and never does on a sound machine."""
+    head_s = lasting.beyond + lasting.stalled + lasting.disagreeing
+    if head_s + lasting.jammed + lasting.overforce + lasting.overpressure == 0.0:
+        return 0
+    return (
+        _bit(_disagree(lasting), Trip.HEAD_SENSORS_DISAGREE)
         | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING)
         | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED)
-        | _bit(seen.head_mm - seen.turn.head_mm > runaway_mm, Trip.HEAD_RUNAWAY)
-        | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP)
         | _bit(lasting.jammed > JAM_S, Trip.CATHETER_JAMMED)
         | _bit(lasting.overforce > OVERFORCE_S, Trip.DRIVE_OVERFORCE)
-        | _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME)
+        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED)
+    )
+
+
+@compiled
+def _withdrawal_trips(limits: Limits, state: GovernorState, head_mm: float) -> int:
+    """Bit mask of what is wrong with a withdrawal that the governor forces."""
+    if state.withdrawal_s == 0.0:
+        return 0
+    way_s = max(head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    return (
+        _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME)
         | _bit(state.blocked_s > BLOCKED_S, Trip.WITHDRAWAL_BLOCKED)
         | _bit(state.unseen_s > way_s + UNSEEN_S, Trip.WITHDRAWAL_UNSEEN)
+    )
+
+
+@compiled
+def _head_trips(limits: Limits, seen: Watch) -> int:
+    """Bit mask of what is wrong with where the head is and how it moves."""
+    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
+    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
+    runaway_mm = RUNAWAY_SUCKING_MM if seen.lasting.sucking > 0.0 else RUNAWAY_MM
+    return (
+        _bit(overspeed, Trip.HEAD_OVERSPEED)
+        | _bit(seen.head_mm - seen.turn.head_mm > runaway_mm, Trip.HEAD_RUNAWAY)
+        | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP)
     )
 
 
@@ -167,32 +199,26 @@ def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
 def _contact_trips(limits: Limits, seen: Watch) -> int:
     """Bit mask of what is wrong with the contact switch, or with what it has touched."""
     touching = seen.lasting.contact > 0.0
+    if not touching:
+        missed = contact_window.is_missed(limits.tip, limits.window, seen.window, touching)
+        return _bit(missed, Trip.CARINA_MISSED) | _bit(
+            missed and not seen.window.proven, Trip.CONTACT_STUCK_OPEN
+        )
     away = seen.head_mm > limits.park_head_mm + AWAY_MM
     allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
     stuck = seen.window.impossible_s > allowed_s
     pressing = seen.lasting.contact > limits.contact_s and seen.window.impossible_s == 0.0
-    missed = contact_window.is_missed(limits.tip, limits.window, seen.window, touching)
-    return (
-        _bit(seen.invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID)
-        | _bit(stuck, Trip.CONTACT_STUCK_CLOSED)
-        | _bit(pressing, Trip.CONTACT_TIME)
-        | _bit(missed, Trip.CARINA_MISSED)
-        | _bit(missed and not seen.window.proven, Trip.CONTACT_STUCK_OPEN)
-    )
+    return _bit(stuck, Trip.CONTACT_STUCK_CLOSED) | _bit(pressing, Trip.CONTACT_TIME)
 
 
 @compiled
-def _suction_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
-    """Bit mask of what is wrong with valve, pump and line."""
-    lasting = seen.lasting
+def _suction_trips(limits: Limits, opened: bool, seen: Watch) -> int:
+    """Bit mask of what is wrong with valve, pump and line. opened: what the valve is told."""
     stuck = valve_axis.is_stuck(limits.valve, seen.valve)
-    opened = state.last.valve_open
+    sucking_s = seen.lasting.sucking
     return (
         vacuum_signature.trips(limits.line, seen.line, seen.sealed)
-        | _bit(seen.invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID)
-        | _bit(seen.invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID)
-        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED)
-        | _bit(lasting.sucking > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME)
+        | _bit(sucking_s > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME)
         | _bit(stuck and opened, Trip.VALVE_STUCK_CLOSED)
         | _bit(stuck and not opened, Trip.VALVE_STUCK_OPEN)
     )
@@ -203,9 +229,12 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
     """Bit mask of all trips, old and new."""
     return (
         state.trips
-        | _head_trips(limits, state, seen)
+        | _unread(seen)
+        | _lasting_trips(seen.lasting)
+        | _withdrawal_trips(limits, state, seen.head_mm)
+        | _head_trips(limits, seen)
         | _contact_trips(limits, seen)
-        | _suction_trips(limits, state, seen)
+        | _suction_trips(limits, state.last.valve_open, seen)
         | _bit(not _possible(proposal), Trip.PROPOSAL_INVALID)
         | _bit(seen.lasting.inside > limits.in_airway_s, Trip.IN_AIRWAY_TIME)
         | _bit(seen.late_ticks >= LATE_TICKS, Trip.LATE_TICKS)

@@ -239,7 +239,7 @@ def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | Non
     signs = [seen]
     if going.alone_s >= at_s:
         signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
-    refusal = going.state.controller.upkeep.refusal
+    refusal = going.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE:
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]
