@@ -33,7 +33,7 @@ check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazard
 	@$(BIN)/python -m traceability
 
 docs: $(PACKAGE) ## write anew what the documentation takes from the code
-	@$(BIN)/python docs/generate.py
+	@$(BIN)/python -m docs.generator
 
 bench: $(PACKAGE) ## speed of the core
 	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)
@@ -42,7 +42,7 @@ soak: $(PACKAGE) ## the long tests, and all mutants
 	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m soak $(ARGS)
 	@$(BIN)/python -m mutation --out mutation-score.json
 
-mutate: $(PACKAGE) ## mistakes that no test notices; choose modules with ARGS="safety.trip"
+mutate: $(PACKAGE) ## mistakes that no test notices; choose modules with ARGS="safety.condition"
 	@$(BIN)/python -m mutation --out mutation-score.json $(ARGS)
 
 lock: ## pin every dependency anew; UPGRADE=1 takes newer versions

@@ -9,8 +9,9 @@ from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.alarm import alarm, alarm_state
-from opensuction.safety.alarm.alarm_condition import Condition, mask
 from opensuction.safety.alarm.alarm_state import RELEASED, Settings, State
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import encode
 
 SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
 TICKS = 200_000
@@ -33,7 +34,7 @@ def _run(settings: Settings, state: State, conditions: npt.NDArray[np.int64]) ->
 
 @pytest.mark.parametrize("wrong", WRONG)
 def test_alarm_tick(benchmark: BenchmarkFixture, tell: Tell, wrong: str) -> None:
-    conditions = np.full(TICKS, mask(WRONG[wrong]), dtype=np.int64)
+    conditions = np.full(TICKS, encode(WRONG[wrong]), dtype=np.int64)
     shortest_s = best_s(benchmark, lambda: _run(SETTINGS, alarm_state.START, conditions), rounds=15)
     tick_ns = shortest_s / TICKS * 1e9
     benchmark.extra_info["ns_per_tick"] = tick_ns

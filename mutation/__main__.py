@@ -13,31 +13,35 @@ from pathlib import Path
 from mutation import campaign
 from mutation.campaign import ROOT, Result, Target
 
-ALARM_TESTS = ("tests/safety/alarm/test_alarm.py", "tests/safety/alarm/test_alarm_*.py")
-SOUND_TESTS = ("tests/safety/alarm/test_*_signal.py", "tests/safety/alarm/test_alarm_table.py")
+ALARM_TESTS = (
+    "tests/safety/alarm/test_alarm.py",
+    "tests/safety/alarm/test_alarm_*.py",
+    "tests/docs/test_alarm_table.py",
+)
+SOUND_TESTS = ("tests/safety/alarm/test_*_signal.py", "tests/docs/test_alarm_table.py")
 GOVERNOR_TESTS = ("tests/safety/governor/test_governor_*.py",)
 """Its examples. Its properties are slow, and left to the governor itself: a lower bound."""
 PATIENT_TESTS = ("tests/safety/governor/test_governor_patient.py",)
 EXTRA: dict[str, tuple[str, ...]] = {
     "safety.alarm.alarm": ALARM_TESTS,
-    "safety.alarm.alarm_condition": ALARM_TESTS,
     "safety.alarm.alarm_state": ALARM_TESTS,
-    "safety.alarm.alarm_text": ("tests/safety/alarm/test_alarm_condition.py",),
+    "safety.condition_mask": ALARM_TESTS,
+    "safety.handling": ("tests/safety/test_condition.py",),
+    "safety.priority": ("tests/safety/test_condition.py",),
     "safety.watch.drive_force": ("tests/safety/governor/test_governor_drive.py",),
     "safety.limits": GOVERNOR_TESTS,
     "safety.governor.limiter": GOVERNOR_TESTS,
     "safety.patient_limit": ("tests/safety/watch/test_patient_watch.py",),
     "safety.watch.patient_watch": PATIENT_TESTS,
     "safety.alarm.signal_value": SOUND_TESTS,
-    "safety.trip": GOVERNOR_TESTS,
     "safety.watch.watch": GOVERNOR_TESTS,
-    "procedure.cycle.transition": ("tests/procedure/test_diagram.py",),
+    "procedure.cycle.transition": ("tests/docs/test_phase_page.py",),
 }
 """Tests of a module beyond those of its own name."""
 
 
 def target(short: str) -> Target:
-    """A module by room and name, as ``safety.trip``, with the tests that mirror it.
+    """A module by room and name, as ``safety.limits``, with the tests that mirror it.
 
     Those that end soonest for most mistakes come first.
     """
@@ -80,7 +84,7 @@ def as_json(results: list[Result]) -> str:
 def main() -> int:
     """Run the campaign."""
     parser = argparse.ArgumentParser(prog="python -m mutation", description=__doc__)
-    parser.add_argument("modules", nargs="*", help="as safety.trip; none: all", metavar="MODULE")
+    parser.add_argument("modules", nargs="*", help="as safety.limits; none: all", metavar="MODULE")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--every", type=int, default=1, help="try only each so many-th mutant")
     parser.add_argument("--least", type=float, default=0.0, help="lowest score accepted, percent")

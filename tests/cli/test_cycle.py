@@ -35,7 +35,7 @@ KEYS = {
     "wall_s",
     "realtime_factor",
 }
-"""DESIGN section 8."""
+"""docs/reference/results.md."""
 
 
 def protocol_file(folder: Path, **changes: object) -> Path:

@@ -131,8 +131,8 @@ def test_a_protocol_file_that_suits_the_patient_runs(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("--catheter", "14fr"), "0.549 = 4.67 mm / 8.5 mm, it should be below 0.5"),
-        (("--catheter", "13fr"), "unknown catheter '13fr'; nearest: "),
-        (("--conduit", "loop"), "unknown conduit 'loop'; nearest: looped"),
+        (("--catheter", "13fr"), "unknown catheter '13fr': did you mean "),
+        (("--conduit", "loop"), "unknown conduit 'loop': did you mean 'looped'"),
         (("--machine", "missing.toml"), "missing.toml: no such file"),
         (("--patient", "missing.toml"), "missing.toml: no such file"),
         (("--protocol", "paper", "--patient", "neonate"), "the bench has no patient"),

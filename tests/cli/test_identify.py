@@ -33,7 +33,7 @@ KEYS = {
     "warnings",
     "samples",
 }
-"""DESIGN section 8; ``seconds`` is of the whole run."""
+"""docs/reference/results.md; ``seconds`` is of the whole run."""
 COLUMNS = ("--input", "head_mm", "--output", "tip_mm")
 
 
@@ -119,7 +119,7 @@ def test_cycle_refuses_a_parameter_file_that_is_not_of_its_machine(tmp_path: Pat
     for before, after, words in (
         ("format_version = 2", "format_version = 7", "format version 7"),
         ('_mm"\nunit = "mm"', '_mm"\nunit = "inch"', "inch"),
-        ("[parameters.slope]", "[parameters.slop]", "nearest: slope"),
+        ("[parameters.slope]", "[parameters.slop]", "did you mean 'slope'"),
     ):
         assert before in original
         file.write_text(original.replace(before, after, 1))
@@ -201,7 +201,10 @@ BAD_OPTIONS = [
     (("identify", "bench.csv", "--input", "head_mm"), "--output"),
     (("identify", "none.csv", *COLUMNS), "no such file"),
     (("identify", ".", *COLUMNS), "is a folder"),
-    (("identify", "bench.csv", "--input", "hed_mm", "--output", "tip_mm"), "nearest: head_mm"),
+    (
+        ("identify", "bench.csv", "--input", "hed_mm", "--output", "tip_mm"),
+        "did you mean 'head_mm'",
+    ),
     (("identify", "bench.csv", "--input", "head", "--output", "y"), "time_s, head_mm, tip_mm"),
     (("identify", "bench.csv", "--input", "tip_mm", "--output", "tip_mm"), "both 'tip_mm'"),
     (("identify", "bench.csv", *COLUMNS, "--time", "t"), "time_s"),

@@ -10,7 +10,7 @@ import pytest
 from tests.cli.command import opensuction
 
 CLAIM_KEYS = {"name", "paper", "measured", "tolerance", "ok"}
-"""DESIGN section 8."""
+"""docs/reference/results.md."""
 
 
 class Ran:

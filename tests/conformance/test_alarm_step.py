@@ -1,7 +1,7 @@
 """Alarms compiled and as plain Python are the same, number for number."""
 
-from opensuction.safety.alarm.alarm_condition import Condition
 from opensuction.safety.alarm.alarm_state import Signals
+from opensuction.safety.condition import Condition
 from tests.conformance.plain import run_plain
 from tests.safety.annunciator import Tick, lasting, run, wrong
 

@@ -30,7 +30,7 @@ PAPER_CYCLE = np.concatenate(
 
 def test_the_published_parameters_jump_at_both_reversals() -> None:
     jumps = np.abs(np.diff(commands(PUBLISHED, PAPER_CYCLE)))
-    # FACTS 0: 2.62 mm in one sample of 1 ms; the smooth motion is 0.03 mm a sample at most.
+    # [calc-inverse]: 2.62 mm in one sample of 1 ms; the smooth motion is 0.03 mm a sample at most.
     assert jumps.max() == pytest.approx(2.62, abs=0.005)
     # It grows 2 beta/c-fold a tick until it has jumped: over within 20 ms of each reversal.
     large = np.flatnonzero(jumps > 1.0)

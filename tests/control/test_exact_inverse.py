@@ -110,7 +110,7 @@ def test_the_published_gap_is_crossed_in_the_dwell_within_a_second_and_a_tenth()
     # From rest to rest: 16.476/17 + 17/200 = 1.054 s.
     after = turn + round(1.06 / DT_S)
     assert travelled[after] == pytest.approx(gap, abs=0.05)
-    # DESIGN 2.1: on the way the model's tip dips 2.47 mm the wrong way.
+    # [calc-inverse]: on the way the model's tip dips 2.47 mm the wrong way.
     dip = run.tip_mm[turn:after].max() - run.tip_mm[turn]
     assert dip == pytest.approx(2.47, abs=0.02)
 

@@ -1,5 +1,6 @@
 """The compensators on plays, on their own model: what is left is what limits on the head cost."""
 
+import math
 from functools import cache
 from typing import NamedTuple
 
@@ -27,7 +28,9 @@ ARRAYS = PrandtlIshlinskii(
 MODEL = play_sum.bundle(ARRAYS)
 MOVE = Profile(0.0, 90.0, 9.0, 200.0)
 RUN_INS_S = [0.01 * step for step in range(26)]
-COSTS = [float(preview.rehearse(MODEL, LIMITS, MOVE, run_in_s, DT_S)) for run_in_s in RUN_INS_S]
+COSTS = [
+    float(preview.rehearse(MODEL, LIMITS, MOVE, run_in_s, DT_S, math.inf)) for run_in_s in RUN_INS_S
+]
 RUN_IN = RunIn(*[RUN_INS_S[int(np.argmin(COSTS))]] * 2)
 PRELOADED_S, ARRIVED_S, TURNED_S, LEFT_S, END_S = 1.5, 12.0, 18.0, 20.0, 31.0
 """Insertion begins, is over; the way back is announced; begins; all is over."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from opensuction.safety import trip
-from opensuction.safety.trip import Trip
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import Loop
 from opensuction.simulation.injection import invariant
 from opensuction.simulation.injection.invariant import advance_mm
@@ -16,13 +16,13 @@ UNSTEERED = {Fault.DRIVE_INWARDS}
 """The head moves against its command: it advances until that is noticed, valve open or not."""
 
 
-def trips(columns: Columns) -> set[Trip]:
+def trips(columns: Columns) -> set[Condition]:
     """Every trip of a run."""
     masks = columns["verdict.trips"].astype(np.int64)
-    return set(trip.names(int(np.bitwise_or.reduce(masks))))
+    return set(condition_mask.decode_trips(int(np.bitwise_or.reduce(masks))))
 
 
-def trip_s(columns: Columns, code: Trip) -> float:
+def trip_s(columns: Columns, code: Condition) -> float:
     """When a trip appeared."""
     masks = columns["verdict.trips"].astype(np.int64)
     happened = masks >> int(code) & 1

@@ -15,10 +15,12 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle import schedule, upkeep
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.upkeep import LIFE_S
-from opensuction.safety.alarm import alarm_condition
-from opensuction.safety.alarm.alarm_condition import Condition, Priority, members
+from opensuction.safety import condition_mask
 from opensuction.safety.alarm.alarm_episode import Episode, episodes
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode
+from opensuction.safety.priority import Priority
 from opensuction.simulation import alarm_record, trace
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
@@ -68,7 +70,7 @@ def assert_trips_are_alarms(columns: Columns) -> None:
     """Every trip is a present alarm in its own tick, but for what planned work brings about."""
     trips, present = masks(columns, "verdict.trips"), masks(columns, "signals.present")
     serviced = columns["phase"] == Phase.OUT_OF_SERVICE
-    meant = np.where(serviced, trips & ~np.int64(alarm_condition.PLANNED), trips)
+    meant = np.where(serviced, trips & ~np.int64(condition_mask.PLANNED), trips)
     np.testing.assert_array_equal(present & meant, meant)
 
 
@@ -76,7 +78,7 @@ def assert_heard(columns: Columns) -> None:
     """What is high and not acknowledged sounds as high, unless an audio pause runs."""
     shown = masks(columns, "signals.present") | masks(columns, "signals.latched")
     unanswered = shown & ~masks(columns, "signals.acknowledged")
-    urgent = unanswered & np.int64(alarm_condition.HIGHS) != 0
+    urgent = unanswered & np.int64(condition_mask.HIGHS) != 0
     paused = columns["signals.pause_left_s"] > 0.0
     assert np.all(columns["signals.audible"][urgent & ~paused] == Priority.HIGH)
     assert np.all(columns["signals.priority"][shown != 0] > Priority.NONE)
@@ -108,7 +110,7 @@ def test_a_trip_is_an_alarm_in_the_same_tick(fault: Fault, start_s: float) -> No
     tripped = masks(columns, "verdict.trips")
     assert tripped.any()
     first = int(np.argmax(tripped != 0))
-    assert members(int(masks(columns, "signals.present")[first])) == members(int(tripped[first]))
+    assert decode(int(masks(columns, "signals.present")[first])) == decode(int(tripped[first]))
     assert columns["signals.audible"][first] >= Priority.MEDIUM
     assert C.AUTOMATION_STOPPED in conditions(columns)
     assert_trips_are_alarms(columns)

@@ -18,8 +18,8 @@ from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, Schedul
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
 from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.safety.alarm.alarm_condition import Condition, members
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode
 from opensuction.simulation import rig as rigs
 
 C = Condition
@@ -63,13 +63,13 @@ def found(
     """Reasons after a change of phase."""
     plan = settings().plan
     tested = check.untested()._replace(failed=int(item))
-    now = cycle.parked(plan)._replace(phase=int(phase), cause=int(cause), check=tested)
+    now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
     return named(alarm_source.reasons(plan, int(before), now, held, seen))
 
 
 def named(mask: int) -> set[Condition]:
-    return {Condition(bit) for bit in members(mask)}
+    return {Condition(bit) for bit in decode(mask)}
 
 
 def test_every_way_into_a_stop_but_a_persons_own_is_an_alarm() -> None:
@@ -158,7 +158,7 @@ def test_what_is_due_and_cannot_be_served_is_an_alarm(mode: ScheduleMode) -> Non
 
 
 def test_trips_and_what_the_host_sees_are_passed_on() -> None:
-    bit = 1 << Trip.HEAD_STALLED
+    bit = 1 << Condition.HEAD_STALLED
     assert wrong(trips=bit, phase=Phase.SUCTIONING) == {C.HEAD_STALLED}
     assert wrong(trips=bit, phase=Phase.HALTED) == {C.HEAD_STALLED, C.AUTOMATION_STOPPED}
     lost = 1 << C.MESSAGE_LATE | 1 << C.CONSOLE_LOST

@@ -7,7 +7,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.simulation.trace import Columns, phase_spans
 from tests.controller.drive import (
     ABORT,
@@ -70,9 +70,13 @@ def test_what_is_broken_is_named(fault: Fault, start_s: float, item: CheckItem) 
     assert failed(columns) == item
     # Nobody mends it: the governor notices a closed contact later, and a cam that stands at once.
     seen = trips(columns)
-    cam = {Trip.VALVE_STUCK_OPEN, Trip.VALVE_STUCK_CLOSED, Trip.NEGATIVE_PRESSURE_TIME}
+    cam = {
+        Condition.VALVE_STUCK_OPEN,
+        Condition.VALVE_STUCK_CLOSED,
+        Condition.NEGATIVE_PRESSURE_TIME,
+    }
     assert cause(columns) == (Event.TRIPPED if seen & cam else Event.CHECK_FAILED)
-    assert seen <= {Trip.CONTACT_TIME} | cam
+    assert seen <= {Condition.CONTACT_TIME} | cam
     assert_held(columns, loop, fault)
 
 

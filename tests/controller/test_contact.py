@@ -11,7 +11,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.protocol import PAPER, Protocol
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
@@ -93,7 +93,7 @@ def test_contact_before_the_window_ends_the_cycle(kind: CompensationKind) -> Non
     # Uncompensated, the reference is 17 mm ahead of the tip.
     _, columns = search(kind, carina_mm=8.0)
     assert halted_by(columns) == Event.CONTACT_MISPLACED
-    assert trips(columns) <= {Trip.CONTACT_STUCK_CLOSED}
+    assert trips(columns) <= {Condition.CONTACT_STUCK_CLOSED}
     assert columns["truth.contact_n"].max() <= 0.3
 
 
@@ -103,7 +103,7 @@ def test_no_contact_until_the_end_of_the_search_ends_the_cycle(kind: Compensatio
     loop, columns = search(kind, carina_mm=130.0)
     seen = trips(columns)
     assert halted_by(columns) == (Event.TRIPPED if seen else Event.CONTACT_MISPLACED)
-    assert seen <= {Trip.CARINA_MISSED, Trip.CONTACT_STUCK_OPEN}
+    assert seen <= {Condition.CARINA_MISSED, Condition.CONTACT_STUCK_OPEN}
     # Either the search ran to its end, or the tip was surely past the last place to search.
     if seen:
         assert columns["truth.tip_mm"].max() > loop.controller.limits.window.by_mm
@@ -114,7 +114,7 @@ def test_no_contact_until_the_end_of_the_search_ends_the_cycle(kind: Compensatio
 def test_by_travel_contact_is_held_by_the_governor_and_nothing_to_the_cycle() -> None:
     _, columns = simulate(NONE, 36.0, {0.0: START}, during(Fault.CONTACT_CLOSED, 8.7))
     assert phases(columns)[-3:] == HALTED
-    assert trips(columns) == {Trip.CONTACT_TIME}
+    assert trips(columns) == {Condition.CONTACT_TIME}
     held = columns["commands.head_mm"][8700:]
     assert held.max() == held[0] == columns["readings.head_mm"][8700]
     # The cycle goes on wanting to advance; 2 s later the governor takes it out.

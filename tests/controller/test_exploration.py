@@ -23,7 +23,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.procedure.cycle.transition import TRANSITIONS
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.safety.trip import Reaction
+from opensuction.safety.handling import Reaction
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, Wiring

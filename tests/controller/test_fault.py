@@ -10,7 +10,7 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import Phase
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.simulation.trace import Columns
 from tests.controller.drive import (
     RESET,
@@ -64,7 +64,7 @@ def assert_withdrawn(columns: Columns, trip_at_s: float) -> None:
     # 90 mm and the gap at 17 mm/s.
     assert is_out(columns, trip_at_s + 8.0)
     # Where suction may go on until then the valve closes afterwards.
-    suction = Trip.CONTACT_READING_INVALID in trips(columns)
+    suction = Condition.CONTACT_READING_INVALID in trips(columns)
     assert at(columns, trip_at_s + (10.0 if suction else 2.5), "truth.valve_open_ratio") == 0.0
     after = (columns["time_s"] > trip_at_s + 0.1) & (columns["time_s"] < ENDED_S)
     assert np.diff(columns["truth.tip_mm"][after]).max() < 1e-3  # creep
@@ -72,22 +72,22 @@ def assert_withdrawn(columns: Columns, trip_at_s: float) -> None:
 
 
 SEEN_AT_ONCE = {
-    Fault.CAM_FLAGGED: (Trip.CAM_READING_INVALID, 0.004),
-    Fault.CAM_NAN: (Trip.CAM_READING_INVALID, 0.004),
-    Fault.VACUUM_FLAGGED: (Trip.VACUUM_READING_INVALID, 0.004),
-    Fault.VACUUM_HIGH: (Trip.VACUUM_EXCEEDED, 0.2),
-    Fault.CONTACT_FLAGGED: (Trip.CONTACT_READING_INVALID, 0.004),
-    Fault.CONTACT_CLOSED: (Trip.CONTACT_TIME, 2.0),
-    Fault.CONTACT_BOUNCING: (Trip.CONTACT_TIME, 2.0),
-    Fault.OVERRUN: (Trip.LATE_TICKS, 0.004),
+    Fault.CAM_FLAGGED: (Condition.CAM_READING_INVALID, 0.004),
+    Fault.CAM_NAN: (Condition.CAM_READING_INVALID, 0.004),
+    Fault.VACUUM_FLAGGED: (Condition.VACUUM_READING_INVALID, 0.004),
+    Fault.VACUUM_HIGH: (Condition.VACUUM_EXCEEDED, 0.2),
+    Fault.CONTACT_FLAGGED: (Condition.CONTACT_READING_INVALID, 0.004),
+    Fault.CONTACT_CLOSED: (Condition.CONTACT_TIME, 2.0),
+    Fault.CONTACT_BOUNCING: (Condition.CONTACT_TIME, 2.0),
+    Fault.OVERRUN: (Condition.LATE_TICKS, 0.004),
 }
 """Faults that are answered by a withdrawal, the trip and how long it takes (s)."""
 FOLLOWED_BY = {
-    Fault.CAM_FLAGGED: Trip.NEGATIVE_PRESSURE_TIME,  # an unreadable valve counts as open
-    Fault.CAM_NAN: Trip.NEGATIVE_PRESSURE_TIME,
-    Fault.VACUUM_HIGH: Trip.PUMP_RUNAWAY,  # 400 mmHg that stay with the pump off
-    Fault.CONTACT_CLOSED: Trip.CONTACT_STUCK_CLOSED,  # still closed well before where it closed
-    Fault.CONTACT_BOUNCING: Trip.CONTACT_STUCK_CLOSED,
+    Fault.CAM_FLAGGED: Condition.NEGATIVE_PRESSURE_TIME,  # an unreadable valve counts as open
+    Fault.CAM_NAN: Condition.NEGATIVE_PRESSURE_TIME,
+    Fault.VACUUM_HIGH: Condition.PUMP_RUNAWAY,  # 400 mmHg that stay with the pump off
+    Fault.CONTACT_CLOSED: Condition.CONTACT_STUCK_CLOSED,  # closed well before where it closed
+    Fault.CONTACT_BOUNCING: Condition.CONTACT_STUCK_CLOSED,
 }
 """What may be seen later of the same fault, while the withdrawal goes on."""
 
@@ -106,7 +106,7 @@ def test_what_is_seen_is_withdrawn_from(
         assert noticed_s == pytest.approx(start_s + detection_s, abs=0.0035)
     else:
         # On the way out a switch that is stuck gives itself away sooner than by its time.
-        assert first == Trip.CONTACT_STUCK_CLOSED
+        assert first == Condition.CONTACT_STUCK_CLOSED
         assert start_s > 24.7
         assert start_s < noticed_s < start_s + detection_s
     assert trips(columns) <= {first, follows}
@@ -124,7 +124,9 @@ def test_a_head_that_cannot_be_seen_is_drawn_out_and_then_let_go(
     fault: Fault, start_s: float
 ) -> None:
     columns = cycle(fault, start_s)
-    assert trip_s(columns, Trip.HEAD_READING_INVALID) == pytest.approx(start_s + 0.004, abs=1e-6)
+    assert trip_s(columns, Condition.HEAD_READING_INVALID) == pytest.approx(
+        start_s + 0.004, abs=1e-6
+    )
     assert_held(columns, at_rest(EXACT)[0], fault)
     # 112 mm at 17 mm/s and 0.5 s; a head that was parked need not move.
     limits = at_rest(EXACT)[0].controller.limits
@@ -133,7 +135,7 @@ def test_a_head_that_cannot_be_seen_is_drawn_out_and_then_let_go(
     assert is_out(columns, start_s + way_s + 1.5)
     assert np.ptp(columns["truth.head_mm"][still]) == 0.0
     if way_s > 0.1:
-        assert Trip.WITHDRAWAL_UNSEEN in trips(columns)
+        assert Condition.WITHDRAWAL_UNSEEN in trips(columns)
         assert not columns["commands.insertion_on"][still].any()
     closed = still & (columns["time_s"] > start_s + 2.5)  # a stroke takes 2 s
     assert columns["truth.valve_open_ratio"][closed].max() == 0.0
@@ -148,8 +150,8 @@ def test_a_frozen_encoder_never_takes_the_tip_past_its_cap(
 ) -> None:
     columns = cycle(Fault.HEAD_FROZEN, start_s, kind)
     assert_held(columns, at_rest(kind)[0], Fault.HEAD_FROZEN)
-    assert Trip.HEAD_STALLED in trips(columns)
-    noticed_s = trip_s(columns, Trip.HEAD_STALLED)
+    assert Condition.HEAD_STALLED in trips(columns)
+    noticed_s = trip_s(columns, Condition.HEAD_STALLED)
     moving = at(columns, start_s - 0.01, "commands.head_mm") != at(
         columns, start_s, "commands.head_mm"
     )
@@ -166,14 +168,14 @@ def test_a_frozen_encoder_never_takes_the_tip_past_its_cap(
 def test_a_jam_is_noticed_when_the_head_should_move_and_let_go_in_the_end(start_s: float) -> None:
     columns = cycle(Fault.HEAD_JAMMED, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.HEAD_JAMMED)
-    noticed_s = trip_s(columns, Trip.HEAD_STALLED)
+    noticed_s = trip_s(columns, Condition.HEAD_STALLED)
     gap_s = 24.7  # in the dwell nothing moves until the gap of the way back is crossed
     assert noticed_s < (gap_s if 16.0 < start_s < gap_s else start_s) + 0.25
     assert at(columns, noticed_s + 3.0, "truth.valve_open_ratio") == 0.0
     if at(columns, start_s, "readings.head_mm") > 0.0:
         # Nobody can tell it from a head that moves unseen.
         way_s = at(columns, start_s, "readings.head_mm") / 17.0
-        let_go = trips(columns) & {Trip.WITHDRAWAL_BLOCKED, Trip.WITHDRAWAL_UNSEEN}
+        let_go = trips(columns) & {Condition.WITHDRAWAL_BLOCKED, Condition.WITHDRAWAL_UNSEEN}
         assert min(trip_s(columns, code) for code in let_go) < noticed_s + way_s + 1.5
     assert_recovers(columns)
 
@@ -185,7 +187,7 @@ def test_a_drive_that_runs_inwards_loses_its_torque_within_two_millimetres(
 ) -> None:
     columns = cycle(Fault.DRIVE_INWARDS, start_s)
     assert_held(columns, at_rest(EXACT)[0], Fault.DRIVE_INWARDS)
-    let_go_s = trip_s(columns, Trip.HEAD_RUNAWAY)
+    let_go_s = trip_s(columns, Condition.HEAD_RUNAWAY)
     broken = (columns["time_s"] >= start_s) & (columns["time_s"] <= let_go_s)
     # It is a runaway only beyond what it was told, and beyond where it had come back to.
     told = columns["commands.head_mm"][broken].max()

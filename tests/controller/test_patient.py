@@ -12,14 +12,17 @@ import pytest
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle.upkeep import Refusal
-from opensuction.safety.trip import Trip, names
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import patient_fault
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import PatientEffect
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient import oximeter, patient_preset
 from opensuction.twin.patient.patient import Patient
 
@@ -67,8 +70,8 @@ def broken(
     return loop, state, columns
 
 
-def tripped(columns: Columns) -> set[Trip]:
-    return set(names(int(columns["verdict.trips"][-1])))
+def tripped(columns: Columns) -> set[Condition]:
+    return set(decode_trips(int(columns["verdict.trips"][-1])))
 
 
 def first_s(holds: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> float:
@@ -82,44 +85,50 @@ def out_s(name: str, columns: Columns) -> float:
     return float(inside.size - np.argmax(inside[::-1])) * DT_S if np.any(inside) else 0.0
 
 
-def disconnected(patient: Patient) -> Patient:
-    return patient_fault.disconnected(patient)
+def fault(code: Fault, strength: float = 0.0) -> Change:
+    """The patient with a fault."""
+    effect = ROWS[code].effect
+    assert isinstance(effect, PatientEffect)
+
+    def change(patient: Patient) -> Patient:
+        return effect.change(patient, strength)
+
+    change.__name__ = f"{code.title}={strength:g}"
+    return change
 
 
-def overpressure(patient: Patient) -> Patient:
-    return patient_fault.mispressured(patient, 3.0)
+def probe_off(patient: Patient) -> Patient:
+    """The oximeter's probe has come off."""
+    return patient._replace(monitor=patient.monitor._replace(probe_on=False))
 
 
-def no_ventilation(patient: Patient) -> Patient:
-    return patient_fault.mispressured(patient, 0.0)
-
-
-def no_compensation(patient: Patient) -> Patient:
-    return patient_fault.flow_limited(patient, 0.0)
-
-
-def bradycardia(patient: Patient) -> Patient:
-    return patient_fault.vagal(patient, 0.8)
-
-
-def desaturating(patient: Patient) -> Patient:
-    return patient_fault.desaturating(patient, 0.7)
+disconnected = fault(Fault.CIRCUIT_DISCONNECTED)
+overpressure = fault(Fault.VENTILATOR_PRESSURE, 3.0)
+no_ventilation = fault(Fault.VENTILATOR_PRESSURE, 0.0)
+no_compensation = fault(Fault.LUNG_VOLUME_LOST, 0.0)
+bradycardia = fault(Fault.BRADYCARDIA, 0.8)
+desaturating = fault(Fault.DESATURATION, 0.7)
+unlinked = fault(Fault.MONITOR_LOST)
 
 
 WITHDRAWAL_S = {"adult-icu": 4.0, "child-10kg": 3.0, "neonate": 3.0}
 """From the trip until the tip is out: the gap and the way at the head's planned speed."""
-WRONG: dict[Change, tuple[set[Trip], float]] = {
+WRONG: dict[Change, tuple[set[Condition], float]] = {
     # After 0.3 s the pressure is too low, after 1 s it is known why.
-    disconnected: ({Trip.LUNG_VOLUME_LOST, Trip.CIRCUIT_DISCONNECTED}, 1.05),
+    disconnected: ({Condition.LUNG_VOLUME_LOST, Condition.CIRCUIT_DISCONNECTED}, 1.05),
     # With the valve closed the same pressure is the ventilation's failure.
     no_ventilation: (
-        {Trip.LUNG_VOLUME_LOST, Trip.CIRCUIT_DISCONNECTED, Trip.AIRWAY_PRESSURE_UNSAFE},
+        {
+            Condition.LUNG_VOLUME_LOST,
+            Condition.CIRCUIT_DISCONNECTED,
+            Condition.AIRWAY_PRESSURE_UNSAFE,
+        },
         3.2,
     ),
     # Too much shows in the next inspiration.
-    overpressure: ({Trip.AIRWAY_PRESSURE_UNSAFE}, 3.2),
+    overpressure: ({Condition.AIRWAY_PRESSURE_UNSAFE}, 3.2),
     # The tone rises, the average follows, the rate stays low for a second.
-    bradycardia: ({Trip.HEART_RATE_LOW}, 5.0),
+    bradycardia: ({Condition.HEART_RATE_LOW}, 5.0),
 }
 """What each fault is taken for, and the longest time from the fault to the trip."""
 
@@ -152,7 +161,7 @@ def test_suction_that_takes_more_than_the_ventilator_gives_ends() -> None:
     """An adult's: what 6 Fr takes of a child is too little to empty its lung."""
     at_s = begins_s("adult-icu", Phase.SUCTIONING) + 0.2
     _, _, columns = broken("adult-icu", no_compensation, at_s)
-    assert tripped(columns) == {Trip.LUNG_VOLUME_LOST}
+    assert tripped(columns) == {Condition.LUNG_VOLUME_LOST}
     trip_s = first_s(columns["verdict.trips"] > 0.0)
     assert trip_s <= 4.1  # within the first breath
     assert out_s("adult-icu", columns) <= trip_s + WITHDRAWAL_S["adult-icu"]
@@ -160,14 +169,14 @@ def test_suction_that_takes_more_than_the_ventilator_gives_ends() -> None:
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
-@pytest.mark.parametrize("change", [patient_fault.unlinked, patient_fault.probe_off])
+@pytest.mark.parametrize("change", [unlinked, probe_off])
 def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
     name: str, change: Change
 ) -> None:
     loop, state, columns = broken(name, change, begins_s(name, Phase.SUCTIONING) + 0.2)
     assert tripped(columns) == set()
     assert state.controller.core.procedure.phase == Phase.PARKED
-    assert names(int(columns["verdict.patient"][-1])) == [Trip.MONITOR_LINK_LOST]
+    assert decode_trips(int(columns["verdict.patient"][-1])) == [Condition.MONITOR_LINK_LOST]
     state, columns = ran(loop, state, 0.1, START)
     assert state.controller.core.upkeep.refusal == Refusal.MONITOR_LINK_LOST
     assert set(columns["phase"]) == {Phase.PARKED}
@@ -175,10 +184,10 @@ def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
 
 @pytest.mark.requirement("OS-R38")
 def test_a_monitor_lost_before_the_catheter_is_in_keeps_it_out() -> None:
-    _, state, columns = broken("child-10kg", patient_fault.unlinked, 0.1)
+    _, state, columns = broken("child-10kg", unlinked, 0.1)
     first = columns["verdict.trips"][np.argmax(columns["verdict.trips"] > 0.0)]
     # Others may follow: a stop from 34 mm/s overshoots by more than what counts as a runaway.
-    assert names(int(first)) == [Trip.MONITOR_LINK_LOST]
+    assert decode_trips(int(first)) == [Condition.MONITOR_LINK_LOST]
     assert out_s("child-10kg", columns) == 0.0
     assert state.controller.core.procedure.phase == Phase.HALTED
 
@@ -200,7 +209,7 @@ def test_a_desaturation_is_seen_late_and_ends_the_cycle_it_falls_into(name: str)
     # Begun before the cycle so that it shows during suction.
     state, _ = ran(loop, ready.start, late_s - begins_s(name, Phase.SUCTIONING) - 0.5)
     state, columns = ran(loop, state, 40.0, START)
-    assert tripped(columns) == {Trip.SPO2_LOW}
+    assert tripped(columns) == {Condition.SPO2_LOW}
     trip_s = first_s(columns["verdict.trips"] > 0.0)
     assert Phase.SUCTIONING in columns["phase"][: round(trip_s / DT_S)]
     assert out_s(name, columns) <= trip_s + WITHDRAWAL_S[name]

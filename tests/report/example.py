@@ -115,7 +115,7 @@ CHECKS = [
         "unit": "mmHg",
         "strict": False,
         "ok": True,
-        "source": "pump to be used at no more than 150 [paper II-B]",
+        "source": "pump to be used at no more than 150, [paper] II-B",
     },
     {
         "name": "catheter over tube diameter",
@@ -124,7 +124,7 @@ CHECKS = [
         "unit": "",
         "strict": True,
         "ok": False,
-        "source": "under .5 of the diameter [F]",
+        "source": "under .5 of the diameter, [AARC-2022]",
     },
 ]
 

@@ -6,8 +6,9 @@ from typing import Literal, NamedTuple
 from hypothesis import strategies as st
 
 from opensuction.safety.alarm import alarm, alarm_state
-from opensuction.safety.alarm.alarm_condition import Condition, mask, members
 from opensuction.safety.alarm.alarm_state import Buttons, Signals, State
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode, encode
 
 SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
 DT_S = 0.5
@@ -33,15 +34,15 @@ class Row(NamedTuple):
 
     @property
     def present(self) -> set[Condition]:
-        return {Condition(bit) for bit in members(self.signals.present)}
+        return {Condition(bit) for bit in decode(self.signals.present)}
 
     @property
     def shown(self) -> set[Condition]:
-        return {Condition(bit) for bit in members(self.signals.present | self.signals.latched)}
+        return {Condition(bit) for bit in decode(self.signals.present | self.signals.latched)}
 
     @property
     def acknowledged(self) -> set[Condition]:
-        return {Condition(bit) for bit in members(self.signals.acknowledged)}
+        return {Condition(bit) for bit in decode(self.signals.acknowledged)}
 
 
 def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: State | None = None) -> list[Row]:
@@ -50,7 +51,7 @@ def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: State | None = None) -
     rows = []
     for tick in ticks:
         buttons = Buttons(tick.acknowledge, tick.audio_pause, tick.reset)
-        wrong = mask(set(tick.conditions))
+        wrong = encode(set(tick.conditions))
         state, signals = alarm.step(SETTINGS, state, wrong, tick.planned_work, buttons, dt_s)
         rows.append(Row(tick, signals, state))
     return rows

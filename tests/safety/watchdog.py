@@ -10,6 +10,8 @@ from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
 from opensuction.safety import limits as bounds
 from opensuction.safety import patient_limit
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState, Verdict
 from opensuction.safety.limits import (
@@ -20,7 +22,6 @@ from opensuction.safety.limits import (
     WindowLimits,
     tip_bounds,
 )
-from opensuction.safety.trip import Trip, names
 
 DT_S = 0.001
 NAN = float("nan")
@@ -171,11 +172,11 @@ def ahead(state: GovernorState, command_mm: float, mm_per_s: float = 0.0) -> Gov
     return state._replace(last=last)
 
 
-def first(ticks: list[Tick], code: Trip) -> Tick:
+def first(ticks: list[Tick], code: Condition) -> Tick:
     """The tick in which a trip appeared."""
-    return next(tick for tick in ticks if code in names(tick.verdict.trips))
+    return next(tick for tick in ticks if code in decode_trips(tick.verdict.trips))
 
 
-def tripped(ticks: list[Tick]) -> set[Trip]:
+def tripped(ticks: list[Tick]) -> set[Condition]:
     """All trips of a run."""
-    return set(names(ticks[-1].verdict.trips))
+    return set(decode_trips(ticks[-1].verdict.trips))

@@ -17,8 +17,8 @@ def test_a_known_name_gives_its_value() -> None:
     [
         (
             "Direct-Invers",
-            "unknown compensation 'Direct-Invers'; nearest: direct-inverse, exact-inverse; "
-            "known: none, direct-inverse, exact-inverse",
+            "unknown compensation 'Direct-Invers': did you mean 'direct-inverse' or "
+            "'exact-inverse'? Known: none, direct-inverse, exact-inverse",
         ),
         ("pid", "unknown compensation 'pid'; known: none, direct-inverse, exact-inverse"),
         (None, "unknown compensation None; known: none, direct-inverse, exact-inverse"),
@@ -31,6 +31,23 @@ def test_another_name_is_answered_with_the_nearest_and_all_known(
     with pytest.raises(InputError) as raised:
         choose(name, KNOWN, "compensation")
     assert str(raised.value) == message
+
+
+def test_a_part_of_a_name_is_understood() -> None:
+    with pytest.raises(InputError, match="did you mean 'exact-inverse'"):
+        choose("exact", KNOWN, "compensation")
+
+
+def test_names_that_are_too_many_are_not_all_in_the_line() -> None:
+    known = {f"fault-{number}": number for number in range(73)}
+    with pytest.raises(InputError) as raised:
+        choose("leak", known, "fault", "'opensuction cycle --help'")
+    assert str(raised.value) == "unknown fault 'leak'; all 73 are in 'opensuction cycle --help'"
+    with pytest.raises(InputError) as raised:
+        choose("fault-7", {"fault-71": 1, "fault-72": 2, "line": 3}, "fault", "the list")
+    assert str(raised.value) == (
+        "unknown fault 'fault-7': did you mean 'fault-72' or 'fault-71'? All 3 are in the list"
+    )
 
 
 def test_a_choice_of_nothing_says_so() -> None:

@@ -131,7 +131,7 @@ CHANGES = [
     ("value = 0.077", "value = nan", "parameters.decay: value"),
     ("value = 0.077", 'value = "0.077"', "parameters.decay: value"),
     ("value = 0.9677", "value = 1.2", "slope.ci95"),
-    ("[parameters.decay]", "[parameters.dekay]", "nearest: decay"),
+    ("[parameters.decay]", "[parameters.dekay]", "did you mean 'decay'"),
     ("0123456789abcdef", "0123", "sha256"),
     ("date_utc = 2026", 'date_utc = "yesterday" # ', "date_utc"),
 ]

@@ -41,13 +41,19 @@ def test_only_plausible_numbers_enter(name: str, value: float) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"no_load_mm_per_z": 55.0}, "unknown key twin.no_load_mm_per_z; nearest: no_load_mm_per"),
+        (
+            {"no_load_mm_per_z": 55.0},
+            "unknown key twin.no_load_mm_per_z: did you mean 'no_load_mm_per",
+        ),
         ({"gain": "much"}, "twin.gain is 'much', not a number; give a number from 0.8 to 1.05"),
         ({"gain": True}, "twin.gain is true, not a number"),
         ({"gain": 10**400}, "not a finite number"),
         ({"supply_v": 0.0}, "twin.supply_v is 0 V; give a number from 12 to 48 V"),
         ({"supply_v": {"value": 24.0}}, "twin.supply_v.spread is missing"),
-        ({"supply_v": {"value": 24.0, "spraed": 1.0}}, "twin.supply_v.spraed; nearest: spread"),
+        (
+            {"supply_v": {"value": 24.0, "spraed": 1.0}},
+            "twin.supply_v.spraed: did you mean 'spread'",
+        ),
         ({"supply_v": {"value": 24.0, "spread": -1.0}}, "spread is -1, it should be 0 or more"),
         ({"supply_v": {"value": 14.0, "spread": 2.0}}, "twin.supply_v is 14 +- 2.5 x 2 V; give"),
         ([1.0], "twin is a list, not a section"),

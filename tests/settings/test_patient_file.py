@@ -34,8 +34,8 @@ def test_given_values_are_the_patient_s_for_every_seed(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("carina_mm = 60\n", "preset is missing; give one of adult-icu"),
-        ('preset = "adult"\n', "unknown preset 'adult'; nearest: adult-icu"),
-        ('preset = "neonate"\ncarina = 12\n', "unknown key carina; nearest: carina_mm"),
+        ('preset = "adult"\n', "unknown preset 'adult': did you mean 'adult-icu'"),
+        ('preset = "neonate"\ncarina = 12\n', "unknown key carina: did you mean 'carina_mm'"),
         ('preset = "neonate"\nshunt = 0.7\n', "shunt is 0.7; give a number from 0 to 0.5"),
         ('preset = "neonate"\nshunt = "low"\n', "shunt is 'low', not a number"),
         ('preset = "neonate"\ncarina_mm = 65\n', "make a trachea of 85 mm"),

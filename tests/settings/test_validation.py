@@ -124,8 +124,8 @@ def test_a_record_taken_apart_and_changed_validates_again() -> None:
         ),
         (
             {"servo": {"proportional_v_per_mm": 10, "compensation": "exact-invers"}},
-            "cycle.toml: unknown servo.compensation 'exact-invers'; "
-            "nearest: exact-inverse; known: none, exact-inverse",
+            "cycle.toml: unknown servo.compensation 'exact-invers': "
+            "did you mean 'exact-inverse'? Known: none, exact-inverse",
         ),
         (
             {"servo": {"compensation": "none"}},
@@ -153,7 +153,7 @@ def test_a_misspelt_key_is_reported_before_the_one_it_leaves_missing() -> None:
     mapping = valid()
     mapping["dwel_s"] = mapping.pop("dwell_s")
     assert refusal(mapping) == (
-        "cycle.toml: unknown key dwel_s; nearest: dwell_s; known: dwell_s, vacuum_mmhg, "
+        "cycle.toml: unknown key dwel_s: did you mean 'dwell_s'? Known: dwell_s, vacuum_mmhg, "
         "offset_mm, strokes, name, is_timed, servo, ratio (and 1 more problem)"
     )
 

@@ -1,7 +1,7 @@
 import numpy as np
 
-from opensuction.safety.alarm.alarm_condition import Condition
 from opensuction.safety.alarm.alarm_log import Entry, Event
+from opensuction.safety.condition import Condition
 from opensuction.simulation import alarm_record
 from opensuction.simulation.closed_loop import COLUMNS
 from opensuction.simulation.trace import Columns

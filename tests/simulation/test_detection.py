@@ -12,8 +12,8 @@ import pytest
 
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START
-from opensuction.safety import trip
-from opensuction.safety.trip import Trip
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
@@ -50,7 +50,7 @@ def held(machine: Machine, force_n: float) -> Machine:
 
 def broken(
     ready: Prepared, fault: Callable[[Machine], Machine], phase: Phase
-) -> tuple[dict[Trip, float], Columns]:
+) -> tuple[dict[Condition, float], Columns]:
     """Trips of a cycle with a fault, s after the fault began; and the trace."""
     loop, state, requests = ready.loop, ready.start, START
     table = trace.rows(70.0)
@@ -68,63 +68,65 @@ def broken(
     masks = columns["verdict.trips"].astype(np.int64)
     found = {
         code: float(np.argmax(masks >> int(code) & 1) - since) * DT_S
-        for code in trip.names(int(np.bitwise_or.reduce(masks)))
+        for code in condition_mask.decode_trips(int(np.bitwise_or.reduce(masks)))
     }
     return found, columns
 
 
-FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Trip, float]] = {
+FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Condition, float]] = {
     "jam of 2 N on the way in": (
-        lambda m: held(m, 2.0), Phase.INSERTING, Trip.CATHETER_JAMMED, 0.25,
+        lambda m: held(m, 2.0), Phase.INSERTING, Condition.CATHETER_JAMMED, 0.25,
     ),
     "jam of 2 N on the way out": (
-        lambda m: held(m, 2.0), Phase.WITHDRAWING, Trip.CATHETER_JAMMED, 0.25,
+        lambda m: held(m, 2.0), Phase.WITHDRAWING, Condition.CATHETER_JAMMED, 0.25,
     ),
     # The pump rests on the way in, 8 s long: there it can neither fail nor do harm.
     "pump lost at rest": (
-        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.INSERTING, Trip.VACUUM_LOST, 9.6,
+        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.INSERTING, Condition.VACUUM_LOST, 9.6,
     ),
     "pump lost, valve open": (
-        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.SUCTIONING, Trip.VACUUM_LOST, 1.5,
+        lambda m: line(m, pump_free_ml_per_s=0.0), Phase.SUCTIONING, Condition.VACUUM_LOST, 1.5,
     ),
     "pump at half its flow": (
-        lambda m: line(m, pump_free_ml_per_s=150.0), Phase.SUCTIONING, Trip.VACUUM_LOST, 2.0,
+        lambda m: line(m, pump_free_ml_per_s=150.0), Phase.SUCTIONING, Condition.VACUUM_LOST, 2.0,
     ),
     "regulator shut at rest": (
         lambda m: line(m, regulator_ml_per_s_per_mmhg=0.0),
-        Phase.INSERTING, Trip.VACUUM_EXCEEDED, 8.6,
+        Phase.INSERTING, Condition.VACUUM_EXCEEDED, 8.6,
     ),
     "leak": (
-        lambda m: line(m, leak_ml_per_s_per_mmhg=10.0), Phase.INSERTING, Trip.LINE_LEAKING, 0.3,
+        lambda m: line(m, leak_ml_per_s_per_mmhg=10.0),
+        Phase.INSERTING, Condition.LINE_LEAKING, 0.3,
     ),
     "leak like an open valve": (
-        lambda m: line(m, leak_ml_per_s_per_mmhg=4.0), Phase.INSERTING, Trip.VALVE_STUCK_OPEN, 0.3,
+        lambda m: line(m, leak_ml_per_s_per_mmhg=4.0),
+        Phase.INSERTING, Condition.VALVE_STUCK_OPEN, 0.3,
     ),
     "clog": (
         lambda m: line(m, bore_ml_per_s_per_root_mmhg=1.5),
-        Phase.SUCTIONING, Trip.LINE_CLOGGED, 6.0,
+        Phase.SUCTIONING, Condition.LINE_CLOGGED, 6.0,
     ),
     "canister full": (
         lambda m: line(m, mmhg_per_ml=20.0 * m.line.mmhg_per_ml, pump_free_ml_per_s=0.0),
-        Phase.SUCTIONING, Trip.CANISTER_FULL, 1.0,
+        Phase.SUCTIONING, Condition.CANISTER_FULL, 1.0,
     ),
     "slide stuck open": (
         lambda m: m._replace(valve=m.valve._replace(seal_mm=-1e9)),
-        Phase.INSERTING, Trip.VALVE_STUCK_OPEN, 0.8,
+        Phase.INSERTING, Condition.VALVE_STUCK_OPEN, 0.8,
     ),
     "cam seized closed": (
         lambda m: m._replace(valve_axis=m.valve_axis._replace(friction_v=1e3)),
-        Phase.INSERTING, Trip.VALVE_STUCK_CLOSED, 12.0,
+        Phase.INSERTING, Condition.VALVE_STUCK_CLOSED, 12.0,
     ),
     "cam seized open": (
         lambda m: m._replace(valve_axis=m.valve_axis._replace(friction_v=1e3)),
-        Phase.SUCTIONING, Trip.VALVE_STUCK_OPEN, 14.5,
+        Phase.SUCTIONING, Condition.VALVE_STUCK_OPEN, 14.5,
     ),
     "drive without its current limit": (
         lambda m: held(m, 8.0)._replace(
             insertion_axis=held(m, 8.0).insertion_axis._replace(force_v=99.0)
         ),
-        Phase.INSERTING, Trip.DRIVE_OVERFORCE, 0.25,
+        Phase.INSERTING, Condition.DRIVE_OVERFORCE, 0.25,
     ),
 }  # fmt: skip
 """What breaks, in which phase, the trip that names it, and the longest time to it in s."""
@@ -138,7 +140,7 @@ def test_what_breaks_is_named_in_time(name: str) -> None:
     assert 0.0 < found[code] <= bound_s
     assert min(found, key=lambda other: found[other]) == code
     # Nothing is left in the airway that the machine itself could have drawn out.
-    if code != Trip.DRIVE_OVERFORCE:
+    if code != Condition.DRIVE_OVERFORCE:
         assert columns["truth.tip_mm"][-1] < prepared("clinical", "travel").rig.site.boundary_mm
 
 
@@ -146,9 +148,9 @@ def test_what_holds_the_catheter_fast_is_not_pulled_for_long() -> None:
     found, columns = broken(
         prepared("clinical", "travel"), lambda m: held(m, 8.0), Phase.WITHDRAWING
     )
-    assert found[Trip.CATHETER_JAMMED] < 0.25
-    assert Trip.HEAD_NOT_FOLLOWING not in found
-    assert found[Trip.WITHDRAWAL_BLOCKED] < found[Trip.CATHETER_JAMMED] + 0.5
+    assert found[Condition.CATHETER_JAMMED] < 0.25
+    assert Condition.HEAD_NOT_FOLLOWING not in found
+    assert found[Condition.WITHDRAWAL_BLOCKED] < found[Condition.CATHETER_JAMMED] + 0.5
     assert columns["commands.insertion_on"][-1] == 0.0
 
 
@@ -159,7 +161,7 @@ def test_a_carina_that_is_missed_before_the_switch_was_seen_to_work_raises_both(
 
     ready = prepared("clinical", "contact")
     found, columns = broken(ready, deeper, Phase.INSERTING)
-    assert set(found) == {Trip.CARINA_MISSED, Trip.CONTACT_STUCK_OPEN}
+    assert set(found) == {Condition.CARINA_MISSED, Condition.CONTACT_STUCK_OPEN}
     assert columns["truth.tip_mm"].max() < ready.protocol.travel_mm
     assert columns["truth.tip_mm"][-1] < ready.rig.site.boundary_mm
 
@@ -173,5 +175,5 @@ def test_a_switch_that_closes_where_nothing_is_does_so_for_no_longer_than_a_mome
 
     found, _ = broken(prepared("clinical", "contact"), closed, phase)
     code = min(found, key=lambda other: found[other])
-    assert code in (Trip.CONTACT_STUCK_CLOSED, Trip.CONTACT_TIME)
-    assert found[Trip.CONTACT_STUCK_CLOSED] < 2.5
+    assert code in (Condition.CONTACT_STUCK_CLOSED, Condition.CONTACT_TIME)
+    assert found[Condition.CONTACT_STUCK_CLOSED] < 2.5

@@ -10,7 +10,7 @@ from opensuction.kernel.requests import ABORT, HOME, NO_REQUESTS, START, TEACH
 from opensuction.procedure.cycle.teaching import Taught
 from opensuction.simulation import closed_loop, teaching, trace
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.teaching import Teaching
 from opensuction.simulation.trace import Columns
@@ -25,7 +25,7 @@ def rig(seed: int, patient: str = "adult-icu") -> tuple[Rig, rigs.Identification
 @cache
 def taught(seed: int, patient: str = "adult-icu") -> Teaching:
     chosen, identified = rig(seed, patient)
-    return teaching.teach(chosen, identified.calibration)
+    return teaching.teach(chosen, identified.calibration, COLUMNS)
 
 
 def run(loop: Loop, state: LoopState, pressed: dict[float, object]) -> Columns:

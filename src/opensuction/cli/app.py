@@ -9,7 +9,7 @@ import typer
 from opensuction import __version__
 from opensuction.cli import interruption, option, study, workbench
 from opensuction.kernel.errors import InputError
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault import BY_NAME
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
@@ -25,7 +25,7 @@ app = typer.Typer(
 )
 
 FAULTS = textwrap.fill(
-    ", ".join(fault.title for fault in KINDS),
+    ", ".join(BY_NAME),
     width=80,
     initial_indent="  ",
     subsequent_indent="  ",

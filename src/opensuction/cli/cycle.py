@@ -208,7 +208,7 @@ def _written(data: dict[str, Any], staging: Path, began_s: float) -> dict[str, A
 def _write_sound(data: dict[str, Any], staging: Path) -> None:
     """What was heard of the most urgent alarm, beside the report; nothing where there was none."""
     from opensuction.report.cycle import alarm_sound
-    from opensuction.safety.alarm.alarm_condition import Priority
+    from opensuction.safety.priority import Priority
 
     if data["alarms"]:
         loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])

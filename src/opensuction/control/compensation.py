@@ -300,7 +300,7 @@ def loading_tip_mm(compensation: Compensation, parked_head_mm: float, reading_mm
     """Tip that the model gives for a head pushed in to ``reading_mm`` from where it parks, mm.
 
     The loading branch after a retract: the gap is taken up on the way. Of every compensation,
-    also of none, whose machine still has a nominal model. Source: paper.txt eqs. (3) and (4).
+    also of none, whose machine still has a nominal model. Source: [paper] eqs. (3) and (4).
     """
     model = compensation.model
     lag = modified_dahl.step(model, modified_dahl.saturation_mm(model), reading_mm - parked_head_mm)

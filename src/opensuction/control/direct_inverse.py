@@ -24,7 +24,7 @@ class EstimatedLag(NamedTuple):
 
 @compiled
 def step(model: ModifiedDahl, state: EstimatedLag, reference_mm: float) -> EstimatedLag:
-    """Head command for a desired tip position. Source: paper.txt eqs. (7) and (8)."""
+    """Head command for a desired tip position. Source: [paper] eqs. (7) and (8)."""
     head = (reference_mm - state.lag_mm - model.offset_mm) / model.slope
     move = head - state.head_mm
     lag = state.lag_mm

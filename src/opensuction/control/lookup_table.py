@@ -3,9 +3,7 @@
 ``lookup-table`` holds the head position of each tip depth as it was recorded on the way in and on
 the way out; ``gap-width`` is its plainest case, two parallel lines one backlash width apart. Both
 see only where the reference goes now: the gap is crossed once it has turned.
-Source: Kesner and Howe, Position control of motion compensation cardiac catheters, IEEE
-Transactions on Robotics 27 (2011), for the width; Bardou et al., Improvements in the control of a
-flexible endoscopic system, ICRA 2012, for the table (paper.txt references [20] and [23]).
+Source: [Kesner-2011] for the width, [Bardou-2012] for the table: references 20 and 23 of [paper].
 """
 
 import math

@@ -5,7 +5,7 @@ crosses the gap while the tip stands still, stops where the first play is about 
 begins its run-in a moment before the reference does: over the rounded corner of the loop the tip
 follows slowly at first, and the head, bounded in speed and acceleration, could not catch up.
 Without preview the gap is crossed once the reference has turned.
-Source: DESIGN section 4, "What beats it".
+Source: [calc-preview].
 """
 
 from typing import NamedTuple
@@ -128,11 +128,17 @@ def lead(
 
 @compiled
 def rehearse(
-    model: PlaySum, limits: HeadLimits, move: Profile, run_in_s: float, dt_s: float
+    model: PlaySum,
+    limits: HeadLimits,
+    move: Profile,
+    run_in_s: float,
+    dt_s: float,
+    most: float,
 ) -> float:
     """Sum of squared tip errors, mm2 s, of a start from rest after a long retract.
 
     move: the reference, inwards. The head has crossed the gap and begins ``run_in_s`` early.
+    most: above it the sum is not carried to its end; infinite for all of it.
     """
     plays = play_sum.retracted_positions_mm(model, 0.0)
     start_mm = play_sum.output_mm(model, plays, 0.0)
@@ -154,4 +160,6 @@ def rehearse(
         tip = play_sum.output_mm(model, state.plays_mm, state.head_mm)
         error_mm = tip - start_mm - moved_mm + move.start_mm
         squares += error_mm * error_mm * dt_s
+        if squares > most:
+            break
     return squares

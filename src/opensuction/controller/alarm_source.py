@@ -2,7 +2,7 @@
 
 The governor's trips are conditions already. Here are those that nobody else sees: why the machine
 stopped, that it needs a recovery, what the pre-use test found, how old the catheter is, and that
-cycles which were due do not come. Everything is a bit mask of `alarm_condition.Condition`.
+cycles which were due do not come. Everything is a bit mask of `condition.Condition`.
 
 A person's abort is no alarm: whoever pressed the button knows that the machine stops, and an alarm
 that only says what was just done teaches people not to listen. What is still due is another
@@ -20,7 +20,7 @@ from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
-from opensuction.safety.alarm.alarm_condition import Condition
+from opensuction.safety.condition import Condition
 
 NONE = 0
 """No condition."""

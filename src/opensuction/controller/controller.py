@@ -23,7 +23,7 @@ from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
-from opensuction.safety.trip import Reaction
+from opensuction.safety.handling import Reaction
 from opensuction.safety.watch.watch import Watch
 
 
@@ -36,11 +36,10 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     """
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
-    procedure = cycle.parked(settings.plan)
+    procedure = cycle.begin(settings.plan, Phase.PARKED if parked else Phase.HALTED)
     head = compensation.park(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:
-        procedure = procedure._replace(phase=int(Phase.HALTED))
         head = head._replace(head_mm=watch.last.head_mm)
     core = CoreState(
         procedure=procedure,

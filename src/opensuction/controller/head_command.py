@@ -85,20 +85,22 @@ def feedback(
 
     touched: the tip has met something on its way in. confirm: a person says where the tip is.
     """
-    here, here_mm, tip_mm = head, 0.0, 0.0
+    here, contact_tip_mm, tip_mm = head, 0.0, 0.0
     if touched or confirm:
         head_mm = _head_mm(state.governor.watch.head_mm, readings)
         tip_mm = compensation.loading_tip_mm(
             settings.compensation, settings.parked.head_mm, head_mm
         )
         if touched:
-            here, here_mm = compensation.at_contact(settings.compensation, heads_mm, head, head_mm)
+            here, contact_tip_mm = compensation.at_contact(
+                settings.compensation, heads_mm, head, head_mm
+            )
     learned = ControlFeedback(
         head_wanted_mm=head.head_mm,
         head_wanted_mm_per_s=head.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
-        here_mm=here_mm,
+        contact_tip_mm=contact_tip_mm,
         tip_mm=tip_mm,
     )
     return here, learned

@@ -1,7 +1,7 @@
 """A machine as its controller knows it, with the source of each value.
 
 Ranges are what a machine file may set; they are the project's own judgement of what is plausible.
-Tags: [paper]; [computed] from the twin's parameters; [assumed]; [design] the design's own choice.
+Tags of the sources: docs/sources.md.
 """
 
 import math

@@ -1,5 +1,6 @@
 """Settings of the controller from what is known of the machine, the protocol and a calibration."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,8 @@ AUDIO_PAUSE_S = 120.0
 """Length of an audio pause: the longest that is allowed."""
 RUN_INS_S = tuple(0.01 * step for step in range(16))
 """Run-ins that are tried for `preview`: the best of the machines here lie at 0.04 to 0.1 s."""
+LIKELY_RUN_IN_S = 0.06
+"""Where the search begins; the nearer to the best, the sooner the others are seen to be worse."""
 REHEARSAL_TICK_S = 0.001
 """The control loop's own tick."""
 REHEARSED_MM = 90.0
@@ -159,11 +162,12 @@ def _check_cap(
 
 def _run_in_s(plays: PlaySum, limits: HeadLimits, move: Profile) -> float:
     """Run-in of `preview` that leaves the smallest tip error at the start of a move."""
-    costs = [
-        float(preview.rehearse(plays, limits, move, run_in_s, REHEARSAL_TICK_S))
-        for run_in_s in RUN_INS_S
-    ]
-    return RUN_INS_S[int(np.argmin(costs))]
+    best = (math.inf, 0.0)
+    for run_in_s in sorted(RUN_INS_S, key=lambda run_in_s: abs(run_in_s - LIKELY_RUN_IN_S)):
+        # A rehearsal ends as soon as it is worse than the best one before.
+        cost = preview.rehearse(plays, limits, move, run_in_s, REHEARSAL_TICK_S, best[0])
+        best = min(best, (float(cost), run_in_s))
+    return best[1]
 
 
 def _curves(kind: CompensationKind, calibration: Calibration) -> Curves:
@@ -179,33 +183,32 @@ def compensator(
     profile: MachineProfile,
     kind: CompensationKind,
     calibration: Calibration,
-    speeds_mm_per_s: tuple[float, float] = (0.0, 0.0),
+    speeds_mm_per_s: tuple[float, float] | None = None,
 ) -> Compensation:
     """Compensation by kind, on a calibrated (or nominal) model, within the machine's limits.
 
-    speeds_mm_per_s: of the tip when it starts inwards and outwards; `preview` prepares for them.
+    speeds_mm_per_s: of the tip when it starts inwards and outwards; `preview` rehearses both
+    starts. Without them it has no run-in: enough to plan with.
     """
     limits = HeadLimits(
         speed_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
     )
-    run_ins = [0.0, 0.0]
-    if kind == CompensationKind.PREVIEW:
-        run_ins = [
-            _run_in_s(
-                play_sum.bundle(calibration.plays),
-                limits,
-                Profile(0.0, REHEARSED_MM, speed, profile.acceleration_mm_per_s2),
-            )
+    run_in = RunIn(0.0, 0.0)
+    if kind == CompensationKind.PREVIEW and speeds_mm_per_s is not None:
+        moves = [
+            Profile(0.0, REHEARSED_MM, speed, profile.acceleration_mm_per_s2)
             for speed in speeds_mm_per_s
         ]
+        plays = play_sum.bundle(calibration.plays)
+        run_in = RunIn(*(_run_in_s(plays, limits, move) for move in moves))
     return compensation.chosen(
         kind,
         limits,
         calibration.model,
         calibration.plays,
         _curves(kind, calibration),
-        RunIn(*run_ins),
+        run_in,
     )
 
 
@@ -252,7 +255,7 @@ def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
         )
 
 
-def settings(
+def planned(
     profile: MachineProfile,
     protocol: Protocol,
     kind: CompensationKind,
@@ -260,22 +263,11 @@ def settings(
     by_contact: bool,
     site: Site,
 ) -> Settings:
-    """Controller settings for one run. Raises InputError where the protocol cannot be done.
-
-    The compensation's `branches` go with them.
-
-    by_contact: stop where the contact switch closes instead of after a known travel.
-    site: the patient's (or the bench's) geometry.
-    """
+    """As `settings`, without the rehearsal of a start: enough to see whether it can be done."""
     planner.check_numbers(protocol)
     if by_contact:
         _check_back_off(kind, protocol)
-    inwards_mm_per_s = protocol.insertion_mm_per_s
-    if site.park_mm < TUBE_END_MM:
-        inwards_mm_per_s = max(inwards_mm_per_s, site.fast_mm_per_s)
-    speeds = (inwards_mm_per_s, protocol.withdrawal_mm_per_s)
-    chosen = compensator(profile, kind, calibration, speeds)
-    heads_mm = branches(kind, calibration)
+    chosen, heads_mm = compensator(profile, kind, calibration), branches(kind, calibration)
     parked = compensation.rest(chosen, heads_mm, site.park_mm)
     able = abilities(profile, kind, calibration, site)
     insertion, valve = _servos(profile, kind, calibration.feedforward)
@@ -300,6 +292,27 @@ def settings(
         limits=held,
         alarms=alarm_state.settings(AUDIO_PAUSE_S, REMINDER.interval_s.value),
     )
+
+
+def settings(
+    profile: MachineProfile,
+    protocol: Protocol,
+    kind: CompensationKind,
+    calibration: Calibration,
+    by_contact: bool,
+    site: Site,
+) -> Settings:
+    """Controller settings for one run. Raises InputError where the protocol cannot be done.
+
+    by_contact: stop where the contact switch closes instead of after a known travel.
+    site: the patient's (or the bench's) geometry.
+    """
+    made = planned(profile, protocol, kind, calibration, by_contact, site)
+    inwards_mm_per_s = protocol.insertion_mm_per_s
+    if site.park_mm < TUBE_END_MM:
+        inwards_mm_per_s = max(inwards_mm_per_s, site.fast_mm_per_s)
+    speeds = (inwards_mm_per_s, protocol.withdrawal_mm_per_s)
+    return made._replace(compensation=compensator(profile, kind, calibration, speeds))
 
 
 def scheduled(settings: Settings, schedule: Schedule) -> Settings:

@@ -15,8 +15,7 @@ error control.
 What it cannot represent: a gap with corners (a play), an output that depends on where in its
 range the input is, minor loops that close (it drifts in them), and, for D > B as printed in the
 paper, a start far outside the loop (the state then runs away, see `is_well_posed`).
-Source: paper.txt eqs. (5) and (6); Wen, J. Eng. Mech. 102 (1976) 249; Ikhouane and Rodellar,
-Systems with Hysteresis (2007), for boundedness.
+Source: [paper] eqs. (5) and (6); [Wen-1976]; [Ikhouane-2007] for boundedness.
 """
 
 import math
@@ -92,7 +91,7 @@ def is_well_posed(model: BoucWen) -> bool:
     """Whether the memory stays within its saturation, whatever the input does: A, B, B + D > 0.
 
     With D > B that holds for a start within (A / (D - B))^(1/m), which is beyond saturation;
-    with D <= B for any start. Source: Ikhouane and Rodellar (2007), ch. 2.
+    with D <= B for any start. Source: [Ikhouane-2007] ch. 2.
     """
     signs = model.input_gain > 0.0 and model.dissipation > 0.0
     return signs and model.dissipation + model.bend > 0.0 and model.exponent >= 1.0
@@ -103,7 +102,7 @@ def is_passive(model: BoucWen) -> bool:
     """Whether no excursion gives more work than the memory had stored: -B <= D <= B.
 
     Stored is ``zeta^2 / 2A``; what a move dissipates is ``|zeta|^m (B |zeta dx| + D zeta dx) / A``.
-    The published parameters break it. Source: Ikhouane and Rodellar (2007), ch. 2.
+    The published parameters break it. Source: [Ikhouane-2007] ch. 2.
     """
     return is_well_posed(model) and abs(model.bend) <= model.dissipation
 
@@ -166,14 +165,14 @@ def step(model: BoucWen, memory_mm: float, move_mm: float) -> float:
     Closed form for m = 1; otherwise every part of the move is exact to
     `bouc_wen_growth.TOLERANCE` of the saturation. The model must be well posed; a memory that runs
     away (D > B, start far outside the loop) and input that is not finite give NaN.
-    Source: the standard form of paper.txt eq. (6).
+    Source: the standard form of [paper] eq. (6).
     """
     return _step(model, memory_mm, move_mm, np.empty((2, MOST_TERMS)))
 
 
 @compiled
 def output_mm(model: BoucWen, input_mm: float, memory_mm: float) -> float:
-    """Output for an input and a memory, mm. Source: paper.txt eq. (5)."""
+    """Output for an input and a memory, mm. Source: [paper] eq. (5)."""
     return model.slope * input_mm + model.memory_gain * memory_mm + model.offset_mm
 
 

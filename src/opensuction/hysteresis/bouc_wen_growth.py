@@ -4,8 +4,8 @@ u is the memory counted in the direction of travel, k one number where it grows 
 (u > 0) and another where it comes home to zero (u < 0). For m = 1 both pieces are exponentials.
 For other m the travel is cut into Taylor steps; near the change of sign, where |u|^m has no
 Taylor series, the travel is summed as a series in the state and inverted by Newton's method.
-Source: Jorba and Zou, Exp. Math. 14 (2005) 99, for Taylor steps; the series is that of the
-hypergeometric function 2F1(1, 1/m; 1 + 1/m; k u^m / A).
+Source: [Jorba-2005] for Taylor steps; the series is that of the hypergeometric function
+2F1(1, 1/m; 1 + 1/m; k u^m / A).
 """
 
 import math

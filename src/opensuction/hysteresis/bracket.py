@@ -5,7 +5,7 @@ So one search serves every model in compiled code, which cannot hand functions a
 
 Method: inverse quadratic interpolation where the last three points allow it, bisection where
 they do not: fast on smooth curves, safe at the corners of a play.
-Source: Chandrupatla, Adv. Eng. Softw. 28 (1997) 145.
+Source: [Chandrupatla-1997].
 """
 
 import math

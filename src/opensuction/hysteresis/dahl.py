@@ -7,7 +7,7 @@ that closed form: no integration step, no error, independent of speed.
 What it cannot represent: an output that goes on growing with the input (a backlash; the modified
 Dahl model adds the line), a force above F_c, closed minor loops (after a small excursion the
 force does not come back to where it was, it drifts), breakaway (Stribeck) and viscous friction.
-Source: paper.txt eqs. (1) and (2); Dahl, AIAA J. 14 (1976) 1675.
+Source: [paper] eqs. (1) and (2); [Dahl-1976].
 """
 
 import math
@@ -52,7 +52,7 @@ def start_deflection_mm(model: Dahl, memory_ratio: float) -> float:
 def step(model: Dahl, deflection_mm: float, move_mm: float) -> float:
     """Deflection z after one monotone move of the input, of any size; exact.
 
-    Source: paper.txt eq. (1), integrated in closed form.
+    Source: [paper] eq. (1), integrated in closed form.
     """
     # expm1 keeps a small move exact and leaves the deflection untouched by none.
     length_mm = saturation_mm(model)
@@ -62,7 +62,7 @@ def step(model: Dahl, deflection_mm: float, move_mm: float) -> float:
 
 @compiled
 def output_n(model: Dahl, deflection_mm: float) -> float:
-    """Force for a deflection, N. Source: paper.txt eq. (2)."""
+    """Force for a deflection, N. Source: [paper] eq. (2)."""
     return model.stiffness_n_per_mm * deflection_mm
 
 
@@ -101,7 +101,7 @@ def inverse_step(model: Dahl, deflection_mm: float, target_n: float) -> InverseM
 
     A target of F_c or more is met by no finite move and not reached: the move is then 0. So it is
     for the force there already is, reached.
-    Source: paper.txt eqs. (1) and (2), solved for the input.
+    Source: [paper] eqs. (1) and (2), solved for the input.
     """
     if target_n == output_n(model, deflection_mm):
         return InverseMove(move_mm=0.0, reached=True)

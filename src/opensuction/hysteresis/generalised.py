@@ -1,6 +1,6 @@
 """A hysteresis model that is linear in its parameters: fixed elements and a polynomial envelope.
 
-``y = sum_j w_j b_j + p(x)``: each b_j is a Dahl state of a fixed decay length (the lag of paper
+``y = sum_j w_j b_j + p(x)``: each b_j is a Dahl state of a fixed decay length (the lag of [paper]
 eq. (3) for beta = 1) or a play of a fixed width, p a polynomial up to the fifth degree. Only the
 weights are unknown, so a recording determines them by linear least squares, without a search.
 Beyond the range it was made for the polynomial goes on as its tangent and cannot run away.
@@ -11,8 +11,8 @@ and a straight line.
 What it cannot represent: loops whose height depends on where in the range they lie (every element
 acts the same everywhere; Preisach can), speed, creep; with too many elements for the recording
 it represents noise, so choose them by cross-validation.
-Source: paper.txt eq. (3) and Fig. 5 for the elements; Bertotti and Mayergoyz,
-The Science of Hysteresis I (2006), for superposition and an anhysteretic part.
+Source: [paper] eq. (3) and Fig. 5 for the elements; [Bertotti-2006] for superposition and an
+anhysteretic part.
 """
 
 import math

@@ -6,7 +6,7 @@ function here is its closed form: no integration step, no error, independent of 
 In the direction of travel s (+1 towards the carina, -1 back) the tip gains, over a travel d >= 0,
 ``c*d + u*(exp(-alpha*d) - 1)`` with ``u = s*z + beta/alpha``. Where ``u*alpha > c`` this dips
 before it rises: the modelled tip first moves the wrong way and is back only after the *gap*.
-Source: paper.txt eqs. (3) and (4).
+Source: [paper] eqs. (3) and (4).
 """
 
 import math
@@ -39,7 +39,7 @@ class ModifiedDahl(NamedTuple):
 
 
 PUBLISHED = ModifiedDahl(slope=0.9677, velocity_gain=0.854, decay_per_mm=0.077, offset_mm=-7.151)
-"""The paper's identified parameters (section III-B). Not monotone: c < 2 beta."""
+"""Identified parameters of [paper] III-B. Not monotone: c < 2 beta."""
 
 
 @compiled
@@ -47,7 +47,7 @@ def step(model: ModifiedDahl, lag_mm: float, move_mm: float) -> float:
     """Advance the hysteretic lag by one monotone move of the head; exact.
 
     lag_mm: internal state z before the move. move_mm: signed head travel, any size.
-    Returns the lag after the move. Source: paper.txt eq. (3), integrated in closed form.
+    Returns the lag after the move. Source: [paper] eq. (3), integrated in closed form.
     """
     # expm1 keeps a small move exact and leaves the lag untouched by none.
     reach_mm = math.copysign(model.velocity_gain / model.decay_per_mm, move_mm)
@@ -56,7 +56,7 @@ def step(model: ModifiedDahl, lag_mm: float, move_mm: float) -> float:
 
 @compiled
 def output_mm(model: ModifiedDahl, head_mm: float, lag_mm: float) -> float:
-    """Tip position for a head position and a lag, mm. Source: paper.txt eq. (4)."""
+    """Tip position for a head position and a lag, mm. Source: [paper] eq. (4)."""
     return model.slope * head_mm + lag_mm + model.offset_mm
 
 
@@ -105,7 +105,7 @@ def is_monotone(model: ModifiedDahl) -> bool:
 def advance_slope(model: ModifiedDahl, lag_mm: float, direction: float) -> float:
     """Slope dy/dx when the head starts to move from here in one direction.
 
-    direction: +1.0 towards the carina, -1.0 back. Source: paper.txt eqs. (3) and (4).
+    direction: +1.0 towards the carina, -1.0 back. Source: [paper] eqs. (3) and (4).
     """
     return model.slope - model.velocity_gain - direction * model.decay_per_mm * lag_mm
 
@@ -160,7 +160,7 @@ def move_to(
     beyond the gap, from which the tip moves on the right way. A target that is behind, deeper
     than the dip, cannot be reached in this direction: the move to the bottom of the dip is
     returned, 0 for a curve without one. Compare the output there with the target to know.
-    Source: paper.txt eqs. (3) and (4) solved together, in place of eqs. (7) and (8).
+    Source: [paper] eqs. (3) and (4) solved together, in place of eqs. (7) and (8).
     """
     pull_mm = direction * lag_mm + saturation_mm(model)
     gain_mm = direction * (target_mm - output_mm(model, head_mm, lag_mm))

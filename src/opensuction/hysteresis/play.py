@@ -6,8 +6,8 @@ clearance of a catheter that lies against its conduit in many places does.
 
 What one play cannot represent: rounded corners, and any motion of the output inside the gap. So
 it has no continuous inverse; the smallest move that gives a wanted output exists (`inverse_step`).
-Source: paper.txt Fig. 5 (one element); Krasnosel'skii and Pokrovskii, Systems with Hysteresis
-(1989), for the play operator and its superposition.
+Source: [paper] Fig. 5 (one element); [Krasnoselskii-1989] for the play operator and its
+superposition.
 """
 
 import math

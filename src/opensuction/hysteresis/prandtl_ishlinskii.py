@@ -8,9 +8,7 @@ many steps as it has corners.
 
 What it cannot represent: creep and anything else that depends on time or speed; loops whose shape
 changes with depth; loops that are not symmetric under reversal, but for the curvature.
-Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989); Kuhnen, Modeling,
-identification and compensation of complex hysteretic nonlinearities, European Journal of Control 9
-(2003), for weights on a threshold grid and their inverse.
+Source: [Krasnoselskii-1989]; [Kuhnen-2003] for weights on a threshold grid and their inverse.
 """
 
 import math

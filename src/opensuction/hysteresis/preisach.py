@@ -12,8 +12,7 @@ What it cannot represent: loops of equal input that differ in shape by their lev
 minor loops are congruent), an output beyond its grid (there it stays where it is), gaps of other
 widths than whole levels, speed, creep. It has hundreds of weights: it asks for recordings with
 many inner loops, and for weights held at 0 or above.
-Source: Preisach, Z. Phys. 94 (1935) 277; Mayergoyz, Mathematical Models of Hysteresis (1991);
-Brokate and Sprekels, Hysteresis and Phase Transitions (1996), ch. 2, for rows as plays.
+Source: [Preisach-1935]; [Mayergoyz-1991]; [Brokate-1996] ch. 2 for rows as plays.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Threefry-2x32 with 20 rounds on 32-bit words, carried in 64-bit integers so that the same source
 gives the same bits compiled and as plain Python.
-Source: Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3 (SC 2011).
+Source: [Salmon-2011].
 """
 
 import math

@@ -40,7 +40,7 @@ class Host(NamedTuple):
     overrun: bool
     """The previous tick ended after its deadline."""
     conditions: int
-    """What only the host can see, as a mask of alarm conditions (`alarm_condition`): a late
+    """What only the host can see, as a mask of alarm conditions (`condition_mask`): a late
     message, a recorder or console that is lost, reserve energy in use. It can only add alarms."""
 
 

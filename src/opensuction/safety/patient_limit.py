@@ -5,7 +5,7 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 
 LOST_CMH2O = 5.0
-"""Pressure below PEEP at which lung volume is being lost. Source: DESIGN section 7."""
+"""Pressure below PEEP at which lung volume is being lost [design-lung]."""
 TRANSDUCER_CMH2O = 0.2
 """Error of the pressure that is no loss; assumed."""
 BREATH_CMH2O = 2.0
@@ -36,7 +36,7 @@ AGE_LIMITS: dict[AgeGroup, AgeLimits] = {
 
 SOURCES: dict[str, str] = {
     "spo2_percent": "[assumed] 88, the least aimed at in acute lung injury [K], less 5 that "
-    "suction may take [F: Simarmata 2019, weak] and 3 of the oximeter [K]",
+    "suction may take [Simarmata-2019] and 3 of the oximeter [K]",
     "heart_rate_per_min": "bradycardia by age [K]",
     "airway_most_cmh2o": "usual upper alarm limit of ventilators [assumed]",
     "breath_s": "[assumed] apnoea alarms wait for 10 to 20 s [K]; sooner with small stores of "

@@ -22,7 +22,7 @@ from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import one_line, remedy
+from opensuction.settings.wording import one_line, unknown
 
 FORMAT_VERSION: Final = 2
 """Raised with every change that older software would misread. 2: what a calibration measured."""
@@ -265,7 +265,7 @@ def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
         raise _refusal(path, f"rmse_unit is '{identified.about.rmse_unit}', should be 'mm'")
     for name in given:
         if name not in (*MODIFIED_DAHL, "initial_lag"):
-            raise _refusal(path, f"unknown key parameters.{name}; {remedy(name, MODIFIED_DAHL)}")
+            raise _refusal(path, unknown(f"key parameters.{name}", name, MODIFIED_DAHL))
     values = {}
     for name, (field, unit) in MODIFIED_DAHL.items():
         if name not in given:

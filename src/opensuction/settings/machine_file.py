@@ -14,10 +14,10 @@ from typing import Any, TypeVar
 from opensuction.controller.machine_profile import SOURCES, MachineProfile
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
-from opensuction.settings.parameter_section import Table, changed
+from opensuction.settings.parameter_section import LISTED, Table, changed
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import dotted, one_line, remedy, shown
+from opensuction.settings.wording import dotted, one_line, shown, unknown
 from opensuction.simulation import machine_kind
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.twin import preset
@@ -47,7 +47,7 @@ def load(path: str | PathLike[str]) -> MachineKind:
     given = load_toml(path)
     for key in given:
         if key not in CHOICES and key not in SECTIONS:
-            raise _refusal(path, f"unknown key {dotted('', key)}; {remedy(key, known_keys())}")
+            raise _refusal(path, unknown(f"key {dotted('', key)}", key, known_keys()))
     for key, names in CHOICES.items():
         if key not in given:
             raise _refusal(path, f"{key} is missing; give one of {', '.join(names)}")
@@ -112,7 +112,7 @@ def _controller(profile: MachineProfile, given: object, path: object) -> Machine
         raise _refusal(path, f"controller is {shown(given)}, not a section")
     for name in given:
         if name not in SOURCES:
-            raise _refusal(path, f"unknown key controller.{name}; {remedy(name, SOURCES)}")
+            raise _refusal(path, unknown(f"key controller.{name}", name, SOURCES, LISTED))
     try:
         return validate(MachineProfile, {**profile._asdict(), **given}, "controller")
     except InputError as refused:

@@ -10,12 +10,14 @@ from math import isfinite
 
 from opensuction.kernel.errors import InputError
 from opensuction.settings.limit import plain
-from opensuction.settings.wording import dotted, one_line, remedy, shown
+from opensuction.settings.wording import dotted, one_line, shown, unknown
 from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
 
 Table = dict[str, Parameter]
 PAIR = ("value", "spread")
 """Keys of a value that is drawn."""
+LISTED = "docs/parameters.md"
+"""Where all parameters are: too many for a message."""
 
 
 def changed(table: Table, given: object, section: str, where: object) -> Table:
@@ -31,7 +33,7 @@ def changed(table: Table, given: object, section: str, where: object) -> Table:
     for name, value in given.items():
         key = dotted(section, name)
         if name not in table:
-            raise _refusal(where, f"unknown key {key}; {remedy(name, table)}")
+            raise _refusal(where, unknown(f"key {key}", name, table, LISTED))
         found[name] = _entry(table[name], value, key, where)
     return found
 
@@ -41,7 +43,7 @@ def _entry(entry: Parameter, given: object, key: str, where: object) -> Paramete
     if isinstance(given, Mapping):
         for name in given:
             if name not in PAIR:
-                raise _refusal(where, f"unknown key {dotted(key, name)}; {remedy(name, PAIR)}")
+                raise _refusal(where, unknown(f"key {dotted(key, name)}", name, PAIR))
         for name in PAIR:
             if name not in given:
                 raise _refusal(where, f"{dotted(key, name)} is missing; give {_wanted(entry)}")

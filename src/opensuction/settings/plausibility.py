@@ -17,8 +17,8 @@ from opensuction.kernel.errors import InputError
 from opensuction.settings.wording import one_line
 
 GAP_RATIOS = (0.5, 1.5)
-"""Gap over the machine's nominal one. Re-routing the conduit changes it by 30 % (DESIGN), another
-catheter in it by as much again (assumed)."""
+"""Gap over the machine's nominal one. Re-routing the conduit changes it by 30 % [design-gap],
+another catheter in it by as much again (assumed)."""
 
 SLOPES = (0.85, 1.1)
 """mm of tip for each mm of head: the catheter neither shortens nor grows by more (assumed)."""

@@ -28,7 +28,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
 from opensuction.settings.limit import Limit, in_words, limit_of, plain
 from opensuction.settings.unit import unit_of
-from opensuction.settings.wording import dotted, one_line, remedy, shown
+from opensuction.settings.wording import dotted, one_line, shown, unknown
 
 Record = TypeVar("Record", bound=tuple[Any, ...])
 
@@ -122,7 +122,7 @@ def _section(
     found_before = len(problems)
     for key in given:
         if key not in names:
-            problems.append(f"unknown key {dotted(section, key)}; {remedy(key, names)}")
+            problems.append(unknown(f"key {dotted(section, key)}", key, names))
     values: dict[str, Any] = {}
     for field in _fields(record_type):
         key = dotted(section, field.name)

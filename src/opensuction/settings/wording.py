@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 LONGEST: Final = 60
@@ -13,6 +13,9 @@ NEAREST: Final = 3
 
 ENOUGH_ALIKE: Final = 0.6
 """Similarity from which a known name is offered; the default of ``difflib``."""
+
+SHORTEST_PART: Final = 3
+"""Letters from which a part of a known name points to it."""
 
 _BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -51,17 +54,36 @@ def dotted(section: str, key: object) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
-    """Known names similar to ``name``, most similar first; case does not count."""
+    """Known names similar to ``name``, most similar first, then those that hold it as a part.
+
+    Case does not count.
+    """
     by_folded = {entry.casefold(): entry for entry in known}
     # Long enough for any name a person types; a pasted file must not take seconds to compare.
     folded = name[:LONGEST].casefold()
     found = difflib.get_close_matches(folded, by_folded, n=NEAREST, cutoff=ENOUGH_ALIKE)
-    return [by_folded[entry] for entry in found]
+    if len(folded) >= SHORTEST_PART:
+        found += [entry for entry in by_folded if folded in entry and entry not in found]
+    return [by_folded[entry] for entry in found[:NEAREST]]
 
 
-def remedy(name: object, known: Iterable[str]) -> str:
-    """What to write instead of an unknown name: the nearest names, then all of them."""
+def one_of(names: Sequence[str]) -> str:
+    """Names to choose from, quoted: ``'a', 'b' or 'c'``."""
+    quoted = [f"'{name}'" for name in names]
+    return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if quoted[1:] else quoted)
+
+
+def unknown(what: str, name: object, known: Iterable[str], listed: str | None = None) -> str:
+    """Refusal of a name that is not known, with the nearest ones.
+
+    what: as it opens the message, with the name where that is wanted: ``protocol 'papr'``.
+    listed: where the names are listed, for those that are too many for one line; None: named here.
+    """
     names = list(known)
     alike = nearest(name, names) if isinstance(name, str) else []
-    every = f"known: {', '.join(names)}" if names else "there are none"
-    return f"nearest: {', '.join(alike)}; {every}" if alike else every
+    every = f"all {len(names)} are in {listed}" if listed else f"known: {', '.join(names)}"
+    if not names:
+        every = "there are none"
+    if alike:
+        return f"unknown {what}: did you mean {one_of(alike)}? {every[0].upper()}{every[1:]}"
+    return f"unknown {what}; {every}"

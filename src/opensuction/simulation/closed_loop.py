@@ -69,8 +69,9 @@ class LinkedState(NamedTuple):
 
 
 class Messages(NamedTuple):
-    """What the link remembers, as rows; written. Without them the link is not played, and nothing
-    of it is compiled.
+    """What the link remembers, as rows that it writes.
+
+    Without them it is not played, and nothing of it is compiled.
     """
 
     got: Ring

@@ -8,10 +8,10 @@ import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.transition import Event
-from opensuction.safety import trip
+from opensuction.safety import condition_mask
 from opensuction.safety.alarm import alarm_episode
 from opensuction.safety.alarm.alarm_episode import Episode
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.simulation import alarm_record
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, phase_spans
@@ -31,7 +31,7 @@ VENTED_MMHG = 1.0
 class TripTime(NamedTuple):
     """A trip and when it happened, s after the start of the run."""
 
-    trip: Trip
+    trip: Condition
     time_s: float
 
 
@@ -96,7 +96,7 @@ def tracking_error_mm(trace: Columns) -> npt.NDArray[np.float64]:
 def _trip_times(trace: Columns) -> tuple[TripTime, ...]:
     masks = trace["verdict.trips"].astype(np.int64)
     found = []
-    for code in trip.names(int(np.bitwise_or.reduce(masks))):
+    for code in condition_mask.decode_trips(int(np.bitwise_or.reduce(masks))):
         first = int(np.argmax(masks >> int(code) & 1))
         found.append(TripTime(code, float(trace["time_s"][first])))
     return tuple(sorted(found, key=lambda item: item.time_s))

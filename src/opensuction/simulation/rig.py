@@ -1,5 +1,6 @@
 """Runs on one machine: identification with the laser, then automated cycles."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE, Site
 from opensuction.simulation import machine_kind, trace
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.simulation.trace import Columns
 from opensuction.twin import parameter, preset
@@ -41,7 +42,7 @@ NO_CARINA_MM = 1000.0
 CONNECTOR_MM = 20.0
 """Distance from the tube's upper end at which the tip parks in the connector."""
 FAST_MM_PER_S = 30.0
-"""Speed inside the tube (DESIGN section 5)."""
+"""Speed inside the tube [design-speed]."""
 DEFAULT_PATIENT = "adult-icu"
 EXCITING = PAPER._replace(negative_pressure_budget_s=60.0, in_airway_budget_s=60.0)
 """Protocol of an identification run: nobody is on the machine, and the valve stays closed."""
@@ -156,11 +157,11 @@ def assemble(
     return loop, trace.power_up(loop, state, NEW_CATHETER_S)
 
 
-def excite(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Columns:
+def excite(chosen: Rig, run: int = IDENTIFICATION_RUN, names: Sequence[str] = COLUMNS) -> Columns:
     """Trace of the identification excitation: the head over its stroke and back, twice.
 
     The rubber trachea is taken off: nothing is in the tip's way, and nobody's cap shortens the
-    stroke.
+    stroke. run: number of the noise stream. names: the columns that are wanted.
     """
     chosen = with_carina(chosen, NO_CARINA_MM)
     loop, state = assemble(
@@ -170,7 +171,7 @@ def excite(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Columns:
     # Bench: nobody is there.
     limits = loop.controller.limits._replace(in_airway_s=limit_s, cap_mm=NO_CARINA_MM)
     loop = loop._replace(controller=loop.controller._replace(limits=limits))
-    _, columns = trace.record(loop, state, IDENTIFY, limit_s)
+    _, columns = trace.record(loop, state, IDENTIFY, limit_s, names)
     return columns
 
 
@@ -179,13 +180,10 @@ def recording(chosen: Rig, run: int) -> Recording:
 
     run: number of the noise stream. Shorter than the excitation where it was broken off.
     """
-    columns = excite(chosen, run)
+    names = ("phase", "readings.head_mm", "truth.laser_mm", "commands.insertion_v")
+    columns = excite(chosen, run, names)
     during = columns["phase"] == Phase.IDENTIFYING
-    return Recording(
-        head_mm=columns["readings.head_mm"][during],
-        laser_mm=columns["truth.laser_mm"][during],
-        insertion_v=columns["commands.insertion_v"][during],
-    )
+    return Recording(*(columns[name][during] for name in names[1:]))
 
 
 def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:

@@ -4,6 +4,7 @@ What is taught is 2 to 4 mm deeper than the carina: the hand presses until it ha
 model is 1 mm off the plant. Protocols stop that much nearer to it than their 10 mm.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,20 +18,17 @@ from opensuction.procedure.planning import teaching_limit
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
 from opensuction.twin.machine import hand
-from opensuction.twin.machine.hand import HandStage
 
 TEACHING_RUN = 3
 """Number of the noise stream and of the person; identification and cycles have others."""
 LIMIT_S = 90.0
 """No teaching lasts longer: the governor's time in the airway ends it before."""
-PIECE_S = 0.1
-"""Simulated at once while nothing is felt; shorter than any person's reaction."""
 FINE_S = 0.02
-"""How finely in time the button is pressed once something is."""
+"""How finely in time the button is pressed."""
 VACUUM_MMHG = 80.0
 """Set point of the plan; the pump stays off."""
 
@@ -73,24 +71,25 @@ def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
     )
 
 
-def teach(chosen: Rig, calibration: Calibration) -> Teaching:
+def teach(chosen: Rig, calibration: Calibration, names: Sequence[str] = ()) -> Teaching:
     """The travel length that a person teaches on a rig, and how it went.
 
-    calibration: the controller's model of the transmission, found before.
+    calibration: the controller's model of the transmission, found before. names: the columns of
+    the trace that are wanted.
     """
     loop, state = assemble(chosen, calibration)
-    table = trace.rows(LIMIT_S)
-    done, confirmed, requests = 0, False, TEACH
-    while done < len(table):
-        felt = state.machine.hand.felt_s > 0.0 and not confirmed
-        piece = round((FINE_S if felt else PIECE_S) / DT_S)
-        state, ticks = closed_loop.run(loop, state, requests, table[done : done + piece])
-        done += ticks
-        requests = NO_REQUESTS
-        person = state.machine.hand
-        waited = person.stage == HandStage.HOLDING and person.stage_s >= loop.machine.hand.confirm_s
-        if waited and not confirmed:
+    table = np.empty((trace.RECORDED_ROWS, len(COLUMNS)))
+    parts, confirmed, requests = [], False, TEACH
+    while state.tick * DT_S < LIMIT_S:
+        left_s = hand.confirms_in_s(loop.machine.hand, state.machine.hand)
+        if left_s <= 0.0 and not confirmed:
             requests, confirmed = CONFIRM, True
+        # Not beyond the instant at which the button may be pressed.
+        ahead_s = LIMIT_S if confirmed else min(left_s, LIMIT_S)
+        piece = round(max(ahead_s // FINE_S - 1.0, 1.0) * FINE_S / DT_S)
+        state, ticks = closed_loop.run(loop, state, requests, table[:piece])
+        requests = NO_REQUESTS
+        parts.append(trace.by_name(table[:ticks], names))
         if state.controller.core.procedure.phase in RESTING:
             break
     found = state.controller.core.procedure.teaching
@@ -98,6 +97,6 @@ def teach(chosen: Rig, calibration: Calibration) -> Teaching:
     return Teaching(
         taught=Taught(found.taught),
         taught_mm=float(found.taught_mm) if taken else float(np.nan),
-        columns=trace.by_name(table[:done]),
+        columns=trace.joined(parts),
         home=state.controller.core.procedure.phase == Phase.PARKED,
     )

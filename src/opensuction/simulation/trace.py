@@ -1,13 +1,14 @@
 """Recorded runs of the closed loop: columns by name."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import Requests
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.simulation import closed_loop
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.twin.machine import machine as twin
@@ -15,6 +16,14 @@ from opensuction.twin.plant import PlantState
 
 Columns = dict[str, npt.NDArray[np.float64]]
 """Trace of a run: one array for each column of `closed_loop.COLUMNS`, one entry a tick."""
+
+CACHED_ROWS = 256
+"""Rows that are turned into columns at once: both fit into the first caches of a processor, which
+makes it three times as fast as one column after the other."""
+RECORDED_ROWS = 5000
+"""Rows that are written before their columns are kept: 3 MB, used again and again. A table of all
+rows costs a fifth of the run, for memory that is touched once."""
+_PHASE = COLUMNS.index("phase")
 
 
 class PhaseSpan(NamedTuple):
@@ -41,18 +50,46 @@ def rows(limit_s: float) -> npt.NDArray[np.float64]:
     return np.zeros((round(limit_s / DT_S), len(COLUMNS)))
 
 
-def by_name(table: npt.NDArray[np.float64]) -> Columns:
-    """Rows as columns by name."""
-    return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(COLUMNS)}
+def by_name(table: npt.NDArray[np.float64], names: Sequence[str] = COLUMNS) -> Columns:
+    """Rows as columns by name.
+
+    names: the columns that are wanted.
+    """
+    index = [COLUMNS.index(name) for name in names]
+    columns = np.empty((len(names), len(table)))
+    for first in range(0, len(table), CACHED_ROWS):
+        rows_of_block = table[first : first + CACHED_ROWS]
+        columns[:, first : first + CACHED_ROWS] = rows_of_block[:, index].T
+    return dict(zip(names, columns, strict=True))
+
+
+def joined(parts: Sequence[Columns]) -> Columns:
+    """The trace of a run from those of its pieces, at least one."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def record(
-    loop: Loop, state: LoopState, requests: Requests, limit_s: float
+    loop: Loop,
+    state: LoopState,
+    requests: Requests,
+    limit_s: float,
+    names: Sequence[str] = COLUMNS,
 ) -> tuple[LoopState, Columns]:
-    """Run until the machine rests again, at most ``limit_s``; returns the state and the trace."""
-    table = rows(limit_s)
-    state, ticks = closed_loop.run(loop, state, requests, table)
-    return state, by_name(table[:ticks])
+    """Run until the machine rests again, at most ``limit_s``; returns the state and the trace.
+
+    names: the columns that are wanted.
+    """
+    room = round(limit_s / DT_S)
+    table = np.empty((min(room, RECORDED_ROWS), len(COLUMNS)))
+    parts, done, at_rest = [], 0, False
+    while done < room and not at_rest:
+        state, ticks = closed_loop.run(loop, state, requests, table[: room - done])
+        requests = NO_REQUESTS
+        done += ticks
+        parts.append(by_name(table[:ticks], names))
+        resting = [phase in RESTING for phase in table[:ticks, _PHASE][-2:]]
+        at_rest = ticks < len(table) or resting == [False, True]
+    return state, joined(parts)
 
 
 def phase_spans(trace: Columns) -> list[PhaseSpan]:

@@ -3,9 +3,7 @@
 `BENCH` is the paper's bench, `CLINICAL` what differs at the bedside; catheters and patients change
 both. This is the one documented place; `docs/parameters.md` shows it. ``spread`` is the standard
 deviation over machines; a seed draws one machine. A file may set a value from ``low`` to ``high``;
-these are the project's own judgement of what is plausible. Sources: [paper] the paper; [datasheet]
-Faulhaber 1524T024SR; [calibrated] chosen so that the bench reproduces the paper's identification
-and Table I; [computed] from the others; [assumed] no source found.
+these are the project's own judgement of what is plausible. Tags of the sources: docs/sources.md.
 """
 
 import math

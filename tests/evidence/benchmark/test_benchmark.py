@@ -1,4 +1,4 @@
-"""The benchmark's figures on a few pairs, and the page of the documentation against its JSON."""
+"""The benchmark's figures on a few pairs, and what is committed of it."""
 
 import json
 from pathlib import Path
@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from docs.generator import benchmark_table
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller import machine_profile
-from opensuction.evidence.benchmark import benchmark, benchmark_page
+from opensuction.evidence.benchmark import benchmark
 from opensuction.evidence.benchmark.benchmark_plant import NAMES, PLANTS, of_record
 from opensuction.hysteresis.play import Play
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.report.document import spliced
 from opensuction.simulation import ideal_loop, trace
 from opensuction.simulation import rig as rigs
 
@@ -33,12 +33,6 @@ def committed(plant: str, compensation: str) -> dict[str, Any]:
         for entry in COMMITTED["results"]
         if (entry["plant"], entry["compensation"]) == (plant, compensation)
     )
-
-
-def test_the_page_shows_the_committed_result() -> None:
-    text = (DOCS / "benchmark.md").read_text(encoding="utf-8")
-    # Write it anew with `make docs`.
-    assert spliced(text, benchmark_page.markdown(COMMITTED)) == text
 
 
 def test_the_committed_result_has_every_pair_once() -> None:
@@ -118,6 +112,6 @@ def test_a_refused_pair_is_a_gap_in_the_tables_and_a_sentence() -> None:
     entry = benchmark.figures(found)
     assert entry["rmse_mm"] is None
     assert entry["seeds"] == entry["completed"] == 0
-    text = benchmark_page.markdown({"seeds": [101], "results": [entry]})
+    text = benchmark_table.markdown({"seeds": [101], "results": [entry]})
     assert "| bench | - |" in text
     assert "Refused: `none` on bench: cap_mm: too low." in text

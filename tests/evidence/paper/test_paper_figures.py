@@ -150,7 +150,7 @@ def test_what_is_known_ahead_is_what_counts() -> None:
 def test_exact_inverse_stays_within_a_millimetre_on_the_nominal_machine() -> None:
     found = nominal_cycle(CompensationKind.EXACT_INVERSE, nominal().calibration)
     assert found.rmse_mm <= 1.0
-    # The stop is what the clinician sees: half a millimetre (FACTS section 5, targets).
+    # The stop is what the clinician sees: half a millimetre [design-stop].
     assert abs(found.reached_mm - found.target_mm) <= 0.5
 
 

@@ -8,7 +8,7 @@ from opensuction.evidence.safety_case import hazard, hazard_case
 from opensuction.evidence.safety_case.hazard import Response
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.safety.alarm.alarm_condition import Priority
+from opensuction.safety.priority import Priority
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
 
 SOUND = ROW + FAULT + WEAK

@@ -18,8 +18,8 @@ from opensuction.evidence.trial.fault_tally import Tally
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.injection.fault_instant import Injection, Instant
 from opensuction.simulation.injection.invariant import Breach
-from opensuction.twin.fault import fault_effect
 from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import ROWS
 
 SUITE = Part(machines=8, first_seed=900, compensation="preview", first=0, last=500)
 """A machine for each patient and approach."""
@@ -69,7 +69,19 @@ def test_a_cycle_is_drawn_from_its_number_alone() -> None:
     assert {injection.fault for injection in injections} == set(FAULTS)
     assert {injection.at.phase for injection in injections} == set(PHASES)
     for injection in injections:
-        fault_effect.check_strength(injection.fault, injection.strength)
+        ROWS[injection.fault].check_strength(injection.strength)
+
+
+def test_a_number_draws_the_same_cycle_as_ever() -> None:
+    """Published campaigns name cycles by number. A fault that is added renews every draw."""
+    drawn = fault_campaign.draw(29, 8)
+    assert drawn.machine == 0
+    assert [(one.fault, one.at) for one in drawn.injections] == [
+        (Fault.VENTILATOR_PRESSURE, Instant(Phase.CLOSING, 1.218)),
+        (Fault.LINE_LEAK, Instant(Phase.CHECKING, 2.902)),
+    ]
+    strengths = [one.strength for one in drawn.injections]  # the second by its logarithm
+    assert strengths == pytest.approx([1.7585051734931767, 0.8667488788279382], rel=1e-12)
 
 
 def case(number: int, *faults: Fault, physical: bool = False, commands: bool = False) -> Case:

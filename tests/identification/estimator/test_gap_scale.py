@@ -33,7 +33,7 @@ def test_the_scale_of_the_widths_is_found(scale: float, pressed: float) -> None:
 
 
 def test_the_plain_travel_would_be_biased() -> None:
-    """The narrow plays open the switch first (DESIGN section 4)."""
+    """The narrow plays open the switch first [calc-gap-scale]."""
     travel = travel_mm(MODEL, 0.2)
     assert travel < pi.width_mm(MODEL) - 0.5
     assert gap_scale.scale(MODEL, Episode(travel, 0.2), TRUSTED) == pytest.approx(1.0)

@@ -30,7 +30,7 @@ def test_a_model_on_the_grid_is_found_exactly() -> None:
 
 
 def test_the_paper_s_plant_is_fitted_to_its_noise() -> None:
-    """A distributed play, 0.1 mm of noise: the modified Dahl model leaves 0.84 mm (DESIGN 4)."""
+    """A distributed play, 0.1 mm of noise: the modified Dahl model leaves 0.84 mm [calc-plant]."""
     noise = 0.1 * np.random.default_rng(1).standard_normal(TIME_S.size)
     widths = np.random.default_rng(2).normal(20.0, 3.0, 200)
     start = play.retracted_positions_mm(widths, 0.0)

@@ -42,7 +42,7 @@ def answer(state: CheckState) -> tuple[Readings, CheckSeen]:
 
 def at(item: CheckItem) -> CheckState:
     """Sound until an item begins."""
-    state = check.begun()
+    state = check.begin()
     while state.item != item:
         state = check.step(PLAN, state, *answer(state), DT_S)
     return state
@@ -62,7 +62,7 @@ def failure(item: CheckItem, seen: dict[str, Any], **readings: Any) -> CheckItem
 
 def test_a_sound_machine_passes_every_item_in_order() -> None:
     order: list[CheckItem] = []
-    state, ticks = check.begun(), 0
+    state, ticks = check.begin(), 0
     while state.item != CheckItem.NONE:
         if not order or order[-1] != state.item:
             order.append(CheckItem(state.item))
@@ -166,5 +166,5 @@ def test_every_item_has_its_words() -> None:
 
 def test_a_test_that_is_broken_off_by_a_fault_names_its_item() -> None:
     state = at(CheckItem.VALVE_OPENS)
-    assert check.ended(state, broken_off=True).failed == CheckItem.VALVE_OPENS
-    assert check.ended(state, broken_off=False).failed == CheckItem.NONE
+    assert check.end(state, broken_off=True).failed == CheckItem.VALVE_OPENS
+    assert check.end(state, broken_off=False).failed == CheckItem.NONE

@@ -17,9 +17,7 @@ AWAY = QUIET._replace(head_wanted_mm=30.0)
 def stepped(
     phase: Phase, vacuum_mmhg: float, was_ready: bool, valid: bool = True
 ) -> tuple[ProcedureState, Demand]:
-    state: ProcedureState = cycle.parked(PLAN)._replace(
-        phase=int(phase), phase_ticks=1, line_ready=was_ready
-    )
+    state: ProcedureState = cycle.begin(PLAN, phase)._replace(phase_ticks=1, line_ready=was_ready)
     readings = AT_HOME._replace(line_vacuum_mmhg=vacuum_mmhg, vacuum_valid=valid)
     after: tuple[ProcedureState, Demand] = cycle.step(
         PLAN, state, readings, NO_REQUESTS, AWAY, DT_S

@@ -39,7 +39,7 @@ QUIET = ControlFeedback(
     head_wanted_mm_per_s=0.0,
     tripped=False,
     powerless=False,
-    here_mm=0.0,
+    contact_tip_mm=0.0,
     tip_mm=0.0,
 )
 
@@ -48,13 +48,13 @@ def events(
     phase: Phase,
     readings: Readings = AT_HOME,
     requests: Requests = NO_REQUESTS,
-    around: ControlFeedback = QUIET,
+    feedback: ControlFeedback = QUIET,
     plan: Plan = PLAN,
     **state: Any,
 ) -> set[Event]:
-    before: ProcedureState = cycle.parked(plan)._replace(phase=int(phase), phase_ticks=1)
+    before: ProcedureState = cycle.begin(plan, phase)._replace(phase_ticks=1)
     before = before._replace(**state)
-    mask = progress.events(plan, before, before.check, readings, requests, around, DT_S)
+    mask = progress.events(plan, before, before.check, readings, requests, feedback, DT_S)
     return {event for event in Event if mask >> event & 1}
 
 
@@ -62,7 +62,7 @@ def test_the_check_is_passed_when_every_item_is_and_the_machine_rests() -> None:
     assert events(Phase.CHECKING) == {Event.CHECK_PASSED}
     assert events(Phase.CHECKING, AT_HOME._replace(cam_rad=0.1)) == set()
     assert events(Phase.CHECKING, AT_HOME._replace(head_mm=0.8)) == set()
-    testing = check.begun()
+    testing = check.begin()
     assert events(Phase.CHECKING, check=testing) == set()
     failed = testing._replace(failed=int(CheckItem.READINGS))
     assert events(Phase.CHECKING, check=failed) == {Event.CHECK_FAILED}
@@ -113,18 +113,18 @@ def test_the_target_is_reached_when_the_head_is_where_the_cycle_wants_it() -> No
     target = PLAN.motion.target_mm
     there = QUIET._replace(head_wanted_mm=target)
     at_target = AT_HOME._replace(head_mm=target - 0.2)
-    assert events(Phase.INSERTING, at_target, around=there, reference_mm=target) == {
+    assert events(Phase.INSERTING, at_target, feedback=there, reference_mm=target) == {
         Event.TARGET_REACHED
     }
     # Held back by the governor: command and head agree with each other, but not with the cycle.
     held = AT_HOME._replace(head_mm=target - 20.0)
-    assert events(Phase.INSERTING, held, around=there, reference_mm=target) == set()
+    assert events(Phase.INSERTING, held, feedback=there, reference_mm=target) == set()
     # The reference passes the target at speed only if something is wrong.
     assert (
         events(
             Phase.INSERTING,
             at_target,
-            around=there,
+            feedback=there,
             reference_mm=target,
             reference_mm_per_s=9.0,
         )
@@ -136,12 +136,12 @@ def test_contact_counts_within_its_window_and_the_search_ends_at_the_target() ->
     plan = PLAN._replace(contact=PLAN.contact._replace(enabled=True))
     target, first = plan.motion.target_mm, plan.contact.window_start_mm
     closed = AT_HOME._replace(contact_closed=True, head_mm=target)
-    around = QUIET._replace(head_wanted_mm=target)
+    feedback = QUIET._replace(head_wanted_mm=target)
 
     def found(readings: Readings, tip_mm: float, plan: Plan = plan) -> set[Event]:
-        estimated = around._replace(tip_mm=tip_mm)
+        estimated = feedback._replace(tip_mm=tip_mm)
         # The reference itself says nothing: uncompensated it is 15 mm ahead of the tip.
-        return events(Phase.INSERTING, readings, around=estimated, plan=plan, reference_mm=target)
+        return events(Phase.INSERTING, readings, feedback=estimated, plan=plan, reference_mm=target)
 
     assert found(closed, first) == {Event.CONTACTED}
     assert found(closed, first - 0.01) == {Event.CONTACT_MISPLACED}
@@ -149,12 +149,14 @@ def test_contact_counts_within_its_window_and_the_search_ends_at_the_target() ->
     unmet = closed._replace(contact_closed=False)
     assert found(unmet, 60.0) == {Event.CONTACT_MISPLACED}
     assert (
-        events(Phase.INSERTING, unmet, around=around, plan=plan, reference_mm=target - 0.01)
+        events(Phase.INSERTING, unmet, feedback=feedback, plan=plan, reference_mm=target - 0.01)
         == set()
     )
     # A reading that is marked invalid is no contact.
     invalid = closed._replace(contact_valid=False)
-    assert events(Phase.INSERTING, invalid, around=around, plan=plan, reference_mm=60.0) == set()
+    assert (
+        events(Phase.INSERTING, invalid, feedback=feedback, plan=plan, reference_mm=60.0) == set()
+    )
     # By travel it means nothing to the cycle.
     assert found(closed, 60.0, PLAN) == {Event.TARGET_REACHED}
 
@@ -162,9 +164,9 @@ def test_contact_counts_within_its_window_and_the_search_ends_at_the_target() ->
 def test_a_back_off_is_over_when_the_head_has_crossed_the_gap_and_rests() -> None:
     plan = PLAN._replace(contact=PLAN.contact._replace(enabled=True, backoff_mm=10.0))
 
-    def over(around: ControlFeedback = QUIET, **state: Any) -> bool:
+    def over(feedback: ControlFeedback = QUIET, **state: Any) -> bool:
         there: dict[str, Any] = {"start_mm": 65.0, "reference_mm": 55.0} | state
-        found = events(Phase.BACKING_OFF, around=around, plan=plan, **there)
+        found = events(Phase.BACKING_OFF, feedback=feedback, plan=plan, **there)
         return found == {Event.BACKED_OFF}
 
     assert over()
@@ -180,9 +182,9 @@ def test_an_abort_is_over_when_the_head_rests_at_home_and_the_valve_is_closed() 
     assert events(Phase.ABORTING, AT_HOME._replace(cam_rad=0.1)) == set()
     assert events(Phase.ABORTING, AT_HOME._replace(head_mm=5.0)) == set()
     # Passing through home on the way in, still moving.
-    assert events(Phase.ABORTING, around=QUIET._replace(head_wanted_mm=1.2)) == set()
+    assert events(Phase.ABORTING, feedback=QUIET._replace(head_wanted_mm=1.2)) == set()
     assert events(
-        Phase.ABORTING, AT_HOME._replace(head_mm=50.0), around=QUIET._replace(powerless=True)
+        Phase.ABORTING, AT_HOME._replace(head_mm=50.0), feedback=QUIET._replace(powerless=True)
     ) == {Event.CLEARED}
 
 
@@ -206,5 +208,5 @@ def test_every_phase_with_a_limit_becomes_overdue() -> None:
 
 def test_a_trip_is_seen_in_every_phase() -> None:
     assert all(
-        Event.TRIPPED in events(phase, around=QUIET._replace(tripped=True)) for phase in Phase
+        Event.TRIPPED in events(phase, feedback=QUIET._replace(tripped=True)) for phase in Phase
     )

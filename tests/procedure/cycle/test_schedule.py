@@ -46,7 +46,7 @@ def test_timed_starts_and_prompt_asks_when_the_interval_is_over(
 def test_after_a_cycle_or_a_persons_return_a_whole_interval_passes(
     chosen: Schedule, history: list[tuple[bool, bool, bool]]
 ) -> None:
-    state, waited_s = schedule.restarted(), 0.0
+    state, waited_s = schedule.restart(), 0.0
     for began, assessed, attended in history:
         state = schedule.step(state, began, assessed, attended, 300.0)
         waited_s = 0.0 if began or attended else waited_s + 300.0

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.transition import ACTIVE, STAY, TRANSITIONS, Event, follow, taken
+from opensuction.procedure.cycle.transition import ACTIVE, STAY, TRANSITIONS, Event, cause, follow
 
 URGENT = (Event.TRIPPED, Event.ABORT_REQUESTED, Event.PHASE_OVERDUE)
 
@@ -30,7 +30,7 @@ def test_of_several_events_the_most_urgent_known_one_counts(
     known = [event for event in sorted(events) if (phase, event) in TRANSITIONS]
     expected = TRANSITIONS[phase, known[0]] if known else phase
     assert follow(phase, bits(*events)) == expected
-    assert taken(phase, bits(*events)) == (known[0] if known else STAY)
+    assert cause(phase, bits(*events)) == (known[0] if known else STAY)
 
 
 def test_stopping_outranks_everything() -> None:

@@ -9,7 +9,7 @@ from opensuction.kernel.requests import ABORT, CHANGED, NO_REQUESTS, START, Requ
 from opensuction.procedure.cycle import schedule, upkeep
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.upkeep import LIFE_S, SENTENCES, Refusal, Service, Upkeep
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 
 CYCLE_S = 100.0
 TIMED = schedule.schedule(ScheduleMode.TIMED, 3600.0)
@@ -49,10 +49,15 @@ def test_a_machine_that_waits_for_a_person_says_why_it_does_not_start() -> None:
     assert set(SENTENCES) == set(Refusal)
 
 
-@given(st.sets(st.sampled_from([code for code in Trip if code >= Trip.SPO2_LOW])))
-def test_no_cycle_begins_while_the_patient_is_out_of_limits_or_unseen(wrong: set[Trip]) -> None:
+PATIENT = [c for c in Condition if Condition.SPO2_LOW <= c <= Condition.MONITOR_LINK_LOST]
+
+
+@given(st.sets(st.sampled_from(PATIENT)))
+def test_no_cycle_begins_while_the_patient_is_out_of_limits_or_unseen(
+    wrong: set[Condition],
+) -> None:
     code = refused(FRESH, patient=sum(1 << each for each in wrong))
-    if Trip.MONITOR_LINK_LOST in wrong:
+    if Condition.MONITOR_LINK_LOST in wrong:
         assert code == Refusal.MONITOR_LINK_LOST
     else:
         assert code == (Refusal.PATIENT_UNSAFE if wrong else Refusal.NONE)
@@ -92,7 +97,7 @@ def test_only_a_change_out_of_service_makes_the_catheter_new(
 def test_a_machine_put_back_to_work_waits_a_whole_interval() -> None:
     for before in (Phase.HALTED, Phase.OUT_OF_SERVICE):
         after = upkeep.step(DUE, int(before), int(Phase.PARKED), False, 0, NO_REQUESTS, 0.001)
-        assert after.schedule == schedule.restarted()
+        assert after.schedule == schedule.restart()
     waiting = upkeep.step(DUE, int(Phase.HALTED), int(Phase.HALTED), False, 0, NO_REQUESTS, 0.001)
     assert waiting.schedule.since_cycle_s > 3600.0
 

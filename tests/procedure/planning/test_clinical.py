@@ -57,7 +57,7 @@ def test_adult_dwells_for_what_the_15_s_leave(by_contact: bool) -> None:
     protocol = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact)
     times = planner.timeline(protocol, BEDSIDE, GROWN, by_contact)
     assert times.negative_pressure == pytest.approx(15.0 - clinical.TIME_MARGIN_S)
-    assert 7.4 <= protocol.dwell_s <= 8.8  # DESIGN section 5: 7.4 to 8.6 s
+    assert 7.4 <= protocol.dwell_s <= 8.8  # [calc-timeline]: 7.4 to 8.6 s
     assert times.in_airway + clinical.IN_AIRWAY_MARGIN_S == protocol.in_airway_budget_s
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from opensuction.report.cycle import alarm_sound
 from opensuction.safety.alarm import auditory_signal
-from opensuction.safety.alarm.alarm_condition import Priority
+from opensuction.safety.priority import Priority
 
 
 @pytest.mark.parametrize("priority", [Priority.HIGH, Priority.MEDIUM, Priority.LOW])

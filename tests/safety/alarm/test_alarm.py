@@ -3,8 +3,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.safety.alarm import alarm, alarm_clock, alarm_state
-from opensuction.safety.alarm.alarm_condition import KINDS, WORD, Condition, Priority, mask
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S, NOTHING, RELEASED, SILENT
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import WORD, encode
+from opensuction.safety.priority import Priority
 from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, lasting, press, run, wrong
 
 C = Condition
@@ -26,9 +28,9 @@ def test_a_condition_without_a_delay_sounds_in_its_first_tick() -> None:
 
 @pytest.mark.requirement("OS-R30")
 def test_every_condition_sounds_with_its_own_priority() -> None:
-    for condition, kind in KINDS.items():
+    for condition in Condition:
         last = run(lasting(wrong(condition), 4.0))[-1].signals
-        assert last.audible == last.priority == kind.priority, condition
+        assert last.audible == last.priority == condition.row.handling.priority, condition
         assert last.first == condition
 
 
@@ -78,7 +80,7 @@ def test_what_latches_sounds_until_a_person_resets() -> None:
     rows = run([RUNAWAY, *lasting(QUIET, 300.0), press(QUIET, "reset"), QUIET])
     for row in rows[1:-2]:
         assert row.signals.present == 0
-        assert row.signals.latched == mask({C.HEAD_RUNAWAY})
+        assert row.signals.latched == encode({C.HEAD_RUNAWAY})
         assert row.signals.priority == row.signals.audible == Priority.HIGH
         assert row.signals.first == C.HEAD_RUNAWAY
     assert rows[-2].signals == rows[-1].signals == SILENT
@@ -88,7 +90,7 @@ def test_what_latches_sounds_until_a_person_resets() -> None:
 def test_a_reset_clears_nothing_that_still_holds() -> None:
     rows = run([RUNAWAY, press(RUNAWAY, "reset"), RUNAWAY, QUIET])
     assert rows[2].present == {C.HEAD_RUNAWAY}
-    assert rows[3].signals.latched == mask({C.HEAD_RUNAWAY})
+    assert rows[3].signals.latched == encode({C.HEAD_RUNAWAY})
 
 
 def test_a_reset_in_the_tick_in_which_the_cause_ends_clears_it() -> None:
@@ -99,7 +101,7 @@ def test_a_reset_in_the_tick_in_which_the_cause_ends_clears_it() -> None:
 def test_a_button_held_down_resets_once() -> None:
     held = press(QUIET, "reset")
     rows = run([press(RUNAWAY, "reset"), held, held])
-    assert rows[-1].signals.latched == mask({C.HEAD_RUNAWAY})
+    assert rows[-1].signals.latched == encode({C.HEAD_RUNAWAY})
 
 
 def test_acknowledged_is_silent_but_shown_until_it_ends() -> None:
@@ -198,7 +200,7 @@ def test_a_pause_stops_the_clock_only_as_long_as_it_lasts() -> None:
 @pytest.mark.parametrize("condition", [C(bit) for bit in alarm_clock.RISING])
 def test_each_condition_that_rises_has_a_time_of_its_own(condition: Condition) -> None:
     other = C.CHECK_FAILED if condition != C.CHECK_FAILED else C.VACUUM_LOST
-    ticks = round(KINDS[condition].escalates_s / 10.0)
+    ticks = round(condition.row.handling.escalates_s / 10.0)
     rows = run([*[wrong(other)] * 3, *[wrong(other, condition)] * (ticks + 1)], dt_s=10.0)
     first = {
         code: next(i for i, row in enumerate(rows) if row.signals.escalated >> code & 1)
@@ -270,7 +272,7 @@ def test_a_press_is_remembered_where_nothing_is_wrong() -> None:
     state, signals = alarm.step(SETTINGS, alarm_state.START, 0, False, pressed, DT_S)
     assert (state, signals) == (alarm_state.START._replace(pressed=pressed), SILENT)
     # Held down, it does not answer what begins meanwhile; a press in its first tick does not either
-    _, signals = alarm.step(SETTINGS, state, mask({C.SPO2_LOW}), False, pressed, DT_S)
+    _, signals = alarm.step(SETTINGS, state, encode({C.SPO2_LOW}), False, pressed, DT_S)
     assert signals.acknowledged == 0
 
 

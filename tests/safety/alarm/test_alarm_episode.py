@@ -1,8 +1,9 @@
 from opensuction.safety.alarm import alarm_log
-from opensuction.safety.alarm.alarm_condition import Condition, Priority
-from opensuction.safety.alarm.alarm_episode import Episode, episodes, priority_of
+from opensuction.safety.alarm.alarm_episode import Episode, episodes
 from opensuction.safety.alarm.alarm_log import Entry, Event, Log
 from opensuction.safety.alarm.alarm_state import NOTHING
+from opensuction.safety.condition import Condition
+from opensuction.safety.priority import Priority
 from tests.safety.annunciator import DT_S, Tick, lasting, run, wrong
 
 C = Condition
@@ -76,7 +77,7 @@ def told(condition: Condition, *events: Event) -> Episode:
 
 
 def test_an_alarm_that_nobody_answers_rises_by_one_step_at_a_time_to_high() -> None:
-    low = next(code for code in C if priority_of(code) == Priority.LOW)
+    low = next(code for code in C if code.row.handling.priority == Priority.LOW)
     assert told(low, Event.RAISED).priority == Priority.LOW
     assert told(low, Event.RAISED, Event.ESCALATED).priority == Priority.MEDIUM
     twice = told(low, Event.RAISED, Event.ESCALATED, Event.ESCALATED)

@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm import alarm_log
-from opensuction.safety.alarm.alarm_condition import Condition, mask
 from opensuction.safety.alarm.alarm_log import Entry, Event, Log
 from opensuction.safety.alarm.alarm_state import NOTHING, SILENT
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import encode
 from tests.safety.annunciator import DT_S, Tick, histories, lasting, run, wrong
 
 C = Condition
@@ -137,7 +138,7 @@ def test_the_last_second_of_a_pause_is_still_a_pause() -> None:
 def test_after_power_up_what_still_holds_is_raised_once_more() -> None:
     log = alarm_log.loaded(alarm_log.stored(written([wrong(C.SPO2_LOW)])))
     log = alarm_log.restarted(log, 30.0)
-    again = SILENT._replace(present=mask({C.SPO2_LOW}))
+    again = SILENT._replace(present=encode({C.SPO2_LOW}))
     log = alarm_log.note(log, 31.0, again)
     assert log.entries[-2:] == (
         Entry(30.0, NOTHING, Event.STARTED),

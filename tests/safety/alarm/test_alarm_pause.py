@@ -4,8 +4,10 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm import alarm, alarm_state
-from opensuction.safety.alarm.alarm_condition import Condition, Priority, mask
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S, RELEASED, SILENT, Buttons
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import encode
+from opensuction.safety.priority import Priority
 from tests.safety.annunciator import DT_S, QUIET, SETTINGS, SPO2, Tick, lasting, press, run, wrong
 
 C = Condition
@@ -43,9 +45,9 @@ def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
     with pytest.raises(InputError, match="reminder interval is 121 s"):
         alarm_state.settings(120.0, 121.0)
     short = alarm_state.settings(30.0, 60.0)
-    state, _ = alarm.step(short, alarm_state.START, mask({C.SPO2_LOW}), False, RELEASED, DT_S)
+    state, _ = alarm.step(short, alarm_state.START, encode({C.SPO2_LOW}), False, RELEASED, DT_S)
     pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
-    _, signals = alarm.step(short, state, mask({C.SPO2_LOW}), False, pause, DT_S)
+    _, signals = alarm.step(short, state, encode({C.SPO2_LOW}), False, pause, DT_S)
     assert signals.pause_left_s == 30.0
 
 
@@ -55,9 +57,9 @@ def test_a_pause_of_half_a_second_is_one() -> None:
 
 def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> None:
     long = SETTINGS._replace(pause_s=1e6)
-    state, _ = alarm.step(long, alarm_state.START, mask({C.SPO2_LOW}), False, RELEASED, DT_S)
+    state, _ = alarm.step(long, alarm_state.START, encode({C.SPO2_LOW}), False, RELEASED, DT_S)
     pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
-    _, signals = alarm.step(long, state, mask({C.SPO2_LOW}), False, pause, DT_S)
+    _, signals = alarm.step(long, state, encode({C.SPO2_LOW}), False, pause, DT_S)
     assert signals.pause_left_s == LONGEST_PAUSE_S
 
 

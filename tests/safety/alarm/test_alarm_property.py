@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from opensuction.safety.alarm import alarm
-from opensuction.safety.alarm.alarm_condition import KINDS, Condition, Priority, mask
 from opensuction.safety.alarm.alarm_state import AUDIBLE_S, LONGEST_PAUSE_S, Buttons
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import encode
+from opensuction.safety.priority import Priority
 from tests.safety.annunciator import DT_S, Row, Tick, histories, lasting, run
 
 EXAMPLES = settings(max_examples=30)
@@ -33,10 +35,10 @@ def test_a_condition_past_its_delay_is_shown_with_at_least_its_priority(
     rows = run(history)
     for index, row in enumerate(rows):
         for condition in row.tick.conditions:
-            kind = KINDS[condition]
-            if lasted(rows, index, condition) >= kind.delay_s:
+            handling = condition.row.handling
+            if lasted(rows, index, condition) >= handling.delay_s:
                 assert condition in row.present
-                assert row.signals.priority >= kind.priority
+                assert row.signals.priority >= handling.priority
         assert row.present <= row.tick.conditions
 
 
@@ -45,7 +47,7 @@ def test_a_condition_past_its_delay_is_shown_with_at_least_its_priority(
 def test_a_high_condition_is_silent_only_if_acknowledged_or_paused(history: list[Tick]) -> None:
     for row in run(history):
         unanswered = row.shown - row.acknowledged
-        loudest = max((KINDS[code].priority for code in unanswered), default=Priority.NONE)
+        loudest = max((code.row.handling.priority for code in unanswered), default=Priority.NONE)
         if row.signals.pause_left_s == 0.0:
             assert row.signals.audible >= loudest
         else:
@@ -118,7 +120,7 @@ def test_latched_ones_stay_until_a_person_resets(history: list[Tick], later: int
     latching: set[Condition] = set()
     rows = run([*nobody, *lasting(Tick(), 100.0 * later)])
     for row in rows:
-        latching |= {code for code in row.present if KINDS[code].latching}
+        latching |= {code for code in row.present if code.row.handling.latching}
         assert latching <= row.shown
     after = run([Tick(reset=True)], state=rows[-1].state)[-1]
     assert after.shown == set()
@@ -129,11 +131,11 @@ def test_latched_ones_stay_until_a_person_resets(history: list[Tick], later: int
 def test_an_alarm_is_never_lowered_while_it_lasts(history: list[Tick]) -> None:
     rows = run(history)
     for before, after in itertools.pairwise(rows):
-        kept = before.signals.escalated & mask(after.shown)
+        kept = before.signals.escalated & encode(after.shown)
         assert after.signals.escalated & kept == kept
         raised = after.signals.escalated & ~before.signals.escalated
-        assert raised & mask(after.acknowledged) == 0
-        assert all(KINDS[code].escalates_s > 0.0 for code in Condition if raised >> code & 1)
+        assert raised & encode(after.acknowledged) == 0
+        assert all(code.row.handling.escalates_s > 0.0 for code in Condition if raised >> code & 1)
 
 
 @EXAMPLES
@@ -141,7 +143,7 @@ def test_an_alarm_is_never_lowered_while_it_lasts(history: list[Tick]) -> None:
 def test_planned_work_hides_only_what_it_brings_about(history: list[Tick]) -> None:
     for row in run(history):
         if row.tick.planned_work:
-            assert not any(KINDS[code].planned for code in row.present)
+            assert not any(code.row.handling.planned for code in row.present)
 
 
 @EXAMPLES

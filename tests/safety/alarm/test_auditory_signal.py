@@ -6,8 +6,8 @@ from scipy.signal import hilbert
 
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm import alarm_state, auditory_signal, signal_value
-from opensuction.safety.alarm.alarm_condition import Priority
 from opensuction.safety.alarm.auditory_signal import Samples
+from opensuction.safety.priority import Priority
 
 RATE_HZ = 48_000.0
 SOUNDING = [Priority.HIGH, Priority.MEDIUM, Priority.LOW]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from opensuction.safety.alarm import signal_value, visual_signal
-from opensuction.safety.alarm.alarm_condition import Priority
+from opensuction.safety.priority import Priority
 
 STEP_S = 0.001
 

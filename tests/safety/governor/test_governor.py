@@ -8,10 +8,12 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import TRIPS, cuts_vacuum, decode_trips
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.governor.limiter import ADVANCE_MM
-from opensuction.safety.trip import Reaction, Trip, cuts_vacuum
+from opensuction.safety.handling import Reaction
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.drive_force import DriveForce
 from opensuction.safety.watch.patient_watch import PatientWatch
@@ -89,7 +91,11 @@ watches = st.builds(
         unvented_s=seconds,
     ),
 )
-PATIENT = (0, 1 << Trip.SPO2_LOW, 1 << Trip.LUNG_VOLUME_LOST | 1 << Trip.MONITOR_LINK_LOST)
+PATIENT = (
+    0,
+    1 << Condition.SPO2_LOW,
+    1 << Condition.LUNG_VOLUME_LOST | 1 << Condition.MONITOR_LINK_LOST,
+)
 """Masks of what the monitor may have said of the patient."""
 states = st.builds(
     GovernorState,
@@ -110,7 +116,8 @@ states = st.builds(
     blocked_s=seconds,
     unseen_s=seconds,
     trips=st.one_of(
-        st.just(0), st.sets(st.sampled_from(Trip)).map(lambda codes: sum(1 << c for c in codes))
+        st.just(0),
+        st.sets(st.sampled_from(decode_trips(TRIPS))).map(lambda codes: sum(1 << c for c in codes)),
     ),
 )
 
@@ -263,7 +270,11 @@ def test_without_torque_nothing_is_driven_and_the_command_waits_at_the_head(case
 
 @given(case=cases)
 def test_a_cam_that_errs_or_came_home_is_left_to_its_spring(case: Case) -> None:
-    untrusted = (Trip.CAM_READING_INVALID, Trip.VALVE_STUCK_OPEN, Trip.VALVE_STUCK_CLOSED)
+    untrusted = (
+        Condition.CAM_READING_INVALID,
+        Condition.VALVE_STUCK_OPEN,
+        Condition.VALVE_STUCK_CLOSED,
+    )
     trusted = all(not case.verdict.trips >> code & 1 for code in untrusted)
     driven = case.allowed.valve_open or not case.seen.valve.resting
     assert case.verdict.valve_on == (trusted and driven)

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
-from opensuction.safety.trip import Reaction, Trip
+from opensuction.safety.handling import Reaction
 from tests.safety.watchdog import (
     DT_S,
     LIMITS,
@@ -60,7 +61,10 @@ def test_a_head_that_is_not_read_is_drawn_out_and_let_go_when_it_must_be_there()
         return sound(50.0)._replace(head_valid=time_s < 0.05)
 
     ticks = run(4.5, lambda _: stay(), report, at(50.0), limits=PATIENT)
-    lost, let_go = first(ticks, Trip.HEAD_READING_INVALID), first(ticks, Trip.WITHDRAWAL_UNSEEN)
+    lost, let_go = (
+        first(ticks, Condition.HEAD_READING_INVALID),
+        first(ticks, Condition.WITHDRAWAL_UNSEEN),
+    )
     assert lost.verdict.reaction == Reaction.WITHDRAW
     assert lost.allowed.head_mm < 50.0
     way_s = (50.0 - PARK_MM) / LIMITS.leaving_mm_per_s
@@ -74,7 +78,7 @@ def test_a_head_that_is_not_read_is_drawn_out_and_let_go_when_it_must_be_there()
 def test_a_parked_head_that_is_not_read_stays_where_it_is() -> None:
     ticks = run(1.0, lambda _: stay(PARK_MM), lambda *_: sound(PARK_MM)._replace(head_valid=False))
     assert {tick.allowed.head_mm for tick in ticks} == {PARK_MM}
-    assert Trip.WITHDRAWAL_UNSEEN not in tripped(ticks)
+    assert Condition.WITHDRAWAL_UNSEEN not in tripped(ticks)
 
 
 def test_what_holds_the_head_on_its_way_out_is_not_pulled_for_long() -> None:
@@ -83,8 +87,8 @@ def test_what_holds_the_head_on_its_way_out_is_not_pulled_for_long() -> None:
         return sound(trembling)._replace(insertion_current_a=-5.0 * ONE_N_A)
 
     ticks = run(1.0, lambda _: stay(NAN), report, at(50.0), limits=PATIENT)
-    assert tripped(ticks) >= {Trip.CATHETER_JAMMED, Trip.WITHDRAWAL_BLOCKED}
-    assert first(ticks, Trip.WITHDRAWAL_BLOCKED).time_s == pytest.approx(0.32, abs=0.02)
+    assert tripped(ticks) >= {Condition.CATHETER_JAMMED, Condition.WITHDRAWAL_BLOCKED}
+    assert first(ticks, Condition.WITHDRAWAL_BLOCKED).time_s == pytest.approx(0.32, abs=0.02)
     assert not ticks[-1].allowed.insertion_on
 
 
@@ -93,8 +97,8 @@ def test_a_head_that_comes_out_against_a_jam_goes_on() -> None:
         return sound(50.0 - 5.0 * time_s)._replace(insertion_current_a=-4.0 * ONE_N_A)
 
     ticks = run(1.0, lambda _: stay(NAN), report, at(50.0), limits=PATIENT)
-    assert Trip.CATHETER_JAMMED in tripped(ticks)
-    assert Trip.WITHDRAWAL_BLOCKED not in tripped(ticks)
+    assert Condition.CATHETER_JAMMED in tripped(ticks)
+    assert Condition.WITHDRAWAL_BLOCKED not in tripped(ticks)
     assert ticks[-1].allowed.insertion_on
 
 
@@ -104,9 +108,9 @@ def test_a_drive_stronger_than_its_limit_loses_its_torque(force_n: float, trips:
         return sound(head_mm)._replace(insertion_current_a=force_n * ONE_N_A)
 
     ticks = run(0.2, lambda _: stay(), report, at(50.0), limits=PATIENT)
-    assert (Trip.DRIVE_OVERFORCE in tripped(ticks)) == trips
+    assert (Condition.DRIVE_OVERFORCE in tripped(ticks)) == trips
     if trips:
-        assert first(ticks, Trip.DRIVE_OVERFORCE).time_s < 0.11
+        assert first(ticks, Condition.DRIVE_OVERFORCE).time_s < 0.11
         assert not ticks[-1].allowed.insertion_on
 
 

@@ -5,10 +5,12 @@ from typing import Any
 import pytest
 
 from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import TRIPS, decode_trips
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits, WindowLimits
-from opensuction.safety.trip import Reaction, Trip, names
 from tests.safety.watchdog import (
     DT_S,
     HEAD_CAP_MM,
@@ -42,53 +44,53 @@ def read_at(head_mm: float, **watched: object) -> GovernorState:
 
 def judged(
     state: GovernorState, limits: Limits = LIMITS, proposed: dict[str, object] | None = None
-) -> list[Trip]:
+) -> list[Condition]:
     proposal = changed(staying(HEAD_MM), proposed or {})
-    return names(governor.judge(limits, state, state.watch, proposal))
+    return decode_trips(governor.judge(limits, state, state.watch, proposal))
 
 
-LATEST: list[tuple[str, Any, Any, Trip]] = [
+LATEST: list[tuple[str, Any, Any, Condition]] = [
     # The head.
-    ("watch.invalid.head", 4, 5, Trip.HEAD_READING_INVALID),
-    ("watch.invalid.carriage", 4, 5, Trip.CARRIAGE_READING_INVALID),
-    ("watch.lasting.disagreeing", 0.05, above(0.05), Trip.HEAD_SENSORS_DISAGREE),
-    ("watch.speed_mm_per_s", 25.0, above(25.0), Trip.HEAD_OVERSPEED),
-    ("watch.speed_mm_per_s", -25.0, below(-25.0), Trip.HEAD_OVERSPEED),
-    ("watch.lasting.beyond", 0.2, above(0.2), Trip.HEAD_NOT_FOLLOWING),
-    ("watch.lasting.stalled", 0.1, above(0.1), Trip.HEAD_STALLED),
-    ("watch.turn.head_mm", 49.0, below(49.0), Trip.HEAD_RUNAWAY),
-    ("watch.lasting.jammed", 0.1, above(0.1), Trip.CATHETER_JAMMED),
-    ("watch.lasting.overforce", 0.05, above(0.05), Trip.DRIVE_OVERFORCE),
-    ("withdrawal_s", 0.4, above(0.4), Trip.WITHDRAWAL_TIME),
-    ("blocked_s", 0.3, above(0.3), Trip.WITHDRAWAL_BLOCKED),
-    ("unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Trip.WITHDRAWAL_UNSEEN),
+    ("watch.invalid.head", 4, 5, Condition.HEAD_READING_INVALID),
+    ("watch.invalid.carriage", 4, 5, Condition.CARRIAGE_READING_INVALID),
+    ("watch.lasting.disagreeing", 0.05, above(0.05), Condition.HEAD_SENSORS_DISAGREE),
+    ("watch.speed_mm_per_s", 25.0, above(25.0), Condition.HEAD_OVERSPEED),
+    ("watch.speed_mm_per_s", -25.0, below(-25.0), Condition.HEAD_OVERSPEED),
+    ("watch.lasting.beyond", 0.2, above(0.2), Condition.HEAD_NOT_FOLLOWING),
+    ("watch.lasting.stalled", 0.1, above(0.1), Condition.HEAD_STALLED),
+    ("watch.turn.head_mm", 49.0, below(49.0), Condition.HEAD_RUNAWAY),
+    ("watch.lasting.jammed", 0.1, above(0.1), Condition.CATHETER_JAMMED),
+    ("watch.lasting.overforce", 0.05, above(0.05), Condition.DRIVE_OVERFORCE),
+    ("withdrawal_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
+    ("blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
+    ("unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
     # The switch.
-    ("watch.invalid.contact", 4, 5, Trip.CONTACT_READING_INVALID),
-    ("watch.window.impossible_s", 0.05, above(0.05), Trip.CONTACT_STUCK_CLOSED),
-    ("watch.lasting.contact", 0.3, above(0.3), Trip.CONTACT_TIME),
+    ("watch.invalid.contact", 4, 5, Condition.CONTACT_READING_INVALID),
+    ("watch.window.impossible_s", 0.05, above(0.05), Condition.CONTACT_STUCK_CLOSED),
+    ("watch.lasting.contact", 0.3, above(0.3), Condition.CONTACT_TIME),
     # Valve and line.
-    ("watch.invalid.cam", 4, 5, Trip.CAM_READING_INVALID),
-    ("watch.invalid.vacuum", 4, 5, Trip.VACUUM_READING_INVALID),
-    ("watch.lasting.overpressure", 0.2, above(0.2), Trip.VACUUM_EXCEEDED),
-    ("watch.lasting.sucking", 0.5, above(0.5), Trip.NEGATIVE_PRESSURE_TIME),
-    ("watch.line.clogged_s", 4.6, above(4.6), Trip.LINE_CLOGGED),
-    ("watch.valve.still_s", 0.15, above(0.15), Trip.VALVE_STUCK_OPEN),
+    ("watch.invalid.cam", 4, 5, Condition.CAM_READING_INVALID),
+    ("watch.invalid.vacuum", 4, 5, Condition.VACUUM_READING_INVALID),
+    ("watch.lasting.overpressure", 0.2, above(0.2), Condition.VACUUM_EXCEEDED),
+    ("watch.lasting.sucking", 0.5, above(0.5), Condition.NEGATIVE_PRESSURE_TIME),
+    ("watch.line.clogged_s", 4.6, above(4.6), Condition.LINE_CLOGGED),
+    ("watch.valve.still_s", 0.15, above(0.15), Condition.VALVE_STUCK_OPEN),
     # The patient, and the host.
-    ("watch.lasting.inside", 0.8, above(0.8), Trip.IN_AIRWAY_TIME),
-    ("watch.late_ticks", 4, 5, Trip.LATE_TICKS),
+    ("watch.lasting.inside", 0.8, above(0.8), Condition.IN_AIRWAY_TIME),
+    ("watch.late_ticks", 4, 5, Condition.LATE_TICKS),
 ]
 
 
 @pytest.mark.parametrize(("place", "allowed", "beyond", "code"), LATEST)
 def test_what_is_on_a_limit_is_allowed_and_the_least_more_is_its_trip_alone(
-    place: str, allowed: object, beyond: object, code: Trip
+    place: str, allowed: object, beyond: object, code: Condition
 ) -> None:
     assert judged(changed(AT_REST, {place: allowed})) == []
     assert judged(changed(AT_REST, {place: beyond})) == [code]
 
 
 def test_sensors_that_disagree_with_the_valve_open_are_told_ten_times_sooner() -> None:
-    for lasted_s, trips in ((0.005, []), (above(0.005), [Trip.HEAD_SENSORS_DISAGREE])):
+    for lasted_s, trips in ((0.005, []), (above(0.005), [Condition.HEAD_SENSORS_DISAGREE])):
         opened = {"watch.lasting.sucking": DT_S, "watch.lasting.disagreeing": lasted_s}
         assert judged(changed(AT_REST, opened)) == trips
 
@@ -96,8 +98,8 @@ def test_sensors_that_disagree_with_the_valve_open_are_told_ten_times_sooner() -
 def test_a_head_at_rest_has_nothing_against_it() -> None:
     assert judged(AT_REST) == []
     # A trip that was there stays.
-    old = 1 << Trip.LATE_TICKS | 1 << Trip.SPO2_LOW
-    assert judged(AT_REST._replace(trips=old)) == [Trip.LATE_TICKS, Trip.SPO2_LOW]
+    old = 1 << Condition.LATE_TICKS | 1 << Condition.SPO2_LOW
+    assert judged(AT_REST._replace(trips=old)) == [Condition.LATE_TICKS, Condition.SPO2_LOW]
 
 
 @pytest.mark.parametrize(
@@ -109,13 +111,13 @@ def test_a_way_out_that_is_not_seen_has_the_time_of_its_way_and_no_less_than_a_t
 ) -> None:
     there = read_at(head_mm)
     assert judged(there._replace(unseen_s=allowed_s - 1e-9)) == []
-    assert judged(there._replace(unseen_s=allowed_s + 1e-9)) == [Trip.WITHDRAWAL_UNSEEN]
+    assert judged(there._replace(unseen_s=allowed_s + 1e-9)) == [Condition.WITHDRAWAL_UNSEEN]
 
 
 def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:
     for head_mm, trips in (
         (HEAD_CAP_MM + 1.0, []),
-        (above(HEAD_CAP_MM + 1.0), [Trip.TIP_BEYOND_CAP]),
+        (above(HEAD_CAP_MM + 1.0), [Condition.TIP_BEYOND_CAP]),
     ):
         assert judged(read_at(head_mm)) == trips
 
@@ -125,13 +127,13 @@ def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:
     [
         # Up to 5 mm from its place the pre-use test has a contact's whole time to name it.
         (PARK_MM + 5.0, 0.3, []),
-        (PARK_MM + 5.0, above(0.3), [Trip.CONTACT_STUCK_CLOSED]),
+        (PARK_MM + 5.0, above(0.3), [Condition.CONTACT_STUCK_CLOSED]),
         (above(PARK_MM + 5.0), 0.05, []),
-        (above(PARK_MM + 5.0), above(0.05), [Trip.CONTACT_STUCK_CLOSED]),
+        (above(PARK_MM + 5.0), above(0.05), [Condition.CONTACT_STUCK_CLOSED]),
     ],
 )
 def test_a_contact_with_nothing_to_touch_matters_at_once_away_from_home(
-    head_mm: float, seconds: float, trips: list[Trip]
+    head_mm: float, seconds: float, trips: list[Condition]
 ) -> None:
     assert judged(read_at(head_mm, **{"window.impossible_s": seconds})) == trips
 
@@ -141,13 +143,13 @@ def test_a_contact_that_cannot_be_one_does_not_press() -> None:
     assert judged(changed(AT_REST, impossible)) == []
 
 
-@pytest.mark.parametrize(("proven", "stuck"), [(True, []), (False, [Trip.CONTACT_STUCK_OPEN])])
+@pytest.mark.parametrize(("proven", "stuck"), [(True, []), (False, [Condition.CONTACT_STUCK_OPEN])])
 def test_a_carina_that_was_missed_puts_the_switch_in_doubt_unless_it_was_proven(
-    proven: bool, stuck: list[Trip]
+    proven: bool, stuck: list[Condition]
 ) -> None:
     searching = LIMITS._replace(window=WindowLimits(from_mm=10.0, by_mm=20.0))
     passed = changed(AT_REST, {"watch.window.proven": proven})
-    assert judged(passed, searching) == [Trip.CARINA_MISSED, *stuck]
+    assert judged(passed, searching) == [Condition.CARINA_MISSED, *stuck]
     # Touching, it has been found; however short the time.
     assert judged(changed(passed, {"watch.lasting.contact": DT_S}), searching) == []
     short = changed(passed, {"watch.window.rearmost_mm": 20.0})
@@ -156,9 +158,9 @@ def test_a_carina_that_was_missed_puts_the_switch_in_doubt_unless_it_was_proven(
 
 def test_a_valve_is_stuck_the_way_it_does_not_go() -> None:
     stuck = changed(AT_REST, {"watch.valve.still_s": 1.0})
-    assert judged(stuck) == [Trip.VALVE_STUCK_OPEN]
+    assert judged(stuck) == [Condition.VALVE_STUCK_OPEN]
     opened = changed(stuck, {"last.valve_open": True})
-    assert judged(opened) == [Trip.VALVE_STUCK_CLOSED]
+    assert judged(opened) == [Condition.VALVE_STUCK_CLOSED]
 
 
 @pytest.mark.parametrize(
@@ -176,12 +178,14 @@ def test_a_valve_is_stuck_the_way_it_does_not_go() -> None:
 def test_only_numbers_can_be_proposed_and_no_pressure(
     name: str, value: float, possible: bool
 ) -> None:
-    assert judged(AT_REST, proposed={name: value}) == ([] if possible else [Trip.PROPOSAL_INVALID])
+    assert judged(AT_REST, proposed={name: value}) == (
+        [] if possible else [Condition.PROPOSAL_INVALID]
+    )
 
 
 # What it remembers from tick to tick.
 
-FORCED = AT_REST._replace(trips=1 << Trip.LATE_TICKS)
+FORCED = AT_REST._replace(trips=1 << Condition.LATE_TICKS)
 """On its way out."""
 PATIENT = LIMITS._replace(withdrawal_s=9.0, in_airway_s=9.0)
 
@@ -208,7 +212,7 @@ def test_a_withdrawal_lasts_until_half_a_millimetre_from_home(
     from_home_mm: float, forced: bool
 ) -> None:
     there = PARK_MM + from_home_mm
-    state = at(there)._replace(trips=1 << Trip.LATE_TICKS, withdrawal_s=1.0)
+    state = at(there)._replace(trips=1 << Condition.LATE_TICKS, withdrawal_s=1.0)
     after = following(state, sound(there))
     assert after.withdrawal_s == (1.0 + DT_S if forced else 0.0)
 
@@ -240,7 +244,11 @@ def test_a_motor_that_is_home_has_withdrawn_nothing_while_its_sensors_disagree(
 ) -> None:
     home = changed(
         read_at(PARK_MM, **{"lasting.disagreeing": apart_s}),
-        {"trips": 1 << Trip.HEAD_SENSORS_DISAGREE, "last.head_mm": PARK_MM, "withdrawal_s": 0.1},
+        {
+            "trips": 1 << Condition.HEAD_SENSORS_DISAGREE,
+            "last.head_mm": PARK_MM,
+            "withdrawal_s": 0.1,
+        },
     )
     after = following(home, sound(PARK_MM)._replace(carriage_mm=PARK_MM + 9.0))
     assert after.withdrawal_s == (0.1 + DT_S if forced else 0.0)
@@ -313,8 +321,12 @@ def test_a_verdict_tells_what_was_done() -> None:
 
 
 def test_a_valve_that_cannot_be_read_or_steered_is_left_to_its_spring_and_no_other() -> None:
-    springs = {Trip.CAM_READING_INVALID, Trip.VALVE_STUCK_OPEN, Trip.VALVE_STUCK_CLOSED}
-    for code in Trip:
+    springs = {
+        Condition.CAM_READING_INVALID,
+        Condition.VALVE_STUCK_OPEN,
+        Condition.VALVE_STUCK_CLOSED,
+    }
+    for code in decode_trips(TRIPS):
         latched = AT_REST._replace(trips=1 << code)
         proposal = staying(HEAD_MM)
         read = sound(HEAD_MM)._replace(cam_rad=0.3)

@@ -9,8 +9,10 @@ from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.monitor import ABSENT, Monitor
 from opensuction.kernel.readings import Readings
 from opensuction.safety import patient_limit
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
-from opensuction.safety.trip import Reaction, Trip, names
+from opensuction.safety.handling import Reaction
 from tests.safety.watchdog import LIMITS, PARK_MM, Tick, first, run, sound, staying, tripped
 
 MONITORED = LIMITS._replace(
@@ -31,11 +33,11 @@ WELL = Monitor(
 INSIDE_MM = 60.0
 OPENED_RAD = 0.5
 WRONG = {
-    Trip.SPO2_LOW: WELL._replace(spo2_percent=70.0),
-    Trip.HEART_RATE_LOW: WELL._replace(heart_rate_per_min=30.0),
-    Trip.AIRWAY_PRESSURE_UNSAFE: WELL._replace(airway_pressure_cmh2o=60.0),
-    Trip.LUNG_VOLUME_LOST: WELL._replace(airway_pressure_cmh2o=-8.0),
-    Trip.CIRCUIT_DISCONNECTED: WELL._replace(airway_pressure_cmh2o=0.9),
+    Condition.SPO2_LOW: WELL._replace(spo2_percent=70.0),
+    Condition.HEART_RATE_LOW: WELL._replace(heart_rate_per_min=30.0),
+    Condition.AIRWAY_PRESSURE_UNSAFE: WELL._replace(airway_pressure_cmh2o=60.0),
+    Condition.LUNG_VOLUME_LOST: WELL._replace(airway_pressure_cmh2o=-8.0),
+    Condition.CIRCUIT_DISCONNECTED: WELL._replace(airway_pressure_cmh2o=0.9),
 }
 
 
@@ -59,7 +61,7 @@ def inside(monitor: Callable[[float], Monitor], seconds: float) -> list[Tick]:
 
 
 @pytest.mark.parametrize("code", WRONG)
-def test_a_patient_in_danger_has_the_catheter_drawn_out_without_vacuum(code: Trip) -> None:
+def test_a_patient_in_danger_has_the_catheter_drawn_out_without_vacuum(code: Condition) -> None:
     ticks = inside(lambda s: WRONG[code] if s > 0.1 else WELL, 2.5)
     caught = first(ticks, code)
     assert caught.verdict.reaction == Reaction.WITHDRAW
@@ -68,7 +70,7 @@ def test_a_patient_in_danger_has_the_catheter_drawn_out_without_vacuum(code: Tri
     assert caught.allowed.vacuum_mmhg == 0.0
     assert caught.allowed.head_mm < INSIDE_MM
     # The cam here stays open whatever it is told.
-    assert tripped(ticks) == {code, Trip.VALVE_STUCK_OPEN}
+    assert tripped(ticks) == {code, Condition.VALVE_STUCK_OPEN}
     # Held until a reset, although the patient is well again.
     better = run(
         0.1, sucking, reports(lambda _: WELL, OPENED_RAD), ticks[-1].state, limits=MONITORED
@@ -78,26 +80,26 @@ def test_a_patient_in_danger_has_the_catheter_drawn_out_without_vacuum(code: Tri
 
 
 def test_a_pressure_lost_behind_a_closed_valve_is_no_doing_of_suction() -> None:
-    low = reports(lambda _: WRONG[Trip.LUNG_VOLUME_LOST])
+    low = reports(lambda _: WRONG[Condition.LUNG_VOLUME_LOST])
     start = governor.start(MONITORED, INSIDE_MM)
     ticks = run(0.4, lambda _: staying(INSIDE_MM), low, start, limits=MONITORED)
-    assert tripped(ticks) == {Trip.AIRWAY_PRESSURE_UNSAFE}
+    assert tripped(ticks) == {Condition.AIRWAY_PRESSURE_UNSAFE}
 
 
 @pytest.mark.parametrize("code", WRONG)
-def test_with_the_catheter_out_it_is_shown_and_trips_nothing(code: Trip) -> None:
+def test_with_the_catheter_out_it_is_shown_and_trips_nothing(code: Condition) -> None:
     # Lung volume is lost only while something sucks: then the valve is at fault, and nothing else.
-    sucks = code == Trip.LUNG_VOLUME_LOST
+    sucks = code == Condition.LUNG_VOLUME_LOST
     report = reports(lambda _: WRONG[code], OPENED_RAD if sucks else 0.0)
     ticks = run(2.5, lambda _: staying(PARK_MM), report, limits=MONITORED)
-    assert tripped(ticks) == ({Trip.VALVE_STUCK_OPEN} if sucks else set())
-    assert names(ticks[-1].verdict.patient) == [code]
+    assert tripped(ticks) == ({Condition.VALVE_STUCK_OPEN} if sucks else set())
+    assert decode_trips(ticks[-1].verdict.patient) == [code]
 
 
 def test_a_monitor_lost_inside_is_shown_and_ends_nothing() -> None:
     ticks = inside(lambda s: WELL if s < 0.1 else ABSENT, 3.0)
     assert tripped(ticks) == set()
-    assert names(ticks[-1].verdict.patient) == [Trip.MONITOR_LINK_LOST]
+    assert decode_trips(ticks[-1].verdict.patient) == [Condition.MONITOR_LINK_LOST]
     assert ticks[-1].allowed.valve_open
 
 
@@ -106,7 +108,7 @@ def test_a_monitor_lost_outside_keeps_the_catheter_out() -> None:
         return staying(PARK_MM + max(time_s - 2.1, 0.0) * 15.0)
 
     ticks = run(4.0, inwards, reports(lambda _: ABSENT), limits=MONITORED)
-    caught = first(ticks, Trip.MONITOR_LINK_LOST)
+    caught = first(ticks, Condition.MONITOR_LINK_LOST)
     assert caught.verdict.deepest_mm == pytest.approx(MONITORED.outside_mm, abs=0.1)
     assert ticks[-1].allowed.head_mm < caught.allowed.head_mm
     assert ticks[-1].verdict.deepest_mm <= caught.verdict.deepest_mm
@@ -114,5 +116,5 @@ def test_a_monitor_lost_outside_keeps_the_catheter_out() -> None:
 
 def test_a_machine_without_a_monitor_misses_none() -> None:
     ticks = run(3.0, sucking, reports(lambda _: ABSENT, OPENED_RAD), governor.start(LIMITS, -3.4))
-    assert Trip.MONITOR_LINK_LOST not in tripped(ticks)
+    assert Condition.MONITOR_LINK_LOST not in tripped(ticks)
     assert ticks[-1].verdict.patient == 0

@@ -4,8 +4,9 @@ import pytest
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import governor
-from opensuction.safety.trip import Reaction, Trip
+from opensuction.safety.handling import Reaction
 from tests.safety.watchdog import (
     DT_S,
     HEAD_CAP_MM,
@@ -37,14 +38,14 @@ def test_a_head_that_cannot_be_withdrawn_is_let_go_in_the_end() -> None:
         return stay(50.0)._replace(head_mm=NAN) if time_s >= AFTER_S else stay(50.0)
 
     ticks = run(0.6, propose, lambda t, _: sound(50.0 + 1e-3 * (round(t / DT_S) % 2)), at(50.0))
-    last = first(ticks, Trip.WITHDRAWAL_TIME)
+    last = first(ticks, Condition.WITHDRAWAL_TIME)
     assert last.time_s == pytest.approx(AFTER_S + 0.4, abs=2 * DT_S)
     assert last.verdict.reaction == Reaction.TORQUE_OFF
 
 
 def test_a_head_at_home_is_not_withdrawn_forever() -> None:
     ticks = run(1.0, lambda _: stay()._replace(head_mm=NAN))
-    assert tripped(ticks) == {Trip.PROPOSAL_INVALID}
+    assert tripped(ticks) == {Condition.PROPOSAL_INVALID}
 
 
 def test_withdrawal_brings_the_head_home_at_its_speed_limit_and_stays() -> None:
@@ -126,9 +127,11 @@ def test_a_reset_clears_but_a_cause_that_is_still_there_trips_again_at_once() ->
         return sound(50.0)._replace(cam_valid=False)
 
     ticks = run(0.05, lambda _: stay(50.0), broken, at(50.0))
-    assert tripped(ticks) == {Trip.CAM_READING_INVALID}
+    assert tripped(ticks) == {Condition.CAM_READING_INVALID}
     cleared = governor.reset(LIMITS, ticks[-1].state)
-    assert Trip.CAM_READING_INVALID in tripped(run(0.001, lambda _: stay(50.0), broken, cleared))
+    assert Condition.CAM_READING_INVALID in tripped(
+        run(0.001, lambda _: stay(50.0), broken, cleared)
+    )
     assert tripped(run(0.05, lambda _: stay(50.0), lambda *_: sound(50.0), cleared)) == set()
 
 
@@ -146,7 +149,7 @@ def test_after_a_reset_a_command_that_was_ahead_waits_at_the_head() -> None:
 
 def test_after_a_reset_the_way_out_has_its_time_anew() -> None:
     ticks = run(0.85, lambda _: stay(50.0), state=at(50.0))
-    assert tripped(ticks) == {Trip.IN_AIRWAY_TIME}
+    assert tripped(ticks) == {Condition.IN_AIRWAY_TIME}
     assert (
         tripped(run(0.1, lambda _: stay(50.0), state=governor.reset(LIMITS, ticks[-1].state)))
         == set()
@@ -158,7 +161,7 @@ def test_a_head_pushed_by_hand_while_it_was_let_go_is_no_runaway_after_a_reset()
         return sound(50.0 + 15.0 * time_s)
 
     ticks = run(0.3, lambda _: stay(50.0), pushed, at(50.0))
-    assert tripped(ticks) == {Trip.HEAD_RUNAWAY}
+    assert tripped(ticks) == {Condition.HEAD_RUNAWAY}
     where_mm = ticks[-1].readings.head_mm
     cleared = governor.reset(LIMITS, ticks[-1].state)
     assert (
@@ -191,7 +194,9 @@ def test_a_valve_that_is_not_closed_yet_holds_the_head_too() -> None:
 
 def test_a_valve_that_cannot_be_read_counts_as_open() -> None:
     ticks = run(0.6, lambda _: stay(), lambda _, head: sound(head)._replace(cam_rad=NAN))
-    assert first(ticks, Trip.NEGATIVE_PRESSURE_TIME).time_s == pytest.approx(0.504, abs=2 * DT_S)
+    assert first(ticks, Condition.NEGATIVE_PRESSURE_TIME).time_s == pytest.approx(
+        0.504, abs=2 * DT_S
+    )
 
 
 def test_a_head_that_moved_unseen_was_neither_too_fast_nor_a_runaway() -> None:
@@ -201,7 +206,7 @@ def test_a_head_that_moved_unseen_was_neither_too_fast_nor_a_runaway() -> None:
         return coasting._replace(head_valid=False) if lost else coasting
 
     ticks = run(0.4, lambda t: stay(50.1 + 15.0 * t), report, at(50.0))
-    assert not tripped(ticks) & {Trip.HEAD_OVERSPEED, Trip.HEAD_RUNAWAY}
+    assert not tripped(ticks) & {Condition.HEAD_OVERSPEED, Condition.HEAD_RUNAWAY}
 
 
 @pytest.mark.parametrize("head_mm", [NAN, INF, -1e306])

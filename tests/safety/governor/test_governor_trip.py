@@ -7,8 +7,9 @@ import pytest
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import governor
-from opensuction.safety.trip import Reaction, Trip
+from opensuction.safety.handling import Reaction
 from tests.safety.watchdog import (
     DT_S,
     HEAD_CAP_MM,
@@ -45,7 +46,7 @@ def faulty(**wrong: Any) -> list[Tick]:
     return run(0.15, lambda _: stay(50.0), report, at(50.0))
 
 
-def expect(ticks: list[Tick], code: Trip, time_s: float, reaction: Reaction) -> None:
+def expect(ticks: list[Tick], code: Condition, time_s: float, reaction: Reaction) -> None:
     """The trip comes at that time (to a tick) and not before, and is answered at once."""
     tick = first(ticks, code)
     assert tick.time_s == pytest.approx(time_s, abs=1.5 * DT_S)
@@ -69,31 +70,33 @@ def test_an_impossible_proposal_withdraws_at_once(wrong: dict[str, Any]) -> None
     def propose(time_s: float) -> Setpoints:
         return stay(50.0)._replace(**wrong) if time_s >= AFTER_S else stay(50.0)
 
-    expect(run(0.1, propose, state=at(50.0)), Trip.PROPOSAL_INVALID, AFTER_S, Reaction.WITHDRAW)
+    expect(
+        run(0.1, propose, state=at(50.0)), Condition.PROPOSAL_INVALID, AFTER_S, Reaction.WITHDRAW
+    )
 
 
 @pytest.mark.requirement("OS-R11")
 @pytest.mark.parametrize(
     ("wrong", "code", "reaction"),
     [
-        ({"head_mm": NAN}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
-        ({"head_mm": -INF}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
-        ({"head_mm": ABSURD}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
-        ({"head_valid": False, "head_mm": 0.0}, Trip.HEAD_READING_INVALID, Reaction.WITHDRAW),
-        ({"carriage_mm": NAN}, Trip.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
-        ({"carriage_valid": False}, Trip.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
-        ({"cam_rad": -ABSURD}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
-        ({"cam_rad": NAN}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
-        ({"cam_valid": False}, Trip.CAM_READING_INVALID, Reaction.WITHDRAW),
-        ({"line_vacuum_mmhg": ABSURD}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
-        ({"line_vacuum_mmhg": NAN}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
-        ({"vacuum_valid": False}, Trip.VACUUM_READING_INVALID, Reaction.WITHDRAW),
-        ({"contact_valid": False}, Trip.CONTACT_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_mm": NAN}, Condition.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_mm": -INF}, Condition.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_mm": ABSURD}, Condition.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"head_valid": False, "head_mm": 0.0}, Condition.HEAD_READING_INVALID, Reaction.WITHDRAW),
+        ({"carriage_mm": NAN}, Condition.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
+        ({"carriage_valid": False}, Condition.CARRIAGE_READING_INVALID, Reaction.WITHDRAW),
+        ({"cam_rad": -ABSURD}, Condition.CAM_READING_INVALID, Reaction.WITHDRAW),
+        ({"cam_rad": NAN}, Condition.CAM_READING_INVALID, Reaction.WITHDRAW),
+        ({"cam_valid": False}, Condition.CAM_READING_INVALID, Reaction.WITHDRAW),
+        ({"line_vacuum_mmhg": ABSURD}, Condition.VACUUM_READING_INVALID, Reaction.WITHDRAW),
+        ({"line_vacuum_mmhg": NAN}, Condition.VACUUM_READING_INVALID, Reaction.WITHDRAW),
+        ({"vacuum_valid": False}, Condition.VACUUM_READING_INVALID, Reaction.WITHDRAW),
+        ({"contact_valid": False}, Condition.CONTACT_READING_INVALID, Reaction.WITHDRAW),
     ],
     ids=str,
 )
 def test_five_ticks_without_a_reading_are_a_fault(
-    wrong: dict[str, Any], code: Trip, reaction: Reaction
+    wrong: dict[str, Any], code: Condition, reaction: Reaction
 ) -> None:
     expect(faulty(**wrong), code, AFTER_S + 4 * DT_S, reaction)
 
@@ -116,7 +119,7 @@ def test_an_absurd_reading_blinds_no_limit_for_good(wrong: dict[str, Any]) -> No
         return sound(50.0 + 40.0 * time_s)
 
     seen = tripped(run(0.1, lambda _: stay(50.0), pushed, reset))
-    assert Trip.HEAD_OVERSPEED in seen
+    assert Condition.HEAD_OVERSPEED in seen
 
 
 @pytest.mark.requirement("OS-R11")
@@ -153,7 +156,7 @@ def test_a_head_faster_than_half_again_its_limit_loses_its_torque() -> None:
     def report(time_s: float, _head_mm: float) -> Readings:
         return sound(50.0 - 45.0 * max(time_s - AFTER_S, 0.0))
 
-    tick = first(run(0.15, lambda _: stay(50.0), report, at(50.0)), Trip.HEAD_OVERSPEED)
+    tick = first(run(0.15, lambda _: stay(50.0), report, at(50.0)), Condition.HEAD_OVERSPEED)
     assert tick.verdict.reaction == Reaction.TORQUE_OFF
     # The average over 10 ms reaches 30 of 45 mm/s after 11 ms.
     assert tick.time_s == pytest.approx(AFTER_S + 0.011, abs=0.002)
@@ -170,7 +173,7 @@ def test_a_catheter_head_that_is_not_where_the_motor_is_brings_the_catheter_out(
     speed = 15.0
     patient = LIMITS._replace(in_airway_s=INF)
     ticks = run(1.5, lambda t: stay(50.0 + speed * t), report, at(50.0), limits=patient)
-    tick = first(ticks, Trip.HEAD_SENSORS_DISAGREE)
+    tick = first(ticks, Condition.HEAD_SENSORS_DISAGREE)
     assert tick.time_s == pytest.approx(1.0 / (abs(slip) * speed) + 0.05, abs=0.003)
     assert tick.verdict.reaction == Reaction.WITHDRAW
 
@@ -184,8 +187,8 @@ def test_a_catheter_that_its_motor_cannot_bring_home_is_left_to_a_hand() -> None
 
     limits = LIMITS._replace(in_airway_s=INF, withdrawal_s=2.0)
     ticks = run(2.5, lambda _: stay(PARK_MM), report, at(PARK_MM), limits=limits)
-    assert first(ticks, Trip.HEAD_SENSORS_DISAGREE).verdict.insertion_on
-    given_up = first(ticks, Trip.WITHDRAWAL_TIME)
+    assert first(ticks, Condition.HEAD_SENSORS_DISAGREE).verdict.insertion_on
+    given_up = first(ticks, Condition.WITHDRAWAL_TIME)
     assert given_up.time_s == pytest.approx(0.05 + 2.0, abs=0.005)
     assert given_up.verdict.reaction == Reaction.TORQUE_OFF
     assert not ticks[-1].verdict.insertion_on
@@ -205,7 +208,7 @@ def test_play_and_steps_of_the_sensors_are_no_fault(apart_mm: float) -> None:
 def test_a_head_that_lags_too_far_for_too_long_is_withdrawn() -> None:
     ticks = run(0.85, lambda t: stay(50.0 + 15.0 * t), lambda t, _: sound(50.0 + t), at(50.0))
     # 8 mm of distance at 14 mm/s, then 0.2 s.
-    expect(ticks, Trip.HEAD_NOT_FOLLOWING, 8.0 / 14.0 + 0.2, Reaction.WITHDRAW)
+    expect(ticks, Condition.HEAD_NOT_FOLLOWING, 8.0 / 14.0 + 0.2, Reaction.WITHDRAW)
 
 
 @pytest.mark.requirement("OS-R09")
@@ -218,7 +221,7 @@ def test_a_frozen_encoder_or_a_jam_is_noticed_within_a_tenth_of_a_second() -> No
 
     ticks = run(0.4, advance, report, at(50.0))
     # 0.11 mm of distance at 9 mm/s, then 0.1 s.
-    expect(ticks, Trip.HEAD_STALLED, AFTER_S + 0.11 / 9.0 + 0.1, Reaction.WITHDRAW)
+    expect(ticks, Condition.HEAD_STALLED, AFTER_S + 0.11 / 9.0 + 0.1, Reaction.WITHDRAW)
 
 
 def test_friction_alone_is_no_stall() -> None:
@@ -231,7 +234,7 @@ def test_a_head_that_advances_against_its_command_loses_its_torque() -> None:
         return sound(50.0 + 15.0 * max(time_s - AFTER_S, 0.0))
 
     ticks = run(0.3, lambda _: stay(50.0), report, at(50.0))
-    expect(ticks, Trip.HEAD_RUNAWAY, AFTER_S + 1.0 / 15.0, Reaction.TORQUE_OFF)
+    expect(ticks, Condition.HEAD_RUNAWAY, AFTER_S + 1.0 / 15.0, Reaction.TORQUE_OFF)
 
 
 @pytest.mark.requirement("OS-R03")
@@ -242,7 +245,7 @@ def test_with_the_valve_open_it_does_so_sooner() -> None:
 
     suck = stay(50.0)._replace(valve_open=True)
     ticks = run(0.3, lambda _: suck, report, at(50.0))
-    tick = first(ticks, Trip.HEAD_RUNAWAY)
+    tick = first(ticks, Condition.HEAD_RUNAWAY)
     assert tick.time_s == pytest.approx(AFTER_S + 0.3 / 15.0, abs=3 * DT_S)
     assert tick.verdict.reaction == Reaction.TORQUE_OFF
 
@@ -257,7 +260,7 @@ def test_a_runaway_in_the_middle_of_a_withdrawal_is_one_too() -> None:
         return sound(head_mm if turned == 0.0 else 75.0 + 15.0 * turned)
 
     ticks = run(1.3, back, report, at(90.0), limits=LIMITS._replace(in_airway_s=5.0))
-    tick = first(ticks, Trip.HEAD_RUNAWAY)
+    tick = first(ticks, Condition.HEAD_RUNAWAY)
     assert tick.time_s == pytest.approx(1.0 + 1.0 / 15.0, abs=3 * DT_S)
     assert tick.readings.head_mm < 76.1
 
@@ -273,7 +276,7 @@ def test_a_stop_from_full_speed_is_no_runaway() -> None:
     def propose(time_s: float) -> Setpoints:
         return stay(50.0 + 17.0 * time_s) if time_s < 0.1 else stay(51.7)._replace(head_mm=NAN)
 
-    assert Trip.HEAD_RUNAWAY not in tripped(run(0.3, propose, report, at(50.0)))
+    assert Condition.HEAD_RUNAWAY not in tripped(run(0.3, propose, report, at(50.0)))
 
 
 @pytest.mark.requirement("OS-R02")
@@ -284,7 +287,7 @@ def test_a_head_carried_past_its_cap_is_withdrawn() -> None:
         return sound(start_mm + 2.0 * time_s)
 
     ticks = run(0.1, lambda _: stay(start_mm), report, at(start_mm))
-    expect(ticks, Trip.TIP_BEYOND_CAP, 0.05, Reaction.WITHDRAW)
+    expect(ticks, Condition.TIP_BEYOND_CAP, 0.05, Reaction.WITHDRAW)
 
 
 @pytest.mark.requirement("OS-R07")
@@ -294,7 +297,7 @@ def test_line_vacuum_over_its_limit_is_cut_after_a_fifth_of_a_second() -> None:
         return sound(head_mm)._replace(line_vacuum_mmhg=high)
 
     ticks = run(0.4, lambda _: stay(50.0), report, at(50.0))
-    expect(ticks, Trip.VACUUM_EXCEEDED, AFTER_S + 0.2, Reaction.WITHDRAW)
+    expect(ticks, Condition.VACUUM_EXCEEDED, AFTER_S + 0.2, Reaction.WITHDRAW)
     assert not ticks[-1].allowed.pump_on
 
 
@@ -304,7 +307,7 @@ def test_a_line_that_hides_its_vacuum_now_and_then_is_cut_as_soon() -> None:
         return sound(head_mm)._replace(line_vacuum_mmhg=NAN if hidden else 151.0)
 
     ticks = run(0.4, lambda _: stay(50.0), report, at(50.0))
-    tick = first(ticks, Trip.VACUUM_EXCEEDED)
+    tick = first(ticks, Condition.VACUUM_EXCEEDED)
     assert tick.time_s == pytest.approx(0.2, abs=0.005)
 
 
@@ -314,14 +317,14 @@ def test_negative_pressure_is_limited_from_the_valve_leaving_its_seat() -> None:
         return stay()._replace(valve_open=time_s >= AFTER_S)
 
     ticks = run(0.7, propose, lambda t, head: turning(t, head, 0.01))
-    expect(ticks, Trip.NEGATIVE_PRESSURE_TIME, AFTER_S + 0.5, Reaction.WITHDRAW)
-    assert not first(ticks, Trip.NEGATIVE_PRESSURE_TIME).allowed.valve_open
+    expect(ticks, Condition.NEGATIVE_PRESSURE_TIME, AFTER_S + 0.5, Reaction.WITHDRAW)
+    assert not first(ticks, Condition.NEGATIVE_PRESSURE_TIME).allowed.valve_open
 
 
 @pytest.mark.parametrize("cam_rad", [0.021, -0.021, 0.5])
 def test_a_valve_that_does_not_close_counts_as_open(cam_rad: float) -> None:
     ticks = run(0.7, lambda _: stay(), lambda t, head: turning(t, head, cam_rad))
-    expect(ticks, Trip.NEGATIVE_PRESSURE_TIME, 0.5, Reaction.WITHDRAW)
+    expect(ticks, Condition.NEGATIVE_PRESSURE_TIME, 0.5, Reaction.WITHDRAW)
 
 
 @pytest.mark.requirement("OS-R05")
@@ -330,7 +333,7 @@ def test_time_in_the_airway_is_limited() -> None:
     # Not before the narrowest gap is taken up: the deepest possible tip stands still until then.
     inside = next(tick for tick in ticks if tick.verdict.deepest_mm > LIMITS.outside_mm)
     assert inside.time_s > 1.0
-    expect(ticks, Trip.IN_AIRWAY_TIME, inside.time_s + 0.8, Reaction.WITHDRAW)
+    expect(ticks, Condition.IN_AIRWAY_TIME, inside.time_s + 0.8, Reaction.WITHDRAW)
 
 
 @pytest.mark.requirement("OS-R06")
@@ -342,19 +345,19 @@ def test_contact_is_limited_even_if_the_switch_bounces(bounce: int) -> None:
         return sound(head_mm)._replace(contact_closed=closed)
 
     ticks = run(0.5, lambda _: stay(), report)
-    expect(ticks, Trip.CONTACT_TIME, AFTER_S + 0.3, Reaction.WITHDRAW)
+    expect(ticks, Condition.CONTACT_TIME, AFTER_S + 0.3, Reaction.WITHDRAW)
 
 
 def test_a_contact_that_opens_for_ten_milliseconds_is_over() -> None:
     def report(time_s: float, head_mm: float) -> Readings:
         return sound(head_mm)._replace(contact_closed=round(time_s / DT_S) % 100 < 90)
 
-    assert Trip.CONTACT_TIME not in tripped(run(1.0, lambda _: stay(), report))
+    assert Condition.CONTACT_TIME not in tripped(run(1.0, lambda _: stay(), report))
 
 
 @pytest.mark.requirement("OS-R12")
 def test_five_late_ticks_in_a_row_are_a_fault_four_are_not() -> None:
     ticks = run(0.2, lambda _: stay(), overrun=lambda t: t >= AFTER_S - 1e-9)
-    expect(ticks, Trip.LATE_TICKS, AFTER_S + 4 * DT_S, Reaction.WITHDRAW)
+    expect(ticks, Condition.LATE_TICKS, AFTER_S + 4 * DT_S, Reaction.WITHDRAW)
     now_and_then = run(0.2, lambda _: stay(), overrun=lambda t: round(t / DT_S) % 10 < 4)
     assert tripped(now_and_then) == set()

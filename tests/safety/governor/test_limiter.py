@@ -5,9 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Setpoints
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction, Trip
 from opensuction.safety.watch.watch import Watch
 from tests.safety.watchdog import (
     HEAD_CAP_MM,
@@ -27,11 +28,11 @@ STEP_MM = 20.0 * DT_S
 """Furthest that a head of 20 mm/s is told to go in a tick."""
 HERE = staying(HEAD_MM)
 SEEN = at(HEAD_MM).watch
-CLOGGED = 1 << Trip.LINE_CLOGGED
+CLOGGED = 1 << Condition.LINE_CLOGGED
 """Withdraws with the vacuum kept."""
-LATE = 1 << Trip.LATE_TICKS
+LATE = 1 << Condition.LATE_TICKS
 """Withdraws with the vacuum cut."""
-RUNAWAY = 1 << Trip.HEAD_RUNAWAY
+RUNAWAY = 1 << Condition.HEAD_RUNAWAY
 """Torque off."""
 
 

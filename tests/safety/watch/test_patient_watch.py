@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.monitor import ABSENT, Monitor
 from opensuction.safety import patient_limit
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.patient_limit import AGE_LIMITS, AgeLimits, PatientLimits
-from opensuction.safety.trip import Trip, names
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import UNSEEN, PatientWatch
 from tests.safety.watchdog import above, below
@@ -57,7 +58,7 @@ def watched(
     return states
 
 
-def first_s(states: list[PatientWatch], code: Trip) -> float:
+def first_s(states: list[PatientWatch], code: Condition) -> float:
     """When a condition first held; infinite where it never did."""
     for i, state in enumerate(states):
         if state.conditions >> code & 1:
@@ -65,11 +66,11 @@ def first_s(states: list[PatientWatch], code: Trip) -> float:
     return float("inf")
 
 
-def seen(states: list[PatientWatch]) -> set[Trip]:
-    return {code for state in states for code in names(state.conditions)}
+def seen(states: list[PatientWatch]) -> set[Condition]:
+    return {code for state in states for code in decode_trips(state.conditions)}
 
 
-def on_time(states: list[PatientWatch], code: Trip, after_s: float) -> bool:
+def on_time(states: list[PatientWatch], code: Condition, after_s: float) -> bool:
     """Whether a condition begins with the first sample after its time, rounding apart."""
     return after_s < first_s(states, code) + 1e-9 <= after_s + 2.0 * DT_S
 
@@ -84,50 +85,54 @@ def test_a_patient_who_breathes_quietly_is_well() -> None:
 def test_each_value_is_judged_at_its_limit_and_not_on_it(age: AgeGroup) -> None:
     limits = patient_limit.limits_of(age, PEEP, monitored=True)
 
-    def found(change: Callable[[Monitor], Monitor]) -> set[Trip]:
+    def found(change: Callable[[Monitor], Monitor]) -> set[Condition]:
         return seen(watched(lambda s: change(breathing(s)), 3.0, limits=limits))
 
     spo2, rate, most = limits.spo2_percent, limits.heart_rate_per_min, limits.airway_most_cmh2o
     well = breathing(0.0)._replace(heart_rate_per_min=rate)
     assert found(lambda m: m._replace(heart_rate_per_min=rate)) == set()
     slow = lambda m: m._replace(heart_rate_per_min=rate - 0.1)  # noqa: E731
-    assert found(slow) == {Trip.HEART_RATE_LOW}
+    assert found(slow) == {Condition.HEART_RATE_LOW}
     fast = well._replace(spo2_percent=spo2)
     assert found(lambda m: fast._replace(airway_pressure_cmh2o=m.airway_pressure_cmh2o)) == set()
     low = fast._replace(spo2_percent=spo2 - 0.1)
     assert found(lambda m: low._replace(airway_pressure_cmh2o=m.airway_pressure_cmh2o)) == {
-        Trip.SPO2_LOW
+        Condition.SPO2_LOW
     }
     assert (
         seen(watched(lambda _: fast._replace(airway_pressure_cmh2o=most), 1.0, limits=limits))
         == set()
     )
     high = fast._replace(airway_pressure_cmh2o=most + 0.1)
-    assert seen(watched(lambda _: high, 1.0, limits=limits)) == {Trip.AIRWAY_PRESSURE_UNSAFE}
+    assert seen(watched(lambda _: high, 1.0, limits=limits)) == {Condition.AIRWAY_PRESSURE_UNSAFE}
 
 
 @pytest.mark.parametrize(
     ("report", "code", "after_s"),
     [
-        (lambda s: breathing(s)._replace(spo2_percent=79.9), Trip.SPO2_LOW, 2.0),
-        (lambda s: breathing(s)._replace(heart_rate_per_min=49.9), Trip.HEART_RATE_LOW, 1.0),
-        (lambda _: at_pressure(40.1), Trip.AIRWAY_PRESSURE_UNSAFE, 0.2),
-        (lambda _: at_pressure(0.7), Trip.AIRWAY_PRESSURE_UNSAFE, 0.3),
-        (lambda _: at_pressure(0.9), Trip.CIRCUIT_DISCONNECTED, 1.0),
-        (lambda _: at_pressure(PEEP), Trip.AIRWAY_PRESSURE_UNSAFE, 10.0),
-        (lambda _: at_pressure(PEEP + 12.0), Trip.AIRWAY_PRESSURE_UNSAFE, 10.01),
-        (lambda _: ABSENT, Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda s: breathing(s)._replace(connected=False), Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda s: breathing(s)._replace(spo2_valid=False), Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda s: breathing(s)._replace(heart_rate_valid=False), Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda s: breathing(s)._replace(airway_pressure_valid=False), Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda s: breathing(s)._replace(spo2_percent=NAN), Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda s: breathing(s)._replace(heart_rate_per_min=NAN), Trip.MONITOR_LINK_LOST, 2.0),
-        (lambda _: at_pressure(NAN), Trip.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(spo2_percent=79.9), Condition.SPO2_LOW, 2.0),
+        (lambda s: breathing(s)._replace(heart_rate_per_min=49.9), Condition.HEART_RATE_LOW, 1.0),
+        (lambda _: at_pressure(40.1), Condition.AIRWAY_PRESSURE_UNSAFE, 0.2),
+        (lambda _: at_pressure(0.7), Condition.AIRWAY_PRESSURE_UNSAFE, 0.3),
+        (lambda _: at_pressure(0.9), Condition.CIRCUIT_DISCONNECTED, 1.0),
+        (lambda _: at_pressure(PEEP), Condition.AIRWAY_PRESSURE_UNSAFE, 10.0),
+        (lambda _: at_pressure(PEEP + 12.0), Condition.AIRWAY_PRESSURE_UNSAFE, 10.01),
+        (lambda _: ABSENT, Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(connected=False), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(spo2_valid=False), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(heart_rate_valid=False), Condition.MONITOR_LINK_LOST, 2.0),
+        (
+            lambda s: breathing(s)._replace(airway_pressure_valid=False),
+            Condition.MONITOR_LINK_LOST,
+            2.0,
+        ),
+        (lambda s: breathing(s)._replace(spo2_percent=NAN), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda s: breathing(s)._replace(heart_rate_per_min=NAN), Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda _: at_pressure(NAN), Condition.MONITOR_LINK_LOST, 2.0),
     ],
 )
 def test_a_condition_holds_after_its_time_and_is_the_only_one(
-    report: Report, code: Trip, after_s: float
+    report: Report, code: Condition, after_s: float
 ) -> None:
     states = watched(report, after_s + 0.1)
     assert seen(states) == {code}
@@ -143,13 +148,13 @@ def test_pressure_below_peep_is_lost_volume_only_while_the_machine_sucks() -> No
             pressure = peep - under
             sample = at_pressure(pressure)
             states = watched(lambda _, it=sample: it, 0.5, sucking=True, limits=limits)  # type: ignore[misc]
-            assert seen(states) == ({Trip.LUNG_VOLUME_LOST} if lost else set())
-            assert not lost or on_time(states, Trip.LUNG_VOLUME_LOST, 0.3)
+            assert seen(states) == ({Condition.LUNG_VOLUME_LOST} if lost else set())
+            assert not lost or on_time(states, Condition.LUNG_VOLUME_LOST, 0.3)
             # Once it is suction's doing it stays so while the valve closes.
             after = watched(lambda _, it=sample: it, 0.3, limits=limits, watch=states[-1])  # type: ignore[misc]
             assert seen(after) == seen(states)
             states = watched(lambda _, it=sample: it, 0.5, limits=limits)  # type: ignore[misc]
-            assert seen(states) == ({Trip.AIRWAY_PRESSURE_UNSAFE} if lost else set())
+            assert seen(states) == ({Condition.AIRWAY_PRESSURE_UNSAFE} if lost else set())
 
 
 @pytest.mark.parametrize("peep", [3.0, 5.0, 6.0, 12.0])
@@ -159,10 +164,10 @@ def test_a_connector_at_the_rooms_pressure_is_open_whatever_the_peep(
 ) -> None:
     limits = patient_limit.limits_of(AgeGroup.ADULT, peep, monitored=True)
     states = watched(lambda _: at_pressure(room), 1.1, limits=limits)
-    assert on_time(states, Trip.CIRCUIT_DISCONNECTED, 1.0)
+    assert on_time(states, Condition.CIRCUIT_DISCONNECTED, 1.0)
     beyond = 1.01 if room > 0.0 else -1.01
     states = watched(lambda _: at_pressure(beyond), 1.1, limits=limits)
-    assert Trip.CIRCUIT_DISCONNECTED not in seen(states)
+    assert Condition.CIRCUIT_DISCONNECTED not in seen(states)
 
 
 def test_an_expiration_without_peep_is_no_disconnection() -> None:
@@ -170,7 +175,7 @@ def test_an_expiration_without_peep_is_no_disconnection() -> None:
     quiet = lambda s: at_pressure(12.0 if s % 8.0 < 2.0 else 0.0)  # noqa: E731
     assert seen(watched(quiet, 30.0, limits=limits)) == set()
     off = watched(lambda _: at_pressure(0.0), 10.1, limits=limits)
-    assert Trip.CIRCUIT_DISCONNECTED in seen(off)
+    assert Condition.CIRCUIT_DISCONNECTED in seen(off)
     least = patient_limit.limits_of(AgeGroup.ADULT, 3.0, monitored=True)
     assert least.open_s == patient_limit.OPEN_S
 
@@ -182,10 +187,10 @@ def test_a_value_that_is_missing_now_and_then_hides_nothing() -> None:
         return ABSENT if missing else low
 
     states = watched(every_other, 4.1)
-    assert first_s(states, Trip.CIRCUIT_DISCONNECTED) == pytest.approx(2.0, abs=0.03)
-    assert first_s(states, Trip.HEART_RATE_LOW) == pytest.approx(2.0, abs=0.03)
-    assert first_s(states, Trip.SPO2_LOW) == pytest.approx(4.0, abs=0.05)
-    assert Trip.MONITOR_LINK_LOST not in seen(states)
+    assert first_s(states, Condition.CIRCUIT_DISCONNECTED) == pytest.approx(2.0, abs=0.03)
+    assert first_s(states, Condition.HEART_RATE_LOW) == pytest.approx(2.0, abs=0.03)
+    assert first_s(states, Condition.SPO2_LOW) == pytest.approx(4.0, abs=0.05)
+    assert Condition.MONITOR_LINK_LOST not in seen(states)
 
 
 @given(
@@ -218,13 +223,14 @@ def test_whatever_arrives_a_value_out_of_reach_is_never_taken_for_a_number(
         assert watch.conditions & ~ALL == 0
 
 
-ALL = sum(1 << code for code in Trip if code >= Trip.SPO2_LOW)
-LINK = 1 << Trip.MONITOR_LINK_LOST
+PATIENT = [c for c in Condition if Condition.SPO2_LOW <= c <= Condition.MONITOR_LINK_LOST]
+ALL = sum(1 << code for code in PATIENT)
+LINK = 1 << Condition.MONITOR_LINK_LOST
 
 
-@given(chosen=st.sets(st.sampled_from([c for c in Trip if c >= Trip.SPO2_LOW])))
+@given(chosen=st.sets(st.sampled_from(PATIENT)))
 def test_conditions_end_a_cycle_only_where_there_is_something_to_withdraw(
-    chosen: set[Trip],
+    chosen: set[Condition],
 ) -> None:
     mask = sum(1 << code for code in chosen)
     assert patient_watch.trips(mask, False, False) == 0
@@ -258,17 +264,17 @@ EXACT_S = 0.125
 @pytest.mark.parametrize(
     ("name", "sample", "allowed_s", "code"),
     [
-        ("spo2_low_s", WELL._replace(spo2_percent=70.0), 2.0, Trip.SPO2_LOW),
-        ("heart_rate_low_s", WELL._replace(heart_rate_per_min=40.0), 1.0, Trip.HEART_RATE_LOW),
-        ("high_s", at_pressure(60.0), 0.2, Trip.AIRWAY_PRESSURE_UNSAFE),
-        ("low_s", at_pressure(-9.0), 0.3, Trip.AIRWAY_PRESSURE_UNSAFE),
-        ("open_s", at_pressure(1.0), 1.0, Trip.CIRCUIT_DISCONNECTED),
-        ("breath_s", WELL, 10.0, Trip.AIRWAY_PRESSURE_UNSAFE),
-        ("missing_s", WELL._replace(spo2_valid=False), 2.0, Trip.MONITOR_LINK_LOST),
+        ("spo2_low_s", WELL._replace(spo2_percent=70.0), 2.0, Condition.SPO2_LOW),
+        ("heart_rate_low_s", WELL._replace(heart_rate_per_min=40.0), 1.0, Condition.HEART_RATE_LOW),
+        ("high_s", at_pressure(60.0), 0.2, Condition.AIRWAY_PRESSURE_UNSAFE),
+        ("low_s", at_pressure(-9.0), 0.3, Condition.AIRWAY_PRESSURE_UNSAFE),
+        ("open_s", at_pressure(1.0), 1.0, Condition.CIRCUIT_DISCONNECTED),
+        ("breath_s", WELL, 10.0, Condition.AIRWAY_PRESSURE_UNSAFE),
+        ("missing_s", WELL._replace(spo2_valid=False), 2.0, Condition.MONITOR_LINK_LOST),
     ],
 )
 def test_each_may_last_its_time_and_no_longer(
-    name: str, sample: Monitor, allowed_s: float, code: Trip
+    name: str, sample: Monitor, allowed_s: float, code: Condition
 ) -> None:
     raised = sample.airway_pressure_cmh2o > ADULT.breath_cmh2o
     # This sample brings it to its time exactly; the next, just beyond.

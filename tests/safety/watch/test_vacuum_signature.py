@@ -8,8 +8,8 @@ import pytest
 
 from opensuction.controller import governor_limit
 from opensuction.controller.machine_profile import CLINICAL
-from opensuction.safety import trip
-from opensuction.safety.trip import Trip
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.safety.watch import vacuum_signature
 
 DT_S = 0.001
@@ -48,7 +48,7 @@ def watched(
     at_s: float,
     pump_on: Callable[[float], bool] = lambda _: True,
     rests: Callable[[float], bool] = lambda _: False,
-) -> tuple[set[Trip], float]:
+) -> tuple[set[Condition], float]:
     """Trips within 15 s, and when the first came after the fault began.
 
     rests: the pump stands still, its set point stays.
@@ -72,7 +72,7 @@ def watched(
         found |= mask
         if found:
             break
-    return set(trip.names(found)), first_s
+    return set(condition_mask.decode_trips(found)), first_s
 
 
 def cycle(time_s: float) -> bool:
@@ -99,19 +99,19 @@ def test_a_sound_line_is_silent(set_mmhg: float, catheter_mm: float) -> None:
 @pytest.mark.parametrize(
     ("fault", "at_s", "code", "bound_s"),
     [
-        (Line(pump=0.0), 2.0, Trip.VACUUM_LOST, 6.0),
-        (Line(pump=0.0), 7.0, Trip.VACUUM_LOST, 1.5),
-        (Line(pump=150.0), 7.0, Trip.VACUUM_LOST, 2.0),
-        (Line(leak=6.0), 2.0, Trip.LINE_LEAKING, 0.5),
-        (Line(leak=3.5), 2.0, Trip.VALVE_STUCK_OPEN, 0.7),
-        (Line(stuck_open=True), 2.0, Trip.VALVE_STUCK_OPEN, 0.7),
-        (Line(bore=1.5), 6.5, Trip.LINE_CLOGGED, 5.0),
-        (Line(pump=0.0, per_ml=19.0), 7.0, Trip.CANISTER_FULL, 1.0),
-        (Line(regulator=0.0), 2.0, Trip.VACUUM_EXCEEDED, 1.0),
+        (Line(pump=0.0), 2.0, Condition.VACUUM_LOST, 6.0),
+        (Line(pump=0.0), 7.0, Condition.VACUUM_LOST, 1.5),
+        (Line(pump=150.0), 7.0, Condition.VACUUM_LOST, 2.0),
+        (Line(leak=6.0), 2.0, Condition.LINE_LEAKING, 0.5),
+        (Line(leak=3.5), 2.0, Condition.VALVE_STUCK_OPEN, 0.7),
+        (Line(stuck_open=True), 2.0, Condition.VALVE_STUCK_OPEN, 0.7),
+        (Line(bore=1.5), 6.5, Condition.LINE_CLOGGED, 5.0),
+        (Line(pump=0.0, per_ml=19.0), 7.0, Condition.CANISTER_FULL, 1.0),
+        (Line(regulator=0.0), 2.0, Condition.VACUUM_EXCEEDED, 1.0),
     ],
 )
 def test_an_adults_line_names_what_is_wrong(
-    fault: Line, at_s: float, code: Trip, bound_s: float
+    fault: Line, at_s: float, code: Condition, bound_s: float
 ) -> None:
     found, first_s = watched(fault, 120.0, 4.0, cycle, at_s)
     assert found == {code}
@@ -122,13 +122,13 @@ def test_an_adults_line_names_what_is_wrong(
 @pytest.mark.parametrize(
     ("fault", "at_s", "code"),
     [
-        (Line(pump=0.0), 2.0, Trip.VACUUM_LOST),
-        (Line(pump=0.0), 7.0, Trip.VACUUM_LOST),
-        (Line(leak=6.0), 2.0, Trip.LINE_LEAKING),
-        (Line(regulator=0.0), 2.0, Trip.VACUUM_EXCEEDED),
+        (Line(pump=0.0), 2.0, Condition.VACUUM_LOST),
+        (Line(pump=0.0), 7.0, Condition.VACUUM_LOST),
+        (Line(leak=6.0), 2.0, Condition.LINE_LEAKING),
+        (Line(regulator=0.0), 2.0, Condition.VACUUM_EXCEEDED),
     ],
 )
-def test_a_neonates_line_does_too(fault: Line, at_s: float, code: Trip) -> None:
+def test_a_neonates_line_does_too(fault: Line, at_s: float, code: Condition) -> None:
     assert watched(fault, 80.0, 2.0, cycle, at_s)[0] == {code}
 
 
@@ -161,14 +161,14 @@ def test_a_valve_that_opens_on_the_way_in_shows_within_a_second(
     """Through either catheter, from before the rest, while the line settles, and well into it."""
     fault = Line(stuck_open=True, bore=29.5 * share)
     found, first_s = watched(fault, set_mmhg, catheter_mm, cycle, at_s, rests=inserting)
-    assert found == {Trip.VALVE_STUCK_OPEN}
+    assert found == {Condition.VALVE_STUCK_OPEN}
     assert at_s + first_s < max(at_s, 1.0) + 1.0
 
 
 @pytest.mark.requirement("OS-R16")
 def test_a_large_leak_on_the_way_in_is_told_from_the_valve() -> None:
     fault = Line(leak=10.0)
-    assert watched(fault, 120.0, 4.0, cycle, 3.0, rests=inserting)[0] == {Trip.LINE_LEAKING}
+    assert watched(fault, 120.0, 4.0, cycle, 3.0, rests=inserting)[0] == {Condition.LINE_LEAKING}
 
 
 @pytest.mark.requirement("OS-R16")
@@ -178,15 +178,15 @@ def test_a_pump_lost_at_rest_shows_once_it_is_asked_again(
 ) -> None:
     """The valve open from 6 s on: what the line had is gone in a second or two."""
     found, first_s = watched(Line(pump=0.0), set_mmhg, catheter_mm, cycle, 3.0, rests=inserting)
-    assert found == {Trip.VACUUM_LOST}
+    assert found == {Condition.VACUUM_LOST}
     assert first_s < 3.0 + 4.0
 
 
 def test_a_pump_that_runs_on_differs_from_a_line_that_is_not_vented() -> None:
     limits = governor_limit.line_limits(CLINICAL, 4.0, 120.0)
-    for still_on, code in ((True, Trip.PUMP_RUNAWAY), (False, Trip.VACUUM_EXCEEDED)):
+    for still_on, code in ((True, Condition.PUMP_RUNAWAY), (False, Condition.VACUUM_EXCEEDED)):
         state, vacuum = vacuum_signature.START, 120.0
         for _ in range(1500):
             vacuum = after(Line(regulator=0.0), vacuum, still_on, 0.0, opened=False)
             state = vacuum_signature.step(limits, state, vacuum, 0.0, False, False, True, DT_S)
-        assert trip.names(vacuum_signature.trips(limits, state, False)) == [code]
+        assert condition_mask.decode_trips(vacuum_signature.trips(limits, state, False)) == [code]

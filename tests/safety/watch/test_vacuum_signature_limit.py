@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.limits import LineLimits
-from opensuction.safety.trip import Trip, names
 from opensuction.safety.watch import vacuum_signature
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from tests.safety.watchdog import above, below, changed
@@ -39,8 +40,8 @@ TIMES = ("closed_low_s", "open_low_s", "clogged_s", "over_s", "unvented_s")
 DT_S = 0.001
 
 
-def found(**values: object) -> list[Trip]:
-    return names(vacuum_signature.trips(LIMITS, changed(BUILT, values), False))
+def found(**values: object) -> list[Condition]:
+    return decode_trips(vacuum_signature.trips(LIMITS, changed(BUILT, values), False))
 
 
 def tick(
@@ -72,14 +73,14 @@ def test_a_sound_line_and_one_at_power_up_have_nothing_against_them() -> None:
 @pytest.mark.parametrize(
     ("name", "allowed_s", "code"),
     [
-        ("closed_low_s", 0.3, Trip.VACUUM_LOST),
-        ("open_low_s", 0.5, Trip.VACUUM_LOST),
-        ("clogged_s", 4.6, Trip.LINE_CLOGGED),
-        ("over_s", 0.5, Trip.VACUUM_EXCEEDED),
-        ("unvented_s", 1.0, Trip.PUMP_RUNAWAY),
+        ("closed_low_s", 0.3, Condition.VACUUM_LOST),
+        ("open_low_s", 0.5, Condition.VACUUM_LOST),
+        ("clogged_s", 4.6, Condition.LINE_CLOGGED),
+        ("over_s", 0.5, Condition.VACUUM_EXCEEDED),
+        ("unvented_s", 1.0, Condition.PUMP_RUNAWAY),
     ],
 )
-def test_each_may_last_its_time_and_no_longer(name: str, allowed_s: float, code: Trip) -> None:
+def test_each_may_last_its_time_and_no_longer(name: str, allowed_s: float, code: Condition) -> None:
     assert found(**{name: allowed_s}) == []
     assert found(**{name: above(allowed_s)}) == [code]
 
@@ -88,17 +89,17 @@ def test_each_may_last_its_time_and_no_longer(name: str, allowed_s: float, code:
     ("fall_mmhg_per_s", "code"),
     [
         # A pump that stands still loses less than 8 % of 120 mmHg a second.
-        (0.0, Trip.VACUUM_LOST),
-        (above(-0.08 * SET), Trip.VACUUM_LOST),
-        (-0.08 * SET, Trip.VALVE_STUCK_OPEN),
+        (0.0, Condition.VACUUM_LOST),
+        (above(-0.08 * SET), Condition.VACUUM_LOST),
+        (-0.08 * SET, Condition.VALVE_STUCK_OPEN),
         # An open valve, half as steep again at most.
-        (-126.0, Trip.VALVE_STUCK_OPEN),
-        (below(-126.0), Trip.LINE_LEAKING),
-        (-5000.0, Trip.LINE_LEAKING),
+        (-126.0, Condition.VALVE_STUCK_OPEN),
+        (below(-126.0), Condition.LINE_LEAKING),
+        (-5000.0, Condition.LINE_LEAKING),
     ],
 )
 def test_how_steeply_a_closed_line_lost_its_vacuum_names_the_cause(
-    fall_mmhg_per_s: float, code: Trip
+    fall_mmhg_per_s: float, code: Condition
 ) -> None:
     assert found(closed_low_s=0.4, fall_mmhg_per_s=fall_mmhg_per_s) == [code]
 
@@ -106,14 +107,14 @@ def test_how_steeply_a_closed_line_lost_its_vacuum_names_the_cause(
 @pytest.mark.parametrize(
     ("fall_mmhg_per_s", "code"),
     [
-        (0.0, Trip.VACUUM_LOST),
+        (0.0, Condition.VACUUM_LOST),
         # Twice as steep as an open catheter without a pump: no room in the canister.
-        (-600.0, Trip.VACUUM_LOST),
-        (below(-600.0), Trip.CANISTER_FULL),
+        (-600.0, Condition.VACUUM_LOST),
+        (below(-600.0), Condition.CANISTER_FULL),
     ],
 )
 def test_how_steeply_an_open_line_lost_its_vacuum_names_the_cause(
-    fall_mmhg_per_s: float, code: Trip
+    fall_mmhg_per_s: float, code: Condition
 ) -> None:
     assert found(open_low_s=0.6, fall_mmhg_per_s=fall_mmhg_per_s) == [code]
 
@@ -121,15 +122,15 @@ def test_how_steeply_an_open_line_lost_its_vacuum_names_the_cause(
 @pytest.mark.parametrize(
     ("falling_mmhg_per_s", "code"),
     [
-        (-2.0, Trip.PUMP_RUNAWAY),
-        (0.0, Trip.PUMP_RUNAWAY),
-        (0.99, Trip.PUMP_RUNAWAY),
-        (1.01, Trip.VACUUM_EXCEEDED),
-        (50.0, Trip.VACUUM_EXCEEDED),
+        (-2.0, Condition.PUMP_RUNAWAY),
+        (0.0, Condition.PUMP_RUNAWAY),
+        (0.99, Condition.PUMP_RUNAWAY),
+        (1.01, Condition.VACUUM_EXCEEDED),
+        (50.0, Condition.VACUUM_EXCEEDED),
     ],
 )
 def test_an_unvented_vacuum_that_falls_by_a_hundredth_a_second_has_no_pump_behind_it(
-    falling_mmhg_per_s: float, code: Trip
+    falling_mmhg_per_s: float, code: Condition
 ) -> None:
     slow = 100.0 + 0.1 * falling_mmhg_per_s
     assert found(unvented_s=1.1, vacuum_mmhg=100.0, slow_mmhg=slow) == [code]
@@ -137,7 +138,7 @@ def test_an_unvented_vacuum_that_falls_by_a_hundredth_a_second_has_no_pump_behin
 
 def test_several_faults_are_told_together() -> None:
     several = found(closed_low_s=9.0, clogged_s=9.0, over_s=9.0)
-    assert several == [Trip.VACUUM_EXCEEDED, Trip.VACUUM_LOST, Trip.LINE_CLOGGED]
+    assert several == [Condition.VACUUM_EXCEEDED, Condition.VACUUM_LOST, Condition.LINE_CLOGGED]
 
 
 @pytest.mark.parametrize(
@@ -253,14 +254,14 @@ def test_a_resting_line_may_lose_a_little_a_second() -> None:
 def test_what_a_resting_line_lost_is_named_by_how_fast_it_falls() -> None:
     steep = 98.0 - 0.1 * (LIMITS.bore_fall_mmhg_per_s + 20.0)
     assert found(rest_low_s=0.1) == []
-    assert found(rest_low_s=above(0.1)) == [Trip.VALVE_STUCK_OPEN]
+    assert found(rest_low_s=above(0.1)) == [Condition.VALVE_STUCK_OPEN]
     falling = {"rest_low_s": 0.2, "slow_mmhg": 98.0}
-    assert found(**falling, vacuum_mmhg=steep + 1e-9) == [Trip.VALVE_STUCK_OPEN]
-    assert found(**falling, vacuum_mmhg=steep - 1e-9) == [Trip.LINE_LEAKING]
+    assert found(**falling, vacuum_mmhg=steep + 1e-9) == [Condition.VALVE_STUCK_OPEN]
+    assert found(**falling, vacuum_mmhg=steep - 1e-9) == [Condition.LINE_LEAKING]
     # At that rate to the last digit it is still the valve's.
     last = -0.1 * (-LIMITS.bore_fall_mmhg_per_s - 20.0)
     assert (0.0 - last) / 0.1 == -LIMITS.bore_fall_mmhg_per_s - 20.0
-    assert found(rest_low_s=0.2, slow_mmhg=last, vacuum_mmhg=0.0) == [Trip.VALVE_STUCK_OPEN]
+    assert found(rest_low_s=0.2, slow_mmhg=last, vacuum_mmhg=0.0) == [Condition.VALVE_STUCK_OPEN]
     parked = changed(BUILT, {"rest_low_s": 9.0})
     assert vacuum_signature.trips(LIMITS, parked, True) == 0
 

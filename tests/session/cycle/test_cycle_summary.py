@@ -1,9 +1,10 @@
 """What the summary of a cycle says in words and names."""
 
 from opensuction.procedure.cycle.transition import BROKEN_OFF
-from opensuction.safety.alarm.alarm_condition import Condition, Priority
 from opensuction.safety.alarm.alarm_episode import Episode
-from opensuction.safety.trip import WORD
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import WORD
+from opensuction.safety.priority import Priority
 from opensuction.session.cycle import cycle_summary
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from opensuction.simulation.injection import fault_allowance
 from opensuction.simulation.injection.fault_allowance import STATED, Bound
-from opensuction.twin.fault.fault import Fault, Means
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import ROWS
 
 
 def test_only_the_fault_that_states_a_bound_has_it() -> None:
@@ -30,7 +30,7 @@ def test_each_is_stated_once_and_is_a_number() -> None:
         assert math.isfinite(one.more)
         assert one.more > 0.0
         assert one.because
-        assert KINDS[one.fault].means != Means.SETTING
+        assert not ROWS[one.fault].is_setup
 
 
 def test_time_in_the_patient_is_excused_by_no_fault() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import CheckItem
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
@@ -46,7 +46,7 @@ def put(name: str, phase: Phase, value: float, ticks: int = 1) -> Spoil:
 
 
 def cut_ignored(columns: Columns) -> None:
-    columns["verdict.trips"][middle(columns, Phase.SUCTIONING) :] = 1 << Trip.VACUUM_EXCEEDED
+    columns["verdict.trips"][middle(columns, Phase.SUCTIONING) :] = 1 << Condition.VACUUM_EXCEEDED
 
 
 def opened_on_the_way_in(columns: Columns) -> None:

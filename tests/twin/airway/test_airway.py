@@ -36,7 +36,7 @@ def test_nothing_is_taken_up_without_vacuum() -> None:
 
 
 def test_uptake_is_its_rate_times_vacuum_until_nothing_is_left() -> None:
-    # 1.02 mL/s of a plug of 1 Pa s; FACTS section 3 gives 1.2 mL/s without losses.
+    # 1.02 mL/s of a plug of 1 Pa s; [calc-plug] gives 1.2 mL/s without losses.
     rate = 0.0085 * 120.0
     state = airway.step(AIRWAY, START, 30.0, 120.0, 1.0, 0.1)
     assert state.removed_ml == pytest.approx(0.1 * rate)

@@ -10,6 +10,8 @@ from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import Onset
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.link import Link, LinkState
 
 HEALTHY = link.healthy(seed=1)
@@ -42,7 +44,7 @@ FIRST = LinkState(readings(-1), commands(-1))
 
 
 def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
-    return link.with_fault(HEALTHY, fault, strength, tick, DT_S)
+    return ROWS[fault].change_link(HEALTHY, Onset(strength, tick, DT_S))
 
 
 def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Commands], list[bool]]:

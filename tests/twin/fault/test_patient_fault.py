@@ -1,12 +1,12 @@
 """What can go wrong with a patient: closed forms, and nothing else changes."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from opensuction.kernel.monitor import ABSENT
-from opensuction.twin.fault import patient_fault
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import PatientEffect
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient import patient as model
 from opensuction.twin.patient import patient_preset, ventilator
 from opensuction.twin.patient.patient import Patient
@@ -16,27 +16,26 @@ from tests.twin.breathing import DT_S, record
 PATIENTS = {name: patient_preset.patient(name, 0, nominal=True) for name in PRESETS}
 RESTING = {name: patient_preset.at_rest(one) for name, one in PATIENTS.items()}
 ICU = PATIENTS["adult-icu"]
-FAULTS: tuple[Callable[[Patient], Patient], ...] = (
-    patient_fault.disconnected,
-    lambda one: patient_fault.mispressured(one, 2.0),
-    lambda one: patient_fault.flow_limited(one, 0.0),
-    lambda one: patient_fault.desaturating(one, 0.5),
-    lambda one: patient_fault.vagal(one, 0.6),
-    patient_fault.unlinked,
-    patient_fault.probe_off,
-)
+EFFECTS = {
+    fault: row.effect for fault, row in ROWS.items() if isinstance(row.effect, PatientEffect)
+}
+
+
+def broken(fault: Fault, strength: float = 0.0, patient: Patient = ICU) -> Patient:
+    return EFFECTS[fault].change(patient, strength)
 
 
 def steps(seconds: float) -> int:
     return round(seconds / DT_S)
 
 
-@pytest.mark.parametrize("change", FAULTS)
-def test_a_fault_changes_one_number_of_one_record(change: Callable[[Patient], Patient]) -> None:
+@pytest.mark.parametrize("fault", EFFECTS, ids=lambda fault: fault.title)
+def test_a_fault_changes_one_number_of_one_record(fault: Fault) -> None:
+    changed = broken(fault, ROWS[fault].default_strength)
     differing = [
-        (getattr(ICU, name), getattr(change(ICU), name))
+        (getattr(ICU, name), getattr(changed, name))
         for name in Patient._fields
-        if getattr(ICU, name) != getattr(change(ICU), name)
+        if getattr(ICU, name) != getattr(changed, name)
     ]
     assert len(differing) == 1
     before, after = differing[0]
@@ -47,7 +46,7 @@ def test_a_fault_changes_one_number_of_one_record(change: Callable[[Patient], Pa
 @pytest.mark.parametrize("l_per_min", [0.0, 15.0])
 def test_disconnected_the_connector_is_at_the_rooms_pressure(name: str, l_per_min: float) -> None:
     """At once and whatever is sucked; gas is conserved, and no lung is emptied below the room's."""
-    patient = patient_fault.disconnected(PATIENTS[name])
+    patient = broken(Fault.CIRCUIT_DISCONNECTED, patient=PATIENTS[name])
     state, suction = RESTING[name], l_per_min * 1000.0 / 60.0
     volume = state.lung.volume_ml
     for _ in range(steps(20.0)):
@@ -65,7 +64,7 @@ def test_disconnected_the_connector_is_at_the_rooms_pressure(name: str, l_per_mi
 
 def test_reconnected_the_lung_fills_again() -> None:
     empty = patient_preset.breathe(
-        patient_fault.disconnected(ICU), RESTING["adult-icu"], 2000, DT_S
+        broken(Fault.CIRCUIT_DISCONNECTED), RESTING["adult-icu"], 2000, DT_S
     )
     lost = RESTING["adult-icu"].lung.volume_ml - empty.lung.volume_ml
     filled = patient_preset.breathe(ICU, empty, 2000, DT_S)
@@ -76,7 +75,7 @@ def test_reconnected_the_lung_fills_again() -> None:
 @pytest.mark.parametrize("ratio", [0.3, 0.7, 1.5, 3.0])
 def test_pressures_out_of_range_are_multiples_of_those_set(ratio: float) -> None:
     """Without flow, at the end of each phase of the breath."""
-    patient = patient_fault.mispressured(ICU, ratio)
+    patient = broken(Fault.VENTILATOR_PRESSURE, ratio)
     none = np.zeros(steps(20.0))
     columns, _ = record(patient, RESTING["adult-icu"], none, none)
     settled = columns["ventilator_pressure_cmh2o"][steps(8.0) :]
@@ -89,7 +88,7 @@ def test_pressures_out_of_range_are_multiples_of_those_set(ratio: float) -> None
 
 def test_without_compensation_suction_empties_an_adults_lung_at_its_own_flow() -> None:
     """In expiration, when nothing comes through the tube, the lung loses just what is sucked."""
-    patient = patient_fault.flow_limited(ICU, 0.0)
+    patient = broken(Fault.LUNG_VOLUME_LOST, 0.0)
     state, suction = RESTING["adult-icu"], 250.0
     still = 0
     for _ in range(steps(8.0)):
@@ -110,7 +109,7 @@ def test_without_compensation_suction_empties_an_adults_lung_at_its_own_flow() -
 
 def test_a_raised_shunt_lowers_the_shown_saturation_late() -> None:
     none = np.zeros(steps(90.0))
-    columns, _ = record(patient_fault.desaturating(ICU, 0.6), RESTING["adult-icu"], none, none)
+    columns, _ = record(broken(Fault.DESATURATION, 0.6), RESTING["adult-icu"], none, none)
     blood, shown = columns["sao2_percent"], columns["spo2_percent"]
     assert blood[-1] < 75.0
     late = (np.argmax(shown < 85.0) - np.argmax(blood < 85.0)) * DT_S
@@ -118,7 +117,7 @@ def test_a_raised_shunt_lowers_the_shown_saturation_late() -> None:
 
 
 def test_vagal_patients_lose_that_share_under_the_strongest_stimulus() -> None:
-    state, patient = RESTING["adult-icu"], patient_fault.vagal(ICU, 0.6)
+    state, patient = RESTING["adult-icu"], broken(Fault.BRADYCARDIA, 0.6)
     for _ in range(steps(30.0)):
         state = model.step(patient, state, 0.0, 0.4, 1.0, DT_S)
     assert state.heart.rate_per_min == pytest.approx(0.4 * ICU.heart.rest_per_min, rel=1e-3)
@@ -138,8 +137,8 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     assert healthy.spo2_percent == state.oximeter.shown_percent
     assert healthy.airway_pressure_cmh2o == state.airflow.connector_cmh2o
     assert healthy.heart_rate_per_min == ICU.heart.rest_per_min
-    off = model.monitored(patient_fault.probe_off(ICU), state)
+    off = model.monitored(ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state)
     assert off == healthy._replace(spo2_percent=0.0, spo2_valid=False)
-    assert model.monitored(patient_fault.unlinked(ICU), state) == ABSENT
+    assert model.monitored(broken(Fault.MONITOR_LOST), state) == ABSENT
     without = ICU._replace(monitor=ICU.monitor._replace(present=False))
     assert model.monitored(without, state) == ABSENT

@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
-from opensuction.twin.fault import fault_table, reading_fault
+from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.reading_fault import HEALTHY, JUMP_TICKS, Channel
+from opensuction.twin.fault.fault_row import ReadingEffect
+from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.fault.reading_fault import HEALTHY, JUMP_TICKS, Channel, Mode
 
 AT_INSTANT = Readings(
     head_mm=40.0,
@@ -43,11 +45,14 @@ VALID = {
     Channel.VACUUM: "vacuum_valid",
     Channel.CONTACT: "contact_valid",
 }
+EFFECTS = {
+    fault: row.effect for fault, row in ROWS.items() if isinstance(row.effect, ReadingEffect)
+}
 
 
 def seen(fault: Fault, strength: float = 0.0, tick: int = 7, true: Readings = LATER) -> Readings:
     """What is read later, under a fault that began at the instant."""
-    broken = reading_fault.of(fault, strength, AT_INSTANT, seed=1)
+    broken = ROWS[fault].change_reading(strength, AT_INSTANT, seed=1)
     return reading_fault.applied(broken, true, tick)
 
 
@@ -55,10 +60,10 @@ def test_healthy_sensors_report_what_is() -> None:
     assert reading_fault.applied(HEALTHY, LATER, 7) == LATER
 
 
-@pytest.mark.parametrize("fault", reading_fault.KINDS, ids=lambda fault: fault.title)
+@pytest.mark.parametrize("fault", EFFECTS, ids=lambda fault: fault.title)
 def test_a_fault_leaves_all_other_readings_alone(fault: Fault) -> None:
-    channel, _ = reading_fault.KINDS[fault]
-    read = seen(fault, fault_table.default_strength(fault))._asdict()
+    channel = EFFECTS[fault].channel
+    read = seen(fault, ROWS[fault].default_strength)._asdict()
     touched = {VALUES[channel], VALID.get(channel)}
     assert {name for name, value in read.items() if value != getattr(LATER, name)} <= touched
     assert read != LATER._asdict()
@@ -111,11 +116,11 @@ def test_a_jumping_encoder_jumps_within_bounds_and_holds_in_between() -> None:
 
 @pytest.mark.parametrize(
     "fault",
-    [fault for fault in reading_fault.KINDS if fault.name.endswith("INVALID")],
+    [fault for fault, effect in EFFECTS.items() if effect.mode == Mode.INVALID],
     ids=lambda fault: fault.title,
 )
 def test_an_invalid_reading_says_so(fault: Fault) -> None:
-    channel, _ = reading_fault.KINDS[fault]
+    channel = EFFECTS[fault].channel
     read = seen(fault)
     assert not getattr(read, VALID[channel])
     if channel != Channel.CONTACT:
@@ -130,7 +135,7 @@ def test_the_same_seed_gives_the_same_chance() -> None:
     first, other = (
         [
             reading_fault.applied(
-                reading_fault.of(Fault.ENCODER_NOISY, 1.0, AT_INSTANT, seed), LATER, tick
+                ROWS[Fault.ENCODER_NOISY].change_reading(1.0, AT_INSTANT, seed), LATER, tick
             ).head_mm
             for tick in range(5)
         ]

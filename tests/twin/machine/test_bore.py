@@ -51,7 +51,7 @@ def test_what_comes_in_lies_there_or_is_in_the_canister(
 
 
 def test_the_paper_s_bore_holds_19_ml_and_a_millilitre_fills_10_cm() -> None:
-    assert BORE.volume_ml == pytest.approx(19.2, abs=0.05)  # FACTS section 3
+    assert BORE.volume_ml == pytest.approx(19.2, abs=0.05)  # [calc-line]
     assert bore.plug_mm(BORE, 1.0) == pytest.approx(104.0, abs=0.1)
 
 
@@ -66,7 +66,7 @@ def test_yield_holds_the_plugs_that_facts_say_it_holds() -> None:
 
 
 def test_drag_at_the_stated_shear_rate_is_hagen_and_poiseuille_s() -> None:
-    """A 5 cm plug of 1 Pa s lets 1.2 mL/s through at 120 mmHg, were it Newtonian (FACTS).
+    """A 5 cm plug of 1 Pa s lets 1.2 mL/s through at 120 mmHg, were it Newtonian [calc-plug].
 
     Beyond the 5 cm that are in the uptake.
     """

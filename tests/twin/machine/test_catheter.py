@@ -89,7 +89,7 @@ def test_the_standard_conduit_is_the_paper_s() -> None:
 
 @pytest.mark.parametrize("route", catheter.ROUTES)
 def test_the_gap_is_bend_times_clearance(route: str) -> None:
-    """DESIGN section 4: 11 rad x 2 mm in the paper's conduit."""
+    """[calc-gap-width]: 11 rad x 2 mm in the paper's conduit."""
     laid = catheter.laid(route, PAPER)
     widths = preset.machine(VALUES, conduit=laid).transmission.widths_mm
     assert sum(widths) / len(widths) == pytest.approx(laid.bend_rad * 2.0)

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
 from opensuction.twin import preset
-from opensuction.twin.fault import fault_effect
 from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.drive_watchdog import INWARDS_MM, LISTENING, SILENCE_S, WatchdogState
 from opensuction.twin.machine.machine import Machine, MachineState
@@ -98,7 +98,7 @@ def test_without_energy_the_head_stays_and_nothing_sucks() -> None:
 
 @pytest.mark.requirement("OS-R39")
 def test_a_head_that_the_motor_drives_in_instead_of_out_is_let_go() -> None:
-    reversed_motor = fault_effect.faulty(MACHINE, Fault.MOTOR_REVERSED, 0.0)
+    reversed_motor = ROWS[Fault.MOTOR_REVERSED].change_machine(MACHINE, 0.0)
     body, orders = alone(powered=True, seconds=3.0, driven=reversed_motor)
     assert INWARDS_MM < body.insertion.position - 40.0 < 2.0 * INWARDS_MM
     assert not orders.insertion_on

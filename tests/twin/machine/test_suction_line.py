@@ -32,7 +32,7 @@ def run(
 
 
 def test_open_tip_settles_where_pump_and_bore_agree() -> None:
-    # FACTS section 3: about 77 mmHg and 15.5 L/min; the leak takes 0.1 L/min of the pump's.
+    # [calc-line]: about 77 mmHg and 15.5 L/min; the leak takes 0.1 L/min of the pump's.
     settled = run(LINE, EMPTY, 20.0, setpoint_mmhg=120.0, open_ratio=1.0)
     assert settled.vacuum_mmhg == pytest.approx(77.0, abs=1.0)
     assert settled.gas_ml_per_s * L_PER_MIN == pytest.approx(15.5, abs=0.15)
@@ -44,7 +44,7 @@ def test_open_tip_settles_where_pump_and_bore_agree() -> None:
 
 def test_occluded_line_climbs_to_the_pump_s_vacuum_in_the_canister_s_time() -> None:
     tau_s = 800.0 * 560.0 / (760.0 * 300.0)
-    assert tau_s == pytest.approx(1.96, abs=0.01)  # FACTS section 3
+    assert tau_s == pytest.approx(1.96, abs=0.01)  # [calc-line]
     for seconds in (0.47, tau_s, 4.0 * tau_s):
         expected = 560.0 * (1.0 - math.exp(-seconds / tau_s))
         # The pump's term is explicit: half a tick in 1,965.
@@ -112,7 +112,7 @@ def test_no_stiffness_of_the_regulator_makes_it_ring(gain: float) -> None:
 
 def test_flow_grows_with_the_root_of_the_vacuum_and_with_the_opening() -> None:
     assert suction_line.bore_flow_ml_per_s(LINE, 100.0, 1.0) * L_PER_MIN == pytest.approx(17.7)
-    # FACTS section 3, Blasius: 15.8, 19.5, 21.8 L/min at 80, 120, 150 mmHg; the root is within 1 %.
+    # [calc-line], Blasius: 15.8, 19.5, 21.8 L/min at 80, 120, 150 mmHg; the root is within 1 %.
     for vacuum, flow in ((80.0, 15.8), (120.0, 19.5), (150.0, 21.8)):
         found = suction_line.bore_flow_ml_per_s(LINE, vacuum, 1.0) * L_PER_MIN
         assert found == pytest.approx(flow, rel=0.01)

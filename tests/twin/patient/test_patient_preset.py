@@ -10,7 +10,7 @@ from opensuction.twin.patient import patient as model
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient_parameter import PRESETS, ROWS, TABLES
 
-TAGS = ("[F:", "[K]", "[computed]", "[calibrated]", "[assumed]")
+TAGS = ("[K]", "[computed]", "[calibrated]", "[assumed]")
 ADULTS = ("adult-icu", "adult-ards")
 SEEDS = range(40)
 

@@ -16,15 +16,15 @@ from annotated_types import Ge, Le
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.safety.alarm import alarm_condition
-from opensuction.safety.alarm.alarm_condition import Condition, Priority
+from opensuction.safety.condition import Condition
+from opensuction.safety.priority import Priority
 from opensuction.session.cycle.cycle_choice import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.settings.wording import one_line, shown
-from opensuction.twin.fault import fault_effect, fault_table
-from opensuction.twin.fault.fault import BY_NAME, Fault, Means
+from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient.patient_parameter import TABLES
 
 FILE = "hazard.toml"
@@ -57,7 +57,7 @@ STATE_WORDS: dict[str, str] = {
 
 
 class Severity(Enum):
-    """How bad the harm is, in the words of ISO 14971."""
+    """How bad the harm is, in the words of [ISO-14971]."""
 
     NEGLIGIBLE = "negligible"
     MINOR = "minor"
@@ -214,14 +214,14 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
 
 
 def _check_fault(claim: Claim) -> None:
-    choose(claim.name, {fault.title: fault for fault in fault_table.KINDS}, "fault in name")
+    choose(claim.name, BY_NAME, "fault in name", "docs/faults.md")
     for strength in claim.strengths:
-        fault_effect.check_strength(claim.fault, strength)
+        ROWS[claim.fault].check_strength(strength)
     choose(claim.approach, APPROACHES, "approach")
     choose(claim.patient, TABLES, "patient")
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
-    at_start = fault_table.KINDS[claim.fault].means == Means.SETTING
+    at_start = ROWS[claim.fault].is_setup
     for phase in claim.phases:
         if at_start != (phase == SET_UP):
             way = (
@@ -230,8 +230,8 @@ def _check_fault(claim: Claim) -> None:
                 else ("not be set up: name phases of a cycle")
             )
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
-        known = (*PHASES[claim.approach], ALL, SET_UP)
-        choose(phase, dict.fromkeys(known, None), f"phase by {claim.approach} in phases")
+        phases = (*PHASES[claim.approach], ALL, SET_UP)
+        choose(phase, dict.fromkeys(phases, None), f"phase by {claim.approach} in phases")
     for after in claim.after_s:
         if not 0.0 <= after < 180.0:
             raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
@@ -246,9 +246,11 @@ def _check_answer(claim: Claim) -> None:
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")
     known = {condition.name: condition for condition in Condition}
-    found = [choose(name, known, "alarm condition in alarm") for name in claim.alarm]
+    found = [
+        choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm
+    ]
     for number, condition in enumerate(found):
-        priority = alarm_condition.KINDS[condition].priority
+        priority = condition.row.handling.priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):
             raise InputError(
                 f"priority: {claim.priority.name.lower()}, but the alarm table gives "

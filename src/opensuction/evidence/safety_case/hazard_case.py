@@ -22,8 +22,8 @@ from opensuction.evidence.safety_case.hazard import (
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.safety.alarm import alarm_condition
-from opensuction.safety.alarm.alarm_condition import Condition
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.session.cycle.cycle_run import Prepared
@@ -33,8 +33,8 @@ from opensuction.simulation.injection.fault_instant import AT_START, Injection, 
 from opensuction.simulation.injection.injection import Detector, Injected
 from opensuction.simulation.injection.safe_state import Holds, SafeBounds
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import fault_table
-from opensuction.twin.fault.fault import Fault, Part
+from opensuction.twin.fault.fault_row import Part
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient import patient_kind
 
 COMPENSATION = "exact-inverse"
@@ -44,13 +44,11 @@ VENTED_MMHG = 10.0
 TOUCH_N = 0.01
 """[assumed] Force that is no contact: an eighth of what closes the switch."""
 FORCE_N = 0.3
-"""Peak force at the tip: a third of what punctures (FACTS 3, own margin)."""
+"""Peak force at the tip: a third of what punctures [design-force]."""
 VACUUM_SHARE = 4.0 / 3.0
-"""Highest line vacuum over the governor's limit: 200 mmHg for an adult [F: AARC 2022]."""
+"""Highest line vacuum over the governor's limit: 200 mmHg for an adult [AARC-2022]."""
 OUT_S = 10.0
 """What a withdrawal may add to the limit of time in the airway: 8 s at 30 mm/s, and friction."""
-PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
-"""Faults of the set-up: what is planned and driven is wrong from the beginning."""
 MONITORED_S = 30.0
 """How long a patient at fault is followed: a saturation is shown 10 to 30 s late."""
 STRIP_ROWS = 400
@@ -77,7 +75,7 @@ class Case(NamedTuple):
     def title(self) -> str:
         """Fault, instant, strength and seed, as the command line writes them."""
         at = "" if self.phase is None else f"@{self.phase.name.lower()}+{self.after_s:g}"
-        known = fault_table.KINDS[self.claim.fault].strength
+        known = ROWS[self.claim.fault].strength
         strength = "" if known is None else f"={self.strength:g}"
         contact = "" if self.claim.approach == "travel" else f" by {self.claim.approach}"
         return f"{self.claim.name}{at}{strength}{contact}, seed {self.seed}"
@@ -146,7 +144,7 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[Case]:
     """Every run of a hazard."""
     found = []
     for claim in one.claims:
-        strengths = claim.strengths or [fault_table.default_strength(claim.fault)]
+        strengths = claim.strengths or [ROWS[claim.fault].default_strength]
         for phase in hazard.phases_of(claim):
             after = [0.0] if phase is None else claim.after_s
             found += [
@@ -175,13 +173,13 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[Injection, .
 def run(case: Case) -> Result:
     """Run a case and hold it against its claim."""
     one, claim = _injection(case), case.claim
-    planned = (one,) if claim.fault in PLANNED else ()
+    planned = (one,) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
     except InputError as refusal:
         return _refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = fault_table.KINDS[claim.fault].part == Part.PATIENT
+    patient = ROWS[claim.fault].part == Part.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)
@@ -201,7 +199,7 @@ def _signalled(columns: Columns, at_s: float) -> dict[str, float]:
     shown = present.astype(np.int64) | latched.astype(np.int64)
     new = shown[first:] & ~(int(shown[first - 1]) if first > 0 else 0)
     found: dict[str, float] = {}
-    for bit in alarm_condition.members(int(np.bitwise_or.reduce(new))):
+    for bit in condition_mask.decode(int(np.bitwise_or.reduce(new))):
         tick = first + int(np.argmax(new >> bit & 1))
         name = Condition(bit).name if bit in set(Condition) else str(bit)
         found[name] = float(columns["time_s"][tick])
@@ -279,7 +277,7 @@ def _judged(case: Case, prepared: Prepared, columns: Columns, found: Injected) -
     detected_ms, safe_ms = 1000.0 * (alarm_s - found.at_s), 1000.0 * (safe_s - found.at_s)
     others = [name.lower() for name in signalled if name not in claim.alarm]
     problem = _problem(claim, detected_ms, safe_ms, harmful, within, others)
-    priority = alarm_condition.KINDS[Condition[alarm]].priority.name.lower() if alarm else "none"
+    priority = Condition[alarm].row.handling.priority.name.lower() if alarm else "none"
     strip = _strip(columns, found.at_s, max(_or_0(safe_s), _or_0(alarm_s)))
     return Result(
         case, alarm, priority, found.at_s, detected_ms, safe_ms, within, harm, problem, strip

@@ -16,7 +16,7 @@ from opensuction import __version__
 from opensuction.evidence.safety_case import hazard_case
 from opensuction.evidence.safety_case.hazard import Hazard, Response
 from opensuction.evidence.safety_case.hazard_case import Case, Harm, Result
-from opensuction.twin.fault import fault_table
+from opensuction.twin.fault.fault_table import ROWS
 
 WORKER = (sys.executable, "-m", "opensuction.evidence.safety_case.case_worker")
 WORKERS = 2
@@ -166,7 +166,7 @@ def _most(harms: Sequence[Harm]) -> dict[str, float | None]:
 def _run(result: Result) -> dict[str, Any]:
     """One run in plain data."""
     case = result.case
-    known = fault_table.KINDS[case.claim.fault].strength
+    known = ROWS[case.claim.fault].strength
     return {
         "fault": case.claim.name,
         "phase": None if case.phase is None else case.phase.name.lower(),

@@ -7,9 +7,8 @@ from opensuction.evidence.safety_case.hazard import STATE_WORDS, Hazard, Respons
 from opensuction.evidence.safety_case.hazard_case import Result
 from opensuction.evidence.safety_case.safety_case import SafetyCase, Verdict
 from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
-from opensuction.safety.alarm import alarm_text
-from opensuction.safety.alarm.alarm_condition import Condition
-from opensuction.twin.fault import fault_table
+from opensuction.safety.condition import Condition
+from opensuction.twin.fault.fault_table import ROWS
 
 LEAD = (
     "Every fault is put into the digital twin at its instant; alarm and safe state are timed "
@@ -101,7 +100,7 @@ def _runs(verdict: Verdict) -> Table:
     for (fault, phase), results in groups.items():
         worst = Verdict(verdict.hazard, tuple(results)).worst
         strengths = sorted({result.case.strength for result in results})
-        known = fault_table.KINDS[worst.case.claim.fault].strength
+        known = ROWS[worst.case.claim.fault].strength
         unit = "" if known is None or known.unit == "1" else f" {known.unit}"
         shown = "" if known is None else ", ".join(f"{one:g}" for one in strengths) + unit
         rows.append(
@@ -137,7 +136,7 @@ def _section(verdict: Verdict) -> Section:
         "Why these bounds: " + " ".join(_because(verdict.hazard)),
     ]
     if worst.alarm:
-        said = alarm_text.text(int(Condition[worst.alarm]))
+        said = Condition[worst.alarm].row
         text.append(f"What a person reads: {said.sentence}. {said.remedy}")
     text.append(f"Requirements: {', '.join(row.requirements)}. Worst run: {worst.case.title}.")
     title = f"{row.id} {row.hazard}{'' if verdict.ok else ': broken'}"

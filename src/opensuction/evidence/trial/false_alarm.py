@@ -11,8 +11,8 @@ import numpy as np
 
 from opensuction.evidence.trial.fault_campaign import APPROACHES, BASKET
 from opensuction.kernel.errors import InputError
-from opensuction.safety.alarm.alarm_condition import Condition
 from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.simulation.trace import Columns

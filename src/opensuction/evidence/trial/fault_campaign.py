@@ -19,8 +19,8 @@ from opensuction.simulation.injection import injection, invariant
 from opensuction.simulation.injection.fault_instant import Injection, Instant
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.invariant import Breach
-from opensuction.twin.fault.fault import Fault, Means
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import ROWS
 
 PURPOSE = 71
 """Number of the noise stream of campaigns."""
@@ -47,7 +47,7 @@ PHASES = (
 LATEST_S = 8.0
 """A fault comes within so long of its phase's begin: the longest phases last 8 s."""
 
-FAULTS = tuple(fault for fault, kind in KINDS.items() if kind.means != Means.SETTING)
+FAULTS = tuple(fault for fault, row in ROWS.items() if not row.is_setup)
 """Whatever can happen to a running machine."""
 
 
@@ -93,7 +93,7 @@ def _uniforms(number: int, count: int) -> list[float]:
 
 def _strength(fault: Fault, share: float) -> float:
     """Anywhere in the fault's range; by ratio where it spans more than a factor of ten."""
-    strength = KINDS[fault].strength
+    strength = ROWS[fault].strength
     if strength is None:
         return 0.0
     if strength.least > 0.0 and strength.most > 10.0 * strength.least:

@@ -43,7 +43,7 @@ def _moved(
 DAHL = HysteresisModel(
     name="dahl",
     title="Dahl",
-    source="paper eqs. (1) and (2); Dahl 1976",
+    source="[paper] eqs. (1) and (2); [Dahl-1976]",
     cannot="an output that goes on growing with the input (backlash), closed minor loops, "
     "breakaway and viscous friction, an offset",
     inverse="closed form, for outputs below saturation",
@@ -84,7 +84,7 @@ def _modified_dahl_inverse(record: ModifiedDahl, place: Place, target_mm: float)
 MODIFIED_DAHL = HysteresisModel(
     name="modified-dahl",
     title="modified Dahl",
-    source="paper eqs. (3) and (4)",
+    source="[paper] eqs. (3) and (4)",
     cannot="a gap with corners or with a known width, closed minor loops (it drifts in them), "
     "loops that differ along the range; with c <= 2 beta it moves the wrong way after a reversal",
     inverse="exact, by Newton's method; beyond the gap where c <= 2 beta",
@@ -144,7 +144,7 @@ def _bouc_wen_bounds(_record: BoucWen, ranges: Ranges) -> Array:
 BOUC_WEN = HysteresisModel(
     name="bouc-wen",
     title="Bouc-Wen",
-    source="paper eqs. (5) and (6), standard form; Wen 1976",
+    source="[paper] eqs. (5) and (6), standard form; [Wen-1976]",
     cannot="a gap with corners, closed minor loops (it drifts in them), loops that differ along "
     "the range; for D > B some excursions give more work than was stored",
     inverse="numerical, by bracketing, where it is monotone",

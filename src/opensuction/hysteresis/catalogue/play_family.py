@@ -45,7 +45,7 @@ def _play_step(record: Play, place: Place, move_mm: float) -> Place:
 PLAY = HysteresisModel(
     name="play",
     title="play",
-    source="paper Fig. 5; Krasnosel'skii and Pokrovskii 1989",
+    source="[paper] Fig. 5; [Krasnoselskii-1989]",
     cannot="rounded corners, any motion inside the gap",
     inverse="exact: the smallest move; it jumps across the gap",
     parameters=(
@@ -252,7 +252,7 @@ def _generalised_is_well_posed(record: Generalised) -> bool:
 GENERALISED = HysteresisModel(
     name="generalised",
     title="generalised, linear in its parameters",
-    source="Dahl states of paper eq. (3) and plays of Fig. 5, with a polynomial envelope",
+    source="Dahl states of [paper] eq. (3) and plays of Fig. 5, with a polynomial envelope",
     cannot="loops whose height depends on where in the range they lie; noise is fitted where the "
     "elements are too many",
     inverse="numerical, by bracketing, where it is monotone",

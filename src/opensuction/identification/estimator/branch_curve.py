@@ -13,6 +13,7 @@ from scipy.optimize import minimize_scalar
 from opensuction.control.lookup_table import Curves
 from opensuction.hysteresis import play
 from opensuction.identification.record import checked_pair
+from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 100
@@ -88,12 +89,13 @@ def table(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     )
 
 
+@compiled
 def _travelled_mm(head: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
     """How far the head has gone in one direction since it last went the other way."""
-    steps = sign * np.diff(head, prepend=head[0])
     travelled = np.zeros(head.size)
     for k in range(1, head.size):
-        travelled[k] = travelled[k - 1] + steps[k] if steps[k] >= 0.0 else 0.0
+        step = sign * (head[k] - head[k - 1])
+        travelled[k] = travelled[k - 1] + step if step >= 0.0 else 0.0
     return travelled
 
 

@@ -4,7 +4,7 @@ At the carina the switch stays closed on reversal until the tip has drawn back b
 pressed in. With the identified weights p_j (shares) and full widths w_j, the head's travel d from
 reversal to opening then satisfies ``sum_j p_j max(d - s w_j, 0) = delta/k`` for the scale s of the
 widths. The plain travel would be biased: the narrow plays open the switch first.
-Source: DESIGN section 4, "The gap can be measured every cycle without a tip sensor".
+Source: [calc-gap-scale].
 """
 
 from typing import NamedTuple

@@ -3,10 +3,8 @@
 A recording is cut into blocks; each is predicted from all others, and the design (which elements,
 how fine a grid, how strong a penalty) that predicts best is kept. Everything is done on sums of
 products a block, so that leaving a block out is a subtraction and not another pass.
-Source: Stone, J. R. Statist. Soc. B 36 (1974) 111, for cross-validation; Racine, J. Econometrics
-99 (2000) 39, for blocks where neighbours are alike; Hoerl and Kennard, Technometrics 12 (1970) 55,
-for the penalty; Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23, for weights that
-are not negative.
+Source: [Stone-1974] for cross-validation; [Racine-2000] for blocks where neighbours are alike;
+[Hoerl-1970] for the penalty; [Lawson-1974] ch. 23 for weights that are not negative.
 """
 
 import math

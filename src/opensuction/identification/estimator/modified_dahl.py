@@ -3,8 +3,7 @@
 Once the decay is fixed the model is linear (``projection``), so the global optimum is a search
 along one axis, the logarithm of the decay: a grid on a thinned recording, a descent in each of its
 valleys, and on the full recording the zero of the Gauss-Newton step.
-Source: ``projection`` for the method; paper.txt section III-B for the model
-and for what is minimised.
+Source: ``projection`` for the method; [paper] III-B for the model and for what is minimised.
 """
 
 import math

@@ -3,8 +3,8 @@
 Modified Dahl: `modified_dahl.fit`. Dahl: the same without the straight line. Bouc-Wen has three
 parameters that are not linear (length, bend, exponent) and contains the modified Dahl model
 (exponent 1, no bend): its search starts there and at a few bent places, so that it is never worse.
-Source: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Branch, Coleman and Li, SIAM J. Sci.
-Comput. 21 (1999) 1, for the bounded least squares of `scipy.optimize.least_squares`.
+Source: [Golub-1973]; [Branch-1999] for the bounded least squares of
+`scipy.optimize.least_squares`.
 """
 
 import math

@@ -10,12 +10,11 @@ excitation is our own: the past is known (a long retract), so is how wide a gap 
 is left sparse by non-negativity alone, and curvature is worth a parameter, since the tip follows
 the model. There a recording is anybody's: its past is unknown and tried, units are any, and
 cross-validation chooses how many plays stand in a ranking with other models.
-Source: Kuhnen (see ``hysteresis.prandtl_ishlinskii``) for the grid; Lawson and Hanson, Solving
-Least Squares Problems (1974), for the algorithm (`scipy.optimize.nnls`).
+Source: [Kuhnen-2003] for the grid; [Lawson-1974] for the algorithm (`scipy.optimize.nnls`).
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +23,7 @@ from scipy.optimize import nnls
 from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as model_of
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.identification.estimator.projection import turns
 from opensuction.identification.record import checked_pair
 from opensuction.kernel.errors import InputError
 
@@ -63,12 +63,10 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
     range_mm = float(np.ptp(head))
     if not range_mm > 0.0:
         raise InputError(f"head_mm: constant at {head[0]:g}, should move")
-    every = max(head.size // USED_SAMPLES, 1)
+    used = np.arange(0, head.size, max(head.size // USED_SAMPLES, 1))
     widths = np.arange(GRID_SHARE, WIDEST_SHARE + 0.5 * GRID_SHARE, GRID_SHARE) * range_mm
-    plays = play_positions_mm(head, 0.5 * widths)[:, ::every]
-    columns = np.vstack([head[None, ::every], plays])
-    target = tip[::every]
-    weights, offset_mm, curvature = _solve(columns, target)
+    columns = np.vstack([head[None, used], play_positions_mm(head, 0.5 * widths, used)])
+    weights, offset_mm, curvature = _solve(columns, tip[used])
     if not weights.sum() > 0.0:
         raise InputError("tip_mm: does not follow head_mm; negate one of them")
     kept = weights[1:] > LEAST_SHARE * weights.sum()
@@ -90,15 +88,18 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
 
 
 def play_positions_mm(
-    head_mm: NDArray[np.float64], thresholds_mm: NDArray[np.float64]
+    head_mm: NDArray[np.float64], thresholds_mm: NDArray[np.float64], used: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Positions of every play over a record that begins after a long retract.
+    """Positions of every play at some samples of a record that begins after a long retract.
 
-    Returns shape (thresholds, samples).
+    used: indices of these samples, ascending. Returns shape (thresholds, used).
     """
+    # Between two turns of the head a play depends on no sample but the last.
+    kept = np.union1d(used, turns(head_mm, 0.0))
+    wanted = np.searchsorted(kept, used)
     return np.array(
         [
-            play.simulate(2.0 * threshold_mm, head_mm, head_mm[0] + threshold_mm)
+            play.simulate(2.0 * threshold_mm, head_mm[kept], head_mm[0] + threshold_mm)[wanted]
             for threshold_mm in thresholds_mm
         ]
     )
@@ -108,18 +109,17 @@ def _solve(
     columns: NDArray[np.float64], target: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float, float]:
     """Weights of the columns (>= 0), offset and curvature (of either sign)."""
-    one = np.ones(target.size)
-    curvature, weights = 0.0, np.zeros(columns.shape[0])
-    bend = np.zeros(target.size)
-    offset_mm = 0.0
+    one, bend = np.ones(target.size), np.zeros(target.size)
+    system = np.vstack([columns, one, -one, bend, -bend, target]).T
+    weights, offset_mm, curvature = np.zeros(columns.shape[0]), 0.0, 0.0
     for _ in range(ROUNDS):
-        system = np.vstack([columns, one, -one, bend, -bend]).T
         # Only the triangle of a QR decomposition matters: the same solution from a small system.
-        _, triangle = np.linalg.qr(np.column_stack([system, target]))
+        triangle = cast(NDArray[np.float64], np.linalg.qr(system, mode="r"))
         found, _ = nnls(triangle[:, :-1], triangle[:, -1])
         weights = found[: columns.shape[0]]
         offset_mm = float(found[-4] - found[-3])
         curvature = float(found[-2] - found[-1])
         inner = weights @ columns
         bend = inner * inner
+        system[:, -3], system[:, -2] = bend, -bend
     return weights, offset_mm, curvature

@@ -4,7 +4,7 @@ For a fixed decay ``tip = c*head + beta*h + z0*E + y0``, with h the lag of a uni
 that starts from 0 and E the forgetting of the initial lag z0: four linear unknowns. Two roads lead
 to them: `trial`, one compiled pass that sums the normal equations and never keeps a column, for
 the search; `project`, with columns and residuals, for the last word.
-Source: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413 (variable projection).
+Source: [Golub-1973] (variable projection).
 """
 
 import math

@@ -4,9 +4,8 @@ For a known decay the modified Dahl model is linear in slope, velocity gain and 
 regressors head, unit lag and 1. Each sample corrects the three; old samples are forgotten by the
 travel of the head, not by time, so that a plant at rest is not forgotten and does not blow up the
 covariance. The lag itself is a regressor: it is advanced in closed form with a gain of one.
-Source: Ljung, System Identification (2nd ed. 1999), sec. 11.2; Bierman, Factorization Methods for
-Discrete Sequential Estimation (1977), for symmetric updates; the bound on the trace: Åström and
-Wittenmark, Adaptive Control (2nd ed. 1995), sec. 11.5.
+Source: [Ljung-1999] sec. 11.2; [Bierman-1977] for symmetric updates; [Astrom-1995] sec. 11.5 for
+the bound on the trace.
 """
 
 import math

@@ -2,8 +2,7 @@
 
 The paper's way: a genetic algorithm, then Nelder-Mead. And differential evolution in its place.
 Both are here to be compared with variable projection, which finds the same optimum sooner.
-Source: paper.txt section III-B; Storn and Price, J. Global Optim. 11 (1997) 341; Nelder and Mead,
-Comput. J. 7 (1965) 308; Deb and Agrawal, Complex Systems 9 (1995) 115 (bounded crossover).
+Source: [paper] III-B; [Storn-1997]; [Nelder-1965]; [Deb-1995] (bounded crossover).
 """
 
 import random
@@ -23,7 +22,7 @@ SEED = 1
 """A search that draws lots draws the same ones each time."""
 
 POPULATION = 100
-"""Individuals of the genetic algorithm [assumed: the paper does not say]."""
+"""Individuals of the genetic algorithm [assumed]: the paper does not say."""
 
 GENERATIONS = 100
 """Its generations [assumed]."""

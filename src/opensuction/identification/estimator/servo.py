@@ -2,7 +2,7 @@
 
 At steady speed a geared motor takes ``volts = k_v * v + k_f * sign(v)``: the back electromotive
 force and the viscous friction in the first term, the dry friction in the second.
-Source: Ellis, Control System Design Guide (4th ed. 2012), feedforward of a velocity loop.
+Source: [Ellis-2012], feedforward of a velocity loop.
 """
 
 from typing import Annotated, NamedTuple

@@ -9,10 +9,8 @@ of the noise: the rho used is the one whose *expected* residuals have the ratio 
 Those variances are themselves estimates, and rho is their weak part: most parameters feel the
 slow share of the noise, which goes with ``1/(1 - rho)^2``. Their scatter, by the delta method from
 those of rho and of the innovations' variance, gives each parameter its own degrees of freedom.
-Source: Seber and Wild, Nonlinear Regression (1989), ch. 6; White, Econometrica 48 (1980) 817, for
-the sandwich; Satterthwaite, Biometrics Bull. 2 (1946) 110, and Giesbrecht and Burns, Biometrics 41
-(1985) 477, for the degrees of freedom; Box and Jenkins, Time Series Analysis (1976), sec. 7.2, for
-the scatter of rho.
+Source: [Seber-1989] ch. 6; [White-1980] for the sandwich; [Satterthwaite-1946] and
+[Giesbrecht-1985] for the degrees of freedom; [Box-1976] sec. 7.2 for the scatter of rho.
 """
 
 import math

@@ -19,7 +19,7 @@ FEWEST_REVERSALS = 3
 
 TREMBLING = 0.5
 """Von Neumann ratio of an input that only trembles: independent samples have 2, travel has next
-to 0. Source: von Neumann, Ann. Math. Stat. 12 (1941) 367."""
+to 0. Source: [Neumann-1941]."""
 
 FEWEST_STEPS = 100
 """Steps of an encoder in a range from which a gap of a few percent can still be seen."""

@@ -187,13 +187,13 @@ def untested() -> CheckState:
 
 
 @compiled
-def begun() -> CheckState:
+def begin() -> CheckState:
     """The first item of a new test."""
     return CheckState(item=FOLLOWING[0], ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
 
 
 @compiled
-def ended(state: CheckState, broken_off: bool) -> CheckState:
+def end(state: CheckState, broken_off: bool) -> CheckState:
     """The test is over; broken off by a fault, the item that was tested has failed."""
     failed = state.item if broken_off and state.failed == 0 else state.failed
     return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=failed)

@@ -5,9 +5,11 @@ withdrawal with the valve open to C, valve closes (D).
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from opensuction.control import profile, staged_path
+from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
@@ -15,7 +17,7 @@ from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
-from opensuction.procedure.cycle.plan import Excitation, Plan
+from opensuction.procedure.cycle.plan import Excitation, PhaseLimits, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
@@ -34,6 +36,9 @@ PUMPED = (
     Phase.CLOSING,
 )
 """Phases in which the pump runs; elsewhere the line vents, so that each check tests it."""
+
+
+_phase_limit_s: Callable[[PhaseLimits, int], float] = straight_line.chooser(len(Phase))
 
 
 class Demand(NamedTuple):
@@ -59,10 +64,11 @@ class Demand(NamedTuple):
     vacuum_mmhg: float
 
 
-def parked(plan: Plan) -> ProcedureState:
-    """Ready for a cycle, tip at its parked reference."""
+def begin(plan: Plan, phase: Phase) -> ProcedureState:
+    """State at the beginning of a phase, tip at its parked reference, nothing tested or taught."""
     return _enter(
-        int(Phase.PARKED),
+        plan,
+        int(phase),
         transition.STAY,
         plan.motion.park_mm,
         False,
@@ -73,6 +79,7 @@ def parked(plan: Plan) -> ProcedureState:
 
 @compiled
 def _enter(
+    plan: Plan,
     phase: int,
     cause: int,
     reference_mm: float,
@@ -84,6 +91,7 @@ def _enter(
         phase=phase,
         cause=cause,
         phase_ticks=0,
+        limit_s=_phase_limit_s(plan.limits_s, phase),
         start_mm=reference_mm,
         reference_mm=reference_mm,
         reference_mm_per_s=0.0,
@@ -201,37 +209,37 @@ def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bo
 
 
 @compiled
-def _tested(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
-    """The pre-use test as the next phase begins."""
+def _next_check(state: ProcedureState, checked: CheckState, phase: int, cause: int) -> CheckState:
+    """State of the pre-use test at the beginning of a phase."""
     if phase == Phase.CHECKING:
-        return check.begun()
+        return check.begin()
     if state.phase == Phase.CHECKING:
         broken = cause in (Event.TRIPPED, Event.PHASE_OVERDUE)
-        return check.ended(checked, broken)
+        return check.end(checked, broken)
     return checked
 
 
 @compiled
-def _changed(
+def _change_phase(
     plan: Plan,
     state: ProcedureState,
     checked: CheckState,
     taught: TeachingState,
     events: int,
     phase: int,
-    here_mm: float,
+    contact_mm: float,
 ) -> ProcedureState:
-    """The cycle as events lead it into another phase. here_mm: see `ControlFeedback`."""
+    """State at the beginning of another phase. contact_mm: tip reference at contact."""
     resting = phase in RESTING
     reference_mm = plan.motion.park_mm if resting else state.reference_mm
     if phase == Phase.BACKING_OFF:
-        reference_mm = here_mm
-    cause = transition.taken(state.phase, events)
-    checked = _tested(state, checked, phase, cause)
+        reference_mm = contact_mm
+    cause = transition.cause(state.phase, events)
+    checked = _next_check(state, checked, phase, cause)
     was_open = state.valve_open and state.phase != Phase.CHECKING
     if phase == Phase.TEACHING:
-        taught = teaching.begun()
-    return _enter(phase, cause, reference_mm, was_open and not resting, checked, taught)
+        taught = teaching.begin()
+    return _enter(plan, phase, cause, reference_mm, was_open and not resting, checked, taught)
 
 
 @compiled
@@ -279,25 +287,23 @@ def step(
     """Advance the cycle by one tick; returns the new state and what it asks for."""
     checked, taught = state.check, state.teaching
     if state.phase == Phase.CHECKING:
-        checked = progress.tested(plan, checked, readings, feedback, dt_s)
+        checked = progress.step_check(plan, checked, readings, feedback, dt_s)
     if state.phase == Phase.TEACHING:
-        taught = progress.taught(plan, taught, readings, requests, feedback)
+        taught = progress.step_teaching(plan, taught, readings, requests, feedback)
     events = progress.events(plan, state, checked, readings, requests, feedback, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks, line_ready = state.arrived_ticks, state.line_ready
     if phase != state.phase:
-        state = _changed(plan, state, checked, taught, events, phase, feedback.here_mm)
+        state = _change_phase(plan, state, checked, taught, events, phase, feedback.contact_tip_mm)
         checked, taught = state.check, state.teaching
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, time_s)
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
     if phase == Phase.CHECKING:
         valve_open = check.is_stroking(checked.item)
-    now = ProcedureState(
+    now = state._replace(
         phase=phase,
-        cause=state.cause,
         phase_ticks=state.phase_ticks + 1,
-        start_mm=state.start_mm,
         reference_mm=reference,
         reference_mm_per_s=velocity,
         arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,

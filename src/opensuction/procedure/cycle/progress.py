@@ -1,16 +1,14 @@
-"""What has happened in a cycle: readings and requests turned into the events of a tick."""
+"""Readings and requests turned into the events of a tick."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
-from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, teaching
 from opensuction.procedure.cycle.check import CheckItem, CheckSeen, CheckState
-from opensuction.procedure.cycle.plan import ContactSearch, Motion, PhaseLimits, Plan
+from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
 
@@ -24,17 +22,15 @@ RESTING_MM_PER_S = 0.5
 """Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
 
 
-phase_limit_s: Callable[[PhaseLimits, int], float] = straight_line.chooser(len(Phase))
-"""``phase_limit_s(limits, phase)``: longest duration of a phase, s."""
-
-
 class ProcedureState(NamedTuple):
-    """Where the cycle stands."""
+    """Phase of the cycle, how long it has lasted, and what it asks for."""
 
     phase: int
     cause: int
     """Event that led into the phase; `transition.STAY` at power-up."""
     phase_ticks: int
+    limit_s: float
+    """Longest duration of the phase."""
     start_mm: float
     """Reference at the start of the phase."""
     reference_mm: float
@@ -57,8 +53,8 @@ class ControlFeedback(NamedTuple):
     tripped: bool
     powerless: bool
     """The insertion drive's torque is off."""
-    here_mm: float
-    """Reference at which the head would be where it was measured; used on contact."""
+    contact_tip_mm: float
+    """Tip reference that belongs to the measured head; used on contact."""
     tip_mm: float
     """Estimated tip, pushed in to the measured head; used on contact and to teach."""
 
@@ -82,7 +78,7 @@ def is_contact(readings: Readings) -> bool:
 
 
 @compiled
-def _search(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
+def _contact_event(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
     """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
         expected = tip_mm >= search.window_start_mm
@@ -91,7 +87,7 @@ def _search(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readi
 
 
 @compiled
-def _inside(
+def _insertion_event(
     plan: Plan,
     state: ProcedureState,
     readings: Readings,
@@ -99,13 +95,13 @@ def _inside(
     settled: bool,
     dt_s: float,
 ) -> int:
-    """What the phases between the start of insertion and the end of suction wait for."""
+    """Event that a phase between the start of insertion and the end of suction waits for."""
     phase = state.phase
     still = state.reference_mm_per_s == 0.0
     if phase == Phase.INSERTING:
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
-            return _search(plan.contact, feedback.tip_mm, arrived, readings)
+            return _contact_event(plan.contact, feedback.tip_mm, arrived, readings)
         return _bit(arrived, Event.TARGET_REACHED)
     if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
@@ -138,10 +134,10 @@ def _is_settled(plan: Plan, readings: Readings, feedback: ControlFeedback) -> bo
 
 
 @compiled
-def tested(
+def step_check(
     plan: Plan, state: CheckState, readings: Readings, feedback: ControlFeedback, dt_s: float
 ) -> CheckState:
-    """The pre-use test one tick on."""
+    """Advance the pre-use test by one tick."""
     seen = CheckSeen(
         home=is_home(plan.motion, readings),
         settled=_is_settled(plan, readings, feedback),
@@ -154,14 +150,14 @@ def tested(
 
 
 @compiled
-def taught(
+def step_teaching(
     plan: Plan,
     state: TeachingState,
     readings: Readings,
     requests: Requests,
     feedback: ControlFeedback,
 ) -> TeachingState:
-    """Teaching one tick on."""
+    """Advance teaching by one tick."""
     return teaching.step(
         plan.teaching,
         state,
@@ -175,21 +171,20 @@ def taught(
 
 
 @compiled
-def _progress(
+def _phase_event(
     plan: Plan,
     state: ProcedureState,
     checked: CheckState,
     readings: Readings,
     feedback: ControlFeedback,
+    home: bool,
     dt_s: float,
 ) -> int:
-    """Bit mask of what the cycle was waiting for and has happened."""
+    """Bit mask of the event that the phase waits for, once it has come; else 0."""
     time_s = state.phase_ticks * dt_s
     phase = state.phase
     settled = _is_settled(plan, readings, feedback)
-    still = state.reference_mm_per_s == 0.0
     closed = is_closed(plan, readings)
-    home = is_home(plan.motion, readings)
     if phase == Phase.CHECKING:
         passed = checked.item == CheckItem.NONE
         return _bit(checked.failed != CheckItem.NONE, Event.CHECK_FAILED) | _bit(
@@ -198,9 +193,9 @@ def _progress(
     if phase == Phase.PRELOADING:
         return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED)
     if phase == Phase.WITHDRAWING:
-        return _bit(
-            still and state.reference_mm == plan.motion.park_mm and settled, Event.WITHDRAWN
-        )
+        still = state.reference_mm_per_s == 0.0
+        parked = still and state.reference_mm == plan.motion.park_mm
+        return _bit(parked and settled, Event.WITHDRAWN)
     if phase == Phase.CLOSING:
         return _bit(closed, Event.VALVE_CLOSED)
     if phase == Phase.ABORTING:
@@ -211,7 +206,24 @@ def _progress(
     if phase == Phase.TEACHING:
         over = teaching.is_over(plan.teaching, state.teaching, dt_s)
         return _bit(over, Event.TEACHING_ENDED)
-    return _inside(plan, state, readings, feedback, settled, dt_s)
+    return _insertion_event(plan, state, readings, feedback, settled, dt_s)
+
+
+@compiled
+def _request_events(requests: Requests, home: bool, bench_only: bool) -> int:
+    """Bit mask of what people ask for; whoever aborts means nothing else with it."""
+    if requests.abort:
+        return 1 << Event.ABORT_REQUESTED
+    return (
+        _bit(requests.start, Event.START_REQUESTED)
+        | _bit(requests.identify and bench_only, Event.IDENTIFY_REQUESTED)
+        | _bit(requests.teach and home, Event.TEACH_REQUESTED)
+        | _bit(requests.reset and home, Event.RESET_REQUESTED)
+        | _bit(requests.reset and not home, Event.RECOVERY_REQUESTED)
+        | _bit(requests.service and home, Event.SERVICE_REQUESTED)
+        | _bit(requests.return_to_service and home, Event.SERVICE_ENDED)
+        | _bit(requests.return_to_service and not home, Event.SERVICE_ENDED_AWAY)
+    )
 
 
 @compiled
@@ -224,27 +236,11 @@ def events(
     feedback: ControlFeedback,
     dt_s: float,
 ) -> int:
-    """Bit mask of all events of this tick; whoever aborts means nothing else with it.
-
-    checked: the pre-use test after this tick.
-    """
-    overdue = state.phase_ticks * dt_s > phase_limit_s(plan.limits_s, state.phase)
+    """Bit mask of all events of this tick. checked: the pre-use test after this tick."""
     home = is_home(plan.motion, readings)
-    start = requests.start and not requests.abort
-    ended = requests.return_to_service and not requests.abort
-    identify = requests.identify and not requests.abort and plan.bench_only
-    reset = requests.reset and not requests.abort
     return (
-        _progress(plan, state, checked, readings, feedback, dt_s)
+        _phase_event(plan, state, checked, readings, feedback, home, dt_s)
         | _bit(feedback.tripped, Event.TRIPPED)
-        | _bit(requests.abort, Event.ABORT_REQUESTED)
-        | _bit(overdue, Event.PHASE_OVERDUE)
-        | _bit(start, Event.START_REQUESTED)
-        | _bit(identify, Event.IDENTIFY_REQUESTED)
-        | _bit(requests.teach and not requests.abort and home, Event.TEACH_REQUESTED)
-        | _bit(reset and home, Event.RESET_REQUESTED)
-        | _bit(reset and not home, Event.RECOVERY_REQUESTED)
-        | _bit(requests.service and not requests.abort and home, Event.SERVICE_REQUESTED)
-        | _bit(ended and home, Event.SERVICE_ENDED)
-        | _bit(ended and not home, Event.SERVICE_ENDED_AWAY)
+        | _bit(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
+        | _request_events(requests, home, plan.bench_only)
     )

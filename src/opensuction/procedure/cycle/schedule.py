@@ -1,7 +1,7 @@
 """When a cycle is due: on request, at timed intervals, or as a prompt to look at the patient.
 
-Guidelines prefer suctioning as needed: AARC 2022 finds it as good as scheduled suctioning [F], and
-more than six a day is a risk factor for desaturation and bleeding [F: Maggiore 2013]. Timed cycles
+Guidelines prefer suctioning as needed: it is as good as scheduled suctioning [AARC-2022], and more
+than six a day are a risk factor for desaturation and bleeding [Maggiore-2013]. Timed cycles
 are the paper's (section II); the prompt asks a person, who starts a cycle or finds none needed.
 """
 
@@ -13,9 +13,9 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
 LEAST_INTERVAL_S = 900.0
-"""Shortest interval: lung volume and saturation recover in some 10 min [F: Yildirim 2024]."""
+"""Shortest interval: lung volume and saturation recover in some 10 min [Yildirim-2024]."""
 OFTEN_A_DAY = 6
-"""More suctionings a day are a risk factor [F: Maggiore 2013]."""
+"""More suctionings a day are a risk factor [Maggiore-2013]."""
 DAY_S = 86400.0
 
 
@@ -74,8 +74,8 @@ def notes(chosen: Schedule) -> list[str]:
     return said
 
 
-def restarted() -> ScheduleState:
-    """All intervals begin now, as at power-up."""
+def restart() -> ScheduleState:
+    """State in which all intervals begin now, as at power-up."""
     return ScheduleState(since_cycle_s=0.0, since_assessment_s=0.0)
 
 

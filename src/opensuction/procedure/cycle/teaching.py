@@ -3,7 +3,7 @@
 The travel length is the tip that the controller's model gives for the measured head, pushed in
 through the gap; one that no such patient has is not taken. Then the person draws the catheter
 back, or asks the drive to bring it home slowly.
-Source: paper.txt, section II: a first insertion by hand measures the travel length.
+Source: [paper] II-A: a first insertion by hand measures the travel length.
 """
 
 from enum import IntEnum
@@ -17,7 +17,7 @@ AWAY_MM = 5.0
 RETURNED_S = 0.5
 """How long the head must be home again: the hand has let go; assumed."""
 HOME_MM_PER_S = 10.0
-"""Speed at which the drive brings the head home on request: that of a hand [paper II-A]."""
+"""Speed at which the drive brings the head home on request: that of a hand, [paper] II-A."""
 
 
 class Taught(IntEnum):
@@ -41,20 +41,20 @@ SENTENCES: dict[Taught, str] = {
 """For people."""
 
 
-class Span(NamedTuple):
+class TravelRange(NamedTuple):
     """Depths from the tube's lower end to the carina."""
 
     least_mm: float
     most_mm: float
 
 
-PLAUSIBLE: dict[AgeGroup, Span] = {
+PLAUSIBLE: dict[AgeGroup, TravelRange] = {
     # [K] typically 40 to 90; the neck moves the tube's tip by some 20 mm, half of it each way
-    AgeGroup.ADULT: Span(least_mm=30.0, most_mm=100.0),
-    # [F: ATS, secondary] 10 to 20; half and half again: [assumed]
-    AgeGroup.CHILD: Span(least_mm=5.0, most_mm=30.0),
+    AgeGroup.ADULT: TravelRange(least_mm=30.0, most_mm=100.0),
+    # [ATS-2000] 10 to 20; half and half again: [assumed]
+    AgeGroup.CHILD: TravelRange(least_mm=5.0, most_mm=30.0),
     # [assumed] 9.6 to 14.4 in the twin's presets; with the child's margins
-    AgeGroup.NEONATE: Span(least_mm=5.0, most_mm=25.0),
+    AgeGroup.NEONATE: TravelRange(least_mm=5.0, most_mm=25.0),
 }
 """Taught lengths outside are refused."""
 
@@ -62,7 +62,7 @@ PLAUSIBLE: dict[AgeGroup, Span] = {
 class TeachingPlan(NamedTuple):
     """Numbers of the phase."""
 
-    plausible: Span
+    plausible: TravelRange
     away_mm: float
     returned_s: float
     home_mm_per_s: float
@@ -98,13 +98,13 @@ def untaught() -> TeachingState:
 
 
 @compiled
-def begun() -> TeachingState:
+def begin() -> TeachingState:
     """A new teaching; what was taught before is forgotten."""
     return TeachingState(taught=0, taught_mm=0.0, away=False, home_ticks=0, bringing=False)
 
 
 @compiled
-def _judged(span: Span, tip_mm: float, readable: bool) -> int:
+def _judge(span: TravelRange, tip_mm: float, readable: bool) -> int:
     if not readable:
         return Taught.HEAD_UNREAD
     if tip_mm < span.least_mm:
@@ -132,7 +132,7 @@ def step(
     """
     taught, taught_mm = state.taught, state.taught_mm
     if confirm:
-        taught = _judged(plan.plausible, tip_mm, readable)
+        taught = _judge(plan.plausible, tip_mm, readable)
         taught_mm = tip_mm if taught == Taught.TAKEN else 0.0
     return TeachingState(
         taught=taught,

@@ -126,21 +126,21 @@ TABLE = _frozen()
 
 
 @compiled
-def taken(phase: int, happened: int) -> int:
+def cause(phase: int, events: int) -> int:
     """The highest-ranked event of a tick that the table knows for a phase; `STAY` for none.
 
-    happened: bit mask, bit ``event`` set for each event of this tick.
+    events: bit mask, bit ``event`` set for each event of this tick.
     """
-    if happened == 0:
+    if events == 0:
         return STAY
     for event in range(TABLE.shape[1]):
-        if happened >> event & 1 and TABLE[phase, event] != STAY:
+        if events >> event & 1 and TABLE[phase, event] != STAY:
             return event
     return STAY
 
 
 @compiled
-def follow(phase: int, happened: int) -> int:
-    """Phase after one tick: where the event that is `taken` leads, or the same phase."""
-    event = taken(phase, happened)
+def follow(phase: int, events: int) -> int:
+    """Phase after one tick: where its `cause` leads, or the same phase."""
+    event = cause(phase, events)
     return phase if event == STAY else int(TABLE[phase, event])

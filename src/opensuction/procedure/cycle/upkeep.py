@@ -8,10 +8,10 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
-from opensuction.safety.trip import Trip
+from opensuction.safety.condition import Condition
 
 LIFE_S = 86400.0
-"""A catheter is used for 24 h from its first use. Source: paper.txt, section II-A, 5."""
+"""A catheter is used for 24 h from its first use. Source: [paper] II-A."""
 NEW_CATHETER_S = 0.0
 """Age of a catheter at its first use."""
 
@@ -71,7 +71,7 @@ def start(catheter_age_s: float) -> Upkeep:
     Intervals begin anew.
     """
     age_s = catheter_age_s if catheter_age_s >= 0.0 else float("inf")
-    return Upkeep(catheter_age_s=age_s, schedule=schedule.restarted(), refusal=0)
+    return Upkeep(catheter_age_s=age_s, schedule=schedule.restart(), refusal=0)
 
 
 def pass_idle_time(upkeep: Upkeep, duration_s: float) -> Upkeep:
@@ -98,7 +98,7 @@ def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool, pa
         return Refusal.CATHETER_LIFE_OVER
     if upkeep.catheter_age_s + service.cycle_s > service.life_s:
         return Refusal.CATHETER_LIFE_ENDS
-    if patient >> Trip.MONITOR_LINK_LOST & 1:
+    if patient >> Condition.MONITOR_LINK_LOST & 1:
         return Refusal.MONITOR_LINK_LOST
     if patient != 0:
         return Refusal.PATIENT_UNSAFE

@@ -9,7 +9,13 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Check, Planned, checks
+from opensuction.procedure.planning.guideline import (
+    GUIDELINES,
+    SOURCES,
+    GuidelineCheck,
+    Planned,
+    checks,
+)
 from opensuction.procedure.planning.planner import Abilities
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
@@ -17,9 +23,9 @@ from opensuction.procedure.planning.site import Site
 TIME_MARGIN_S = 0.4
 """Kept free of the budget: servos settle, and the valve's seal closes a little after the cam."""
 FR_PER_MM = 3.0
-"""Size of a catheter in Fr for each mm of its outer diameter [ISO 8836]."""
+"""Size of a catheter in Fr for each mm of its outer diameter [ISO-8836]."""
 IN_AIRWAY_MARGIN_S = 3.0
-"""Time in the airway over the plan that is a fault (DESIGN section 5)."""
+"""Time in the airway over the plan that is a fault [design-airway]."""
 
 
 class Template(NamedTuple):
@@ -61,12 +67,12 @@ PAEDIATRIC = ADULT._replace(
 )
 
 TEMPLATE_SOURCES: dict[str, str] = {
-    "vacuum_mmhg": "[paper] II-A: adults 80 to 120, children 80 to 100; neonates NTSP 60 to 80 [F]",
-    "stop_short_mm": "[F: ACI] withdraw 1 to 2 cm before suction, and for adults the 2 to 3 mm "
+    "vacuum_mmhg": "[paper] II-A: adults 80 to 120, children 80 to 100; neonates [NTSP] 60 to 80",
+    "stop_short_mm": "[ACI-2014] withdraw 1 to 2 cm before suction, and for adults the 2 to 3 mm "
     "that a hand teaches too deep [computed]; a child's trachea leaves no room for them",
     "window_mm": "[assumed] a tube's tip moves by some 20 mm with the neck [K]; taught with it at "
     "rest; children: 2 mm for the model and up to 4 that a hand teaches too deep [computed]",
-    "backoff_mm": "[F: ACI] as above; less in a short trachea [assumed]",
+    "backoff_mm": "[ACI-2014] as above; less in a short trachea [assumed]",
     "cap_margin_mm": "[design] the planner's least",
     "insertion_mm_per_s": "[paper] II-A: around 10",
     "withdrawal_mm_per_s": "[design] leaves most of the budget to the dwell",
@@ -171,7 +177,7 @@ def check_depth(protocol: Protocol, site: Site, by_contact: bool) -> None:
 
 def held_against_guidelines(
     protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool
-) -> list[Check]:
+) -> list[GuidelineCheck]:
     """The clinical requirements of the paper's section II-A for a protocol, one by one."""
     times = planner.timeline(protocol, abilities, site, by_contact)
     return checks(
@@ -187,7 +193,7 @@ def held_against_guidelines(
     )
 
 
-def enforce(found: list[Check]) -> None:
+def enforce(found: list[GuidelineCheck]) -> None:
     """Refuse the first requirement that is not met; raises InputError with the numbers."""
     for check in found:
         if not check.ok:

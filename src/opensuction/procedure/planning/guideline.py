@@ -1,6 +1,6 @@
 """What guidelines allow, by age: the table that the planner enforces and the report shows.
 
-Tags: [F] found in a public source, [K] domain knowledge to be verified, [paper] paper.txt II-A.
+Tags: docs/sources.md.
 """
 
 from typing import NamedTuple
@@ -49,18 +49,18 @@ GUIDELINES: dict[AgeGroup, Guideline] = {
 """Limits by age group; strict: there is no way to pass them but the bench."""
 
 SOURCES: dict[str, str] = {
-    "vacuum_mmhg": "adult: pump to be used at no more than 150 [paper II-B], AARC 2010 under 150 "
-    "[K]; child: AARC 2022 under 120 [F]; neonate: AARC 2010 80 to 100 [K]",
-    "negative_pressure_s": "adult: AARC 2010 and 2022 at most 15 [F]; child and neonate: 5 "
-    "[paper II-A], ATS under 5 [F, secondary]",
-    "in_airway_s": "design limit: no guideline found for a machine that inserts at 10 mm/s",
-    "catheter_ratio": "AARC 2010 and 2022: under .5 of the diameter, neonates under .7 [F]",
-    "speed_mm_per_s": "around 10 mm/s [paper II-A]",
+    "vacuum_mmhg": "adult: pump to be used at no more than 150, [paper] II-B, and under 150, "
+    "[AARC-2010] [K]; child: under 120, [AARC-2022]; neonate: 80 to 100, [AARC-2010] [K]",
+    "negative_pressure_s": "adult: at most 15, [AARC-2010] and [AARC-2022]; child and neonate: 5, "
+    "[paper] II-A, and under 5, [ATS-2000]",
+    "in_airway_s": "[design-airway] no guideline found for a machine that inserts at 10 mm/s",
+    "catheter_ratio": "under .5 of the diameter, neonates under .7, [AARC-2010] and [AARC-2022]",
+    "speed_mm_per_s": "around 10 mm/s, [paper] II-A",
 }
 """Where each limit comes from."""
 
 
-class Check(NamedTuple):
+class GuidelineCheck(NamedTuple):
     """One requirement held against a plan."""
 
     name: str
@@ -91,12 +91,12 @@ class Planned(NamedTuple):
     speed_mm_per_s: float
 
 
-def checks(age: AgeGroup, planned: Planned) -> list[Check]:
+def checks(age: AgeGroup, planned: Planned) -> list[GuidelineCheck]:
     """The clinical requirements of the paper's section II-A, held against a plan."""
     limit = GUIDELINES[age]
 
-    def check(name: str, value: float, key: str, unit: str, strict: bool = False) -> Check:
-        return Check(name, value, getattr(limit, key), unit, strict, SOURCES[key])
+    def check(name: str, value: float, key: str, unit: str, strict: bool = False) -> GuidelineCheck:
+        return GuidelineCheck(name, value, getattr(limit, key), unit, strict, SOURCES[key])
 
     ratio = planned.catheter_mm / planned.tube_mm
     return [

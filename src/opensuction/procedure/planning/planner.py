@@ -13,7 +13,7 @@ from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 
 CAP_MARGIN_MM = 5.0
-"""Least distance from the stopping point to the cap (DESIGN: or the planner refuses)."""
+"""Least distance from the stopping point to the cap [design-cap]."""
 SETTLE_S = 1.0
 """Time a servo may need to settle after a move, before the phase counts as overdue."""
 HOLD_S = 0.05

@@ -30,11 +30,11 @@ class Site(NamedTuple):
 
 
 BENCH_SITE = Site(
-    park_mm=0.0,  # DESIGN section 5: the tip starts and ends near 0
+    park_mm=0.0,  # the tip starts and ends near 0 [design-speed]
     boundary_mm=0.0,
     fast_mm_per_s=9.0,  # the tip parks at the tube's end: nothing is fast
     tube_mm=8.5,
-    catheter_mm=4.0,  # paper
+    catheter_mm=4.0,  # [paper] II-B
     carina_mm=100.0,
     age=AgeGroup.ADULT,
     peep_cmh2o=0.0,  # nobody breathes there

@@ -6,7 +6,7 @@ import wave
 import numpy as np
 
 from opensuction.safety.alarm import auditory_signal
-from opensuction.safety.alarm.alarm_condition import Priority
+from opensuction.safety.priority import Priority
 
 SAMPLE_RATE_HZ = 16_000
 """More than twice the highest harmonic of the highest tone (3300 Hz)."""

@@ -2,7 +2,7 @@
 
 Decided here and never in a user interface: a console that hangs or dies silences nothing. Time
 comes in as the length of a tick. Terms after IEC 60601-1-8: an *alarm condition* is what is wrong,
-an *alarm signal* is how people learn of it. Conditions are bits of a mask (`alarm_condition`).
+an *alarm signal* is how people learn of it. Conditions are bits of a mask (`condition_mask`).
 
 A condition that has held for its delay is *present*. A latching one stays *latched* when it ends,
 until a person resets. *Acknowledged* conditions are shown but make no sound until they end; one
@@ -12,20 +12,6 @@ that begins again, or another, sounds. The *audio pause* silences everything for
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_clock import DELAYED_MASK, RISING_MASK, Clocks, Seconds
-from opensuction.safety.alarm.alarm_condition import (
-    HIGH,
-    HIGHS,
-    KNOWN,
-    LATCHING,
-    LOW,
-    LOWS,
-    MEDIUM,
-    MEDIUMS,
-    NONE,
-    PLANNED,
-    WORD,
-    Priority,
-)
 from opensuction.safety.alarm.alarm_state import (
     AUDIBLE_S,
     LONGEST_PAUSE_S,
@@ -37,6 +23,16 @@ from opensuction.safety.alarm.alarm_state import (
     Signals,
     State,
 )
+from opensuction.safety.condition_mask import (
+    EVERY_BIT,
+    HIGHS,
+    LATCHING,
+    LOWS,
+    MEDIUMS,
+    PLANNED,
+    WORD,
+)
+from opensuction.safety.priority import HIGH, LOW, MEDIUM, NONE, Priority
 
 
 @compiled
@@ -205,7 +201,7 @@ def step(
     service; what such work brings about raises no alarm. Nothing else can silence a condition:
     neither a console nor its absence is an argument.
     """
-    holding = conditions & KNOWN
+    holding = conditions & EVERY_BIT
     if planned_work:
         holding &= ~PLANNED
     if holding | state.present | state.latched == 0:

@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from opensuction.kernel import straight_line
-from opensuction.safety.alarm.alarm_condition import ROWS
+from opensuction.safety.condition_mask import HANDLINGS
 
-DELAYED = tuple(bit for bit, kind in enumerate(ROWS) if kind.delay_s > 0.0)
+DELAYED = tuple(bit for bit, handling in enumerate(HANDLINGS) if handling.delay_s > 0.0)
 """Conditions that must hold for a time before they are alarms."""
-RISING = tuple(bit for bit, kind in enumerate(ROWS) if kind.escalates_s > 0.0)
+RISING = tuple(bit for bit, handling in enumerate(HANDLINGS) if handling.escalates_s > 0.0)
 """Conditions that rise by one priority where nobody answers them."""
 DELAYED_MASK = sum(1 << bit for bit in DELAYED)
 RISING_MASK = sum(1 << bit for bit in RISING)
@@ -44,7 +44,12 @@ def _stepper(
     """A function that goes through the clocks of some conditions. each: of clock i, condition c."""
     lines = [head, "    half_s = 0.5 * dt_s", "    found = 0"]
     for i, bit in enumerate(bits):
-        values = {"i": i, "c": bit, "delay": ROWS[bit].delay_s, "rise": ROWS[bit].escalates_s}
+        values = {
+            "i": i,
+            "c": bit,
+            "delay": HANDLINGS[bit].delay_s,
+            "rise": HANDLINGS[bit].escalates_s,
+        }
         lines += ["    " + line.format(**values) for line in each]
     clocks = straight_line.listed(f"t{i}" for i in range(len(bits)))
     step: Callable[..., Ticked] = straight_line.define(

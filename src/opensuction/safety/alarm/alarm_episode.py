@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
-from opensuction.safety.alarm.alarm_condition import KINDS, UNKNOWN, Condition, Priority
 from opensuction.safety.alarm.alarm_log import Entry, Event, Log
+from opensuction.safety.condition import row_of
+from opensuction.safety.priority import Priority
 
 CLOSING = (Event.ENDED, Event.RESET)
 """What ends an alarm."""
@@ -24,16 +25,10 @@ class Episode(NamedTuple):
     """When a person first answered it; None where nobody did."""
 
 
-def priority_of(condition: int) -> Priority:
-    """Priority that a condition begins with; one that has no number of its own is a high one."""
-    known = condition in set(Condition)
-    return KINDS[Condition(condition)].priority if known else UNKNOWN.priority
-
-
 def _begun(entry: Entry) -> Episode:
     return Episode(
         condition=entry.condition,
-        priority=priority_of(entry.condition),
+        priority=row_of(entry.condition).handling.priority,
         started_s=entry.time_s,
         ended_s=None,
         latched=False,

@@ -10,8 +10,8 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 from opensuction.kernel.errors import InputError
-from opensuction.safety.alarm.alarm_condition import members
 from opensuction.safety.alarm.alarm_state import NOTHING, SILENT, Signals
+from opensuction.safety.condition_mask import decode
 
 VERSION = 1
 """Of the stored form."""
@@ -110,7 +110,7 @@ def note(log: Log, time_s: float, signals: Signals) -> Log:
     new = [
         Entry(time_s, condition, event)
         for event, conditions in _events(log.last, signals).items()
-        for condition in members(conditions)
+        for condition in decode(conditions)
     ]
     paused, was_paused = signals.pause_left_s > 0.0, log.last.pause_left_s > 0.0
     if paused != was_paused:

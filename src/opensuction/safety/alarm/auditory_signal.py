@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
-from opensuction.safety.alarm.alarm_condition import Priority
 from opensuction.safety.alarm.signal_value import (
     EDGE_SHARE,
     HARMONIC_DB,
@@ -24,6 +23,7 @@ from opensuction.safety.alarm.signal_value import (
     REMINDER,
     Tone,
 )
+from opensuction.safety.priority import Priority
 
 Samples = npt.NDArray[np.float64]
 

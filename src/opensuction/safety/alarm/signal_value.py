@@ -1,15 +1,14 @@
 """What IEC 60601-1-8 asks of sound and light, what is chosen within it, and how well it is known.
 
-No text of the standard could be read. A value tagged ``K`` is remembered and unverified, one
-tagged ``F`` was found in a public source; *chosen* values are this project's own within the range.
+No text of the standard could be read: docs/sources.md says what each tag stands for.
 """
 
 import math
 from typing import NamedTuple
 
-F = "F: puiaudio (excerpt)"
-K = "K: unverified"
-OWN = "chosen"
+F = "[PUI-Audio]"
+K = "[K]"
+OWN = "[design]"
 
 
 class Value(NamedTuple):

@@ -1,7 +1,7 @@
 """The light of an alarm as a function of time: colour and flashing of IEC 60601-1-8."""
 
-from opensuction.safety.alarm.alarm_condition import Priority
 from opensuction.safety.alarm.signal_value import DARK, HIGH_LIGHT, LOW_LIGHT, MEDIUM_LIGHT, Light
+from opensuction.safety.priority import Priority
 
 LIGHTS: dict[Priority, Light] = {
     Priority.HIGH: HIGH_LIGHT,

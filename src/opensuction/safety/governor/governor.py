@@ -8,14 +8,16 @@ pass < cap < hold < withdraw < torque off. Trips are latched until a person rese
 import math
 from typing import NamedTuple
 
+from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import LARGEST, Readings
 from opensuction.safety import limits as bounds
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
 from opensuction.safety.governor.limiter import ADVANCE_MM
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction, Trip
 from opensuction.safety.watch import (
     contact_window,
     patient_watch,
@@ -117,11 +119,6 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
 
 
 @compiled
-def _bit(happened: bool, code: int) -> int:
-    return 1 << code if happened else 0
-
-
-@compiled
 def _possible(proposal: Setpoints) -> bool:
     return (
         math.isfinite(proposal.head_mm)
@@ -145,11 +142,11 @@ def _unread(seen: Watch) -> int:
     if invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact == 0:
         return 0
     return (
-        _bit(invalid.head >= INVALID_TICKS, Trip.HEAD_READING_INVALID)
-        | _bit(invalid.carriage >= INVALID_TICKS, Trip.CARRIAGE_READING_INVALID)
-        | _bit(invalid.cam >= INVALID_TICKS, Trip.CAM_READING_INVALID)
-        | _bit(invalid.vacuum >= INVALID_TICKS, Trip.VACUUM_READING_INVALID)
-        | _bit(invalid.contact >= INVALID_TICKS, Trip.CONTACT_READING_INVALID)
+        flag(invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
+        | flag(invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
+        | flag(invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
+        | flag(invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
+        | flag(invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
     )
 
 
@@ -160,12 +157,12 @@ def _lasting_trips(lasting: Lasting) -> int:
     if head_s + lasting.jammed + lasting.overforce + lasting.overpressure == 0.0:
         return 0
     return (
-        _bit(_disagree(lasting), Trip.HEAD_SENSORS_DISAGREE)
-        | _bit(lasting.beyond > PERSISTENCE_S, Trip.HEAD_NOT_FOLLOWING)
-        | _bit(lasting.stalled > STALL_S, Trip.HEAD_STALLED)
-        | _bit(lasting.jammed > JAM_S, Trip.CATHETER_JAMMED)
-        | _bit(lasting.overforce > OVERFORCE_S, Trip.DRIVE_OVERFORCE)
-        | _bit(lasting.overpressure > PERSISTENCE_S, Trip.VACUUM_EXCEEDED)
+        flag(_disagree(lasting), Condition.HEAD_SENSORS_DISAGREE)
+        | flag(lasting.beyond > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
+        | flag(lasting.stalled > STALL_S, Condition.HEAD_STALLED)
+        | flag(lasting.jammed > JAM_S, Condition.CATHETER_JAMMED)
+        | flag(lasting.overforce > OVERFORCE_S, Condition.DRIVE_OVERFORCE)
+        | flag(lasting.overpressure > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
     )
 
 
@@ -176,9 +173,9 @@ def _withdrawal_trips(limits: Limits, state: GovernorState, head_mm: float) -> i
         return 0
     way_s = max(head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
     return (
-        _bit(state.withdrawal_s > limits.withdrawal_s, Trip.WITHDRAWAL_TIME)
-        | _bit(state.blocked_s > BLOCKED_S, Trip.WITHDRAWAL_BLOCKED)
-        | _bit(state.unseen_s > way_s + UNSEEN_S, Trip.WITHDRAWAL_UNSEEN)
+        flag(state.withdrawal_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
+        | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
+        | flag(state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
     )
 
 
@@ -189,9 +186,9 @@ def _head_trips(limits: Limits, seen: Watch) -> int:
     highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
     runaway_mm = RUNAWAY_SUCKING_MM if seen.lasting.sucking > 0.0 else RUNAWAY_MM
     return (
-        _bit(overspeed, Trip.HEAD_OVERSPEED)
-        | _bit(seen.head_mm - seen.turn.head_mm > runaway_mm, Trip.HEAD_RUNAWAY)
-        | _bit(seen.head_mm > highest + OVERSHOOT_MM, Trip.TIP_BEYOND_CAP)
+        flag(overspeed, Condition.HEAD_OVERSPEED)
+        | flag(seen.head_mm - seen.turn.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
+        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
     )
 
 
@@ -201,14 +198,14 @@ def _contact_trips(limits: Limits, seen: Watch) -> int:
     touching = seen.lasting.contact > 0.0
     if not touching:
         missed = contact_window.is_missed(limits.tip, limits.window, seen.window, touching)
-        return _bit(missed, Trip.CARINA_MISSED) | _bit(
-            missed and not seen.window.proven, Trip.CONTACT_STUCK_OPEN
+        return flag(missed, Condition.CARINA_MISSED) | flag(
+            missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN
         )
     away = seen.head_mm > limits.park_head_mm + AWAY_MM
     allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
     stuck = seen.window.impossible_s > allowed_s
     pressing = seen.lasting.contact > limits.contact_s and seen.window.impossible_s == 0.0
-    return _bit(stuck, Trip.CONTACT_STUCK_CLOSED) | _bit(pressing, Trip.CONTACT_TIME)
+    return flag(stuck, Condition.CONTACT_STUCK_CLOSED) | flag(pressing, Condition.CONTACT_TIME)
 
 
 @compiled
@@ -218,9 +215,9 @@ def _suction_trips(limits: Limits, opened: bool, seen: Watch) -> int:
     sucking_s = seen.lasting.sucking
     return (
         vacuum_signature.trips(limits.line, seen.line, seen.sealed)
-        | _bit(sucking_s > limits.negative_pressure_s, Trip.NEGATIVE_PRESSURE_TIME)
-        | _bit(stuck and opened, Trip.VALVE_STUCK_CLOSED)
-        | _bit(stuck and not opened, Trip.VALVE_STUCK_OPEN)
+        | flag(sucking_s > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
+        | flag(stuck and opened, Condition.VALVE_STUCK_CLOSED)
+        | flag(stuck and not opened, Condition.VALVE_STUCK_OPEN)
     )
 
 
@@ -235,9 +232,9 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
         | _head_trips(limits, seen)
         | _contact_trips(limits, seen)
         | _suction_trips(limits, state.last.valve_open, seen)
-        | _bit(not _possible(proposal), Trip.PROPOSAL_INVALID)
-        | _bit(seen.lasting.inside > limits.in_airway_s, Trip.IN_AIRWAY_TIME)
-        | _bit(seen.late_ticks >= LATE_TICKS, Trip.LATE_TICKS)
+        | flag(not _possible(proposal), Condition.PROPOSAL_INVALID)
+        | flag(seen.lasting.inside > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
+        | flag(seen.late_ticks >= LATE_TICKS, Condition.LATE_TICKS)
     )
 
 
@@ -249,7 +246,9 @@ def _drives_valve(trips: int, opened: bool, resting: bool) -> bool:
     that errs later cannot have the motor open it.
     """
     untrusted = (
-        1 << Trip.CAM_READING_INVALID | 1 << Trip.VALVE_STUCK_OPEN | 1 << Trip.VALVE_STUCK_CLOSED
+        1 << Condition.CAM_READING_INVALID
+        | 1 << Condition.VALVE_STUCK_OPEN
+        | 1 << Condition.VALVE_STUCK_CLOSED
     )
     return trips & untrusted == 0 and (opened or not resting)
 

@@ -5,10 +5,10 @@ Nothing here remembers or judges; `opensuction.safety.governor.governor` does.
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
+from opensuction.safety import condition_mask
 from opensuction.safety import limits as bounds
-from opensuction.safety import trip
+from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.trip import Reaction
 from opensuction.safety.watch.watch import Watch
 
 LEAD_SHARE = 0.5
@@ -106,8 +106,8 @@ def narrow(
 
     last: what was let through in the last tick.
     """
-    reaction = trip.reaction(trips)
-    cut = trip.cuts_vacuum(trips)
+    reaction = condition_mask.strongest_reaction(trips)
+    cut = condition_mask.cuts_vacuum(trips)
     valve_open, vacuum = _valve(limits, last.valve_open, seen, proposal, cut)
     held = valve_open or seen.lasting.sucking > 0.0
     released = not proposal.insertion_on and reaction != Reaction.WITHDRAW

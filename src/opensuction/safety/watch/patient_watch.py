@@ -16,10 +16,11 @@ ventilation that fails, an expiration that is blocked or a reading that is froze
 import math
 from typing import NamedTuple
 
+from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.monitor import Monitor
+from opensuction.safety.condition import Condition
 from opensuction.safety.patient_limit import PatientLimits
-from opensuction.safety.trip import Trip
 
 SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""
@@ -51,7 +52,7 @@ class PatientWatch(NamedTuple):
     missing_s: float
     """Since every value was there."""
     conditions: int
-    """Bit mask of what holds now, by the numbers of `trip.Trip`."""
+    """Bit mask of what holds now, of `condition.Condition`."""
 
 
 UNSEEN = PatientWatch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, raised=False, missing_s=0.0, conditions=0)
@@ -63,11 +64,6 @@ def _time(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
     if not known:
         return seconds
     return seconds + dt_s if holds else 0.0
-
-
-@compiled
-def _bit(happened: bool, code: int) -> int:
-    return 1 << code if happened else 0
 
 
 @compiled
@@ -98,7 +94,7 @@ def step(
     missing_s = _time(watch.missing_s, True, not (has_spo2 and has_rate and has_pressure), dt_s)
     low = low_s > LOW_S
     # What suction took stays its doing while the valve closes.
-    taken = sucking or watch.conditions >> Trip.LUNG_VOLUME_LOST & 1 == 1
+    taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
     unsafe = high_s > HIGH_S or breath_s > limits.breath_s or (low and not taken)
     return PatientWatch(
         spo2_low_s=spo2_low_s,
@@ -109,12 +105,12 @@ def step(
         breath_s=breath_s,
         raised=raised,
         missing_s=missing_s,
-        conditions=_bit(spo2_low_s > SPO2_S, Trip.SPO2_LOW)
-        | _bit(heart_rate_low_s > HEART_RATE_S, Trip.HEART_RATE_LOW)
-        | _bit(unsafe, Trip.AIRWAY_PRESSURE_UNSAFE)
-        | _bit(low and taken, Trip.LUNG_VOLUME_LOST)
-        | _bit(open_s > limits.open_s, Trip.CIRCUIT_DISCONNECTED)
-        | _bit(missing_s > LINK_S, Trip.MONITOR_LINK_LOST),
+        conditions=flag(spo2_low_s > SPO2_S, Condition.SPO2_LOW)
+        | flag(heart_rate_low_s > HEART_RATE_S, Condition.HEART_RATE_LOW)
+        | flag(unsafe, Condition.AIRWAY_PRESSURE_UNSAFE)
+        | flag(low and taken, Condition.LUNG_VOLUME_LOST)
+        | flag(open_s > limits.open_s, Condition.CIRCUIT_DISCONNECTED)
+        | flag(missing_s > LINK_S, Condition.MONITOR_LINK_LOST),
     )
 
 
@@ -130,4 +126,4 @@ def trips(conditions: int, inside: bool, entering: bool) -> int:
         return 0
     if entering:
         return conditions
-    return conditions & ~(1 << Trip.MONITOR_LINK_LOST)
+    return conditions & ~(1 << Condition.MONITOR_LINK_LOST)

@@ -10,8 +10,8 @@ in `docs/alarms.md`.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
-from opensuction.safety.trip import Trip
 
 RATE_S = 0.1
 """Window over which the fall of the vacuum is measured; a sensor's noise of 1 mmHg is 10 mmHg/s."""
@@ -51,7 +51,7 @@ SMALL_RATIO = 2.0
 """A fall steeper than an open catheter's without a pump by this is a canister without room."""
 CLOGGED_S = 4.6
 """How long an open valve may draw no flow: plugs of thick mucus do so for up to 4 s in sound
-cycles [in silico]."""
+cycles [in-silico]."""
 OVER_MMHG = 15.0
 """Vacuum over the set point: a regulator settles at most 5 mmHg above (300 mL/s / 60 mL/s/mmHg)
 [computed], and a sensor's error of 5; assumed."""
@@ -163,10 +163,10 @@ def step(
 def _lost(limits: LineLimits, state: LineWatch) -> int:
     """Which trip a vacuum that is too low behind a closed valve is."""
     if state.fall_mmhg_per_s > -SLOW_SHARE_PER_S * state.set_mmhg:
-        return Trip.VACUUM_LOST
+        return Condition.VACUUM_LOST
     if state.fall_mmhg_per_s >= -STEEP_RATIO * limits.open_fall_mmhg_per_s:
-        return Trip.VALVE_STUCK_OPEN
-    return Trip.LINE_LEAKING
+        return Condition.VALVE_STUCK_OPEN
+    return Condition.LINE_LEAKING
 
 
 @compiled
@@ -181,20 +181,20 @@ def trips(limits: LineLimits, state: LineWatch, sealed: bool) -> int:
     if not sealed and state.rest_low_s > REST_LOW_S:
         rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
         leaking = rate < -limits.bore_fall_mmhg_per_s - REST_NOISE_MMHG_PER_S
-        found |= 1 << (Trip.LINE_LEAKING if leaking else Trip.VALVE_STUCK_OPEN)
+        found |= 1 << (Condition.LINE_LEAKING if leaking else Condition.VALVE_STUCK_OPEN)
     if state.open_low_s > OPEN_LOW_S:
         small = state.fall_mmhg_per_s < -SMALL_RATIO * limits.bore_fall_mmhg_per_s
-        found |= 1 << (Trip.CANISTER_FULL if small else Trip.VACUUM_LOST)
+        found |= 1 << (Condition.CANISTER_FULL if small else Condition.VACUUM_LOST)
     if state.clogged_s > CLOGGED_S:
-        found |= 1 << Trip.LINE_CLOGGED
+        found |= 1 << Condition.LINE_CLOGGED
     if state.over_s > OVER_S:
-        found |= 1 << Trip.VACUUM_EXCEEDED
+        found |= 1 << Condition.VACUUM_EXCEEDED
     if state.unvented_s > VENTED_S:
         rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
         if rate > -DECAY_SHARE_PER_S * state.vacuum_mmhg:
-            found |= 1 << Trip.PUMP_RUNAWAY
+            found |= 1 << Condition.PUMP_RUNAWAY
         else:
-            found |= 1 << Trip.VACUUM_EXCEEDED
+            found |= 1 << Condition.VACUUM_EXCEEDED
     return found
 
 

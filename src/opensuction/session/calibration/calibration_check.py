@@ -35,7 +35,7 @@ SERVO_RATIOS = (0.7, 1.4)
 without load; usual .98 to 1.1 [design]."""
 
 
-class Check(NamedTuple):
+class CalibrationCheck(NamedTuple):
     """One bound and what was found."""
 
     name: str
@@ -53,7 +53,9 @@ class Check(NamedTuple):
         )
 
 
-def of_stroke(excitation: Excitation, runs: tuple[Recording, Recording]) -> tuple[Check, ...]:
+def of_stroke(
+    excitation: Excitation, runs: tuple[Recording, Recording]
+) -> tuple[CalibrationCheck, ...]:
     """Whether both runs went through the whole excitation."""
     stroke = "free the head's way, then calibrate again"
     checks = []
@@ -63,15 +65,15 @@ def of_stroke(excitation: Excitation, runs: tuple[Recording, Recording]) -> tupl
         duration_s, least_s = head.size * DT_S, LEAST_STROKE * excitation.duration_s
         least_mm = LEAST_STROKE * excitation.range_mm
         checks += [
-            Check(f"time of the {name} run", duration_s, least_s, None, "s", stroke),
-            Check(f"stroke of the {name} run", range_mm, least_mm, None, "mm", stroke),
+            CalibrationCheck(f"time of the {name} run", duration_s, least_s, None, "s", stroke),
+            CalibrationCheck(f"stroke of the {name} run", range_mm, least_mm, None, "mm", stroke),
         ]
     return tuple(checks)
 
 
 def of_fit(
     profile: MachineProfile, found: Identification, validation: Validation
-) -> tuple[Check, ...]:
+) -> tuple[CalibrationCheck, ...]:
     """Whether models and servo are good enough and can be this machine's."""
     built_mm = float(modified_dahl.gap_mm(profile.transmission))
     gap_ratio = float(modified_dahl.gap_mm(found.fit.model)) / built_mm
@@ -81,7 +83,7 @@ def of_fit(
     route = "check catheter and how the conduit is laid, and name both"
     drive = "check the drive, its supply and the encoder's scale"
     return (
-        Check(
+        CalibrationCheck(
             "RMSE of the modified Dahl model on the second run",
             validation.model_rmse_mm,
             None,
@@ -89,7 +91,7 @@ def of_fit(
             "mm",
             look,
         ),
-        Check(
+        CalibrationCheck(
             "RMSE of the plays on the second run",
             validation.plays_rmse_mm,
             None,
@@ -97,7 +99,7 @@ def of_fit(
             "mm",
             look,
         ),
-        Check(
+        CalibrationCheck(
             "RMS difference of both runs",
             validation.repeatability_mm,
             None,
@@ -105,9 +107,13 @@ def of_fit(
             "mm",
             look,
         ),
-        Check("gap over the machine's nominal one", gap_ratio, *GAP_RATIOS, "mm/mm", route),
-        Check("head error by the servo's fit", servo_mm, None, MOST_SERVO_MM, "mm", drive),
-        Check(
+        CalibrationCheck(
+            "gap over the machine's nominal one", gap_ratio, *GAP_RATIOS, "mm/mm", route
+        ),
+        CalibrationCheck(
+            "head error by the servo's fit", servo_mm, None, MOST_SERVO_MM, "mm", drive
+        ),
+        CalibrationCheck(
             "servo's voltage for speed over the nominal one",
             found.servo.velocity_v_s_per_mm / no_load,
             *SERVO_RATIOS,
@@ -117,12 +123,12 @@ def of_fit(
     )
 
 
-def reasons(checks: tuple[Check, ...]) -> tuple[str, ...]:
+def reasons(checks: tuple[CalibrationCheck, ...]) -> tuple[str, ...]:
     """A sentence for each bound that is not kept."""
     return tuple(_sentence(entry) for entry in checks if not entry.ok)
 
 
-def bound(entry: Check) -> str:
+def bound(entry: CalibrationCheck) -> str:
     """The bound in words."""
     if entry.least is None:
         return f"at most {entry.most:g} {entry.unit}"
@@ -131,6 +137,6 @@ def bound(entry: Check) -> str:
     return f"{entry.least:g} to {entry.most:g} {entry.unit}"
 
 
-def _sentence(entry: Check) -> str:
+def _sentence(entry: CalibrationCheck) -> str:
     name = entry.name[:1].upper() + entry.name[1:]
     return f"{name} is {entry.value:.3g} {entry.unit}, should be {bound(entry)}: {entry.remedy}."

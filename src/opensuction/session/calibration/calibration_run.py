@@ -12,7 +12,7 @@ from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
-from opensuction.session.calibration.calibration_check import Check
+from opensuction.session.calibration.calibration_check import CalibrationCheck
 from opensuction.session.cycle import cycle_choice
 from opensuction.session.cycle.cycle_choice import Choice
 from opensuction.settings.calibration_section import Validation
@@ -45,7 +45,7 @@ class Calibrated(NamedTuple):
     found: Identification | None
     """None where the recording did not determine a model."""
     validation: Validation | None
-    checks: tuple[Check, ...]
+    checks: tuple[CalibrationCheck, ...]
     """Every bound with its value."""
     reasons: tuple[str, ...]
     """Why it is refused, in sentences; empty where it is accepted."""

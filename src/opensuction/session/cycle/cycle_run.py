@@ -16,7 +16,7 @@ from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import SENTENCES, Taught
 from opensuction.procedure.planning import clinical, teaching_limit
 from opensuction.procedure.planning.clinical import Template
-from opensuction.procedure.planning.guideline import Check
+from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.session.cycle import compensation_choice, cycle_choice, fault_choice
 from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
@@ -128,7 +128,7 @@ def _refuse_early(
         least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
     protocol = _fitted(found, first, kind, calibration, by_contact)
-    rigs.assemble(first, protocol, kind, calibration, CYCLE_RUN, by_contact)
+    setup.planned(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
 def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Prepared:
@@ -221,7 +221,7 @@ def progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progress
     )
 
 
-def checks(prepared: Prepared) -> list[Check]:
+def checks(prepared: Prepared) -> list[GuidelineCheck]:
     """The clinical requirements of the paper's section II-A, held against the plan."""
     able = setup.abilities(
         prepared.rig.profile, prepared.kind, prepared.calibration, prepared.rig.site

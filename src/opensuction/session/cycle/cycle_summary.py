@@ -1,6 +1,6 @@
 """The JSON object of the ``cycle`` command: what a cycle came to, in plain data.
 
-Keys and units are a contract (DESIGN section 8); ``null`` is what this twin does not simulate.
+Keys and units are a contract (docs/reference/results.md); ``null``: not simulated.
 """
 
 from collections.abc import Iterable
@@ -15,10 +15,8 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
-from opensuction.safety.alarm import alarm_text
-from opensuction.safety.alarm.alarm_condition import Condition
 from opensuction.safety.alarm.alarm_episode import Episode
-from opensuction.safety.trip import KINDS
+from opensuction.safety.condition import Condition, row_of
 from opensuction.session.cycle import cycle_choice, cycle_run, machine_summary
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
@@ -66,7 +64,7 @@ def _timing(prepared: Prepared, result: Outcome) -> Json:
 
 def _trips(result: Outcome) -> list[Json]:
     return [
-        {"name": _name(code), "sentence": KINDS[code].sentence, "time_s": time_s}
+        {"name": _name(code), "sentence": code.row.sentence, "time_s": time_s}
         for code, time_s in result.trips
     ]
 
@@ -77,8 +75,8 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
         {
             "condition": alarm_name(episode.condition),
             "priority": _name(episode.priority),
-            "sentence": alarm_text.text(episode.condition).sentence,
-            "remedy": alarm_text.text(episode.condition).remedy,
+            "sentence": row_of(episode.condition).sentence,
+            "remedy": row_of(episode.condition).remedy,
             "started_s": episode.started_s,
             "ended_s": episode.ended_s,
             "latched": episode.latched,

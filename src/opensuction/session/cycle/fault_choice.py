@@ -11,15 +11,14 @@ from opensuction.settings.choice import choose
 from opensuction.settings.wording import one_line, shown
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
-from opensuction.twin.fault import fault_table
-from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine.catheter import CATHETERS
 
 FORM = "NAME[@S][=STRENGTH], S in seconds after the start or PHASE+S"
 _PARTS = re.compile(r"(?P<name>[^@=]*)(?:@(?P<at>[^@=]*))?(?:=(?P<strength>[^@=]*))?")
-NAMES = {fault.title: fault for fault in KINDS}
-"""Faults by name."""
+LISTED = "'opensuction cycle --help'"
+"""Where all faults are listed: too many for a message."""
 PHASES = {
     phase.name.lower(): phase
     for phase in (
@@ -63,8 +62,8 @@ def parsed(text: str) -> Injection:
     parts = _PARTS.fullmatch(text)
     if parts is None:
         raise InputError(one_line(f"--fault {shown(text)}: should be {FORM}"))
-    fault = choose(parts["name"], NAMES, "fault")
-    strength = fault_table.default_strength(fault)
+    fault = choose(parts["name"], BY_NAME, "fault", LISTED)
+    strength = ROWS[fault].default_strength
     if parts["strength"] is not None:
         strength = _number(parts["strength"], "the strength", text)
     at = AT_START if parts["at"] is None else _instant(parts["at"], text)
@@ -86,10 +85,6 @@ def chosen(texts: Sequence[str], approach: str, cycles: int) -> tuple[Injection,
                 "backing_off; use --approach contact or another phase"
             )
     return faults
-
-
-PLANNED = (Fault.WRONG_PRESET, Fault.CATHETER_TOO_WIDE, Fault.TAUGHT_TOO_DEEP)
-"""Faults of the set-up that are there before the cycle is planned."""
 
 
 def set_up(choice: Choice, faults: Sequence[Injection]) -> Choice:

@@ -13,9 +13,8 @@ from opensuction.procedure.cycle import check, upkeep
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
-from opensuction.safety import trip
-from opensuction.safety.trip import Trip
-from opensuction.session.cycle import cycle_run, fault_choice
+from opensuction.safety.condition import Condition
+from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Progress
 from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
 from opensuction.session.plain import Json
@@ -24,7 +23,7 @@ from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun, Notice
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault_table import ROWS
 
 RESETS = 2
 """After a new controller has started a person lets it recover, and resets it once more."""
@@ -44,7 +43,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
     def heard(row: npt.NDArray[np.float64]) -> None:
         watch(cycle_run.progress(row))
 
-    later = [one for one in faults if one.fault not in fault_choice.PLANNED]
+    later = [one for one in faults if not ROWS[one.fault].is_planned]
     restarts = any(one.fault == Fault.CONTROLLER_STOPPED for one in faults)
     found = injection.run(
         prepared.loop,
@@ -72,7 +71,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
 
 def _sentence(notice: Notice, columns: Columns) -> str:
     if notice.detector == Detector.TRIP:
-        return trip.KINDS[Trip(notice.code)].sentence
+        return Condition(notice.code).row.sentence
     if notice.detector == Detector.CHECK:
         return f"the pre-use test failed: {check.SENTENCES[CheckItem(notice.code)]}"
     if notice.detector == Detector.REFUSAL:
@@ -102,15 +101,15 @@ def plain(run: InjectedRun) -> list[Json]:
     listed = []
     for found in run.faults:
         fault, at, strength = found.injection
-        known = KINDS[fault].strength
+        row = ROWS[fault]
         listed.append(
             {
                 "name": fault.title,
-                "meaning": KINDS[fault].meaning,
+                "meaning": row.meaning,
                 "instant": at.title,
                 "at_s": None if math.isnan(found.at_s) else found.at_s,
-                "strength": None if known is None else strength,
-                "strength_unit": None if known is None else known.unit,
+                "strength": None if row.strength is None else strength,
+                "strength_unit": None if row.strength is None else row.strength.unit,
                 "noticed": _noticed(found, run.columns),
             }
         )

@@ -1,6 +1,6 @@
 """What a cycle ran on, in plain data: catheter and conduit, the model of its machine, its settings.
 
-Keys and units are a contract (DESIGN section 8).
+Keys and units are a contract (docs/reference/results.md).
 """
 
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii

@@ -14,8 +14,7 @@ from opensuction.identification.estimator.gap_scale import TRUSTED, ScaleRecord
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.protocol import Protocol
-from opensuction.safety.alarm import alarm_text
-from opensuction.safety.alarm.alarm_condition import Condition
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import self_calibration
 from opensuction.simulation.closed_loop import LoopState
@@ -80,7 +79,7 @@ def learned(learning: Learning, prepared: Prepared, columns: Columns) -> Learnin
 
 def out_of_range(record: ScaleRecord) -> str:
     """Why a scale out of its range ends the day, in one sentence."""
-    said = alarm_text.text(Condition.CALIBRATION_OUT_OF_RANGE)
+    said = Condition.CALIBRATION_OUT_OF_RANGE.row
     limits = record.limits
     return (
         f"{said.sentence}: the contact says {record.estimated:.2f} times as wide, and "

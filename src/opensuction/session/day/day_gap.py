@@ -6,8 +6,7 @@ import numpy as np
 
 from opensuction.identification.estimator.gap_scale import ScaleRecord
 from opensuction.report.sheet import Curve, Plot, Section, Table
-from opensuction.safety.alarm import alarm_text
-from opensuction.safety.alarm.alarm_condition import KINDS, Condition
+from opensuction.safety.condition import Condition
 from opensuction.session.day.day_run import Day
 from opensuction.session.plain import Json
 
@@ -45,12 +44,11 @@ def alarms(day: Day, time_s: float) -> list[Json]:
     """The alarm that a refused gap is, for the last cycle's JSON. time_s: when it was found."""
     if day.refusal is None:
         return []
-    said = alarm_text.text(CONDITION)
     return [
         {
             "name": CONDITION.name.lower().replace("_", "-"),
-            "priority": KINDS[CONDITION].priority.name.lower(),
-            "sentence": said.sentence,
+            "priority": CONDITION.row.handling.priority.name.lower(),
+            "sentence": CONDITION.row.sentence,
             "time_s": time_s,
         }
     ]
@@ -63,8 +61,8 @@ def notes(day: Day, repeat: int) -> list[str]:
     done = len(day.cycles)
     kept = f" Cycle {done + 1} of {repeat} was refused." if done < repeat else ""
     refusal = day.refusal[0].upper() + day.refusal[1:]
-    priority = KINDS[CONDITION].priority.name.lower()
-    return [f"Alarm ({priority}): {refusal}.{kept} {alarm_text.text(CONDITION).remedy}"]
+    priority = CONDITION.row.handling.priority.name.lower()
+    return [f"Alarm ({priority}): {refusal}.{kept} {CONDITION.row.remedy}"]
 
 
 def _plot(records: list[tuple[int, ScaleRecord]]) -> Plot:

@@ -1,6 +1,6 @@
 """Results of the workbench as plain data: the JSON objects and the parameter file.
 
-Keys and units are a contract (DESIGN section 8); ``null`` is what could not be computed.
+Keys and units are a contract (docs/reference/results.md); ``null`` is what could not be computed.
 """
 
 import math

@@ -49,7 +49,7 @@ CAP_MARGIN_MM = 5.0
 """The cap is at least so far beyond where a cycle stops [design]."""
 COAST_MM = 1.2
 """A drive that pushes the wrong way is told by its travel, and what speed it has gained by then it
-loses against friction alone: 1.7 mm in all where 1 mm told it [in silico]. Now 0.3 mm does."""
+loses against friction alone: 1.7 mm in all where 1 mm told it [in-silico]. Now 0.3 mm does."""
 UNTOLD_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""

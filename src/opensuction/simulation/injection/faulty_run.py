@@ -23,9 +23,16 @@ from opensuction.simulation.closed_loop import (
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.trace import Columns
 from opensuction.twin import preset
-from opensuction.twin.fault import fault_effect, link, reading_fault
-from opensuction.twin.fault.fault import Fault, Means
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault import link
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import (
+    LinkEffect,
+    MachineEffect,
+    Onset,
+    PatientEffect,
+    ReadingEffect,
+)
+from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.drive_watchdog import WatchdogState
 from opensuction.twin.machine.machine import Machine
@@ -38,7 +45,7 @@ _COMMANDS = row.columns(Commands)
 
 def is_linked(injections: Sequence[Injection]) -> bool:
     """Whether any fault lies between controller and machine, so that the link must be played."""
-    return any(KINDS[one.fault].means in (Means.READING, Means.LINK) for one in injections)
+    return any(ROWS[one.fault].is_linked for one in injections)
 
 
 class FaultyRun:
@@ -200,15 +207,16 @@ class FaultyRun:
 
     def _inject(self, injection: Injection) -> None:
         fault, strength = injection.fault, injection.strength
-        means = KINDS[fault].means
-        if means == Means.MACHINE:
-            self._swap(fault_effect.faulty(self._machine, fault, strength))
-        elif means == Means.READING:
+        row = ROWS[fault]
+        if isinstance(row.effect, MachineEffect | PatientEffect):
+            self._swap(row.change_machine(self._machine, strength))
+        elif isinstance(row.effect, ReadingEffect):
             readings = machine.read(self._machine, self.state.machine)
-            sensor = reading_fault.of(fault, strength, readings, self._seed)
+            sensor = row.change_reading(strength, readings, self._seed)
             self._relink(link.with_reading_fault(self._wiring.link, sensor))
-        elif means == Means.LINK:
-            self._relink(link.with_fault(self._wiring.link, fault, strength, self.done, DT_S))
+        elif isinstance(row.effect, LinkEffect):
+            onset = Onset(strength, self.done, DT_S)
+            self._relink(row.change_link(self._wiring.link, onset))
             self._after_link_fault(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:
             kept = self.state.controller.core.upkeep._replace(catheter_age_s=strength * HOUR_S)
@@ -228,7 +236,7 @@ class FaultyRun:
             self._restart_tick = self.done + round(strength / DT_S)
         if fault in MAINS:
             self._restart_tick = None
-            self._swap(fault_effect.faulty(self._machine, Fault.PUMP_LOST, 0.0))
+            self._swap(ROWS[Fault.PUMP_LOST].change_machine(self._machine, 0.0))
 
     @property
     def _machine(self) -> Machine:

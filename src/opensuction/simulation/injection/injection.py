@@ -18,15 +18,14 @@ from opensuction.kernel.requests import RESET
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
-from opensuction.safety import trip
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault import fault_effect
-from opensuction.twin.fault.fault import Means
-from opensuction.twin.fault.fault_table import KINDS
+from opensuction.twin.fault.fault_table import ROWS
 
 MOST_FAULTS = 2
 """Single and double faults; more at once are not looked at."""
@@ -49,7 +48,7 @@ class Detector(IntEnum):
     """What notices a fault first."""
 
     TRIP = 0
-    """A limit of the governor; ``code`` is a `Trip`."""
+    """A limit of the governor; ``code`` is a `Condition`."""
     CHECK = 1
     """The pre-use test; ``code`` is a `CheckItem`."""
     ABORT = 2
@@ -71,7 +70,7 @@ class Notice(NamedTuple):
     def title(self) -> str:
         """Name of what noticed it, as JSON writes it."""
         names: dict[Detector, type[IntEnum]] = {
-            Detector.TRIP: trip.Trip,
+            Detector.TRIP: Condition,
             Detector.CHECK: CheckItem,
             Detector.ABORT: Event,
             Detector.REFUSAL: Refusal,
@@ -105,13 +104,13 @@ class InjectedRun(NamedTuple):
 
 def _check_one(injection: Injection) -> None:
     fault, at = injection.fault, injection.at
-    fault_effect.check_strength(fault, injection.strength)
+    ROWS[fault].check_strength(injection.strength)
     if not 0.0 <= at.after_s < LIMIT_S:
         raise InputError(
             f"fault '{fault.title}' at {at.after_s:g} s: an instant is from 0 s to less than "
             f"{LIMIT_S:g} s, the longest that a cycle takes"
         )
-    if KINDS[fault].means == Means.SETTING and at != AT_START:
+    if ROWS[fault].is_setup and at != AT_START:
         raise InputError(
             f"fault '{fault.title}' is one of the set-up: it can only be there from the start, "
             f"without {at.title}"
@@ -195,7 +194,7 @@ def _trip(columns: Columns, first: int) -> Notice | None:
     if not new.size:
         return None
     tick = first + int(new[0])
-    code = trip.names(int(masks[tick]) & ~known)[0]
+    code = condition_mask.decode_trips(int(masks[tick]) & ~known)[0]
     return Notice(Detector.TRIP, code, float(columns["time_s"][tick]))
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from opensuction.controller.record import Settings
 from opensuction.kernel.phase import Phase
-from opensuction.safety import trip
+from opensuction.safety import condition_mask
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.watch import valve_axis, watch
 from opensuction.simulation.closed_loop import DT_S
@@ -143,7 +143,7 @@ def _valve_phase(columns: Columns, _: Settings) -> Breach | None:
 
 def _cut(columns: Columns, _: Settings) -> Breach | None:
     masks = columns["verdict.trips"].astype(np.int64)
-    cuts = [mask for mask in np.unique(masks) if trip.cuts_vacuum(int(mask))]
+    cuts = [mask for mask in np.unique(masks) if condition_mask.cuts_vacuum(int(mask))]
     cut = np.isin(masks, cuts)
     broken = cut & (_opening(columns) | (columns["commands.pump_on"] > 0.0))
     return _breach("no vacuum where a trip cuts it", columns, broken, masks.astype(float), 0.0)
@@ -194,7 +194,7 @@ class Grace(NamedTuple):
 
 
 FORCE_N = 0.3
-"""Peak force on the carina. Source: DESIGN section 7."""
+"""Peak force on the carina [design-force]."""
 CLOSING_S = 2.5
 """The cam's stroke of 2 s at the paper's 15 deg/s, and the line's venting."""
 EXCESS_S = 0.5

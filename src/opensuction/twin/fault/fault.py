@@ -1,8 +1,4 @@
-"""Faults that the twin can have: their names, numbers, and what each attacks.
-
-What each means, and how strong it can be, is in `fault_table`; what it does to a machine in
-`fault_effect`.
-"""
+"""Names and numbers of the faults that the twin can have; `fault_table` has a row for each."""
 
 from enum import IntEnum
 
@@ -103,37 +99,5 @@ class Fault(IntEnum):
         return self.name.lower().replace("_", "-")
 
 
-class Part(IntEnum):
-    """What a fault attacks, and with it how it comes into a run."""
-
-    SWITCH = 0
-    TIP = 1
-    CATHETER = 2
-    INSERTION_DRIVE = 3
-    HEAD_ENCODER = 4
-    VALVE = 5
-    CAM_ENCODER = 6
-    SUCTION_LINE = 7
-    VACUUM_SENSOR = 8
-    POWER = 9
-    CONTROLLER = 10
-    MESSAGE = 11
-    PATIENT = 12
-    SETTING = 13
-
-
-class Means(IntEnum):
-    """How a fault comes into a run."""
-
-    MACHINE = 0
-    """The twin's parameters change at the instant: `fault_effect.faulty`."""
-    READING = 1
-    """What is read changes on its way to the controller: `reading_fault`."""
-    LINK = 2
-    """Power, controller or messages between it and the drives fail."""
-    SETTING = 3
-    """The machine was set up wrongly before the start."""
-
-
 BY_NAME = {fault.title: fault for fault in Fault}
-"""Faults by the name that is used on the command line."""
+"""Faults by their name on the command line."""

@@ -5,7 +5,7 @@ through here; what comes out is what controller and drives get. Both ways are ke
 rows, so that a message can come late.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import reading_fault
-from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
 RING_TICKS = 512
@@ -93,31 +92,6 @@ def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
     if link.first.channel == reading_fault.Channel.NONE:
         return link._replace(first=fault)
     return link._replace(second=fault)
-
-
-def with_fault(link: Link, fault: Fault, strength: float, tick: int, dt_s: float) -> Link:
-    """The same link with a fault of `Means.LINK` that begins at a tick.
-
-    Raises KeyError for a fault of other means.
-    """
-    ticks = round(strength / dt_s)
-    changes: dict[Fault, dict[str, Any]] = {
-        Fault.POWER_LOST: {"mains": False, "controller_runs": False},
-        Fault.POWER_LOST_WITHOUT_RESERVE: {
-            "mains": False,
-            "controller_runs": False,
-            "reserve": False,
-        },
-        Fault.CONTROLLER_STOPPED: {"controller_runs": False},
-        Fault.TICK_LATE: {"late_until_tick": tick + ticks},
-        Fault.MESSAGE_LATE: {"command_delay_ticks": ticks},
-        Fault.MESSAGE_LOST: {"command_lost_share": strength},
-        Fault.MESSAGE_REPEATED: {"commands_repeated": True},
-        Fault.READING_LATE: {"reading_delay_ticks": ticks},
-        Fault.READING_LOST: {"reading_lost_share": strength},
-        Fault.READING_REPEATED: {"readings_repeated": True},
-    }
-    return link._replace(**changes[fault])
 
 
 @compiled

@@ -1,43 +1,77 @@
-"""What can go wrong with a patient: each a changed parameter, at any instant and strength.
+"""Faults of the patient, and of ventilator and monitor at the bed; the bench has none of them."""
 
-Every function takes a patient and returns the patient with the fault; the state goes on. Nothing
-of this is drawn by a seed.
-"""
+from typing import Any
 
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import FaultRow, Part, PatientEffect, Strength
 from opensuction.twin.patient.patient import L_PER_MIN, Patient
 
 
-def disconnected(patient: Patient) -> Patient:
-    """The circuit has come off the tube: the connector is open to the room."""
-    return patient._replace(ventilator=patient.ventilator._replace(connected=False))
+def _with_ventilator(patient: Patient, **values: Any) -> Patient:
+    return patient._replace(ventilator=patient.ventilator._replace(**values))
 
 
-def mispressured(patient: Patient, ratio: float) -> Patient:
-    """The ventilator gives a multiple of the pressures it was set to; above or below 1."""
-    return patient._replace(ventilator=patient.ventilator._replace(pressure_ratio=ratio))
-
-
-def flow_limited(patient: Patient, l_per_min: float) -> Patient:
-    """The ventilator makes up for no more than this flow in expiration: suction takes more."""
-    most = l_per_min / L_PER_MIN
-    return patient._replace(ventilator=patient.ventilator._replace(compensation_ml_per_s=most))
-
-
-def desaturating(patient: Patient, shunt: float) -> Patient:
-    """This share of the blood passes no alveoli: the saturation falls within a minute."""
+def _with_shunt(patient: Patient, shunt: float) -> Patient:
     return patient._replace(gas_exchange=patient.gas_exchange._replace(shunt=shunt))
 
 
-def vagal(patient: Patient, ratio: float) -> Patient:
-    """The strongest stimulus takes this share of the heart rate."""
+def _with_vagal_ratio(patient: Patient, ratio: float) -> Patient:
     return patient._replace(heart=patient.heart._replace(vagal_ratio=ratio))
 
 
-def unlinked(patient: Patient) -> Patient:
-    """Nothing of the monitor arrives."""
+def _unlink_monitor(patient: Patient, _strength: float) -> Patient:
     return patient._replace(monitor=patient.monitor._replace(linked=False))
 
 
-def probe_off(patient: Patient) -> Patient:
-    """The oximeter's probe has come off."""
-    return patient._replace(monitor=patient.monitor._replace(probe_on=False))
+ROWS = (
+    FaultRow(
+        Fault.CIRCUIT_DISCONNECTED,
+        Part.PATIENT,
+        "the breathing circuit has come off the tube",
+        PatientEffect(lambda patient, _: _with_ventilator(patient, connected=False)),
+        detected_by="pressure at the connector on the patient monitor",
+    ),
+    FaultRow(
+        Fault.VENTILATOR_PRESSURE,
+        Part.PATIENT,
+        "the ventilator gives a multiple of the pressures it is set to",
+        PatientEffect(lambda patient, ratio: _with_ventilator(patient, pressure_ratio=ratio)),
+        Strength("of the pressures it is set to", "1", 0.0, 4.0, 3.0),
+        detected_by="pressure at the connector on the patient monitor",
+    ),
+    FaultRow(
+        Fault.DESATURATION,
+        Part.PATIENT,
+        "blood passes the lung without oxygen",
+        PatientEffect(_with_shunt),
+        Strength("share of the blood that does", "1", 0.3, 0.9, 0.7),
+        detected_by="saturation on the patient monitor, late",
+    ),
+    FaultRow(
+        Fault.BRADYCARDIA,
+        Part.PATIENT,
+        "the heart slows when the airway is touched",
+        PatientEffect(_with_vagal_ratio),
+        Strength("share of the rate that the strongest stimulus takes", "1", 0.5, 0.9, 0.8),
+        detected_by="heart rate on the patient monitor",
+    ),
+    FaultRow(
+        Fault.LUNG_VOLUME_LOST,
+        Part.PATIENT,
+        "the ventilator makes up for less gas than suction takes",
+        PatientEffect(
+            lambda patient, l_per_min: _with_ventilator(
+                patient, compensation_ml_per_s=l_per_min / L_PER_MIN
+            )
+        ),
+        Strength("flow that it makes up for", "L/min", 0.0, 30.0, 0.0),
+        detected_by="pressure at the connector on the patient monitor",
+    ),
+    FaultRow(
+        Fault.MONITOR_LOST,
+        Part.PATIENT,
+        "nothing of the patient monitor arrives",
+        PatientEffect(_unlink_monitor),
+        detected_by="the link's own silence",
+    ),
+)

@@ -1,4 +1,4 @@
-"""Faults of sensors: what is read changes on its way, what is does not.
+"""A sensor at fault, tick by tick: what is read changes on its way, what is does not.
 
 Nothing is remembered from tick to tick: what a fault needs of the past, the value at its instant,
 is among its parameters, and chance is drawn from the number of the tick.
@@ -12,7 +12,6 @@ from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Readings
-from opensuction.twin.fault.fault import Fault
 
 JUMP_TICKS = 50
 """A jumping reading jumps anew after so many ticks."""
@@ -60,38 +59,6 @@ class ReadingFault(NamedTuple):
 HEALTHY = ReadingFault(0, 0, 0.0, 0.0, random_stream.stream(0, FAULT_PURPOSE))
 """No sensor is at fault."""
 
-KINDS: dict[Fault, tuple[Channel, Mode]] = {
-    Fault.SWITCH_INVALID: (Channel.CONTACT, Mode.INVALID),
-    Fault.ENCODER_FROZEN: (Channel.HEAD, Mode.SCALED),
-    Fault.ENCODER_SLIPPING: (Channel.HEAD, Mode.SCALED),
-    Fault.ENCODER_JUMPING: (Channel.HEAD, Mode.JUMPING),
-    Fault.ENCODER_OFFSET: (Channel.HEAD, Mode.OFFSET),
-    Fault.ENCODER_NOISY: (Channel.HEAD, Mode.NOISY),
-    Fault.ENCODER_INVALID: (Channel.HEAD, Mode.INVALID),
-    Fault.ENCODER_REVERSED: (Channel.HEAD, Mode.SCALED),
-    Fault.CURRENT_SENSOR_DEAD: (Channel.CURRENT, Mode.DEAD),
-    Fault.CARRIAGE_SENSOR_FROZEN: (Channel.CARRIAGE, Mode.SCALED),
-    Fault.CARRIAGE_SENSOR_INVALID: (Channel.CARRIAGE, Mode.INVALID),
-    Fault.CAM_ENCODER_FROZEN: (Channel.CAM, Mode.SCALED),
-    Fault.CAM_ENCODER_OFFSET: (Channel.CAM, Mode.OFFSET),
-    Fault.CAM_ENCODER_NOISY: (Channel.CAM, Mode.NOISY),
-    Fault.CAM_ENCODER_INVALID: (Channel.CAM, Mode.INVALID),
-    Fault.VACUUM_SENSOR_FROZEN: (Channel.VACUUM, Mode.SCALED),
-    Fault.VACUUM_SENSOR_OFFSET: (Channel.VACUUM, Mode.OFFSET),
-    Fault.VACUUM_SENSOR_NOISY: (Channel.VACUUM, Mode.NOISY),
-    Fault.VACUUM_SENSOR_INVALID: (Channel.VACUUM, Mode.INVALID),
-}
-"""For every fault of `Means.READING`."""
-
-FACTORS = {
-    Fault.ENCODER_FROZEN: 0.0,
-    Fault.CARRIAGE_SENSOR_FROZEN: 0.0,
-    Fault.CAM_ENCODER_FROZEN: 0.0,
-    Fault.VACUUM_SENSOR_FROZEN: 0.0,
-    Fault.ENCODER_REVERSED: -1.0,
-}
-"""Of the scaled readings whose factor is not the fault's strength."""
-
 
 def _anchor(channel: Channel, readings: Readings) -> float:
     return {
@@ -102,20 +69,16 @@ def _anchor(channel: Channel, readings: Readings) -> float:
     }.get(channel, 0.0)
 
 
-def of(fault: Fault, strength: float, readings: Readings, seed: int) -> ReadingFault:
-    """The fault of a sensor that begins with these readings.
-
-    fault: one of `Means.READING`; raises KeyError for another. seed: its chance.
-    """
-    channel, mode = KINDS[fault]
-    if mode == Mode.SCALED:
-        strength = FACTORS.get(fault, 1.0 - strength)
+def begin(
+    channel: Channel, mode: Mode, strength: float, readings: Readings, seed: int, number: int
+) -> ReadingFault:
+    """The fault of a sensor that begins with these readings. seed, number: its chance."""
     return ReadingFault(
         channel=int(channel),
         mode=int(mode),
         strength=strength,
         anchor=float(_anchor(channel, readings)),
-        stream=random_stream.stream(seed, FAULT_PURPOSE + fault),
+        stream=random_stream.stream(seed, FAULT_PURPOSE + number),
     )
 
 

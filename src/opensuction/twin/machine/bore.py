@@ -22,7 +22,7 @@ LEAST_PER_S = 1.0
 PROFILE = math.pow((3.0 * FLOW_INDEX + 1.0) / (4.0 * FLOW_INDEX), FLOW_INDEX)
 """Steeper flow profile of a thinning fluid at the wall (Rabinowitsch)."""
 UPTAKE_MM = 50.0
-"""Plug whose drag the uptake at the tip already holds (FACTS section 3: a slug of 5 cm)."""
+"""Plug whose drag the uptake at the tip already holds [calc-plug]."""
 PA_PER_MMHG = 133.322
 MM3_PER_ML = 1000.0
 

@@ -62,7 +62,7 @@ STROKE_MM = 300.0
 100 mm to the carina, and a gap of 20 mm."""
 SIZES_FR = (6, 8, 10, 12, 14)
 MM_PER_FR = 1.0 / 3.0
-"""[ISO 8836] A size in Fr is three times the outer diameter in mm."""
+"""[ISO-8836] A size in Fr is three times the outer diameter in mm."""
 
 
 def _of_size(fr: int) -> Catheter:

@@ -7,6 +7,7 @@ the force at the tip, which [assumed] reaches it through the catheter it grips, 
 its reaction time. While the drive has torque the hand yields to it.
 """
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -27,7 +28,7 @@ PARAMETERS: dict[str, Parameter] = {
         0.8,
         "mm/s",
         "speed beyond it",
-        "[assumed] below the 10 of nurses [paper II-A]",
+        "[assumed] below the 10 of nurses, [paper] II-A",
         2.0,
         20.0,
     ),
@@ -141,6 +142,16 @@ def drawn(park_head_mm: float, quick_mm: float, seed: int, run: int) -> Hand:
 def is_gripping(state: HandState) -> bool:
     """Whether the hand decides where the head goes."""
     return state.stage in (HandStage.PUSHING, HandStage.HOLDING, HandStage.PULLING)
+
+
+def confirms_in_s(hand: Hand, state: HandState) -> float:
+    """Time until the hand presses the button, s; at most 0 once it is due.
+
+    While it has felt nothing, the least that is left; infinite for a hand that no longer will.
+    """
+    if state.stage == HandStage.PUSHING:
+        return hand.reaction_s - state.felt_s + hand.confirm_s
+    return hand.confirm_s - state.stage_s if state.stage == HandStage.HOLDING else math.inf
 
 
 @compiled

@@ -67,7 +67,7 @@ class GasState(NamedTuple):
 def saturation(gas: GasExchange, oxygen_mmhg: float) -> float:
     """Share of haemoglobin that carries oxygen.
 
-    Source: Severinghaus 1979, S = 1 / (23400 / (P^3 + 150 P) + 1), with P scaled to the p50.
+    Source: [Severinghaus-1979], S = 1 / (23400 / (P^3 + 150 P) + 1), with P scaled to the p50.
     """
     scaled = max(oxygen_mmhg, 0.0) * SEVERINGHAUS_P50_MMHG / gas.p50_mmhg
     power = scaled * (scaled * scaled + 150.0)

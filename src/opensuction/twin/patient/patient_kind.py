@@ -37,12 +37,12 @@ ANATOMY = {
 ANATOMY_SOURCES = {
     "weight_kg": "[assumed]",
     "tube_id_mm": "[K] tracheostomy tubes by age",
-    "trachea_mm": "adult 100 to 130 [K]; child and neonate .050 x height + 17.8 mm [F: Griscom], "
+    "trachea_mm": "adult 100 to 130 [K]; child and neonate .050 x height + 17.8 mm [Griscom-1989], "
     "[computed] for 150 cm, beyond the formula's 6 years [assumed], and 64 cm",
 }
 
 IN_TRACHEA_MM = 20.0
-"""Least length of a tube inside the trachea [F: ATS, secondary]: 2 cm past the stoma."""
+"""Least length of a tube inside the trachea [ATS-2000]: 2 cm past the stoma."""
 PEAK_CMH2O = 50.0
 """Highest inspiratory pressure that a ventilator is set to [K]."""
 CO2_FACTOR = 863.0

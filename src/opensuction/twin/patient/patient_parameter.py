@@ -1,9 +1,7 @@
 """Every parameter of the patients: value, spread between patients, unit, meaning and source.
 
 This is the one documented place; `docs/parameters.md` shows the same table. Plausible ranges, which
-bound what a file may set, are the project's own judgement. Sources: [F: ...] found in a public
-source; [K] domain knowledge, not looked up; [computed] from others; [calibrated] chosen so that the
-whole model meets a figure of `docs/patient.md`; [assumed] no source found.
+bound what a file may set, are the project's own judgement. Tags of the sources: docs/sources.md.
 """
 
 from opensuction.twin.parameter import Parameter
@@ -56,7 +54,7 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
         "mm",
         (3, 130),
         "lower end of the tube to carina",
-        "[K] adult 40 to 90; [F: ATS, secondary] child 10 to 20",
+        "[K] adult 40 to 90; [ATS-2000] child 10 to 20",
     ),
     "carina_n_per_mm": _row(
         ((0.35, 0.07), (0.35, 0.07), (0.15, 0.03), (0.12, 0.02)),
@@ -139,7 +137,7 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
         "cmH2O s/L",
         (0, 120),
         "pressure missing for the flow compensation of expiration",
-        "[calibrated] PEEP 6 falls to 5 or 3 on a bench [F: PMC4924309]; children [assumed]",
+        "[calibrated] PEEP 6 falls to 5 or 3 on a bench [Nakstad-2016]; children [assumed]",
     ),
     "compensation_l_per_min": _same(
         30, "L/min", (0, 200), "most flow compensation", "[K] 30 or more"
@@ -188,7 +186,7 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
         "mL/kg",
         (0, 30),
         "units that can close",
-        "[calibrated] ARDS: loss on disconnection and in closed suction [F: PMID 12615633]",
+        "[calibrated] ARDS: loss on disconnection and in closed suction [Maggiore-2003]",
     ),
     "half_closing_cmh2o": _row(
         ((4, 0), (0.9, 0), (4, 0), (4, 0)),

@@ -1,6 +1,7 @@
 """Patients by name: parameters turned into the records that the twin steps, and their rest."""
 
 import math
+from functools import lru_cache
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.compiled import compiled
@@ -210,10 +211,12 @@ def unsettled(patient: Patient) -> PatientState:
     )
 
 
+@lru_cache(maxsize=1)
 def at_rest(patient: Patient) -> PatientState:
     """State in the middle of quiet ventilation, at the start of a breath; nothing drifts any more.
 
-    The end-expiratory volume reached is the reference of the loss of lung volume.
+    The end-expiratory volume reached is the reference of the loss of lung volume. The last answer
+    is kept: teaching and cycles of one machine begin with the same patient.
     """
     breath_steps = round(patient.ventilator.period_s / DT_S)
     breaths = round(SETTLE_S / patient.ventilator.period_s)

@@ -1,16 +1,6 @@
-from pathlib import Path
-
-from opensuction.report.document import spliced
-from opensuction.safety.alarm import alarm_table
-from opensuction.safety.alarm.alarm_condition import Condition
+from docs.generator import alarm_table
 from opensuction.safety.alarm.signal_value import VALUES
-
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "alarms.md"
-
-
-def test_the_page_is_what_make_docs_would_write() -> None:
-    page = PAGE.read_text(encoding="utf-8")
-    assert spliced(page, alarm_table.markdown()) == page
+from opensuction.safety.condition import Condition
 
 
 def test_every_condition_has_a_row() -> None:
@@ -30,10 +20,10 @@ def test_what_is_not_verified_is_marked_so() -> None:
     for name, value in VALUES.items():
         row = next(line for line in table.splitlines() if line.startswith(f"| {name} |"))
         assert row.endswith(f"| {value.source} |")
-    assert "| high sound: pulse | 0.15 | 0.075 to 0.2 | s | K: unverified |" in table
-    assert "| low sound: interval of bursts | 16 | 15 or more | s | K: unverified |" in table
-    assert "| low light, cyan: flashing | 0 | 0 | Hz | K: unverified |" in table
-    assert "| high sound: fundamental | 660 | 150 to 1000 | Hz | F: " in table
+    assert "| high sound: pulse | 0.15 | 0.075 to 0.2 | s | [K] |" in table
+    assert "| low sound: interval of bursts | 16 | 15 or more | s | [K] |" in table
+    assert "| low light, cyan: flashing | 0 | 0 | Hz | [K] |" in table
+    assert "| high sound: fundamental | 660 | 150 to 1000 | Hz | [PUI-Audio] |" in table
 
 
 def test_the_matrix_has_a_row_for_each_harm() -> None:

@@ -1,4 +1,4 @@
-"""Draws `docs/pictures/hysteresis-loops.svg`: the same input through every model."""
+"""The same input through every hysteresis model, as a picture."""
 
 from itertools import pairwise
 

@@ -1,13 +1,13 @@
-"""The hazard analysis as a page of the documentation, from the tables alone."""
+"""The hazard analysis: safe states, hazards with their bounds, the walk, the requirements."""
 
 import tomllib
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from opensuction.evidence.safety_case import hazard
 from opensuction.evidence.safety_case.hazard import STATE_WORDS, Claim, Hazard, Response
 
-WALK = "hazard_walk.toml"
+WALK = Path(__file__).parent / "hazard_walk.toml"
 GUIDE_WORDS = {
     "stuck": "stuck",
     "slow": "slow",
@@ -25,12 +25,7 @@ GUIDE_WORDS = {
 
 def walk() -> list[dict[str, Any]]:
     """Parts of the machine with what each guide word comes to, as the file holds them."""
-    text = (
-        resources.files("opensuction.evidence.safety_case")
-        .joinpath(WALK)
-        .read_text(encoding="utf-8")
-    )
-    parts: list[dict[str, Any]] = tomllib.loads(text)["part"]
+    parts: list[dict[str, Any]] = tomllib.loads(WALK.read_text(encoding="utf-8"))["part"]
     return parts
 
 
@@ -81,7 +76,7 @@ def _row(one: Hazard) -> list[str]:
 
 
 def markdown() -> str:
-    """The generated part of ``docs/hazard-analysis.md``."""
+    """All tables under their headings."""
     hazards = hazard.load()
     lines = ["", "## Safe states", ""]
     states: list[tuple[str, ...]] = [(f"`{name}`", words) for name, words in STATE_WORDS.items()]

@@ -4,17 +4,10 @@ from typing import Any
 
 import pytest
 
-from opensuction.hysteresis import model_table
+from docs.generator import model_table
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
-from opensuction.report.document import spliced
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "hysteresis.md"
-
-
-def test_the_page_shows_the_catalogue() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    # Write it anew with `make docs`.
-    assert spliced(text, model_table.markdown()) == text
 
 
 def test_every_parameter_of_every_model_has_its_row() -> None:

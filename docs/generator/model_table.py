@@ -1,4 +1,4 @@
-"""The catalogue as tables for the documentation."""
+"""The catalogue of hysteresis models as tables."""
 
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 

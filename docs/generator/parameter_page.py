@@ -1,7 +1,4 @@
-"""`docs/parameters.md`: every parameter with unit, value, range, meaning and source, in one place.
-
-Generated from the tables that the code runs on; a test compares the two.
-"""
+"""Every parameter with unit, value, range, meaning and source, from the tables the code runs on."""
 
 from collections.abc import Iterable, Mapping
 from enum import IntEnum
@@ -21,10 +18,8 @@ from opensuction.twin.patient import patient_airway, patient_kind
 from opensuction.twin.patient.patient_parameter import PRESETS, ROWS
 
 Rows = Iterable[Iterable[str]]
-SOURCES_TEXT = """[paper] the paper that the machine follows; [datasheet] of the motor; [F: ...] \
-found in a public source; [K] domain knowledge, not looked up; [computed] from others; \
-[calibrated] chosen so that the twin meets figures named with it; [design] chosen for this \
-software; [assumed] no source found. Plausible ranges are the project's own judgement."""
+SOURCES_TEXT = """tags in square brackets are explained in [sources.md](sources.md). Plausible \
+ranges are the project's own judgement."""
 COLUMNS = ("unit", "range in a file", "meaning", "source")
 BOTH = ("bench", "clinical")
 
@@ -74,7 +69,7 @@ def _machines(example: str) -> str:
             "model, its gap as wide as conduit and catheter make it.\n",
             controller_table(),
             "### Catheters\n",
-            f"Size in Fr = 3 x outer diameter in mm (ISO 8836). All are {catheter.LENGTH_M:g} m "
+            f"Size in Fr = 3 x outer diameter in mm [ISO-8836]. All are {catheter.LENGTH_M:g} m "
             "long [paper]. `--catheter NAME`, or in a machine file a name or a section "
             f"`[catheter]` with {_fields(catheter.Catheter)}.\n",
             catheter_table(),
@@ -247,7 +242,7 @@ def _consistency_table() -> str:
     return (
         _table(("limit", *(_word(age) for age in anatomy), "source"), rows)
         + f"\n- `carina_mm` + {kind.IN_TRACHEA_MM:g} mm of tube in the trachea within the longest "
-        "trachea of the age [F: ATS, secondary]\n"
+        "trachea of the age [ATS-2000]\n"
         f"- PEEP + driving pressure at most {kind.PEAK_CMH2O:g} cmH2O [K]; rise and fall of the "
         "pressure within half of their part of the breath [assumed]\n"
         "- what can close within what lies between relaxed and residual volume\n"

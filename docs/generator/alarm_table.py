@@ -1,10 +1,10 @@
-"""Alarms as tables for the documentation: `docs/alarms.md` holds their text."""
+"""Alarms as tables: priorities, conditions, sound and light."""
 
 import math
 
-from opensuction.safety.alarm.alarm_condition import KINDS, PRIORITIES, Condition, Harm, Kind, Onset
-from opensuction.safety.alarm.alarm_text import TEXTS
 from opensuction.safety.alarm.signal_value import VALUES, Value
+from opensuction.safety.condition import Condition
+from opensuction.safety.priority import PRIORITIES, Onset, Severity
 
 CONDITIONS_HEADER = (
     "| no. | condition | priority | latches | delay | rises after | in planned work "
@@ -17,31 +17,30 @@ def _seconds(value_s: float) -> str:
     return f"{value_s:g} s" if value_s > 0.0 else ""
 
 
-def _condition(condition: Condition, kind: Kind) -> str:
-    text = TEXTS[condition]
+def _condition(condition: Condition) -> str:
+    sentence, remedy, handling = condition.row
     return (
-        f"| {int(condition)} | `{condition.name}` | {kind.priority.name.lower()} "
-        f"| {'yes' if kind.latching else ''} | {_seconds(kind.delay_s)} "
-        f"| {_seconds(kind.escalates_s)} | {'none' if kind.planned else ''} "
-        f"| {text.sentence}. *{text.remedy}* |\n"
+        f"| {int(condition)} | `{condition.name}` | {handling.priority.name.lower()} "
+        f"| {'yes' if handling.latching else ''} | {_seconds(handling.delay_s)} "
+        f"| {_seconds(handling.escalates_s)} | {'none' if handling.planned else ''} "
+        f"| {sentence}. *{remedy}* |\n"
     )
 
 
 def conditions() -> str:
     """Every condition, in the order of its number."""
-    rows = (_condition(condition, KINDS[condition]) for condition in Condition)
-    return CONDITIONS_HEADER + "".join(rows)
+    return CONDITIONS_HEADER + "".join(_condition(condition) for condition in sorted(Condition))
 
 
 def matrix() -> str:
-    """Priority by harm and onset."""
+    """Priority by severity and onset."""
     onsets = sorted(Onset, reverse=True)
     header = "| | " + " | ".join(onset.name.lower() for onset in onsets) + " |\n"
     rows = (
-        f"| {harm.name.lower()} | "
-        + " | ".join(PRIORITIES[harm, onset].name.lower() for onset in onsets)
+        f"| {severity.name.lower()} | "
+        + " | ".join(PRIORITIES[severity, onset].name.lower() for onset in onsets)
         + " |\n"
-        for harm in sorted(Harm, reverse=True)
+        for severity in sorted(Severity, reverse=True)
     )
     return header + "|---" * (len(onsets) + 1) + "|\n" + "".join(rows)
 

@@ -1,4 +1,4 @@
-"""The page on phases in the documentation, drawn from the table of transitions."""
+"""The page on phases, made from the table of transitions."""
 
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import ITEMS, ORDER

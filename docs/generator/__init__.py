@@ -1,0 +1,1 @@
+"""Writes what the documentation takes from the code: tables, diagrams, whole pages."""

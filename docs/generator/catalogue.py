@@ -1,0 +1,44 @@
+"""Every page and picture that is made from the code, wholly or between its marks."""
+
+import json
+from pathlib import Path
+
+from docs.generator import (
+    alarm_table,
+    benchmark_table,
+    fault_table,
+    hazard_table,
+    loop_picture,
+    model_table,
+    parameter_page,
+    phase_page,
+)
+from docs.generator.document import spliced
+
+DOCS = Path(__file__).resolve().parents[1]
+BENCHMARK = DOCS / "evidence" / "2026-11-21-benchmark.json"
+"""What `opensuction benchmark --json` gave."""
+
+
+def read(path: Path) -> str:
+    """Text of a page or an example."""
+    return path.read_text(encoding="utf-8")
+
+
+def generated() -> dict[Path, str]:
+    """What each generated file must hold."""
+    tables = {
+        "alarms.md": alarm_table.markdown(),
+        "benchmark.md": benchmark_table.markdown(json.loads(read(BENCHMARK))),
+        "faults.md": fault_table.markdown(),
+        "hazard-analysis.md": hazard_table.markdown(),
+        "hysteresis.md": model_table.markdown(),
+    }
+    examples = (read(DOCS / "examples" / f"{name}.toml") for name in ("machine", "patient"))
+    whole = {
+        "parameters.md": parameter_page.page(*examples),
+        "phases.md": phase_page.page(),
+        "pictures/hysteresis-loops.svg": loop_picture.svg(),
+    }
+    pages = {DOCS / name: spliced(read(DOCS / name), table) for name, table in tables.items()}
+    return pages | {DOCS / name: text for name, text in whole.items()}

@@ -1,0 +1,108 @@
+"""How a condition is handled: the behaviour of its alarm, and the reaction of the governor.
+
+A condition to which the governor reacts is a *trip*. The words are those of [IEC-60601-1-8].
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from opensuction.safety.priority import PRIORITIES, Onset, Priority, Severity
+
+
+class Reaction(IntEnum):
+    """What the governor does to a proposal, mildest first. Never renumber: recordings hold these.
+
+    Each includes what it must of those before it.
+    """
+
+    PASS = 0
+    CAP = 1
+    """A setpoint was clamped; the cycle goes on."""
+    HOLD = 2
+    """The head may not advance."""
+    WITHDRAW = 3
+    """Out of the airway, whatever was proposed."""
+    TORQUE_OFF = 4
+    """Moving would be worse than staying."""
+
+
+class Handling(NamedTuple):
+    """How a condition is announced, and what the governor does about it."""
+
+    severity: Severity
+    onset: Onset
+    latching: bool
+    """Shown and sounded until a person resets, although the condition has ended."""
+    planned: bool
+    """Planned work (catheter change, cleaning) brings it about, and raises no alarm then."""
+    delay_s: float
+    """How long the condition must hold without a break before it is an alarm."""
+    escalates_s: float
+    """Unanswered for so long, its priority rises by one; 0: it never does."""
+    reaction: Reaction
+    """`Reaction.PASS`: the condition is no trip."""
+    cuts_vacuum: bool
+    """Valve closed and pump off, whatever was proposed."""
+
+    @property
+    def priority(self) -> Priority:
+        """By the standard's matrix."""
+        return PRIORITIES[self.severity, self.onset]
+
+
+ESCALATES_S = 120.0
+"""A medium alarm that nobody answers for so long becomes a high one (assumed)."""
+NEVER_S = 0.0
+HOUR_S = 3600.0
+UNANSWERED_S = 2.0
+"""How long recorder or console may be silent (assumed)."""
+
+
+def alarm(
+    severity: Severity,
+    onset: Onset,
+    *,
+    latching: bool = False,
+    planned: bool = False,
+    delay_s: float = 0.0,
+    escalates_s: float | None = None,
+) -> Handling:
+    """Announce only; unless told otherwise an alarm of medium priority escalates, no other does."""
+    if escalates_s is None:
+        medium = PRIORITIES[severity, onset] == Priority.MEDIUM
+        escalates_s = ESCALATES_S if medium else NEVER_S
+    return Handling(
+        severity,
+        onset,
+        latching,
+        planned,
+        delay_s,
+        escalates_s,
+        reaction=Reaction.PASS,
+        cuts_vacuum=False,
+    )
+
+
+def trip(
+    severity: Severity,
+    onset: Onset,
+    *,
+    planned: bool = False,
+    reaction: Reaction = Reaction.WITHDRAW,
+    cuts_vacuum: bool = True,
+) -> Handling:
+    """Withdraw without suction and announce at once; the governor latches it until a reset.
+
+    planned: hands in a machine that is out of service bring it about. Nothing is driven then, and
+    what still holds when the machine is put back to work trips again.
+    """
+    announced = alarm(severity, onset, latching=True, planned=planned)
+    return announced._replace(reaction=reaction, cuts_vacuum=cuts_vacuum)
+
+
+def patient(severity: Severity, onset: Onset) -> Handling:
+    """What the patient's monitor shows: the catheter comes out, without suction.
+
+    In a cycle it is a trip, which the governor latches; at rest the alarm ends with its cause.
+    """
+    return trip(severity, onset)._replace(latching=False)

@@ -1,0 +1,186 @@
+"""What is known of a fault: what is broken, how strong it can be, what it changes, what detects it.
+
+Strengths are [assumed] where no source is given: ranges run from what does nothing much to what no
+machine survives, defaults are strong enough to matter.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import NamedTuple
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.readings import Readings
+from opensuction.twin.fault import reading_fault
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.link import Link
+from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
+from opensuction.twin.machine.machine import Machine
+from opensuction.twin.patient.patient import Patient
+
+
+class Part(IntEnum):
+    """What a fault attacks, in the order of the documentation."""
+
+    SWITCH = 0
+    TIP = 1
+    CATHETER = 2
+    INSERTION_DRIVE = 3
+    HEAD_ENCODER = 4
+    VALVE = 5
+    CAM_ENCODER = 6
+    SUCTION_LINE = 7
+    VACUUM_SENSOR = 8
+    POWER = 9
+    CONTROLLER = 10
+    MESSAGE = 11
+    PATIENT = 12
+    SETTING = 13
+
+
+class Strength(NamedTuple):
+    """How strong a fault can be."""
+
+    meaning: str
+    unit: str
+    """``1`` for a share or ratio."""
+    least: float
+    most: float
+    default: float
+
+
+def share(meaning: str, default: float, least: float = 0.01, most: float = 1.0) -> Strength:
+    """A strength that is a share."""
+    return Strength(meaning, "1", least, most, default)
+
+
+class MachineEffect(NamedTuple):
+    """The machine goes on with other parameters.
+
+    A run swaps the record at the instant; nothing of the twin's tick knows of faults. What a fault
+    changes in the state, such as a slide that stops, follows from the parameters in the next tick.
+    """
+
+    change: Callable[[Machine, float], Machine]
+    """From a machine and the strength to the machine with the fault; other faults of it stay."""
+
+
+class PatientEffect(NamedTuple):
+    """The patient, or what stands at the bed, goes on with other parameters."""
+
+    change: Callable[[Patient, float], Patient]
+    """From a patient and the strength to the patient with the fault."""
+
+
+class ReadingEffect(NamedTuple):
+    """A reading changes on its way to the controller; what it measures does not."""
+
+    channel: Channel
+    mode: Mode
+    factor: float | None = None
+    """For `Mode.SCALED`; None where it is 1 less the strength."""
+
+
+class Onset(NamedTuple):
+    """How strong a fault of the link is, and when it begins."""
+
+    strength: float
+    tick: int
+    dt_s: float
+
+    @property
+    def ticks(self) -> int:
+        """A strength in seconds, in ticks."""
+        return round(self.strength / self.dt_s)
+
+
+class LinkEffect(NamedTuple):
+    """Power, the controller or the messages between it and the drives fail."""
+
+    change: Callable[[Link, Onset], Link]
+    """From a link to the link with the fault."""
+
+
+class SetupEffect(NamedTuple):
+    """The machine was set up wrongly: whoever sets up a run has to do so."""
+
+    is_planned: bool
+    """Whether it is there before the cycle is planned, or only when it is requested."""
+
+
+class FaultRow(NamedTuple):
+    """A fault that can be injected."""
+
+    fault: Fault
+    part: Part
+    meaning: str
+    """In one sentence: what is broken, and what that does."""
+    effect: MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
+    strength: Strength | None = None
+    """None where there is no more or less of it."""
+    detected_by: str = ""
+    """What can detect it; empty where nothing in this machine can as long as it is alone."""
+
+    @property
+    def default_strength(self) -> float:
+        """Strength where none is given; 0 for a fault without one."""
+        return 0.0 if self.strength is None else self.strength.default
+
+    @property
+    def is_linked(self) -> bool:
+        """Whether it lies between controller and machine."""
+        return isinstance(self.effect, ReadingEffect | LinkEffect)
+
+    @property
+    def is_setup(self) -> bool:
+        """Whether it can only be there from the start."""
+        return isinstance(self.effect, SetupEffect)
+
+    @property
+    def is_planned(self) -> bool:
+        """Whether it is there before the cycle is planned."""
+        return isinstance(self.effect, SetupEffect) and self.effect.is_planned
+
+    def check_strength(self, strength: float) -> None:
+        """Refuse a strength that the fault cannot have; raises InputError."""
+        name, known = self.fault.title, self.strength
+        if known is None:
+            if strength != 0.0:
+                raise InputError(f"fault '{name}' has no strength: leave '={strength:g}' out")
+            return
+        if not known.least <= strength <= known.most:
+            unit = "" if known.unit == "1" else f" {known.unit}"
+            raise InputError(
+                f"fault '{name}' has no strength {strength:g}{unit} ({known.meaning}): "
+                f"{known.least:g} to {known.most:g}{unit}"
+            )
+
+    def change_machine(self, machine: Machine, strength: float) -> Machine:
+        """The same machine with the fault; nothing of a machine with other faults is undone.
+
+        Raises InputError for a strength out of range, TypeError where the fault changes neither
+        machine nor patient.
+        """
+        self.check_strength(strength)
+        if isinstance(self.effect, MachineEffect):
+            return self.effect.change(machine, strength)
+        if isinstance(self.effect, PatientEffect):
+            return machine._replace(patient=self.effect.change(machine.patient, strength))
+        raise TypeError(f"fault '{self.fault.title}' does not change the machine")
+
+    def change_reading(self, strength: float, readings: Readings, seed: int) -> ReadingFault:
+        """The fault of a sensor that begins with these readings.
+
+        seed: its chance. Raises TypeError where the fault changes no reading.
+        """
+        if not isinstance(self.effect, ReadingEffect):
+            raise TypeError(f"fault '{self.fault.title}' does not change a reading")
+        channel, mode, factor = self.effect
+        if mode == Mode.SCALED:
+            strength = 1.0 - strength if factor is None else factor
+        return reading_fault.begin(channel, mode, strength, readings, seed, self.fault)
+
+    def change_link(self, link: Link, onset: Onset) -> Link:
+        """The same link with the fault. Raises TypeError where the fault does not change it."""
+        if not isinstance(self.effect, LinkEffect):
+            raise TypeError(f"fault '{self.fault.title}' does not change the link")
+        return self.effect.change(link, onset)

@@ -1,0 +1,217 @@
+"""Faults of the catheter in its conduit, of the insertion drive, and of the head's two sensors."""
+
+from typing import Any
+
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import (
+    FaultRow,
+    MachineEffect,
+    Part,
+    ReadingEffect,
+    Strength,
+    share,
+)
+from opensuction.twin.fault.reading_fault import Channel, Mode
+from opensuction.twin.fault.suction_fault import narrow_bore
+from opensuction.twin.machine.catheter import BLASIUS_POWER
+from opensuction.twin.machine.machine import Machine
+from opensuction.twin.machine.transmission import bundle
+
+SEIZED_V = 1.0e6
+"""Friction that no drive overcomes, and every motion ends in at once."""
+PARTED_MM = 1.0e9
+"""Play across which nothing is moved."""
+KINK_N = 3.0
+"""[assumed] Friction of a catheter that is kinked flat, at the head."""
+KINK_MM = 15.0
+"""[assumed] Head travel that a catheter kinked flat gives way before it moves on."""
+
+
+def _with_axis(machine: Machine, **values: Any) -> Machine:
+    return machine._replace(insertion_axis=machine.insertion_axis._replace(**values))
+
+
+def _add_friction(machine: Machine, force_n: float) -> Machine:
+    """Friction in addition, as a force at the head."""
+    more_v = machine.load_v_per_n * force_n
+    return _with_axis(machine, friction_v=machine.insertion_axis.friction_v + more_v)
+
+
+def _kink(machine: Machine, lost: float) -> Machine:
+    """Turbulent gas and creeping mucus through what is left of the bore; friction at the kink."""
+    left = 1.0 - lost
+    narrow = narrow_bore(_add_friction(machine, lost * KINK_N), left**BLASIUS_POWER, left**4)
+    conduit = narrow.transmission
+    stretch = conduit.stretch_mm + lost * KINK_MM
+    return narrow._replace(transmission=conduit._replace(stretch_mm=stretch))
+
+
+def _reroute(machine: Machine, gap_ratio: float) -> Machine:
+    conduit = machine.transmission
+    widths = bundle(width * gap_ratio for width in conduit.widths_mm)
+    return machine._replace(
+        transmission=conduit._replace(widths_mm=widths, stretch_mm=conduit.stretch_mm * gap_ratio)
+    )
+
+
+def _weaken(machine: Machine, lost: float) -> Machine:
+    return _with_axis(machine, force_v=machine.insertion_axis.force_v * (1.0 - lost))
+
+
+def _swap_wires(machine: Machine, _strength: float) -> Machine:
+    return _with_axis(machine, polarity=-machine.insertion_axis.polarity)
+
+
+def _part_gear(machine: Machine, _strength: float) -> Machine:
+    """Neither does the head follow the motor, nor does the motor feel the head."""
+    return machine._replace(gear_backlash_mm=PARTED_MM, load_v_per_n=0.0)
+
+
+def _wear_gear(machine: Machine, more_mm: float) -> Machine:
+    return machine._replace(gear_backlash_mm=machine.gear_backlash_mm + more_mm)
+
+
+ROWS = (
+    FaultRow(
+        Fault.CATHETER_KINKED,
+        Part.CATHETER,
+        "the catheter is kinked: it rubs in its conduit, gives way there, and its bore is narrower",
+        MachineEffect(_kink),
+        share("share of the bore's diameter that is lost", 0.6, 0.1, 0.95),
+        detected_by="head behind its command, motor current, vacuum signature of a clog",
+    ),
+    FaultRow(
+        Fault.CATHETER_JAMMED,
+        Part.CATHETER,
+        "the catheter is held fast",
+        MachineEffect(_add_friction),
+        Strength("force that holds it", "N", 1.0, 50.0, 8.0),
+        detected_by="motor current, head behind its command; under 2 N only by slowness",
+    ),
+    FaultRow(
+        Fault.CONDUIT_REROUTED,
+        Part.CATHETER,
+        "the conduit has been laid otherwise since the identification: its gap is another",
+        MachineEffect(_reroute),
+        Strength("gap over the identified one", "1", 0.3, 3.0, 1.5),
+        detected_by="the next identification or self-calibration",
+    ),
+    FaultRow(
+        Fault.MOTOR_STALLED,
+        Part.INSERTION_DRIVE,
+        "the insertion motor is seized",
+        MachineEffect(lambda machine, _: _with_axis(machine, friction_v=SEIZED_V)),
+        detected_by="head reading, current",
+    ),
+    FaultRow(
+        Fault.MOTOR_LOST,
+        Part.INSERTION_DRIVE,
+        "the insertion motor's winding is broken: no current, no torque, no braking",
+        MachineEffect(lambda machine, _: _with_axis(machine, force_v=0.0)),
+        detected_by="head reading, current",
+    ),
+    FaultRow(
+        Fault.MOTOR_WEAK,
+        Part.INSERTION_DRIVE,
+        "the insertion drive gives less current than it should",
+        MachineEffect(_weaken),
+        share("share of its force that is lost", 0.8, 0.05, 0.99),
+        detected_by="head behind its command",
+    ),
+    FaultRow(
+        Fault.MOTOR_REVERSED,
+        Part.INSERTION_DRIVE,
+        "the insertion motor's wires are swapped: it turns the wrong way",
+        MachineEffect(_swap_wires),
+        detected_by="head against its command",
+    ),
+    FaultRow(
+        Fault.GEAR_LOST,
+        Part.INSERTION_DRIVE,
+        "the gear has parted: the motor turns, and the catheter head stays where it is",
+        MachineEffect(_part_gear),
+        detected_by="the head's two sensors",
+    ),
+    FaultRow(
+        Fault.GEAR_WORN,
+        Part.INSERTION_DRIVE,
+        "gear and rack have more play than they should",
+        MachineEffect(_wear_gear),
+        Strength("play in addition", "mm", 0.1, 30.0, 5.0),
+        detected_by="the head's two sensors; under 2 mm the next identification or "
+        "self-calibration",
+    ),
+    FaultRow(
+        Fault.ENCODER_FROZEN,
+        Part.HEAD_ENCODER,
+        "the head encoder's value no longer changes",
+        ReadingEffect(Channel.HEAD, Mode.SCALED, factor=0.0),
+        detected_by="head reading",
+    ),
+    FaultRow(
+        Fault.ENCODER_SLIPPING,
+        Part.HEAD_ENCODER,
+        "the head encoder's wheel slips: it counts less than the head moves",
+        ReadingEffect(Channel.HEAD, Mode.SCALED),
+        share("share of the motion that is not counted", 0.2),
+        detected_by="the head's two sensors",
+    ),
+    FaultRow(
+        Fault.ENCODER_JUMPING,
+        Part.HEAD_ENCODER,
+        "the head encoder's value jumps about, anew every 50 ms",
+        ReadingEffect(Channel.HEAD, Mode.JUMPING),
+        Strength("largest jump", "mm", 0.1, 50.0, 5.0),
+        detected_by="head speed",
+    ),
+    FaultRow(
+        Fault.ENCODER_OFFSET,
+        Part.HEAD_ENCODER,
+        "the head encoder has lost counts: it is off by a constant",
+        ReadingEffect(Channel.HEAD, Mode.OFFSET),
+        Strength("reading less truth", "mm", -50.0, 50.0, -5.0),
+        detected_by="head speed at the jump, the head's two sensors",
+    ),
+    FaultRow(
+        Fault.ENCODER_NOISY,
+        Part.HEAD_ENCODER,
+        "the head encoder's value is noisy",
+        ReadingEffect(Channel.HEAD, Mode.NOISY),
+        Strength("standard deviation", "mm", 0.005, 10.0, 0.5),
+        detected_by="head speed",
+    ),
+    FaultRow(
+        Fault.ENCODER_INVALID,
+        Part.HEAD_ENCODER,
+        "the head encoder gives no valid reading",
+        ReadingEffect(Channel.HEAD, Mode.INVALID),
+        detected_by="its flag",
+    ),
+    FaultRow(
+        Fault.ENCODER_REVERSED,
+        Part.HEAD_ENCODER,
+        "the head encoder counts the wrong way",
+        ReadingEffect(Channel.HEAD, Mode.SCALED, factor=-1.0),
+        detected_by="the head's two sensors, head not following",
+    ),
+    FaultRow(
+        Fault.CARRIAGE_SENSOR_FROZEN,
+        Part.HEAD_ENCODER,
+        "the value of the sensor on the catheter head no longer changes",
+        ReadingEffect(Channel.CARRIAGE, Mode.SCALED, factor=0.0),
+        detected_by="the head's two sensors",
+    ),
+    FaultRow(
+        Fault.CARRIAGE_SENSOR_INVALID,
+        Part.HEAD_ENCODER,
+        "the sensor on the catheter head gives no valid reading",
+        ReadingEffect(Channel.CARRIAGE, Mode.INVALID),
+        detected_by="its flag",
+    ),
+    FaultRow(
+        Fault.CURRENT_SENSOR_DEAD,
+        Part.INSERTION_DRIVE,
+        "the motor current always reads 0",
+        ReadingEffect(Channel.CURRENT, Mode.DEAD),
+    ),
+)

@@ -1,0 +1,146 @@
+"""Faults of pump, regulator, canister, suction line and vacuum sensor."""
+
+from typing import Any
+
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import (
+    FaultRow,
+    MachineEffect,
+    Part,
+    ReadingEffect,
+    Strength,
+    share,
+)
+from opensuction.twin.fault.reading_fault import Channel, Mode
+from opensuction.twin.machine.machine import Machine
+
+GAS_LEFT = 0.05
+"""[assumed] Share of the canister's volume that is gas when its float has shut."""
+
+
+def _with_line(machine: Machine, **values: Any) -> Machine:
+    return machine._replace(line=machine.line._replace(**values))
+
+
+def narrow_bore(machine: Machine, gas_ratio: float, mucus_ratio: float) -> Machine:
+    """The same machine with a bore that lets through these shares of gas and of mucus."""
+    line, airway = machine.line, machine.airway
+    gas = line.bore_ml_per_s_per_root_mmhg * gas_ratio
+    mucus = airway.uptake_ml_per_s_per_mmhg * mucus_ratio
+    return machine._replace(
+        line=line._replace(bore_ml_per_s_per_root_mmhg=gas),
+        airway=airway._replace(uptake_ml_per_s_per_mmhg=mucus),
+    )
+
+
+def _weaken_pump(machine: Machine, lost: float) -> Machine:
+    return _with_line(machine, pump_free_ml_per_s=machine.line.pump_free_ml_per_s * (1.0 - lost))
+
+
+def _leak(machine: Machine, more: float) -> Machine:
+    leak = machine.line.leak_ml_per_s_per_mmhg + more
+    return _with_line(machine, leak_ml_per_s_per_mmhg=leak)
+
+
+def _fill_canister(machine: Machine, full: float) -> Machine:
+    gas = max(1.0 - full, GAS_LEFT)
+    less = machine if gas > GAS_LEFT else _weaken_pump(machine, 1.0)
+    return _with_line(less, mmhg_per_ml=less.line.mmhg_per_ml / gas)
+
+
+ROWS = (
+    FaultRow(
+        Fault.PUMP_RUNAWAY,
+        Part.SUCTION_LINE,
+        "the pump runs whatever it is told, and the regulator is shut",
+        MachineEffect(
+            lambda machine, _: _with_line(
+                machine, pump_runs_away=True, regulator_ml_per_s_per_mmhg=0.0
+            )
+        ),
+        detected_by="line vacuum",
+    ),
+    FaultRow(
+        Fault.PUMP_WEAK,
+        Part.SUCTION_LINE,
+        "the pump moves less gas than it should",
+        MachineEffect(_weaken_pump),
+        share("share of its flow that is lost", 0.7, 0.05, 0.99),
+        detected_by="vacuum signature, pre-use test",
+    ),
+    FaultRow(
+        Fault.PUMP_LOST,
+        Part.SUCTION_LINE,
+        "the pump stands still",
+        MachineEffect(lambda machine, _: _weaken_pump(machine, 1.0)),
+        detected_by="vacuum signature, pre-use test",
+    ),
+    FaultRow(
+        Fault.REGULATOR_FAILED,
+        Part.SUCTION_LINE,
+        "the regulator lets no air in: vacuum rises to the relief valve, and does not vent",
+        MachineEffect(lambda machine, _: _with_line(machine, regulator_ml_per_s_per_mmhg=0.0)),
+        detected_by="line vacuum, pre-use test",
+    ),
+    FaultRow(
+        Fault.RELIEF_FAILED,
+        Part.SUCTION_LINE,
+        "the relief valve does not open",
+        MachineEffect(lambda machine, _: _with_line(machine, relief_ml_per_s_per_mmhg=0.0)),
+        detected_by="pre-use test; alone it does no harm",
+    ),
+    FaultRow(
+        Fault.LINE_LEAK,
+        Part.SUCTION_LINE,
+        "air leaks into line or canister",
+        MachineEffect(_leak),
+        Strength("leak in addition", "mL/s/mmHg", 0.02, 50.0, 2.0),
+        detected_by="vacuum signature, pre-use test",
+    ),
+    FaultRow(
+        Fault.LINE_CLOGGED,
+        Part.SUCTION_LINE,
+        "the catheter's bore is clogged",
+        MachineEffect(lambda machine, lost: narrow_bore(machine, 1.0 - lost, 1.0 - lost)),
+        share("share of its conductance that is lost", 0.95, 0.1),
+        detected_by="vacuum signature",
+    ),
+    FaultRow(
+        Fault.CANISTER_FULL,
+        Part.SUCTION_LINE,
+        "the canister fills up: it holds less gas, and its float shuts the pump off when full",
+        MachineEffect(_fill_canister),
+        share("share of its volume that is full; the float shuts from 0.95 on", 1.0, 0.1),
+        detected_by="vacuum signature, pre-use test",
+    ),
+    FaultRow(
+        Fault.VACUUM_SENSOR_FROZEN,
+        Part.VACUUM_SENSOR,
+        "the vacuum sensor's value no longer changes",
+        ReadingEffect(Channel.VACUUM, Mode.SCALED, factor=0.0),
+        detected_by="signature",
+    ),
+    FaultRow(
+        Fault.VACUUM_SENSOR_OFFSET,
+        Part.VACUUM_SENSOR,
+        "the vacuum sensor is off by a constant",
+        ReadingEffect(Channel.VACUUM, Mode.OFFSET),
+        Strength("reading less truth", "mmHg", -200.0, 200.0, -50.0),
+        detected_by="pre-use test: a vented line",
+    ),
+    FaultRow(
+        Fault.VACUUM_SENSOR_NOISY,
+        Part.VACUUM_SENSOR,
+        "the vacuum sensor's value is noisy",
+        ReadingEffect(Channel.VACUUM, Mode.NOISY),
+        Strength("standard deviation", "mmHg", 0.5, 100.0, 20.0),
+        detected_by="pre-use test",
+    ),
+    FaultRow(
+        Fault.VACUUM_SENSOR_INVALID,
+        Part.VACUUM_SENSOR,
+        "the vacuum sensor gives no valid reading",
+        ReadingEffect(Channel.VACUUM, Mode.INVALID),
+        detected_by="its flag",
+    ),
+)

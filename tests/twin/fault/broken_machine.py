@@ -1,0 +1,39 @@
+"""The nominal bench, healthy and with faults, driven by hand."""
+
+from opensuction.kernel.commands import Commands
+from opensuction.twin import preset
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import Machine, MachineState
+from opensuction.twin.parameter import BENCH, nominal
+
+DT_S = 0.001
+VALUES = nominal(BENCH)
+HEALTHY = preset.machine(VALUES)
+IDLE = Commands(
+    head_mm=0.0,
+    insertion_v=0.0,
+    insertion_on=True,
+    cam_rad=0.0,
+    valve_v=0.0,
+    valve_on=False,
+    pump_on=False,
+    vacuum_mmhg=0.0,
+)
+OPENING = IDLE._replace(valve_v=24.0, valve_on=True)
+PUSHING = IDLE._replace(insertion_v=12.0)
+
+
+def parked(head_mm: float = 0.0) -> MachineState:
+    return preset.parked(HEALTHY, VALUES, head_mm, seed=1, run=2).machine
+
+
+def run(twin: Machine, state: MachineState, commands: Commands, seconds: float) -> MachineState:
+    for _ in range(round(seconds / DT_S)):
+        state = machine.step(twin, state, commands, DT_S)
+    return state
+
+
+def faulty(fault: Fault, strength: float = 0.0, twin: Machine = HEALTHY) -> Machine:
+    return ROWS[fault].change_machine(twin, strength)
