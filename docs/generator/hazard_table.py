@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.hazard import STATE_WORDS, Claim, Hazard, Response
+from opensuction.evidence.safety_case.hazard import STATE_WORDS, Hazard, HazardClaim, Response
 
 WALK = Path(__file__).parent / "hazard_walk.toml"
 GUIDE_WORDS = {
@@ -37,13 +37,13 @@ def _table(columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
     return [_cells(columns), "|---" * len(columns) + "|", *(_cells(row) for row in rows)]
 
 
-def _shown(claim: Claim) -> str:
+def _shown(claim: HazardClaim) -> str:
     strengths = f" = {', '.join(f'{one:g}' for one in claim.strengths)}" if claim.strengths else ""
     contact = "" if claim.approach == "travel" else " (contact)"
     return f"`{claim.name}`{strengths} in {', '.join(claim.phases)}{contact}"
 
 
-def _bounds(claim: Claim) -> tuple[str, ...]:
+def _bounds(claim: HazardClaim) -> tuple[str, ...]:
     alarms = ", ".join(f"`{name}`" for name in claim.alarm) or "refused"
     if claim.response == Response.ALARM_OR_LIMITS:
         alarms += ", or a whole cycle within every limit"

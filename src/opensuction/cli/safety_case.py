@@ -41,14 +41,14 @@ def run(options: Options) -> int:
             soft_wrap=True,
         )
         from opensuction.evidence.safety_case import safety_case, safety_case_page
-        from opensuction.evidence.safety_case.hazard_case import Result
+        from opensuction.evidence.safety_case.hazard_result import HazardResult
         from opensuction.kernel import compiled
         from opensuction.report import sheet
 
         if compiled.is_cold():
             progress.print("Compiling the control core: once for this version, about a minute")
 
-        def tell(done: int, total: int, result: Result) -> None:
+        def tell(done: int, total: int, result: HazardResult) -> None:
             if not result.ok:
                 name = result.case.hazard
                 line = f"{name} broken: {result.case.title}: {result.problem}"

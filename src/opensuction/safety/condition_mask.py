@@ -54,11 +54,12 @@ def decode_trips(mask: int) -> list[Condition]:
 @compiled
 def strongest_reaction(trips: int) -> int:
     """Strongest reaction that a mask of trips demands."""
+    reaction = 0  # an integer, as records hold it: compiled code would make it an enumeration
     if trips & RELEASING != 0:
-        return Reaction.TORQUE_OFF
-    if trips & WITHDRAWING != 0:
-        return Reaction.WITHDRAW
-    return Reaction.PASS
+        reaction = Reaction.TORQUE_OFF
+    elif trips & WITHDRAWING != 0:
+        reaction = Reaction.WITHDRAW
+    return reaction
 
 
 @compiled

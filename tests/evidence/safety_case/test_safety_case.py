@@ -8,12 +8,14 @@ import pytest
 
 from opensuction.evidence.safety_case import hazard, hazard_case, safety_case, safety_case_page
 from opensuction.evidence.safety_case.hazard import Hazard
-from opensuction.evidence.safety_case.hazard_case import Harm, Result, Strip
-from opensuction.evidence.safety_case.safety_case import SafetyCase, Verdict
+from opensuction.evidence.safety_case.hazard_result import Exposure, HazardResult, Strip
+from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
 from opensuction.report import sheet
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
 
-GENTLE = Harm(contact_n=0.1, beyond_cap_mm=-5.0, vacuum_mmhg=120.0, suction_s=8.0, in_airway_s=20.0)
+GENTLE = Exposure(
+    contact_n=0.1, beyond_cap_mm=-5.0, vacuum_mmhg=120.0, suction_s=8.0, in_airway_s=20.0
+)
 ROWS = 50
 
 
@@ -30,10 +32,12 @@ def one(tmp_path: Path) -> Hazard:
     return hazard.load(path)[0]
 
 
-def result(one: Hazard, seed: int, detected_ms: float, safe_ms: float, problem: str = "") -> Result:
+def result(
+    one: Hazard, seed: int, detected_ms: float, safe_ms: float, problem: str = ""
+) -> HazardResult:
     case = hazard_case.cases(one, (seed,))[0]
     alarm = "" if math.isnan(detected_ms) else "VACUUM_EXCEEDED"
-    return Result(
+    return HazardResult(
         case=case,
         alarm=alarm,
         priority="high" if alarm else "none",
@@ -41,7 +45,7 @@ def result(one: Hazard, seed: int, detected_ms: float, safe_ms: float, problem: 
         detected_ms=detected_ms,
         safe_ms=safe_ms,
         within_limits=False,
-        harm=GENTLE._replace(contact_n=0.01 * seed),
+        exposure=GENTLE._replace(contact_n=0.01 * seed),
         problem=problem,
         strip=strip(),
     )
@@ -50,24 +54,24 @@ def result(one: Hazard, seed: int, detected_ms: float, safe_ms: float, problem: 
 def test_the_worst_run_is_the_one_nearest_to_a_bound(one: Hazard) -> None:
     # Shares of the bounds 2000 and 10000 ms: 0.5, 0.9, 0.6
     runs = (result(one, 1, 1000, 4000), result(one, 2, 100, 9000), result(one, 3, 1200, 1000))
-    assert Verdict(one, runs).worst.case.seed == 2
+    assert HazardVerdict(one, runs).worst.case.seed == 2
 
 
 def test_a_broken_run_is_worse_than_one_that_took_longer(one: Hazard) -> None:
     runs = (result(one, 1, 1900, 9900), result(one, 2, 100, 900, "force 0.40 N, limit 0.3"))
-    found = Verdict(one, runs)
+    found = HazardVerdict(one, runs)
     assert found.worst.case.seed == 2
     assert not found.ok
 
 
 def test_a_run_that_needed_no_alarm_hides_none_that_did(one: Hazard) -> None:
     runs = (result(one, 1, math.nan, 0.0), result(one, 2, 1000, 4000))
-    assert Verdict(one, runs).worst.case.seed == 2
+    assert HazardVerdict(one, runs).worst.case.seed == 2
 
 
 def test_the_json_holds_times_bounds_and_every_broken_run(one: Hazard) -> None:
     broken = result(one, 2, math.nan, math.nan, "no expected alarm; safe state not reached")
-    found = SafetyCase((1, 2), (Verdict(one, (result(one, 1, 1000, 4000), broken)),))
+    found = SafetyCase((1, 2), (HazardVerdict(one, (result(one, 1, 1000, 4000), broken)),))
     data = safety_case.plain(found, 1.0)
     (entry,) = data["hazards"]
     assert data["ok"] is entry["ok"] is False
@@ -80,7 +84,7 @@ def test_the_json_holds_times_bounds_and_every_broken_run(one: Hazard) -> None:
 
 def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> None:
     late = result(one, 7, 1900, 12000, "safe after 12000 ms, bound 10000")
-    page = safety_case_page.sheet(SafetyCase((1, 7), (Verdict(one, (late,)),)))
+    page = safety_case_page.sheet(SafetyCase((1, 7), (HazardVerdict(one, (late,)),)))
     assert not page.good
     section = page.sections[1]
     assert section.title.endswith("broken")

@@ -56,7 +56,7 @@ STATE_WORDS: dict[str, str] = {
 }
 
 
-class Severity(Enum):
+class HarmSeverity(Enum):
     """How bad the harm is, in the words of [ISO-14971]."""
 
     NEGLIGIBLE = "negligible"
@@ -84,10 +84,10 @@ class Raiser(Enum):
     """The drives' own watchdog, on an alarm of its own: the controller is what failed."""
 
 
-Bound = Annotated[float, Ge(0), Le(180_000)]
+BoundMs = Annotated[float, Ge(0), Le(180_000)]
 
 
-class Claim(NamedTuple):
+class HazardClaim(NamedTuple):
     """A fault and what must follow it: the part of a row that runs."""
 
     name: str
@@ -105,8 +105,8 @@ class Claim(NamedTuple):
     priority: Priority
     raised_by: Raiser
     safe_state: str
-    detected_ms: Bound
-    safe_ms: Bound
+    detected_ms: BoundMs
+    safe_ms: BoundMs
     because: str
 
     @property
@@ -115,14 +115,14 @@ class Claim(NamedTuple):
         return BY_NAME[self.name]
 
 
-class Row(NamedTuple):
+class HazardRow(NamedTuple):
     """A row of the table in words."""
 
     id: str
     hazard: str
     cause: str
     effect: str
-    severity: Severity
+    severity: HarmSeverity
     detection: str
     control: str
     requirements: list[str]
@@ -131,8 +131,8 @@ class Row(NamedTuple):
 class Hazard(NamedTuple):
     """A hazard and the faults that show it."""
 
-    row: Row
-    claims: tuple[Claim, ...]
+    row: HazardRow
+    claims: tuple[HazardClaim, ...]
 
 
 USUAL: dict[str, Any] = {
@@ -144,7 +144,7 @@ USUAL: dict[str, Any] = {
     "raised_by": "controller",
 }
 """Keys that may be left out: of what runs, never of what is demanded."""
-KEYS = set(Row._fields) | set(Claim._fields) - {"name"} | {"fault"}
+KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault"}
 """Keys of a row in the file."""
 
 
@@ -184,7 +184,9 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
 def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     if not isinstance(row, Mapping):
         raise InputError(one_line(f"{numbered} is {shown(row)}; rows begin with [[hazard]]"))
-    words = validate(Row, {key: row[key] for key in Row._fields if key in row}, numbered)
+    words = validate(
+        HazardRow, {key: row[key] for key in HazardRow._fields if key in row}, numbered
+    )
     here = f"{where}: {words.id}"
     for key in row:
         choose(key, dict.fromkeys(sorted(KEYS), None), f"key of a hazard in {here}")
@@ -195,16 +197,16 @@ def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     faults = row.get("fault")
     if not isinstance(faults, list) or not faults:
         raise InputError(one_line(f"{here}: fault: none given; add [[hazard.fault]] with a name"))
-    common = USUAL | {key: row[key] for key in Claim._fields if key in row}
+    common = USUAL | {key: row[key] for key in HazardClaim._fields if key in row}
     return Hazard(words, tuple(_claim(common, fault, here, i) for i, fault in enumerate(faults, 1)))
 
 
-def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
+def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> HazardClaim:
     """One fault of a row; raises InputError for the first thing that is wrong with it."""
     place = f"{here}, fault {number}"
     if not isinstance(given, Mapping):
         raise InputError(one_line(f"{place} is {shown(given)}, not a section"))
-    claim = validate(Claim, common | dict(given), place)
+    claim = validate(HazardClaim, common | dict(given), place)
     try:
         _check_fault(claim)
         _check_answer(claim)
@@ -213,7 +215,7 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Claim:
     return claim
 
 
-def _check_fault(claim: Claim) -> None:
+def _check_fault(claim: HazardClaim) -> None:
     choose(claim.name, BY_NAME, "fault in name", "docs/faults.md")
     for strength in claim.strengths:
         ROWS[claim.fault].check_strength(strength)
@@ -237,7 +239,7 @@ def _check_fault(claim: Claim) -> None:
             raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
 
 
-def _check_answer(claim: Claim) -> None:
+def _check_answer(claim: HazardClaim) -> None:
     choose(claim.safe_state, dict.fromkeys(STATE_WORDS, None), "safe state in safe_state")
     if claim.response == Response.REFUSAL:
         if claim.alarm or claim.priority != Priority.NONE:
@@ -259,7 +261,7 @@ def _check_answer(claim: Claim) -> None:
             )
 
 
-def phases_of(claim: Claim) -> list[Phase | None]:
+def phases_of(claim: HazardClaim) -> list[Phase | None]:
     """Phases that the fault comes in; None: it is there before the start."""
     names = PHASES[claim.approach] if ALL in claim.phases else claim.phases
     return [None if name == SET_UP else Phase[name.upper()] for name in names]

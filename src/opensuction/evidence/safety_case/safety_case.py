@@ -15,22 +15,22 @@ from typing import Any, NamedTuple
 from opensuction import __version__
 from opensuction.evidence.safety_case import hazard_case
 from opensuction.evidence.safety_case.hazard import Hazard, Response
-from opensuction.evidence.safety_case.hazard_case import Case, Harm, Result
+from opensuction.evidence.safety_case.hazard_result import Exposure, HazardCase, HazardResult
 from opensuction.twin.fault.fault_table import ROWS
 
 WORKER = (sys.executable, "-m", "opensuction.evidence.safety_case.case_worker")
 WORKERS = 2
 FIRST_SEED = 1
 
-Tell = Callable[[int, int, Result], None]
+Tell = Callable[[int, int, HazardResult], None]
 """Hears of each result: how many are done, of how many, and it."""
 
 
-class Verdict(NamedTuple):
+class HazardVerdict(NamedTuple):
     """What all runs of a hazard came to."""
 
     hazard: Hazard
-    results: tuple[Result, ...]
+    results: tuple[HazardResult, ...]
     """In the order of the table."""
 
     @property
@@ -39,7 +39,7 @@ class Verdict(NamedTuple):
         return all(result.ok for result in self.results)
 
     @property
-    def worst(self) -> Result:
+    def worst(self) -> HazardResult:
         """The run that broke a bound, or came nearest to one."""
         return max(self.results, key=_share)
 
@@ -48,7 +48,7 @@ class SafetyCase(NamedTuple):
     """The whole."""
 
     seeds: tuple[int, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[HazardVerdict, ...]
 
     @property
     def ok(self) -> bool:
@@ -63,7 +63,7 @@ def _ratio(value: float, bound: float) -> float:
     return value / bound if bound > 0.0 else (0.0 if value == 0.0 else math.inf)
 
 
-def _share(result: Result) -> tuple[bool, bool, float]:
+def _share(result: HazardResult) -> tuple[bool, bool, float]:
     """How bad a run is: broken first, then what was answered, then the bound that is nearest."""
     claim = result.case.claim
     nearest = max(
@@ -81,14 +81,14 @@ def seeds_of(count: int) -> tuple[int, ...]:
 class _Crew:
     """Processes that run cases, a thread each to hand out work."""
 
-    def __init__(self, jobs: Sequence[tuple[int, Case]], tell: Tell) -> None:
-        self._jobs: SimpleQueue[tuple[int, Case]] = SimpleQueue()
+    def __init__(self, jobs: Sequence[tuple[int, HazardCase]], tell: Tell) -> None:
+        self._jobs: SimpleQueue[tuple[int, HazardCase]] = SimpleQueue()
         for job in jobs:
             self._jobs.put(job)
         self._total = len(jobs)
         self._tell = tell
         self._lock = threading.Lock()
-        self.results: dict[int, Result] = {}
+        self.results: dict[int, HazardResult] = {}
         self.failures: list[BaseException] = []
 
     def work(self) -> None:
@@ -107,7 +107,7 @@ class _Crew:
                 self.failures.append(failure)
 
     @staticmethod
-    def _ask(process: "subprocess.Popen[bytes]", case: Case) -> Result:
+    def _ask(process: "subprocess.Popen[bytes]", case: HazardCase) -> HazardResult:
         assert process.stdin is not None
         assert process.stdout is not None
         pickle.dump(case, process.stdin)
@@ -115,10 +115,10 @@ class _Crew:
         answer = pickle.load(process.stdout)
         if isinstance(answer, BaseException):
             raise answer
-        assert isinstance(answer, Result)
+        assert isinstance(answer, HazardResult)
         return answer
 
-    def _finish(self, number: int, result: Result) -> None:
+    def _finish(self, number: int, result: HazardResult) -> None:
         with self._lock:
             self.results[number] = result
             self._tell(len(self.results), self._total, result)
@@ -149,7 +149,7 @@ def run(
         raise crew.failures[0]
     results = [crew.results[i] for i in range(len(cases))]
     verdicts = tuple(
-        Verdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
+        HazardVerdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
         for one in hazards
     )
     return SafetyCase(seeds, verdicts)
@@ -159,11 +159,14 @@ def _finite(value: float) -> float | None:
     return round(value, 3) if math.isfinite(value) else None
 
 
-def _most(harms: Sequence[Harm]) -> dict[str, float | None]:
-    return {name: _finite(max(getattr(harm, name) for harm in harms)) for name in Harm._fields}
+def _most(exposures: Sequence[Exposure]) -> dict[str, float | None]:
+    return {
+        name: _finite(max(getattr(exposure, name) for exposure in exposures))
+        for name in Exposure._fields
+    }
 
 
-def _run(result: Result) -> dict[str, Any]:
+def _run(result: HazardResult) -> dict[str, Any]:
     """One run in plain data."""
     case = result.case
     known = ROWS[case.claim.fault].strength
@@ -184,7 +187,7 @@ def _run(result: Result) -> dict[str, Any]:
     }
 
 
-def entry(verdict: Verdict) -> dict[str, Any]:
+def entry(verdict: HazardVerdict) -> dict[str, Any]:
     """One hazard of the JSON object; times are those of its worst run."""
     row, worst = verdict.hazard.row, verdict.worst
     claim = worst.case.claim
@@ -206,7 +209,7 @@ def entry(verdict: Verdict) -> dict[str, Any]:
         "ok": verdict.ok,
         "runs": len(verdict.results),
         "broken": sum(not result.ok for result in verdict.results),
-        "harm": _most([result.harm for result in verdict.results]),
+        "harm": _most([result.exposure for result in verdict.results]),
         "requirements": row.requirements,
         "worst": _run(worst),
         "problems": [_run(result) for result in verdict.results if not result.ok],

@@ -4,8 +4,8 @@ import math
 
 from opensuction import __version__
 from opensuction.evidence.safety_case.hazard import STATE_WORDS, Hazard, Response
-from opensuction.evidence.safety_case.hazard_case import Result
-from opensuction.evidence.safety_case.safety_case import SafetyCase, Verdict
+from opensuction.evidence.safety_case.hazard_result import HazardResult
+from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
 from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
 from opensuction.safety.condition import Condition
 from opensuction.twin.fault.fault_table import ROWS
@@ -32,7 +32,7 @@ def _name(alarm: str) -> str:
     return alarm.lower().replace("_", " ") or "-"
 
 
-def _overview(verdict: Verdict) -> tuple[object, ...]:
+def _overview(verdict: HazardVerdict) -> tuple[object, ...]:
     worst, row = verdict.worst, verdict.hazard.row
     claim = worst.case.claim
     alarm = _name(worst.alarm)
@@ -55,7 +55,7 @@ def _overview(verdict: Verdict) -> tuple[object, ...]:
     )
 
 
-def _marks(result: Result) -> tuple[Level, ...]:
+def _marks(result: HazardResult) -> tuple[Level, ...]:
     marks = [Level(result.at_s, "fault")]
     for name, after_ms in (("alarm", result.detected_ms), ("safe", result.safe_ms)):
         if math.isfinite(after_ms):
@@ -63,7 +63,7 @@ def _marks(result: Result) -> tuple[Level, ...]:
     return tuple(marks)
 
 
-def _plots(result: Result) -> tuple[Plot, ...]:
+def _plots(result: HazardResult) -> tuple[Plot, ...]:
     strip = result.strip
     if strip is None:
         return ()
@@ -89,16 +89,16 @@ def _plots(result: Result) -> tuple[Plot, ...]:
     )
 
 
-def _runs(verdict: Verdict) -> Table:
+def _runs(verdict: HazardVerdict) -> Table:
     """Every fault of a hazard: its worst run over strengths, phases and seeds."""
-    groups: dict[tuple[str, str], list[Result]] = {}
+    groups: dict[tuple[str, str], list[HazardResult]] = {}
     for result in verdict.results:
         case = result.case
         phase = "before the start" if case.phase is None else case.phase.name.lower()
         groups.setdefault((case.claim.name, phase), []).append(result)
     rows = []
     for (fault, phase), results in groups.items():
-        worst = Verdict(verdict.hazard, tuple(results)).worst
+        worst = HazardVerdict(verdict.hazard, tuple(results)).worst
         strengths = sorted({result.case.strength for result in results})
         known = ROWS[worst.case.claim.fault].strength
         unit = "" if known is None or known.unit == "1" else f" {known.unit}"
@@ -126,7 +126,7 @@ def _because(one: Hazard) -> tuple[str, ...]:
     return tuple(dict.fromkeys(claim.because for claim in one.claims))
 
 
-def _section(verdict: Verdict) -> Section:
+def _section(verdict: HazardVerdict) -> Section:
     row, worst = verdict.hazard.row, verdict.worst
     claim = worst.case.claim
     text = [
