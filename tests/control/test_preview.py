@@ -65,9 +65,10 @@ def cycle(ahead: bool) -> Cycle:
     for tick in range(round(END_S / DT_S)):
         reference, announced = wanted(tick * DT_S)
         if ahead:
-            state = preview.lead(MODEL, LIMITS, RUN_IN, state, reference, announced, DT_S)
+            goal = preview.aim_ahead(RUN_IN, *reference, *announced)
         else:
-            state = preview.follow(MODEL, LIMITS, state, *reference, DT_S)
+            goal = preview.aim_now(MODEL, state, *reference)
+        state = preview.step(MODEL, LIMITS, state, goal, DT_S)
         tip = play_sum.output_mm(MODEL, state.plays_mm, state.head_mm)
         rows.append((reference[0], state.head_mm, state.head_mm_per_s, tip))
     return Cycle(*np.array(rows).T)
@@ -112,7 +113,8 @@ def test_a_start_that_does_not_come_moves_the_tip_no_further_than_allowed() -> N
     plays = play_sum.retracted_positions_mm(MODEL, head)
     state, tips = HeadState(head, 0.0, 0.0, plays), []
     for _ in range(4000):
-        state = preview.lead(MODEL, LIMITS, RUN_IN, state, (0.0, 0.0), (1.0, 0.01), DT_S)
+        goal = preview.aim_ahead(RUN_IN, 0.0, 0.0, 1.0, 0.01)
+        state = preview.step(MODEL, LIMITS, state, goal, DT_S)
         tips.append(play_sum.output_mm(MODEL, state.plays_mm, state.head_mm))
     assert max(tips) == pytest.approx(EARLY_MM, abs=0.02)
 

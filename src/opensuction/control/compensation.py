@@ -191,16 +191,14 @@ def step(
             direction,
             dt_s,
         )
-    if compensation.kind == CompensationKind.PREVIEW:
-        return preview.lead(
-            compensation.plays,
-            compensation.limits,
-            compensation.run_in,
-            state,
-            (reference_mm, reference_mm_per_s),
-            (direction, starts_in_s),
-            dt_s,
-        )
+    if compensation.kind in ON_PLAYS:
+        if compensation.kind == CompensationKind.PREVIEW:
+            goal = preview.aim_ahead(
+                compensation.run_in, reference_mm, reference_mm_per_s, direction, starts_in_s
+            )
+        else:
+            goal = preview.aim_now(compensation.plays, state, reference_mm, reference_mm_per_s)
+        return preview.step(compensation.plays, compensation.limits, state, goal, dt_s)
     return _unprepared(compensation, heads_mm, state, reference_mm, reference_mm_per_s, dt_s)
 
 
@@ -221,15 +219,6 @@ def _unprepared(
         velocity = (printed.head_mm - state.head_mm) / dt_s
         return state._replace(
             head_mm=printed.head_mm, head_mm_per_s=velocity, lag_mm=printed.lag_mm
-        )
-    if compensation.kind == CompensationKind.PRANDTL_ISHLINSKII:
-        return preview.follow(
-            compensation.plays,
-            compensation.limits,
-            state,
-            reference_mm,
-            reference_mm_per_s,
-            dt_s,
         )
     if heads_mm is not None:
         return lookup_table.step(

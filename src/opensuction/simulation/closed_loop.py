@@ -106,8 +106,8 @@ class TraceRow(NamedTuple):
 COLUMNS = row.columns(TraceRow)
 """Columns of the trace, in order."""
 write_row = row.writer(TraceRow)
-read_link = row.reader(LinkedState)
-write_link = row.writer(LinkedState)
+_read_link = row.reader(LinkedState)
+_write_link = row.writer(LinkedState)
 
 
 @compiled
@@ -148,13 +148,13 @@ def _drive(
 
     reported: by the sensors. readings: as the controller got them. messages: written.
     """
-    wires, before = wiring.link, read_link(messages.state)
+    wires, before = wiring.link, _read_link(messages.state)
     obeyed, heard = link.command_message(wires, before.link, outputs.commands, messages.sent, tick)
     received = LinkState(readings=readings, commands=obeyed)
     alone = drive_watchdog.step(
         wiring.watchdog, before.watchdog, heard, wires.mains, reported.head_mm, DT_S
     )
-    write_link(messages.state, LinkedState(received, alone, outputs))
+    _write_link(messages.state, LinkedState(received, alone, outputs))
     if alone.alone:
         powered = wires.mains or wires.reserve
         obeyed = drive_watchdog.commands(
@@ -198,12 +198,12 @@ def _tick(
     readings, runs, late = reported, True, False
     if messages is not None:
         reported = link.sensed(wires, reported, tick)
-        before = read_link(messages.state).link
+        before = _read_link(messages.state).link
         readings = link.reading_message(wires, before, reported, messages.got, tick)
         runs, late = wires.controller_runs, tick < wires.late_until_tick
     decided = state.controller
     if messages is not None and not runs:
-        outputs = read_link(messages.state).outputs
+        outputs = _read_link(messages.state).outputs
     else:
         host = Host(overrun=late, conditions=0)
         inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
@@ -268,7 +268,28 @@ def run(
 def messages(reading: Readings) -> Messages:
     """Messages of a link that has always carried these readings and no command."""
     last = np.zeros(len(row.columns(LinkedState)))
-    nothing: LinkedState = read_link(last)
-    received = LinkState(readings=reading, commands=nothing.outputs.commands)
-    write_link(last, LinkedState(received, drive_watchdog.LISTENING, nothing.outputs))
-    return Messages(*link.rings(received), last)
+    commands = _begin_link(last, reading)
+    return Messages(*link.rings(LinkState(reading, commands)), last)
+
+
+@compiled
+def _begin_link(last: row.Row, reading: Readings) -> Commands:
+    """Write the state of a link before anything was commanded; returns its empty commands."""
+    blank: LinkedState = _read_link(last)
+    received = blank.link._replace(readings=reading)
+    _write_link(last, LinkedState(received, drive_watchdog.LISTENING, blank.outputs))
+    return received.commands
+
+
+@compiled
+def drives(last: row.Row) -> WatchdogState:
+    """What the drives remember; last: of `Messages`."""
+    linked: LinkedState = _read_link(last)
+    return linked.watchdog
+
+
+@compiled
+def release_drives(last: row.Row) -> None:
+    """A controller has started anew: the drives obey it. last: of `Messages`, written."""
+    linked: LinkedState = _read_link(last)
+    _write_link(last, linked._replace(watchdog=drive_watchdog.LISTENING))

@@ -31,7 +31,7 @@ def settle(
     """Step the bedside and let both sides know of each other; for a machine where `is_due`."""
     tip_mm = state.airway.tip_mm
     later = bedsides.step(machine, bedside, state.coupling, tip_mm, dt_s)
-    return machines.met(state, bedsides.met(machine, later, tip_mm)), later
+    return state._replace(coupling=bedsides.met(machine, later, tip_mm)), later
 
 
 @compiled

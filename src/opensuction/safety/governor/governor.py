@@ -307,19 +307,11 @@ def reset(limits: Limits, state: GovernorState) -> GovernorState:
 
     A command that was ahead of the head begins again from where the head is.
     """
-    last = state.last
-    return GovernorState(
-        last=Setpoints(
-            head_mm=min(last.head_mm, state.watch.head_mm),
-            head_mm_per_s=0.0,
-            insertion_on=last.insertion_on,
-            valve_open=last.valve_open,
-            pump_on=last.pump_on,
-            vacuum_mmhg=last.vacuum_mmhg,
-        ),
+    head_mm = min(state.last.head_mm, state.watch.head_mm)
+    return state._replace(
+        last=state.last._replace(head_mm=head_mm, head_mm_per_s=0.0),
         turned=False,
         watch=watch.acknowledged(limits, state.watch),
-        patient=state.patient,
         withdrawal_s=0.0,
         blocked_s=0.0,
         unseen_s=0.0,

@@ -105,9 +105,4 @@ def is_missed(
 @compiled
 def unseen(bounds: TipBounds, state: ContactWindow, head_mm: float) -> ContactWindow:
     """After a reset: the head may have been moved, and the catheter changed, unseen."""
-    return ContactWindow(
-        rearmost_mm=anywhere(bounds, head_mm),
-        touched_mm=state.touched_mm,
-        impossible_s=0.0,
-        proven=False,
-    )
+    return state._replace(rearmost_mm=anywhere(bounds, head_mm), impossible_s=0.0, proven=False)

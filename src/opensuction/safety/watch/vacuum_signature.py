@@ -201,19 +201,9 @@ def trips(limits: LineLimits, state: LineWatch, sealed: bool) -> int:
 @compiled
 def afresh(state: LineWatch) -> LineWatch:
     """After a reset: the vacuum that is there, and nothing held against it."""
-    return LineWatch(
+    return START._replace(
         vacuum_mmhg=state.vacuum_mmhg,
         slow_mmhg=state.slow_mmhg,
         set_mmhg=state.set_mmhg,
-        pumping_s=0.0,
-        built=False,
-        fall_mmhg_per_s=0.0,
-        rest_s=0.0,
         kept_mmhg=state.slow_mmhg,
-        rest_low_s=0.0,
-        closed_low_s=0.0,
-        open_low_s=0.0,
-        clogged_s=0.0,
-        over_s=0.0,
-        unvented_s=0.0,
     )

@@ -64,6 +64,10 @@ class Lasting(NamedTuple):
     """Motor and catheter head not at the same place."""
 
 
+NOTHING = Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Nothing has held."""
+
+
 class Turn(NamedTuple):
     """How far in the head may be, and how fast it may still go there."""
 
@@ -111,7 +115,7 @@ def start(limits: Limits, head_mm: float) -> Watch:
         open_contact_ticks=0,
         late_ticks=0,
         invalid=InvalidTicks(head=0, carriage=0, cam=0, vacuum=0, contact=0),
-        lasting=Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        lasting=NOTHING,
         drive=drive_force.REST,
         window=contact_window.start(limits.tip, head_mm),
         valve=valve_axis.START,
@@ -319,30 +323,13 @@ def acknowledged(limits: Limits, watch: Watch) -> Watch:
 
     How the head came here may have gone unseen, so the tip is taken to be as deep as it can be.
     """
-    return Watch(
-        head_mm=watch.head_mm,
-        speed_mm_per_s=watch.speed_mm_per_s,
+    return watch._replace(
         foremost_mm=bounds.anywhere(limits.tip, watch.head_mm),
-        anchor_mm=watch.anchor_mm,
         turn=Turn(head_mm=watch.head_mm, coast_mm_per_s=0.0),
-        cam_rad=watch.cam_rad,
         sealed=False,
-        open_contact_ticks=watch.open_contact_ticks,
-        late_ticks=watch.late_ticks,
-        invalid=watch.invalid,
-        lasting=Lasting(
-            sucking=watch.lasting.sucking,
-            inside=0.0,
-            contact=watch.lasting.contact,
-            beyond=0.0,
-            stalled=0.0,
-            overpressure=0.0,
-            jammed=0.0,
-            overforce=0.0,
-            disagreeing=0.0,
-        ),
-        drive=DriveForce(force_n=0.0, resistance_n=0.0),
+        lasting=NOTHING._replace(sucking=watch.lasting.sucking, contact=watch.lasting.contact),
+        drive=drive_force.REST,
         window=contact_window.unseen(limits.tip, watch.window, watch.head_mm),
-        valve=ValveAxis(away_s=0.0, still_s=0.0, resting=watch.valve.resting),
+        valve=watch.valve._replace(away_s=0.0, still_s=0.0),
         line=vacuum_signature.afresh(watch.line),
     )

@@ -34,7 +34,6 @@ from opensuction.twin.fault.fault_row import (
 )
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
-from opensuction.twin.machine.drive_watchdog import WatchdogState
 from opensuction.twin.machine.machine import Machine
 
 _PHASE = COLUMNS.index("phase")
@@ -74,8 +73,12 @@ class FaultyRun:
         self._began: dict[int, int] = {}
         """First tick of each phase, as far as the rows have been looked through for good."""
         self._noted = 0
-        self._is_linked = is_linked(injections)
-        self._commands = np.zeros((len(table) if self._is_linked else 0, len(_COMMANDS)))
+        self._messages: Messages | None = None
+        """Of a run whose link is played."""
+        if is_linked(injections):
+            self._messages = closed_loop.messages(machine.read(loop.machine, start.machine))
+        linked_ticks = 0 if self._messages is None else len(table)
+        self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.racked(loop.machine, home_mm))
         self._loop = loop
@@ -83,7 +86,6 @@ class FaultyRun:
             link=link.healthy(seed),
             watchdog=drive_watchdog.of(loop.machine, home_mm),
         )
-        self._messages = closed_loop.messages(machine.read(loop.machine, start.machine))
 
     @property
     def is_abandoned(self) -> bool:
@@ -104,7 +106,9 @@ class FaultyRun:
     @property
     def alone_s(self) -> float:
         """When the drives' watchdog acted; nan where it did not, or no longer does."""
-        watchdog: WatchdogState = closed_loop.read_link(self._messages.state).watchdog
+        if self._messages is None:
+            return self._first_alone_s
+        watchdog = closed_loop.drives(self._messages.state)
         if not watchdog.alone:
             return self._first_alone_s
         return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
@@ -115,9 +119,10 @@ class FaultyRun:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
         self._note()
         self._change()
-        most = min(most, link.RING_TICKS) if self._is_linked else most
-        begun, state = self.done, self.state
-        messages = Messages(*(rows.copy() for rows in self._messages))
+        begun, state, messages = self.done, self.state, self._messages
+        if messages is not None:
+            most = min(most, link.RING_TICKS)
+            messages = Messages(*(rows.copy() for rows in messages))
         due = self._next_due()
         self._play(most if due is None else min(most, due - begun))
         due = self._next_due()
@@ -135,17 +140,17 @@ class FaultyRun:
             self.state,
             self.requests,
             piece,
-            self._messages if self._is_linked else None,
+            self._messages,
         )
-        if self._is_linked:
-            self._keep_sent(first, ran)
+        if self._messages is not None:
+            self._keep_sent(self._messages, first, ran)
         self.done += ran
 
-    def _keep_sent(self, first: int, ran: int) -> None:
+    def _keep_sent(self, messages: Messages, first: int, ran: int) -> None:
         """Copy what the controller sent from the ring; none sends nothing."""
         kept = self._commands[self.done : self.done + ran]
         if self._wiring.link.controller_runs:
-            kept[:] = self._messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
+            kept[:] = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
         else:
             kept[:] = 0.0
 
@@ -155,7 +160,7 @@ class FaultyRun:
         columns: of the trace, in which they are those that the drives obeyed. A healthy link makes
         no difference.
         """
-        if not self._is_linked:
+        if self._messages is None:
             return columns
         own = {
             f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
@@ -258,9 +263,8 @@ class FaultyRun:
         age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
         settings = self._loop.controller
         self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
-        linked = closed_loop.read_link(self._messages.state)
-        listening = linked._replace(watchdog=drive_watchdog.LISTENING)
-        closed_loop.write_link(self._messages.state, listening)
+        if self._messages is not None:
+            closed_loop.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True))
         self._restart_tick = None
 

@@ -237,21 +237,3 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
         hand=held,
     )
-
-
-@compiled
-def met(state: MachineState, coupling: CouplingState) -> MachineState:
-    """The same machine after the bedside's step: with another coupling."""
-    return MachineState(
-        insertion=state.insertion,
-        head_mm=state.head_mm,
-        transmission=state.transmission,
-        valve=state.valve,
-        line=state.line,
-        bore=state.bore,
-        airway=state.airway,
-        switch=state.switch,
-        laser=state.laser,
-        coupling=coupling,
-        hand=state.hand,
-    )
