@@ -1,18 +1,52 @@
-"""Runs the command line as a user would: a process of its own."""
+"""Runs the command line as a user would, in this process or in one of its own."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import IO, NamedTuple
+from unittest import mock
+
+from opensuction.cli import app
+
+Process = subprocess.Popen[str]
+PROGRAM = (sys.executable, "-m", "opensuction.cli.app")
 
 
-def opensuction(
+class Ran(NamedTuple):
+    """What a command came to."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def opensuction(*arguments: str, cwd: Path) -> Ran:
+    """Run ``opensuction`` with these arguments in a folder, in this process."""
+    stdout, stderr = io.StringIO(), io.StringIO()
+    with (
+        contextlib.chdir(cwd),
+        contextlib.redirect_stdout(stdout),
+        contextlib.redirect_stderr(stderr),
+        mock.patch.object(sys, "argv", ["opensuction", *arguments]),
+    ):
+        try:
+            app.main()
+        except SystemExit as leaving:
+            code = leaving.code
+    assert isinstance(code, int)
+    return Ran(code, stdout.getvalue(), stderr.getvalue())
+
+
+def opensuction_process(
     *arguments: str, cwd: Path, environment: Mapping[str, str] | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Run ``opensuction`` with these arguments in a folder; output is captured as text."""
-    return subprocess.run(
-        [sys.executable, "-m", "opensuction.cli.app", *arguments],
+) -> Ran:
+    """The same in a process of its own, whose streams, start and end are the subject."""
+    done = subprocess.run(
+        [*PROGRAM, *arguments],
         cwd=cwd,
         env={**os.environ, **(environment or {})},
         capture_output=True,
@@ -20,3 +54,26 @@ def opensuction(
         timeout=300,
         check=False,
     )
+    return Ran(done.returncode, done.stdout, done.stderr)
+
+
+def begun(*arguments: str, cwd: Path, environment: Mapping[str, str] | None = None) -> Process:
+    """The same, still running: wait for a line of it, then do to it what is tested."""
+    return subprocess.Popen(
+        [*PROGRAM, *arguments],
+        cwd=cwd,
+        env={**os.environ, **(environment or {})},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def wait_for(words: str, stream: IO[str] | None) -> None:
+    """Read lines of a running command until one has these words."""
+    assert stream is not None
+    for line in stream:
+        if words in line:
+            return
+    raise AssertionError(f"no line with {words!r}")

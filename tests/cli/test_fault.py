@@ -31,13 +31,6 @@ def test_a_fault_that_cannot_be_is_one_plain_line(
     assert_refused(ran, named, tmp_path)
 
 
-def test_help_teaches_faults(tmp_path: Path) -> None:
-    ran = opensuction("cycle", "--help", cwd=tmp_path)
-    assert ran.returncode == 0
-    for said in ("NAME[@S][=STRENGTH]", "valve-jammed@suctioning+2", "carina-missed", "faults.md"):
-        assert said in ran.stdout
-
-
 def faulty_cycle(folder: Path, *faults: str) -> tuple[int, dict[str, Any]]:
     chosen = [argument for fault in faults for argument in ("--fault", fault)]
     ran = opensuction(*CYCLE, *chosen, "--json", "--out", "run", cwd=folder)

@@ -2,13 +2,12 @@
 
 import json
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from opensuction.procedure.planning.protocol import PAPER
-from tests.cli.command import opensuction
+from tests.cli.command import Ran, opensuction
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 SLOW_CAM = """preset = "clinical"
@@ -37,7 +36,7 @@ def protocol_text(**changes: object) -> str:
     return "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
 
 
-def refused(ran: subprocess.CompletedProcess[str], folder: Path, files: int) -> str:
+def refused(ran: Ran, folder: Path, files: int) -> str:
     """The one line of a refusal that has left nothing behind."""
     assert ran.returncode == 2
     assert ran.stdout == ""

@@ -2,9 +2,6 @@
 
 import hashlib
 import json
-import signal
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +11,6 @@ import pyarrow.parquet as pq
 import pytest
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
-from opensuction.identification.workbench import METHODS, MODELS
 from tests.cli.command import opensuction
 from tests.cli.test_cycle import assert_refused
 
@@ -257,40 +253,3 @@ def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:
     recording(tmp_path)
     arguments = ("identify", "bench.csv", *COLUMNS, "--out", ".", "--json")
     assert_refused(opensuction(*arguments, cwd=tmp_path), "--force", tmp_path, left=1)
-
-
-def test_interruption_exits_130_and_leaves_nothing(tmp_path: Path) -> None:
-    # A large recording, so that reading it is still under way when the interruption arrives.
-    with (tmp_path / "long.csv").open("w") as file:
-        file.write("time_s,head_mm,tip_mm\n")
-        file.writelines(f"{i},{i % 977},{i % 977}.5\n" for i in range(1_500_000))
-    process = subprocess.Popen(
-        [sys.executable, "-m", "opensuction.cli.app", "identify", "long.csv", *COLUMNS],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert "Identifying" in process.stdout.readline()
-    process.send_signal(signal.SIGINT)
-    _, words = process.communicate(timeout=20)
-    assert process.returncode == 130
-    assert words.strip() == "opensuction: interrupted; nothing was written"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["long.csv"]
-
-
-def test_help_names_every_model_and_method(tmp_path: Path) -> None:
-    words = opensuction("identify", "--help", cwd=tmp_path).stdout.replace("-\n", "-")
-    words = "".join(words.split())
-    for name in (*MODELS, *METHODS):
-        assert name in words
-
-
-@pytest.mark.parametrize("command", ["identify", "compare"])
-def test_help_teaches_with_examples(tmp_path: Path, command: str) -> None:
-    ran = opensuction(command, "--help", cwd=tmp_path)
-    assert ran.returncode == 0
-    assert "Examples:" in ran.stdout
-    assert "--holdout" in ran.stdout
-    assert command in opensuction(cwd=tmp_path).stdout

@@ -1,9 +1,6 @@
 """The ``safety-case`` command as its users meet it."""
 
 import json
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -22,7 +19,6 @@ KEYS = {
     "safe_ms",
     "ok",
 }
-INTERRUPTED = 130
 
 
 def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
@@ -74,19 +70,3 @@ def test_a_bad_table_is_one_line_and_nothing_is_written(
     assert "mine.toml" in done.stderr
     assert word in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
-
-
-def test_interrupted_it_leaves_at_once_and_takes_its_workers_along(tmp_path: Path) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-m", "opensuction.cli.app", "safety-case", "--out", "s"],
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert process.stderr is not None
-        process.stderr.readline()  # it has begun
-        process.send_signal(signal.SIGINT)
-        said = process.stderr.read()  # ends when it and every worker have gone
-    assert process.returncode == INTERRUPTED
-    assert "interrupted" in said
-    assert list(tmp_path.iterdir()) == []

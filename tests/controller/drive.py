@@ -170,7 +170,7 @@ def run(
         before = readings
         requests = _requests(buttons[i])
         host = Host(overrun=fault == Fault.OVERRUN, conditions=0)
-        truth = machine.observe(loop.machine, state.machine)
+        truth = machine.truth(loop.machine, state.machine)
         inputs = Inputs(state.tick, DT_S, readings, requests, host)
         decided, outputs = controller.step(loop.controller, loop.heads_mm, state.controller, inputs)
         commands = _drive(fault, outputs.commands)

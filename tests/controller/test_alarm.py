@@ -231,7 +231,7 @@ def test_a_spent_catheter_is_an_alarm_until_it_is_changed() -> None:
 
 def test_power_up_away_from_home_needs_a_recovery_aloud() -> None:
     loop, _ = at_rest(EXACT)
-    inside = preset.parked(rig().machine, rig().values, 60.0, seed=1, run=2)
+    inside = preset.park(rig().machine, rig().values, 60.0, seed=1, run=2)
     start = trace.power_up(loop, inside, 0.0)
     _, columns = simulate(EXACT, 1.0, {}, start=start)
     assert [alarm.condition for alarm in told(columns)] == [C.RECOVERY_NEEDED]

@@ -14,8 +14,8 @@ from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
@@ -33,9 +33,9 @@ Change = Callable[[Patient], Patient]
 
 @cache
 def prepared(name: str, seed: int = 1) -> Prepared:
-    return cycle_run.prepare(
-        Choice(None, PROTOCOL[name], "travel", "exact-inverse", seed, patient=name)
-    )
+    rig = RigChoice(patient=name, seed=seed)
+    choice = CycleChoice(rig, PROTOCOL[name], compensation="exact-inverse")
+    return cycle_run.prepare(resolution.resolve(choice))
 
 
 @cache

@@ -8,8 +8,9 @@ import pytest
 
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.kernel.phase import Phase
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.simulation.trace import Columns
 
 MACHINES = 300
@@ -33,8 +34,8 @@ def inward_with_vacuum_mm(columns: Columns) -> float:
 def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
     rmse, deepest, advance = [], [], []
     for seed in range(FIRST_SEED, FIRST_SEED + MACHINES):
-        choice = Choice("bench", "paper", "travel", compensation, seed)
-        prepared = cycle_run.prepare(choice)
+        choice = CycleChoice(RigChoice("bench", seed=seed), compensation=compensation)
+        prepared = cycle_run.prepare(resolution.resolve(choice))
         columns = cycle_run.play(prepared, lambda _: None)
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed
@@ -64,7 +65,9 @@ def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
 def test_no_drawn_adult_is_suctioned_beyond_a_limit(compensation: str, approach: str) -> None:
     """Fifty ventilated adults on fifty clinical machines, within the guidelines in every one."""
     for seed in range(1, 51):
-        prepared = cycle_run.prepare(Choice(None, "adult", approach, compensation, seed))
+        rig = RigChoice(seed=seed)
+        choice = CycleChoice(rig, approach=approach, compensation=compensation)
+        prepared = cycle_run.prepare(resolution.resolve(choice))
         columns = cycle_run.play(prepared, lambda _: None)
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from opensuction.session.cycle import cycle_run, cycle_summary
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, cycle_summary, resolution
 
 FOLDER = Path(__file__).resolve().parents[1] / "scenarios"
 FILES = sorted(FOLDER.glob("*.json"))
@@ -33,8 +33,10 @@ def test_every_compensation_has_its_scenarios() -> None:
 def test_scenario_comes_out_as_recorded(file: Path) -> None:
     scenario = json.loads(file.read_text())
     assert scenario["name"] == file.stem
-    keys = ("machine", "protocol", "approach", "compensation", "seed")
-    prepared = cycle_run.prepare(Choice(**{key: scenario[key] for key in keys}))
+    keys = ("protocol", "approach", "compensation")
+    rig = RigChoice(scenario["machine"], seed=scenario["seed"])
+    choice = CycleChoice(rig, **{key: scenario[key] for key in keys})
+    prepared = cycle_run.prepare(resolution.resolve(choice))
     columns = cycle_run.play(prepared, lambda _: None)
     found = cycle_summary.summary(prepared, columns, wall_s=0.0, realtime_factor=1.0)
     assert found["outcome"] == "completed"

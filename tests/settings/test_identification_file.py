@@ -15,7 +15,7 @@ from opensuction.settings import identification_file
 from opensuction.settings.identification_file import (
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -46,11 +46,13 @@ def identified(model: ModifiedDahl = PUBLISHED, compensator: str = "exact-invers
             ),
         ),
         parameters={
-            "slope": Parameter(model.slope, "mm/mm", [model.slope - 0.01, model.slope + 0.01]),
-            "velocity_gain": Parameter(model.velocity_gain, "mm/mm", []),
-            "decay": Parameter(model.decay_per_mm, "1/mm", []),
-            "offset": Parameter(model.offset_mm, "mm", []),
-            "initial_lag": Parameter(3.0, "mm", []),
+            "slope": IdentifiedParameter(
+                model.slope, "mm/mm", [model.slope - 0.01, model.slope + 0.01]
+            ),
+            "velocity_gain": IdentifiedParameter(model.velocity_gain, "mm/mm", []),
+            "decay": IdentifiedParameter(model.decay_per_mm, "1/mm", []),
+            "offset": IdentifiedParameter(model.offset_mm, "mm", []),
+            "initial_lag": IdentifiedParameter(3.0, "mm", []),
         },
         servo=None,
     )
@@ -88,7 +90,7 @@ def test_any_number_and_any_name_survive_the_file(
     original = identified()
     about = original.about._replace(recording=original.about.recording._replace(file=name))
     changed = original._replace(
-        about=about, parameters={"offset": Parameter(value, name, [value, value])}
+        about=about, parameters={"offset": IdentifiedParameter(value, name, [value, value])}
     )
     folder = tmp_path_factory.getbasetemp()
     assert identification_file.load(written(folder, changed)) == changed

@@ -13,14 +13,14 @@ from opensuction.twin.parameter import CLINICAL
 def test_a_value_is_meant_and_not_drawn() -> None:
     table = changed(CLINICAL, {"no_load_mm_per_s": 55}, "twin", "m.toml")
     for seed in range(20):
-        assert parameter.drawn(table, seed)["no_load_mm_per_s"] == 55.0
+        assert parameter.draw(table, seed)["no_load_mm_per_s"] == 55.0
     assert table["no_load_mm_per_s"].source == "[file] m.toml"
 
 
 def test_a_value_with_a_spread_is_drawn_and_others_stay() -> None:
     given = {"no_load_mm_per_s": {"value": 55, "spread": 2.0}}
     table = changed(CLINICAL, given, "twin", "m.toml")
-    drawn = {parameter.drawn(table, seed)["no_load_mm_per_s"] for seed in range(20)}
+    drawn = {parameter.draw(table, seed)["no_load_mm_per_s"] for seed in range(20)}
     assert len(drawn) == 20
     assert {name for name in table if table[name] != CLINICAL[name]} == set(given)
 

@@ -14,8 +14,8 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S
@@ -33,8 +33,8 @@ BEGUN_S = 0.3
 @cache
 def prepared(machine: str, approach: str) -> Prepared:
     """A machine of seed 1 with its calibration."""
-    protocol = "paper" if machine == "bench" else "adult"
-    return cycle_run.prepare(Choice(machine, protocol, approach, "preview", 1))
+    choice = CycleChoice(RigChoice(machine), approach=approach)
+    return cycle_run.prepare(resolution.resolve(choice))
 
 
 def line(machine: Machine, **changed: Any) -> Machine:

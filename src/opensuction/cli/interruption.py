@@ -1,26 +1,77 @@
-"""Ctrl-C, which works within a second whatever is being computed."""
+"""Ctrl-C and being terminated: heard within a second whatever is computed, nothing left behind."""
 
+import contextlib
 import os
+import signal
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Iterator
+from types import FrameType
 from typing import NoReturn
 
-import typer
-
-EXIT_INTERRUPTED = 130
-
-
-def leave() -> NoReturn:
-    """Exit at once: a compilation in the background knows no interruption."""
-    print("opensuction: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
-    sys.stderr.flush()
-    os._exit(EXIT_INTERRUPTED)
+WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "terminal closed"}
+"""Signals that end a command in order, as far as the system has them, and what is said then."""
 
 
-def carry_out(work: Callable[[], int]) -> NoReturn:
-    """Exit with the status that a command returns; Ctrl-C leaves at once."""
+class Stopped(BaseException):
+    """Somebody wants the command to end; whoever holds something lets go of it."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+class _Postponed:
+    """Signals that came while something must not be broken off."""
+
+    depth = 0
+    number = 0
+
+
+def _stop(number: int, _: FrameType | None) -> None:
+    if _Postponed.depth:
+        _Postponed.number = number
+    else:
+        raise Stopped(number)
+
+
+@contextlib.contextmanager
+def unbroken() -> Iterator[None]:
+    """What is done in here is done whole; a signal is heard afterwards."""
+    _Postponed.depth += 1
     try:
-        code = work()
-    except KeyboardInterrupt:
-        leave()
-    raise typer.Exit(code)
+        yield
+    finally:
+        _Postponed.depth -= 1
+        if _Postponed.number and not _Postponed.depth:
+            number, _Postponed.number = _Postponed.number, 0
+            raise Stopped(number)
+
+
+@contextlib.contextmanager
+def heard() -> Iterator[None]:
+    """Signals raise Stopped in the main thread in here; those that are ignored stay so."""
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in WORDS:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) != signal.SIG_IGN:
+                before[number] = signal.signal(number, _stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def words(stopped: Stopped) -> str:
+    """What is said of a signal."""
+    return WORDS[signal.Signals(stopped.number).name]
+
+
+def leave(status: int, line: str) -> NoReturn:
+    """Say a line and exit at once: a compilation in the background knows no interruption."""
+    with contextlib.suppress(OSError, AttributeError):  # nobody may be there to read it
+        sys.stderr.write(f"opensuction: {line}\n")
+        sys.stderr.flush()
+    os._exit(status)

@@ -1,148 +1,160 @@
-"""What a person may say on the command line, once for every command that takes it."""
+"""What a person may say on the command line: every option once, by the field that it fills."""
 
-from pathlib import Path
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Any
 
 import typer
 
-Machine = Annotated[
-    str | None,
-    typer.Option(
-        help="Machine: bench, clinical, or a TOML file. Default: clinical, but bench for the "
-        "protocol paper.",
-        metavar="NAME|FILE",
-        show_default=False,
+from opensuction.cli import completion
+
+NAME_OR_FILE = "NAME|FILE"
+
+
+def _named(words: str, names: Sequence[str], metavar: str = "NAME") -> Any:
+    """An option that takes one of these names, completed by the shell."""
+    return typer.Option(
+        help=words, metavar=metavar, autocompletion=completion.of(names), show_default=False
+    )
+
+
+def _and(names: Sequence[str], joint: str = "or") -> str:
+    return f"{', '.join(names[:-1])} {joint} {names[-1]}"
+
+
+OPTIONS: dict[str, Any] = {
+    "machine": _named(
+        f"Machine: {_and(completion.MACHINES)}, or a TOML file. Default: clinical, but bench for "
+        "the protocol paper.",
+        completion.MACHINES,
+        NAME_OR_FILE,
     ),
-]
-Patient = Annotated[
-    str | None,
-    typer.Option(
-        help="Patient at a clinical machine: adult-icu, adult-ards, child-10kg, neonate, or a TOML "
+    "patient": _named(
+        f"Patient for whom a clinical machine is set up: {_and(completion.PATIENTS)}, or a TOML "
         "file. Default: adult-icu.",
-        metavar="NAME|FILE",
-        show_default=False,
+        completion.PATIENTS,
+        NAME_OR_FILE,
     ),
-]
-Protocol = Annotated[
-    str,
-    typer.Option(
-        help="Protocol: adult, paediatric, paper (bench only), or a TOML file.",
-        metavar="NAME|FILE",
+    "protocol": _named(
+        "Protocol: adult, paediatric, paper (bench only), or a TOML file. Default: by the "
+        "patient's age; paper on the bench.",
+        completion.PROTOCOLS,
+        NAME_OR_FILE,
     ),
-]
-Catheter = Annotated[
-    str | None,
-    typer.Option(
-        help="Catheter: 6fr, 8fr, 10fr, 12fr or 14fr. Default: 12fr for adults and the bench, 6fr "
-        "for children and neonates.",
-        show_default=False,
+    "catheter": _named(
+        f"Catheter: {_and(completion.CATHETERS)}. Default: 12fr for adults and the bench, 6fr for "
+        "children and neonates.",
+        completion.CATHETERS,
     ),
-]
-Conduit = Annotated[
-    str | None,
-    typer.Option(
-        help="How the conduit is laid: standard, short or looped. Default: standard.",
-        show_default=False,
+    "conduit": _named(
+        f"How the conduit is laid: {_and(completion.CONDUITS)}. Default: standard.",
+        completion.CONDUITS,
     ),
-]
-Approach = Annotated[
-    str,
-    typer.Option(
-        help="How the stopping point is found: travel (a taught length) or contact (the "
-        "switch at the tip closes on the carina)."
+    "approach": _named(
+        "How the stopping point is found: travel (a taught length) or contact (the switch at the "
+        "tip closes on the carina). Default: travel.",
+        completion.APPROACHES,
     ),
-]
-Compensation = Annotated[
-    str,
-    typer.Option(
-        help="Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
+    "compensation": _named(
+        "Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
         "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii or preview, identified on the "
-        "twin before use; or a parameter file (TOML) "
-        "that opensuction identify wrote.",
-        metavar="NAME|FILE",
+        "twin before use; or, for a cycle, a parameter file (TOML) that opensuction identify or "
+        "calibrate wrote. Default: preview.",
+        completion.COMPENSATIONS,
+        NAME_OR_FILE,
     ),
-]
-TaughtLength = Annotated[
-    float | None,
-    typer.Option(
+    "taught_mm": typer.Option(
+        "--taught",
         help="Way from the tube's lower end to the carina that a person measured, in mm. "
         "Default: taught by hand on the twin, with a hand's error.",
         metavar="MM",
-        show_default=False,
     ),
-]
-Faults = Annotated[
-    list[str] | None,
-    typer.Option(
+    "faults": typer.Option(
+        "--fault",
         help="What goes wrong, up to twice: from the start on, or at an instant (@S or @PHASE+S), "
         "with a strength or its default. See below for names.",
         metavar="NAME[@S][=STRENGTH]",
-        show_default=False,
+        autocompletion=completion.of(completion.FAULTS),
     ),
-]
-Repeat = Annotated[
-    int,
-    typer.Option(
+    "repeat": typer.Option(
         help="Cycles of one simulated day: the first on request, the others by the controller's "
-        "clock; secretions gather between them.",
+        "clock; secretions gather between them. Default: 1.",
         min=1,
         metavar="N",
-    ),
-]
-Every = Annotated[
-    float | None,
-    typer.Option(
-        help="Minutes from the start of one cycle to the next, with --repeat; at least 15.",
-        metavar="MIN",
         show_default=False,
     ),
-]
-SelfCalibrate = Annotated[
-    bool,
-    typer.Option(
+    "every_min": typer.Option(
+        "--every",
+        help="Minutes from the start of one cycle to the next, with --repeat; at least 15.",
+        metavar="MIN",
+    ),
+    "self_calibrates": typer.Option(
         "--self-calibrate",
         help="Measure the gap at each contact and compensate it in the next cycle; with --approach "
         "contact, --repeat and a compensation on plays (preview, prandtl-ishlinskii).",
     ),
-]
-GapScale = Annotated[
-    float,
-    typer.Option(
+    "gap_scale": typer.Option(
         help="Twin: every gap width is multiplied by this behind the controller's back, after "
-        "identification and teaching, as if the conduit were laid otherwise; 0.5 to 1.5.",
+        "identification and teaching, as if the conduit were laid otherwise; 0.5 to 1.5. "
+        "Default: 1.",
         metavar="X",
+        show_default=False,
     ),
-]
-Seed = Annotated[
-    int,
-    typer.Option(
-        help="Draws the machine, the patient and the measurement noise.", min=0, max=2**32 - 1
+    "seed": typer.Option(
+        help="Draws the machine, the patient and the measurement noise. Default: 1.",
+        min=0,
+        max=2**32 - 1,
+        metavar="N",
+        show_default=False,
     ),
-]
-Seeds = Annotated[
-    int,
-    typer.Option(
-        help="How many machines are drawn for each plant, seeds 101 on.",
+    "seeds": typer.Option(
+        help="How many machines and patients are drawn, 1 to 100; each is a seed of its own.",
         min=1,
         max=100,
         metavar="N",
     ),
-]
-Pace = Annotated[
-    float | None,
-    typer.Option(
+    "pace": typer.Option(
         help="Simulated seconds shown in one second; 0 is as fast as it goes. Default: 10 on "
         "a terminal, else 0.",
+        metavar="X",
+    ),
+    "table": typer.Option(help="Hazard table (TOML). Default: the project's own.", metavar="FILE"),
+    "file": typer.Argument(
+        metavar="FILE", help="The recording: CSV or Parquet.", show_default=False
+    ),
+    "input": typer.Option(metavar="COL", help="Column of what drives: the head."),
+    "output": typer.Option(metavar="COL", help="Column of what follows: the tip."),
+    "time": typer.Option(metavar="COL", help="Column of time. Default: samples evenly spaced."),
+    "negate_output": typer.Option(
+        "--negate-output", help="Turn the output's sign round, where it falls as the input rises."
+    ),
+    "model": _named(
+        "Model of the hysteresis: modified-dahl (the paper's; the only one that a cycle can be "
+        "compensated with), dahl, bouc-wen, prandtl-ishlinskii, preisach or generalised. Default: "
+        "modified-dahl.",
+        completion.MODELS,
+    ),
+    "method": _named(
+        "Way to fit it: variable-projection, genetic-algorithm (the paper's), "
+        "differential-evolution, non-negative or regularised. Default: the model's own.",
+        completion.METHODS,
+    ),
+    "holdout": typer.Option(
+        metavar="R",
+        help="Share of the recording, from its end, that is predicted instead of fitted, such as "
+        "0.5: shows how the model does on what it has not seen.",
         show_default=False,
     ),
-]
-Out = Annotated[
-    Path | None,
-    typer.Option(help="Folder of this run. Default: runs/<time>-<seed>.", show_default=False),
-]
-Force = Annotated[bool, typer.Option("--force", help="Write into a folder that is not empty.")]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on stdout and nothing else.")]
-StudyOut = Annotated[
-    Path | None,
-    typer.Option(help="Folder. Default: runs/<time>-<command>.", show_default=False),
-]
+    "from_s": typer.Option(
+        "--from", metavar="S", help="Leave out what lies before this time, in s."
+    ),
+    "to_s": typer.Option("--to", metavar="S", help="Leave out what lies after this time, in s."),
+    "input_unit": typer.Option(metavar="UNIT", help="Unit of the input, if its name has none."),
+    "output_unit": typer.Option(metavar="UNIT", help="Unit of the output, if its name has none."),
+    "clear": typer.Option("--clear", help="Remove what is kept; it is compiled anew when needed."),
+    "out": typer.Option(
+        help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"
+    ),
+    "force": typer.Option("--force", help="Write into a folder that is not empty."),
+    "as_json": typer.Option("--json", help="One JSON object on stdout and nothing else."),
+}
+"""By the name of the field that an option fills; the same one for every command that has it."""

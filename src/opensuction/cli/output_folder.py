@@ -2,11 +2,12 @@
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
+from opensuction.cli.interruption import unbroken
 from opensuction.kernel.errors import InputError
 
 RUNS = Path("runs")
@@ -59,6 +60,17 @@ def _put_in_place(staging: Path, folder: Path) -> None:
     staging.rmdir()
 
 
+def write(staging: Path, files: Mapping[str, str | bytes]) -> None:
+    """Write files, by name; raises OSError with the file's name where the disk does not take it."""
+    for name, content in files.items():
+        file = staging / name
+        try:
+            file.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+        except OSError as error:
+            # An error while writing has no name: it is about a file that was opened before.
+            raise OSError(error.errno, error.strerror, name) from None
+
+
 @contextmanager
 def whole(folder: Path, force: bool) -> Iterator[Path]:
     """A folder to write into; it becomes ``folder`` at the end, or vanishes on any exception.
@@ -68,13 +80,18 @@ def whole(folder: Path, force: bool) -> Iterator[Path]:
     """
     check(folder, force)
     parents = [parent for parent in folder.parents if not parent.exists()]
-    staging = _staging(folder)
+    staging = None
     try:
+        with unbroken():
+            staging = _staging(folder)
         yield staging
-        _put_in_place(staging, folder)
+        with unbroken():
+            _put_in_place(staging, folder)
     except BaseException:
-        shutil.rmtree(staging, ignore_errors=True)
-        for parent in parents:
-            if parent.is_dir() and not any(parent.iterdir()):
-                parent.rmdir()
+        with unbroken():
+            if staging is not None:
+                shutil.rmtree(staging, ignore_errors=True)
+            for parent in parents:
+                if parent.is_dir() and not any(parent.iterdir()):
+                    parent.rmdir()
         raise

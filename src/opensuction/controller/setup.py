@@ -35,7 +35,7 @@ from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.planner import Abilities
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
-from opensuction.safety import limits as bounds
+from opensuction.safety import tip_bound
 from opensuction.safety.alarm import alarm_state
 from opensuction.safety.alarm.signal_value import REMINDER
 
@@ -117,7 +117,7 @@ JOG_SHARE = 0.25
 
 def _jog_mm(model: ModifiedDahl) -> float:
     gap_mm = float(modified_dahl.gap_mm(model))
-    tip = bounds.tip_bounds(gain=model.slope, offset_mm=model.offset_mm, gap_mm=gap_mm)
+    tip = tip_bound.bound_tip(gain=model.slope, offset_mm=model.offset_mm, gap_mm=gap_mm)
     return min(JOG_MM, JOG_SHARE * tip.narrow_mm)
 
 
@@ -273,7 +273,7 @@ def planned(
     insertion, valve = _servos(profile, kind, calibration.feedforward)
     held = limits(profile, protocol, calibration.model, parked.head_mm, site, by_contact)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
-    _check_cap(chosen, heads_mm, protocol, float(bounds.head_cap_mm(held.tip, held.cap_mm)))
+    _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,
         cycle_s=planner.longest_cycle_s(plan.limits_s),

@@ -27,13 +27,6 @@ from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.compiled import compiled
 
-HIGHEST_DEGREE = 5
-"""Of the envelope. Higher ones follow noise (found on recordings of a tendon-driven tool)."""
-
-DECAY_SHARES = (0.01, 0.03, 0.1, 0.3, 1.0)
-"""Decay lengths over range that cover a recording without knowing it [assumed]: neighbours differ
-threefold, and two Dahl states that close are hard to tell apart."""
-
 MOST_DOUBLINGS = 60
 """Bound on the doublings with which the inverse looks for a travel that is far enough."""
 

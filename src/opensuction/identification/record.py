@@ -5,6 +5,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from opensuction.kernel.errors import InputError
 
+REVERSAL_SHARE = 0.05
+"""Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
+
 
 def checked(name: str, values: ArrayLike, least: int) -> NDArray[np.float64]:
     """One recorded quantity as a contiguous array of finite numbers, shape (n,).
@@ -42,3 +45,24 @@ def checked_pair(
             f"{names[0]} has {one.size} samples, {names[1]} {two.size}; they should be as many"
         )
     return one, two
+
+
+def check_motion(
+    names: tuple[str, str], input_: NDArray[np.float64], output: NDArray[np.float64], unit: str = ""
+) -> None:
+    """Refuse what cannot show a hysteresis. names, unit: of the input, as messages call them.
+
+    Raises InputError for an input or output that does not move and an input that never reverses.
+    """
+    for name, record in zip(names, (input_, output), strict=True):
+        if not np.ptp(record) > 0.0:
+            raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    range_ = float(np.ptp(input_))
+    back = float(np.max(np.maximum.accumulate(input_) - input_))
+    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
+    if min(back, forth) < REVERSAL_SHARE * range_:
+        raise InputError(
+            f"{names[0]}: reverses by {min(back, forth):.4g} of a range of "
+            f"{f'{range_:.4g} {unit}'.rstrip()}, at least {REVERSAL_SHARE:.0%} are needed to see a "
+            "hysteresis"
+        )

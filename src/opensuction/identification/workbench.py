@@ -9,28 +9,31 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.hysteresis_model import (
+    Array,
+    HysteresisModel,
+    LinearForm,
+    VectorForm,
+)
 from opensuction.identification.estimator import nonlinear, superposition
+from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.search import SEARCHES, search
-from opensuction.identification.family import FAMILIES
 from opensuction.identification.judgement import diagnosis
-from opensuction.identification.judgement.candidate import Candidate, of_superposition, of_vector
+from opensuction.identification.judgement.candidate import (
+    Candidate,
+    Estimate,
+    of_superposition,
+    of_vector,
+)
 from opensuction.identification.judgement.diagnosis import Names
 from opensuction.identification.record import checked, checked_pair
 from opensuction.kernel.errors import InputError
 
-Array = NDArray[np.float64]
-
-MODELS = {
-    "modified-dahl": "straight line plus a Dahl state (the paper's model, eqs. 3 and 4)",
-    "dahl": "friction that saturates, without a line (eqs. 1 and 2)",
-    "bouc-wen": "line plus a Bouc-Wen state, standard form (eqs. 5 and 6)",
-    "prandtl-ishlinskii": "plays of known widths, weights at least 0",
-    "preisach": "a triangle of relays, weights at least 0",
-    "generalised": "Dahl states, plays and a polynomial envelope",
-}
-"""Models that can be identified, and what they are."""
+MODELS = {name: model for name, model in CATALOGUE.items() if model.form is not None}
+"""Models that can be identified from any recording."""
 
 METHODS = {
     "variable-projection": "linear parameters solved exactly, a global search over the others",
@@ -40,24 +43,6 @@ METHODS = {
     "regularised": "least squares with a penalty, complexity by cross-validation",
 }
 """Ways to identify them, and what they are."""
-
-_NONLINEAR = ("variable-projection", *SEARCHES)
-
-METHODS_OF_MODEL = {
-    "modified-dahl": _NONLINEAR,
-    "dahl": _NONLINEAR,
-    "bouc-wen": _NONLINEAR,
-    "prandtl-ishlinskii": ("non-negative",),
-    "preisach": ("non-negative",),
-    "generalised": ("regularised",),
-}
-"""Which methods a model can be identified by; the first is its default."""
-
-SUPERPOSITIONS = {
-    "prandtl-ishlinskii": superposition.fit_prandtl_ishlinskii,
-    "preisach": superposition.fit_preisach,
-    "generalised": superposition.fit_generalised,
-}
 
 LEAST_SAMPLES = 40
 """Fewest samples to fit: two for each block of a cross-validation."""
@@ -81,16 +66,6 @@ class Labels(NamedTuple):
     input_unit: str = "mm"
     output_unit: str = "mm"
     time_name: str = "time"
-
-
-class Estimate(NamedTuple):
-    """A parameter and the interval that holds the true value with 95 % confidence."""
-
-    value: float
-    unit: str
-    low: float
-    """Not a number where no interval can be given."""
-    high: float
 
 
 class Result(NamedTuple):
@@ -142,7 +117,8 @@ def identify(
     Raises InputError, in one line, for what cannot be identified.
     """
     chosen = _checked_method(model, method)
-    return _identified(_checked(input_, output, time_s, holdout_ratio, labels), model, chosen)
+    recording = _checked(input_, output, time_s, holdout_ratio, labels)
+    return _identified(recording, MODELS[model], chosen)
 
 
 class _Recording(NamedTuple):
@@ -186,24 +162,31 @@ def _checked(
     return _Recording(driven, answer, fitted_samples, names, labels, warnings)
 
 
-def _candidate(recording: _Recording, model: str, method: str) -> Candidate:
+def methods_of(model: HysteresisModel) -> tuple[str, ...]:
+    """Names of the methods that can identify a model; the first is its default."""
+    match model.form:
+        case VectorForm():
+            return ("variable-projection", *SEARCHES)
+        case LinearForm(nonnegative=nonnegative):
+            return ("non-negative",) if nonnegative else ("regularised",)
+        case None:
+            return ()
+
+
+def _candidate(recording: _Recording, model: HysteresisModel, method: str) -> Candidate:
     """The model fitted to the first part of the recording."""
     count = recording.fitted_samples
     input_, output = recording.input_[:count], recording.output[:count]
-    if model in SUPERPOSITIONS:
-        return of_superposition(SUPERPOSITIONS[model](input_, output))
+    if not isinstance(model.form, VectorForm):
+        return of_superposition(superposition.fit(model, input_, output))
     if method in SEARCHES:
-        vector = search(method, FAMILIES[model], input_, output)
-        return of_vector(FAMILIES[model], vector, True, input_, output)
-    try:
-        found = nonlinear.FITS[model](input_, output)
-    except InputError as refused:
-        message = str(refused).replace("head_mm", recording.names.input_name)
-        raise InputError(message.replace("tip_mm", recording.names.output_name)) from None
-    return of_vector(FAMILIES[model], found.vector, found.determined, input_, output)
+        found = NonlinearFit(search(method, model.form, input_, output), determined=True)
+    else:
+        found = nonlinear.FITS[model.name](input_, output, recording.names[:2])
+    return of_vector(model, model.form, found, input_, output)
 
 
-def _identified(recording: _Recording, model: str, method: str) -> Result:
+def _identified(recording: _Recording, model: HysteresisModel, method: str) -> Result:
     """The fitted model with its scores, intervals and warnings."""
     found = _candidate(recording, model, method)
     labels, count, output = recording.labels, recording.fitted_samples, recording.output
@@ -215,11 +198,11 @@ def _identified(recording: _Recording, model: str, method: str) -> Result:
     units = {"{in}": labels.input_unit, "{out}": labels.output_unit}
     rmse = _rms(rest[:count])
     return Result(
-        model=model,
+        model=model.name,
         method=method,
         parameters={
-            each.name: Estimate(each.value, _unit(each.unit, units), each.low, each.high)
-            for each in found.estimates
+            name: estimate._replace(unit=_unit(estimate.unit, units))
+            for name, estimate in found.parameters.items()
         },
         rmse=rmse,
         rmse_percent_of_range=100.0 * rmse / range_,
@@ -259,11 +242,11 @@ def compare(
     """
     recording = _checked(input_, output, time_s, holdout_ratio, labels)
     results, refusals = [], []
-    for done, model in enumerate(MODELS):
+    for done, model in enumerate(MODELS.values()):
         if progress is not None:
-            progress(model, done, len(MODELS))
+            progress(model.name, done, len(MODELS))
         try:
-            results.append(_identified(recording, model, METHODS_OF_MODEL[model][0]))
+            results.append(_identified(recording, model, methods_of(model)[0]))
         except InputError as refused:
             refusals.append(refused)
     if not results:
@@ -280,7 +263,7 @@ def _checked_method(model: str, method: str | None) -> str:
     """The method to use; InputError for an unknown name or a pair that does not go together."""
     if model not in MODELS:
         raise InputError(f"model '{model}' is not known: one of {', '.join(MODELS)}")
-    methods = METHODS_OF_MODEL[model]
+    methods = methods_of(MODELS[model])
     if method is None:
         return methods[0]
     if method not in METHODS:

@@ -115,6 +115,26 @@ def prune(root: Path, keep: Path, kept: int = KEPT_CACHES) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def kept_caches() -> tuple[Path, ...]:
+    """Cache folders of this and of earlier versions, in the order of their names."""
+    root = CACHE_FOLDER.parent
+    return tuple(sorted(entry for entry in root.iterdir() if FOLDER_NAME.fullmatch(entry.name)))
+
+
+def clear_cache() -> tuple[Path, ...]:
+    """Remove the machine code of every version; returns the folders that it was in.
+
+    Only folders named like a hash of sources are touched. Raises OSError where one stays.
+    """
+    folders = kept_caches()
+    for folder in folders:
+        for file in [entry for entry in folder.rglob("*") if entry.is_file()]:
+            file.unlink()
+        if folder != CACHE_FOLDER:  # a process of these sources may be about to write into it
+            shutil.rmtree(folder)
+    return folders
+
+
 def prepare_cache() -> Path:
     """Create and mark as used the cache folder of these sources; prune older ones."""
     root = cache_root()

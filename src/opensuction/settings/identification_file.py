@@ -60,7 +60,7 @@ _INTERVAL: Final = re.compile(r"^ci95 = \[\n +(\S+),\n +(\S+),\n\]$", re.MULTILI
 _HASH: Final = re.compile(r"[0-9a-f]{64}")
 
 
-class Parameter(NamedTuple):
+class IdentifiedParameter(NamedTuple):
     """One identified parameter."""
 
     value: float
@@ -115,7 +115,7 @@ class Identified(NamedTuple):
     """A whole parameter file."""
 
     about: IdentificationFile
-    parameters: dict[str, Parameter]
+    parameters: dict[str, IdentifiedParameter]
     servo: Feedforward | None
     """Servo feedforward of the same machine, which a person may add; None: plain PD."""
     measured: Measured | None = None
@@ -191,8 +191,8 @@ def _check_version(content: Mapping[str, Any], path: Path | str) -> None:
         )
 
 
-def _parameter(entry: object, where: str) -> Parameter:
-    parameter = validate(Parameter, entry, where)
+def _parameter(entry: object, where: str) -> IdentifiedParameter:
+    parameter = validate(IdentifiedParameter, entry, where)
     ends = parameter.ci95
     if ends and (len(ends) != 2 or not ends[0] <= parameter.value <= ends[1]):
         raise InputError(

@@ -21,12 +21,12 @@ from opensuction.settings.wording import dotted, one_line, shown, unknown
 from opensuction.simulation import machine_kind
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.twin import preset
-from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit
 from opensuction.twin.patient import patient_airway
 
 CHOICES = {
-    "preset": tuple(preset.TABLES),
+    "preset": tuple(preset.MACHINE_TABLES),
     "catheter": (*CATHETERS, "a section [catheter]"),
     "conduit": (*ROUTES, "a section [conduit]"),
 }
@@ -52,7 +52,7 @@ def load(path: str | PathLike[str]) -> MachineKind:
         if key not in given:
             raise _refusal(path, f"{key} is missing; give one of {', '.join(names)}")
     try:
-        name = _chosen(given["preset"], dict.fromkeys(preset.TABLES), "preset")
+        name = _chosen(given["preset"], dict.fromkeys(preset.MACHINE_TABLES), "preset")
         return _kind(name, given, path)
     except InputError as refused:
         message = str(refused)
@@ -71,7 +71,7 @@ def _kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
         Conduit,
         given["conduit"],
         "conduit",
-        {route: catheters.laid(route, catheter) for route in ROUTES},
+        {route: catheter_model.lay(route, catheter) for route in ROUTES},
         path,
     )
     kind = start._replace(

@@ -16,7 +16,7 @@ from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
 Table = dict[str, Parameter]
 PAIR = ("value", "spread")
 """Keys of a value that is drawn."""
-LISTED = "docs/parameters.md"
+LISTED = "docs/reference/parameters.md"
 """Where all parameters are: too many for a message."""
 
 

@@ -14,7 +14,7 @@ from opensuction.settings.toml_file import load_toml
 from opensuction.settings.wording import one_line
 from opensuction.twin.patient import patient_kind
 from opensuction.twin.patient.patient_kind import PatientKind
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 
 def load(path: str | PathLike[str]) -> PatientKind:
@@ -25,10 +25,10 @@ def load(path: str | PathLike[str]) -> PatientKind:
     """
     given = load_toml(path)
     if "preset" not in given:
-        raise _refusal(path, f"preset is missing; give one of {', '.join(TABLES)}")
+        raise _refusal(path, f"preset is missing; give one of {', '.join(PATIENT_TABLES)}")
     name = given.pop("preset")
     try:
-        choose(name, TABLES, "preset")
+        choose(name, PATIENT_TABLES, "preset")
     except InputError as refused:
         raise _refusal(path, str(refused)) from None
     start = patient_kind.of_preset(name)

@@ -28,7 +28,7 @@ from opensuction.twin.fault import link
 from opensuction.twin.fault.link import Link, LinkState, Ring
 from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
-from opensuction.twin.machine.machine import Machine, MachineState, Observation
+from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
 """One tick: controller, axes, transmission, tip and line run at 1 kHz."""
@@ -100,7 +100,7 @@ class TraceRow(NamedTuple):
     commands: Commands
     """As the drives obey them."""
     signals: Signals
-    truth: Observation
+    truth: Truth
 
 
 COLUMNS = row.columns(TraceRow)
@@ -117,7 +117,7 @@ def record(
     readings: Readings,
     outputs: Outputs,
     commands: Commands,
-    truth: Observation,
+    truth: Truth,
 ) -> TraceRow:
     """The row of a tick. truth: before the machine moved."""
     return TraceRow(
@@ -149,7 +149,7 @@ def _drive(
     reported: by the sensors. readings: as the controller got them. messages: written.
     """
     wires, before = wiring.link, _read_link(messages.state)
-    obeyed, heard = link.command_message(wires, before.link, outputs.commands, messages.sent, tick)
+    obeyed, heard = link.receive_commands(wires, before.link, outputs.commands, messages.sent, tick)
     received = LinkState(readings=readings, commands=obeyed)
     alone = drive_watchdog.step(
         wiring.watchdog, before.watchdog, heard, wires.mains, reported.head_mm, DT_S
@@ -194,12 +194,12 @@ def _tick(
     """
     tick, wires = state.tick, sides.wiring.link
     reported = machine.read(sides.machine, state.machine)
-    truth = machine.observe(sides.machine, state.machine)
+    truth = machine.truth(sides.machine, state.machine)
     readings, runs, late = reported, True, False
     if messages is not None:
-        reported = link.sensed(wires, reported, tick)
+        reported = link.sense(wires, reported, tick)
         before = _read_link(messages.state).link
-        readings = link.reading_message(wires, before, reported, messages.got, tick)
+        readings = link.receive_readings(wires, before, reported, messages.got, tick)
         runs, late = wires.controller_runs, tick < wires.late_until_tick
     decided = state.controller
     if messages is not None and not runs:

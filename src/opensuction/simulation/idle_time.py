@@ -33,7 +33,7 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     ticks = coupling.ticks
     for _ in range(steps):
         around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
-        coupling = bedside.met(loop.machine, around, tip_mm)
+        coupling = bedside.couple(loop.machine, around, tip_mm)
     machine = state.machine._replace(
         # Pump off, valve closed, air let in: of the machine only the line changes.
         line=suction_line.step(

@@ -15,7 +15,7 @@ from opensuction.identification.estimator.gap_scale import ScaleLimits, ScaleRec
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS
-from opensuction.safety import limits as bounds
+from opensuction.safety import tip_bound
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
@@ -75,7 +75,7 @@ def bounded(learned: Settings, identified: Settings) -> Settings:
     """
     held = identified.limits
     parked_mm = learned.limits.park_head_mm
-    deepest_mm = bounds.deepest_mm(held.tip, bounds.anywhere(held.tip, parked_mm))
+    deepest_mm = tip_bound.deepest_mm(held.tip, tip_bound.assume_anywhere(held.tip, parked_mm))
     if deepest_mm > held.outside_mm:
         raise InputError(
             f"the head would park at {parked_mm:.1f} mm on the learned gap, where the tip may be "

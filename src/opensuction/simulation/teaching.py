@@ -61,7 +61,7 @@ def assemble(chosen: Rig, calibration: Calibration) -> tuple[Loop, LoopState]:
     settings = loop.controller
     limits = settings.limits._replace(in_airway_s=GUIDELINES[age].in_airway_s)
     plan = settings.plan._replace(travel_known=False)
-    person = hand.drawn(settings.parked.head_mm, -chosen.site.park_mm, chosen.seed, TEACHING_RUN)
+    person = hand.draw(settings.parked.head_mm, -chosen.site.park_mm, chosen.seed, TEACHING_RUN)
     return (
         loop._replace(
             controller=settings._replace(limits=limits, plan=plan),

@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as FORM
+from opensuction.hysteresis.catalogue.hysteresis_model import ranges_of
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.family import FAMILIES, jacobian
 from opensuction.identification.judgement.confidence import spread
+from opensuction.identification.residual import jacobian
 from tests.identification.plant import cosine, noise
 
-FAMILY = FAMILIES["modified-dahl"]
 TRUE = np.array([*PUBLISHED, 2.0])
 LENGTH_S = 30.0
 
@@ -29,8 +30,13 @@ def coverage(rate_hz: float, correlation_s: float, recordings: int, seed: int) -
         measured = tip_mm + 0.3 * noise(random, samples, correlation)
         found = modified_dahl.fit(head_mm, measured)
         vector = np.array([*found.model, found.lag_mm])
-        rows = jacobian(FAMILY, vector, head_mm, FAMILY.box(head_mm, measured))
-        rest = measured - FAMILY.simulate(vector, head_mm)
+        rows = jacobian(
+            FORM,
+            vector,
+            head_mm,
+            FORM.bounds(ranges_of(head_mm, measured)),
+        )
+        rest = measured - FORM.simulate(vector, head_mm)
         held += np.abs(vector - TRUE) <= spread(rows, rest).half_widths
     return [float(share) for share in held / recordings]
 

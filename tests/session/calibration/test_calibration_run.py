@@ -9,13 +9,11 @@ from opensuction.kernel.errors import InputError
 from opensuction.report import sheet
 from opensuction.session.calibration import calibration_file, calibration_page, calibration_run
 from opensuction.session.calibration.calibration_run import VALIDATION_RUN, Calibrated
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CalibrationChoice, RigChoice
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.rig import IDENTIFICATION_RUN, Recording, Rig
 
-CHOICE = Choice(
-    machine="bench", protocol="paper", approach="travel", compensation="preview", seed=5
-)
+CHOICE = CalibrationChoice(RigChoice("bench", seed=5))
 NOW = datetime(2026, 11, 21, 12, tzinfo=UTC)
 
 Sound = tuple[Rig, Recording, Recording]
@@ -23,7 +21,7 @@ Sound = tuple[Rig, Recording, Recording]
 
 @pytest.fixture(scope="module")
 def sound() -> Sound:
-    rig = rigs.rig("bench", CHOICE.seed)
+    rig = rigs.rig("bench", CHOICE.rig.seed)
     return (
         rig,
         rigs.recording(rig, IDENTIFICATION_RUN),
@@ -32,9 +30,11 @@ def sound() -> Sound:
 
 
 def judged(
-    sound: Sound, first: Recording, second: Recording, choice: Choice = CHOICE
+    sound: Sound, first: Recording, second: Recording, compensation: str = "preview"
 ) -> Calibrated:
-    return calibration_file.confirmed(calibration_run.judged(choice, sound[0], first, second), NOW)
+    equipment = calibration_run.resolve(CHOICE)
+    found = calibration_run.judged(equipment, compensation, sound[0], first, second)
+    return calibration_file.confirmed(found, NOW)
 
 
 def reason(found: Calibrated) -> str:
@@ -55,8 +55,7 @@ def test_a_sound_machine_is_accepted_and_the_second_run_has_other_noise(sound: S
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
 def test_bedside_machines_are_accepted_whatever_their_tube(seed: int, patient: str) -> None:
-    choice = CHOICE._replace(machine="clinical", patient=patient, seed=seed)
-    found = calibration_run.run(choice)
+    found = calibration_run.run(CalibrationChoice(RigChoice(patient=patient, seed=seed)))
     assert found.reasons == ()
     assert np.ptp(found.first.head_mm) == pytest.approx(200.0, abs=1.0)  # the whole stroke
 
@@ -103,10 +102,9 @@ def test_a_tip_against_the_head_and_a_dead_motor_are_refused(sound: Sound) -> No
 
 
 def test_the_papers_inverse_is_refused_where_it_would_jump(sound: Sound) -> None:
-    choice = CHOICE._replace(compensation="direct-inverse")
-    assert "no continuous inverse" in reason(judged(sound, *sound[1:], choice))
+    assert "no continuous inverse" in reason(judged(sound, *sound[1:], "direct-inverse"))
 
 
 def test_no_compensation_needs_no_calibration() -> None:
     with pytest.raises(InputError, match="none"):
-        calibration_run.check(CHOICE._replace(compensation="none"))
+        calibration_run.resolve(CHOICE._replace(compensation="none"))

@@ -6,15 +6,13 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.session.cycle import cycle_choice, cycle_run, fault_choice
-from opensuction.session.cycle.cycle_choice import Choice
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.session.choice import CycleChoice
+from opensuction.session.cycle import cycle_run, fault_choice, resolution
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
-CHOICE = Choice(
-    machine=None, protocol="adult", approach="travel", compensation="exact-inverse", seed=1
-)
+CHOICE = CycleChoice(protocol="adult", compensation="exact-inverse")
 
 
 @pytest.mark.parametrize(
@@ -23,19 +21,19 @@ CHOICE = Choice(
         ("valve-jammed", Injection(Fault.VALVE_JAMMED, AT_START, 0.0)),
         ("line-leak=0.5", Injection(Fault.LINE_LEAK, AT_START, 0.5)),
         ("line-leak", Injection(Fault.LINE_LEAK, AT_START, 2.0)),
-        ("pump-lost@12.5", Injection(Fault.PUMP_LOST, Instant(None, 12.5), 0.0)),
+        ("pump-lost@12.5", Injection(Fault.PUMP_LOST, FaultInstant(None, 12.5), 0.0)),
         (
             "tick-late@suctioning+2=0.3",
-            Injection(Fault.TICK_LATE, Instant(Phase.SUCTIONING, 2.0), 0.3),
+            Injection(Fault.TICK_LATE, FaultInstant(Phase.SUCTIONING, 2.0), 0.3),
         ),
         (
             "valve-slow@backing-off",
-            Injection(Fault.VALVE_SLOW, Instant(Phase.BACKING_OFF, 0.0), 0.8),
+            Injection(Fault.VALVE_SLOW, FaultInstant(Phase.BACKING_OFF, 0.0), 0.8),
         ),
     ],
 )
 def test_a_fault_is_read_as_it_is_written(text: str, expected: Injection) -> None:
-    assert fault_choice.parsed(text) == expected
+    assert fault_choice.parse(text) == expected
 
 
 @given(
@@ -49,7 +47,7 @@ def test_what_is_written_out_is_read_back(
 ) -> None:
     name = "" if phase is None else f"{phase.name.lower()}+"
     text = f"{fault.title}@{name}{after_s!r}={strength!r}"
-    assert fault_choice.parsed(text) == Injection(fault, Instant(phase, after_s), strength)
+    assert fault_choice.parse(text) == Injection(fault, FaultInstant(phase, after_s), strength)
 
 
 @pytest.mark.parametrize(
@@ -74,15 +72,9 @@ def test_what_is_written_out_is_read_back(
 )
 def test_what_cannot_be_meant_is_refused_in_one_line(texts: list[str], said: str) -> None:
     with pytest.raises(InputError) as refused:
-        fault_choice.chosen(texts, "travel", 1)
+        fault_choice.resolve(texts, "travel")
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-def test_faults_are_for_a_single_cycle() -> None:
-    assert fault_choice.chosen([], "travel", 5) == ()
-    with pytest.raises(InputError, match="not for --repeat 5"):
-        fault_choice.chosen(["line-leak"], "travel", 5)
 
 
 @pytest.mark.parametrize(
@@ -93,12 +85,12 @@ def test_faults_are_for_a_single_cycle() -> None:
     ],
 )
 def test_a_wrong_set_up_is_refused_before_anything_moves(text: str, said: str) -> None:
-    faults = fault_choice.chosen([text], "travel", 1)
     with pytest.raises(InputError, match=said):
-        cycle_run.prepare(CHOICE._replace(faults=faults))
+        cycle_run.prepare(resolution.resolve(CHOICE._replace(faults=(text,))))
 
 
 def test_other_faults_leave_the_set_up_alone() -> None:
-    faults = fault_choice.chosen(["line-leak", "encoder-frozen@5"], "travel", 1)
-    assert fault_choice.set_up(CHOICE, faults) == CHOICE
-    cycle_choice.check(CHOICE._replace(faults=faults))
+    choice = CHOICE._replace(faults=("line-leak", "encoder-frozen@5"))
+    found = resolution.resolve(choice)
+    assert found.choice == choice
+    assert found.equipment == resolution.resolve(CHOICE).equipment

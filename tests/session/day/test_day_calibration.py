@@ -4,20 +4,18 @@ from functools import cache
 
 import pytest
 
-from opensuction.control.compensation import CompensationKind
 from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUSTED
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
-from opensuction.procedure.planning.protocol import PAPER
-from opensuction.report import sheet
-from opensuction.safety.limits import GAP_LEAST, GAP_MOST
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.report import narrative, sheet
+from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
+from opensuction.session.choice import CycleChoice, DayChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import day_calibration, day_gap, day_run, day_summary
+from opensuction.session.day import day_check, day_gap, day_run, day_summary
 from opensuction.session.day.day_run import Day
 
-EVERY_S = 3600.0
+EVERY_MIN = 60.0
 CYCLES = 3
 TRACKED_MM = 0.25
 """Tracking error of a compensated adult by contact: .12 mm, with room for other machines."""
@@ -25,12 +23,14 @@ TRACKED_MM = 0.25
 
 @cache
 def began(scale: float) -> Prepared:
-    return cycle_run.prepare(Choice(None, "adult", "contact", "preview", 1, gap_scale=scale))
+    choice = CycleChoice(approach="contact", gap_scale=scale)
+    return cycle_run.prepare(resolution.resolve(choice))
 
 
 @cache
 def day(scale: float, self_calibrates: bool) -> Day:
-    return day_run.play(began(scale), CYCLES, EVERY_S, lambda _: None, self_calibrates)
+    asked = DayChoice(CYCLES, EVERY_MIN, self_calibrates)
+    return day_run.play(began(scale), asked, lambda _: None)
 
 
 @pytest.mark.parametrize("scale", [0.75, 1.2])
@@ -82,11 +82,12 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     assert record is not None
     assert (record.in_range, record.new) == (False, 1.0)
     (alarm,) = day_gap.alarms(found, 40.0)
-    assert alarm["name"] == "calibration-out-of-range"
+    assert alarm["condition"] == "calibration-out-of-range"
     assert alarm["priority"] == "medium"
-    (note,) = day_gap.notes(found, CYCLES)
+    assert narrative.alarm(alarm).startswith("Medium alarm, from 40.0 s on: ")
+    (note,) = day_gap.notes(found)
     assert "Cycle 2 of 3 was refused" in note
-    assert not day_summary.page(found, CYCLES, 60.0).good
+    assert not day_summary.page(found).good
 
 
 def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() -> None:
@@ -103,7 +104,7 @@ def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() 
 
 def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:
     found = day(1.2, True)
-    rows = day_summary.plain(found, CYCLES, 60.0)["cycles"]
+    rows = day_summary.plain(found)["cycles"]
     assert rows[0]["gap"]["used_scale"] == 1.0
     assert rows[1]["gap"]["used_scale"] == rows[0]["gap"]["next_scale"]
     assert {row["gap"]["least_scale"] for row in rows} == {TRUSTED.least}
@@ -121,20 +122,24 @@ def test_what_is_trusted_is_what_the_governor_allows_for() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "by_contact", "repeat", "words"),
+    ("compensation", "approach", "repeat", "words"),
     [
-        (CompensationKind.PREVIEW, False, 3, "--approach contact"),
-        (CompensationKind.PREVIEW, True, 1, "--repeat 2"),
-        (CompensationKind.EXACT_INVERSE, True, 3, "'exact-inverse' has none: use prandtl-i"),
+        ("preview", "travel", 3, "--approach contact"),
+        ("preview", "contact", 1, "--repeat 2"),
+        ("exact-inverse", "contact", 3, "'exact-inverse' has none: use prandtl-i"),
     ],
 )
 def test_self_calibration_that_could_learn_nothing_is_refused(
-    kind: CompensationKind, by_contact: bool, repeat: int, words: str
+    compensation: str, approach: str, repeat: int, words: str
 ) -> None:
+    resolved = resolution.resolve(CycleChoice(approach=approach, compensation=compensation))
+    every_min = EVERY_MIN if repeat > 1 else None
     with pytest.raises(InputError, match=words):
-        day_calibration.check(TEMPLATES["adult"], kind, by_contact, repeat)
+        day_check.check(DayChoice(repeat, every_min, self_calibrates=True), resolved)
 
 
 def test_a_contact_without_a_reversal_is_refused() -> None:
+    resolved = resolution.resolve(CycleChoice(approach="contact"))
+    without = resolved._replace(protocol=TEMPLATES["adult"]._replace(backoff_mm=0.0))
     with pytest.raises(InputError, match="backoff_mm is 0 mm"):
-        day_calibration.check(PAPER, CompensationKind.PREVIEW, True, 3)
+        day_check.check(DayChoice(CYCLES, EVERY_MIN, self_calibrates=True), without)

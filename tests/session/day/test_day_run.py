@@ -7,19 +7,20 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.upkeep import LIFE_S
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
-from opensuction.session.day import day_run, day_summary
+from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.day import day_check, day_run, day_summary
 from opensuction.session.day.day_run import Day
 
-EVERY_S = 4.0 * 3600.0
+EVERY_MIN = 240.0
+EVERY_S = 60.0 * EVERY_MIN
 CYCLES = 8  # 28 h: past the catheter's life
 
 
 @cache
 def day() -> Day:
-    prepared = cycle_run.prepare(Choice(None, "adult", "travel", "exact-inverse", 1))
-    return day_run.play(prepared, CYCLES, EVERY_S, lambda _: None)
+    resolved = resolution.resolve(CycleChoice(compensation="exact-inverse"))
+    return day_run.play(cycle_run.prepare(resolved), DayChoice(CYCLES, EVERY_MIN), lambda _: None)
 
 
 def test_every_cycle_is_completed_and_starts_on_the_clock() -> None:
@@ -65,7 +66,7 @@ def test_samples_cover_the_day_in_order() -> None:
 
 
 def test_notes_say_what_a_person_should_know() -> None:
-    said = day_summary.notes(day(), CYCLES, EVERY_S / 60.0)
+    said = day_summary.notes(day())
     assert any("as needed" in note for note in said)
     grew = day().left_ml > day().cycles[0].secretion_before_ml
     assert any("gather faster" in note for note in said) == grew
@@ -85,5 +86,13 @@ def test_notes_say_what_a_person_should_know() -> None:
 def test_what_is_no_day_is_refused(
     repeat: int, every_min: float | None, bench: bool, words: str
 ) -> None:
+    resolved = resolution.resolve(CycleChoice(RigChoice("bench" if bench else "clinical")))
     with pytest.raises(InputError, match=words):
-        day_run.check(repeat, every_min, bench)
+        day_check.check(DayChoice(repeat, every_min), resolved)
+
+
+def test_faults_are_for_a_single_cycle() -> None:
+    resolved = resolution.resolve(CycleChoice(faults=("line-leak",)))
+    day_check.check(DayChoice(), resolved)
+    with pytest.raises(InputError, match="not for --repeat 5"):
+        day_check.check(DayChoice(5, 60.0), resolved)

@@ -9,8 +9,8 @@ import pytest
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import CheckItem
 from opensuction.safety.condition import Condition
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import invariant
 from opensuction.simulation.trace import Columns
@@ -21,7 +21,8 @@ Spoil = Callable[[Columns], None]
 @cache
 def sound() -> tuple[Prepared, Columns]:
     """A contact cycle on a patient."""
-    prepared = cycle_run.prepare(Choice(None, "adult", "contact", "exact-inverse", 1, "adult-icu"))
+    choice = CycleChoice(approach="contact", compensation="exact-inverse")
+    prepared = cycle_run.prepare(resolution.resolve(choice))
     return prepared, cycle_run.play(prepared, lambda _: None)
 
 
@@ -115,7 +116,7 @@ def test_more_vacuum_than_the_patients_is_only_for_the_relief_valves_own_test() 
         return [breach.invariant for breach in invariant.command_side(changed, settings)]
 
     broken = ["vacuum command within its limit"]
-    highest_mmhg, park_mm = settings.limits.line.sealed_mmhg, settings.limits.park_head_mm
+    highest_mmhg, park_mm = settings.limits.line.parked_closed_mmhg, settings.limits.park_head_mm
     assert found("commands.vacuum_mmhg", highest_mmhg) == []
     assert found("commands.vacuum_mmhg", highest_mmhg + 0.1) == broken
     assert found("readings.cam_rad", 0.03) == broken

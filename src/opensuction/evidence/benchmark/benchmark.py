@@ -36,8 +36,9 @@ from opensuction.procedure.planning import clinical, planner
 from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE
-from opensuction.session.cycle import cycle_choice, cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle.resolution import Resolved
 from opensuction.simulation import ideal_loop, outcome, self_calibration
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
@@ -92,39 +93,38 @@ def _run(error_mm: Array, head_mm: Array, completed: bool, trips: int) -> Run:
 
 
 @lru_cache(maxsize=KEPT)
-def _drawn(machine: str, protocol: str, conduit: str, seed: int) -> tuple[Rig, Identification]:
+def _drawn(
+    machine: str, protocol: str, conduit: str, seed: int
+) -> tuple[Resolved, Rig, Identification]:
     """A drawn machine, identified and, where its protocol wants it, taught."""
-    choice = Choice(machine, protocol, "travel", "none", seed, conduit=conduit)
-    found, _ = cycle_choice.check(choice)
-    rig = rigs.rig_of(*cycle_choice.kinds(choice), seed)
+    equipment = RigChoice(machine, conduit=conduit, seed=seed)
+    resolved = resolution.resolve(CycleChoice(equipment, protocol, compensation="none"))
+    rig = resolved.equipment.draw()
     identification = rigs.identify(rig)
-    if isinstance(found, Template):
-        taught_mm = cycle_run.taught(choice, rig, identification.calibration)
+    if isinstance(resolved.protocol, Template):
+        taught_mm = cycle_run.teach(resolved, rig, identification.calibration)
         rig = cycle_run.with_depth(rig, taught_mm)
-    return rig, identification
+    return resolved, rig, identification
 
 
 def _on_twin(twin: Twin, seed: int) -> Carried:
     """Cycles of one drawn twin, identified once for all compensators and routes."""
-    rig, identification = _drawn(twin.machine, twin.protocol, twin.conduit, seed)
-    return lambda kind: _cycle(twin, rig, kind, identification)
+    resolved, rig, identified = _drawn(twin.machine, twin.protocol, twin.conduit, seed)
+    return lambda kind: _cycle(resolved._replace(compensation=kind), rig, twin.scale, identified)
 
 
-def _cycle(twin: Twin, rig: Rig, kind: CompensationKind, identified: Identification) -> Run:
+def _cycle(resolved: Resolved, rig: Rig, scale: float, identified: Identification) -> Run:
     """One cycle; the controller goes by what was identified, the conduit may be laid otherwise."""
-    calibration = identified.calibration
+    kind, calibration = resolved.compensation, identified.calibration
     if kind == CompensationKind.NONE:
         calibration = rigs.uncalibrated(rig.profile)
-    found = cycle_choice.find_protocol(twin.protocol)
+    found = resolved.protocol
     if isinstance(found, Template):
         able = setup.abilities(rig.profile, kind, calibration, rig.site)
         found = clinical.fitted(found, able, rig.site, False)
-    rerouted = self_calibration.with_widths(rig, twin.scale)
+    rerouted = self_calibration.with_widths(rig, scale)
     loop, start = rigs.assemble(rerouted, found, kind, calibration, cycle_run.CYCLE_RUN)
-    choice = Choice(twin.machine, twin.protocol, "travel", kind.name, rig.seed)
-    prepared = cycle_run.Prepared(
-        choice, rerouted, found, kind, calibration, None, None, None, loop, start
-    )
+    prepared = cycle_run.Prepared(resolved, rerouted, found, calibration, None, None, loop, start)
     _, columns = cycle_run.played(prepared, start, START, lambda _: None)
     scored = outcome.tracked(columns, cycle_run.tracked_span_s(prepared))
     figures = cycle_run.figures(prepared, columns)

@@ -7,8 +7,8 @@ import numpy as np
 from opensuction.evidence.paper.claim import Claim
 from opensuction.kernel.phase import Phase
 from opensuction.report.sheet import Curve, Plot, Section, Table
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
@@ -36,7 +36,8 @@ class Trial(NamedTuple):
 
 def trial(compensation: str, seed: int) -> Trial:
     """The paper's cycle on a drawn bench, identified on that machine where it is compensated."""
-    prepared = cycle_run.prepare(Choice("bench", "paper", "travel", compensation, seed))
+    choice = CycleChoice(RigChoice("bench", seed=seed), compensation=compensation)
+    prepared = cycle_run.prepare(resolution.resolve(choice))
     columns = cycle_run.play(prepared, lambda _: None)
     return Trial(columns, cycle_run.figures(prepared, columns))
 

@@ -18,14 +18,14 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
-from opensuction.session.cycle.cycle_choice import APPROACHES
+from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.settings.wording import one_line, shown
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 FILE = "hazard.toml"
 REQUIREMENTS = "requirement.toml"
@@ -216,11 +216,11 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Hazard
 
 
 def _check_fault(claim: HazardClaim) -> None:
-    choose(claim.name, BY_NAME, "fault in name", "docs/faults.md")
+    choose(claim.name, BY_NAME, "fault in name", "docs/reference/faults.md")
     for strength in claim.strengths:
         ROWS[claim.fault].check_strength(strength)
     choose(claim.approach, APPROACHES, "approach")
-    choose(claim.patient, TABLES, "patient")
+    choose(claim.patient, PATIENT_TABLES, "patient")
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
     at_start = ROWS[claim.fault].is_setup
@@ -249,7 +249,8 @@ def _check_answer(claim: HazardClaim) -> None:
         raise InputError("alarm: none given; name the condition that tells a person")
     known = {condition.name: condition for condition in Condition}
     found = [
-        choose(name, known, "alarm condition in alarm", "docs/alarms.md") for name in claim.alarm
+        choose(name, known, "alarm condition in alarm", "docs/reference/alarms.md")
+        for name in claim.alarm
     ]
     for number, condition in enumerate(found):
         priority = condition.row.handling.priority

@@ -5,17 +5,15 @@ from functools import lru_cache
 from opensuction.evidence.safety_case import hazard, hazard_result
 from opensuction.evidence.safety_case.hazard import Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardCase, HazardResult
-from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
-from opensuction.twin.fault.fault_row import Part
+from opensuction.twin.fault.fault_row import FaultSite
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient import patient_kind
 
 COMPENSATION = "exact-inverse"
 """The command's own."""
@@ -40,29 +38,34 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
 
 
 def _injection(case: HazardCase) -> Injection:
-    at = AT_START if case.phase is None else Instant(case.phase, case.after_s)
+    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
     return Injection(case.claim.fault, at, case.strength)
 
 
+def _written(case: HazardCase) -> str:
+    """The fault of a set-up as a person writes it."""
+    known = ROWS[case.claim.fault].strength
+    return case.claim.name if known is None else f"{case.claim.name}={case.strength!r}"
+
+
 @lru_cache(maxsize=4)
-def _prepared(approach: str, patient: str, seed: int, set_up: tuple[Injection, ...]) -> Prepared:
+def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -> Prepared:
     """A cycle ready to run; raises InputError where it is refused."""
-    adult = patient_kind.of_preset(patient).age == AgeGroup.ADULT
-    protocol = "adult" if adult else "paediatric"
-    choice = Choice(None, protocol, approach, COMPENSATION, seed, patient=patient, faults=set_up)
-    return cycle_run.prepare(choice)
+    rig = RigChoice(patient=patient, seed=seed)
+    choice = CycleChoice(rig, approach=approach, compensation=COMPENSATION, faults=set_up)
+    return cycle_run.prepare(resolution.resolve(choice))
 
 
 def run(case: HazardCase) -> HazardResult:
     """Run a case and hold it against its claim."""
     one, claim = _injection(case), case.claim
-    planned = (one,) if ROWS[claim.fault].is_planned else ()
+    planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
     except InputError as refusal:
         return hazard_result.refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = ROWS[claim.fault].part == Part.PATIENT
+    patient = ROWS[claim.fault].site == FaultSite.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)

@@ -1,24 +1,16 @@
-"""The safety case that runs: every hazard over its faults, strengths, phases and seeds.
-
-The work is spread over processes of their own; each answers one case at a time.
-"""
+"""The safety case that runs: every hazard over its faults, strengths, phases and seeds."""
 
 import math
-import pickle
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Sequence
-from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
 from opensuction import __version__
+from opensuction.evidence import crew
 from opensuction.evidence.safety_case import hazard_case
 from opensuction.evidence.safety_case.hazard import Hazard, Response
-from opensuction.evidence.safety_case.hazard_result import Exposure, HazardCase, HazardResult
+from opensuction.evidence.safety_case.hazard_result import Exposure, HazardResult
 from opensuction.twin.fault.fault_table import ROWS
 
-WORKER = (sys.executable, "-m", "opensuction.evidence.safety_case.case_worker")
 WORKERS = 2
 FIRST_SEED = 1
 
@@ -78,52 +70,6 @@ def seeds_of(count: int) -> tuple[int, ...]:
     return tuple(range(FIRST_SEED, FIRST_SEED + count))
 
 
-class _Crew:
-    """Processes that run cases, a thread each to hand out work."""
-
-    def __init__(self, jobs: Sequence[tuple[int, HazardCase]], tell: Tell) -> None:
-        self._jobs: SimpleQueue[tuple[int, HazardCase]] = SimpleQueue()
-        for job in jobs:
-            self._jobs.put(job)
-        self._total = len(jobs)
-        self._tell = tell
-        self._lock = threading.Lock()
-        self.results: dict[int, HazardResult] = {}
-        self.failures: list[BaseException] = []
-
-    def work(self) -> None:
-        """Have one process run cases until none is left or something fails."""
-        # A session of its own: Ctrl-C on a terminal is for the command alone.
-        with subprocess.Popen(
-            WORKER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
-        ) as process:
-            try:
-                while not self.failures:
-                    number, case = self._jobs.get_nowait()
-                    self._finish(number, self._ask(process, case))
-            except Empty:
-                pass
-            except BaseException as failure:
-                self.failures.append(failure)
-
-    @staticmethod
-    def _ask(process: "subprocess.Popen[bytes]", case: HazardCase) -> HazardResult:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        pickle.dump(case, process.stdin)
-        process.stdin.flush()
-        answer = pickle.load(process.stdout)
-        if isinstance(answer, BaseException):
-            raise answer
-        assert isinstance(answer, HazardResult)
-        return answer
-
-    def _finish(self, number: int, result: HazardResult) -> None:
-        with self._lock:
-            self.results[number] = result
-            self._tell(len(self.results), self._total, result)
-
-
 def run(
     hazards: Sequence[Hazard],
     seeds: tuple[int, ...],
@@ -137,17 +83,17 @@ def run(
         range(len(cases)),
         key=lambda i: (cases[i].seed, cases[i].claim.patient, cases[i].claim.approach, i),
     )
-    crew = _Crew([(i, cases[i]) for i in order], tell)
-    threads = [
-        threading.Thread(target=crew.work, daemon=True) for _ in range(min(workers, len(cases)))
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    if crew.failures:
-        raise crew.failures[0]
-    results = [crew.results[i] for i in range(len(cases))]
+    found: dict[int, HazardResult] = {}
+
+    def note(number: int, result: HazardResult) -> None:
+        found[order[number]] = result
+        tell(len(found), len(cases), result)
+
+    # The first one here: what it compiles, the processes find in the cache.
+    note(0, hazard_case.run(cases[order[0]]))
+    rest = [cases[i] for i in order[1:]]
+    crew.spread(hazard_case.run, rest, workers, lambda number, result: note(number + 1, result))
+    results = [found[i] for i in range(len(cases))]
     verdicts = tuple(
         HazardVerdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
         for one in hazards

@@ -5,11 +5,10 @@ A part is kept under the hash of the core's sources: cases of other sources are 
 
 import json
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from opensuction.evidence import crew
 from opensuction.evidence.trial import fault_campaign
 from opensuction.evidence.trial.fault_campaign import Case, Part
 from opensuction.kernel.compiled import sources_hash
@@ -82,10 +81,11 @@ def spread(
     open_parts = [part for part, cases in found.items() if cases is None]
     if open_parts:
         fault_campaign.played_part(open_parts[0]._replace(last=open_parts[0].first + 1))
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as processes:
-        playing = {processes.submit(fault_campaign.played_part, part): part for part in open_parts}
-        for done in as_completed(playing):
-            found[playing[done]] = done.result()
-            keep(folder, playing[done], done.result())
-            tell(sum(len(cases) for cases in found.values() if cases is not None))
+
+    def note(number: int, cases: list[Case]) -> None:
+        found[open_parts[number]] = cases
+        keep(folder, open_parts[number], cases)
+        tell(sum(len(cases) for cases in found.values() if cases is not None))
+
+    crew.spread(fault_campaign.played_part, open_parts, workers, note)
     return [case for cases in found.values() if cases is not None for case in cases]

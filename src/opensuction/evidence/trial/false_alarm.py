@@ -13,8 +13,8 @@ from opensuction.evidence.trial.fault_campaign import APPROACHES, BASKET
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
-from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation.trace import Columns
 
 FIRST_SEED = 50_000
@@ -40,11 +40,12 @@ class Quiet(NamedTuple):
         return self.completed and not self.trips and not self.alarms
 
 
-def choice(number: int, compensation: str) -> Choice:
+def choice(number: int, compensation: str) -> CycleChoice:
     """The cycle of that number: patients and approaches in turn, a seed of its own."""
     protocol, patient = BASKET[number % len(BASKET)]
     approach = APPROACHES[number // len(BASKET) % len(APPROACHES)]
-    return Choice(None, protocol, approach, compensation, FIRST_SEED + number, patient)
+    rig = RigChoice(patient=patient, seed=FIRST_SEED + number)
+    return CycleChoice(rig, protocol, approach, compensation)
 
 
 def _is_true(episode: Episode, columns: Columns, spo2_percent: float) -> bool:
@@ -56,7 +57,7 @@ def _is_true(episode: Episode, columns: Columns, spo2_percent: float) -> bool:
 
 def played(number: int, compensation: str) -> Quiet:
     """Prepare and play one; what it came to."""
-    prepared = cycle_run.prepare(choice(number, compensation))
+    prepared = cycle_run.prepare(resolution.resolve(choice(number, compensation)))
     columns = cycle_run.play(prepared, lambda _: None)
     found = cycle_run.figures(prepared, columns)
     least = prepared.loop.controller.limits.patient.spo2_percent
@@ -64,9 +65,9 @@ def played(number: int, compensation: str) -> Quiet:
     false = [one for one in found.alarms if one not in true]
     told = {one.condition for one in true}
     return Quiet(
-        seed=prepared.choice.seed,
-        patient=str(prepared.choice.patient),
-        approach=prepared.choice.approach,
+        seed=prepared.rig.seed,
+        patient=str(prepared.resolved.equipment.patient_name),
+        approach=prepared.resolved.choice.approach,
         completed=found.completed or bool(told),
         trips=tuple(one.trip.name for one in found.trips if one.trip not in told),
         alarms=tuple(Condition(one.condition).name for one in false),

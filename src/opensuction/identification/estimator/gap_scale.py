@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.record import checked_pair
-from opensuction.safety.limits import GAP_LEAST, GAP_MOST
+from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 
 
 class Episode(NamedTuple):

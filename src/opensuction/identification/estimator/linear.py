@@ -49,8 +49,6 @@ class LinearFit(NamedTuple):
     offset: float
     cross_validation: float
     """Root mean square error of the blocks left out."""
-    used: int
-    """Factors that are not zero, the offset included."""
 
 
 class Products(NamedTuple):
@@ -134,7 +132,6 @@ def fit(designs: Iterable[Design], target: Array, solve: Solve) -> LinearFit:
                 factors=factors,
                 offset=mean - float(factors @ means),
                 cross_validation=error,
-                used=1 + int(np.count_nonzero(factors)),
             )
     if best is None:
         raise ValueError("no design to choose from")

@@ -10,8 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.identification.estimator.projection import (
     Projection,
@@ -23,21 +24,11 @@ from opensuction.identification.estimator.projection import (
     trial,
     trials,
 )
-from opensuction.identification.record import checked_pair
+from opensuction.identification.record import check_motion, checked_pair
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 12
 """Fewest samples: five parameters, and something left over to judge them by."""
-
-LEAST_REVERSAL_RATIO = 0.05
-"""Smallest reversal of the head, as a share of its range, that can show a hysteresis."""
-
-SLOWEST_DECAY = 0.05
-"""Bound on decay times range. Below, slope and velocity gain grow and cancel: a flat ridge."""
-
-FASTEST_DECAY = 1000.0
-"""Bound on decay times range. Above, a reversal is over within a thousandth of the range and
-only the quotient of velocity gain and decay still shows: the other flat ridge."""
 
 SEARCH_SAMPLES = 1500
 """Samples that tell the valleys apart; only the last steps need the full recording."""
@@ -84,27 +75,30 @@ class Fit(NamedTuple):
     another along a ridge of equal fits: the curve can be used, the numbers mean little."""
 
 
-def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> Fit:
+def fit(
+    head_mm: ArrayLike, tip_mm: ArrayLike, names: tuple[str, str] = ("head_mm", "tip_mm")
+) -> Fit:
     """Fit the modified Dahl model, initial lag included, in the least-squares sense.
 
     head_mm, tip_mm: positions at the same instants, shape (n,), any length unit if both share
-    it. Timing plays no part: the model is independent of speed.
+    it. Timing plays no part: the model is independent of speed. names: of the two in a refusal.
 
     Velocity gains below zero are excluded: a recording without hysteresis, or whose tip leads
     its head, gets the straight line with a gain of 0, not determined.
     Raises InputError for records that are not finite rows of equal length, too short, constant,
     without a reversal, or with the tip moving against the head.
     """
-    head, tip = checked_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
-    range_mm = _checked_range_mm(head, tip)
-    bounds = (math.log(SLOWEST_DECAY / range_mm), math.log(FASTEST_DECAY / range_mm))
+    head, tip = checked_pair(names, head_mm, tip_mm, LEAST_SAMPLES)
+    check_motion(names, head, tip)
+    range_mm = float(np.ptp(head))
+    bounds = (math.log(1.0 / LONGEST / range_mm), math.log(1.0 / SHORTEST / range_mm))
     valleys, least, at_bounds = _search(centred(*thinned(head, tip, SEARCH_SAMPLES)), bounds)
     recording = centred(head, tip)
     found = min((_polish(recording, each, bounds) for each in valleys), key=lambda it: it.squares)
     slope, velocity_gain, decay_per_mm, offset_mm = found.model
     if slope <= 0.0:
         raise InputError(
-            f"tip_mm: moves against head_mm (slope {slope:.4g}), should follow it; "
+            f"{names[1]}: moves against {names[0]} (slope {slope:.4g}), should follow it; "
             "negate one of them"
         )
     offset_mm += recording.tip_mean_mm - slope * recording.head_mean_mm
@@ -117,22 +111,6 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> Fit:
         well_posed=bool(is_monotone(model)),
         determined=velocity_gain > 0.0 and at_bounds > (1.0 + LEAST_RISE) * least,
     )
-
-
-def _checked_range_mm(head: NDArray[np.float64], tip: NDArray[np.float64]) -> float:
-    """Range of the head; InputError where the records cannot show a hysteresis."""
-    range_mm = float(np.ptp(head))
-    for name, record in (("head_mm", head), ("tip_mm", tip)):
-        if not np.ptp(record) > 0.0:
-            raise InputError(f"{name}: constant at {record[0]:g}, should move")
-    back = float(np.max(np.maximum.accumulate(head) - head))
-    forth = float(np.max(head - np.minimum.accumulate(head)))
-    if min(back, forth) < LEAST_REVERSAL_RATIO * range_mm:
-        raise InputError(
-            f"head_mm: reverses by {min(back, forth):.4g} of a range of {range_mm:.4g}, at least "
-            f"{LEAST_REVERSAL_RATIO:.0%} are needed to see a hysteresis"
-        )
-    return range_mm
 
 
 def _search(recording: Recording, bounds: tuple[float, float]) -> tuple[list[float], float, float]:

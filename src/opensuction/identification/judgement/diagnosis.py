@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.identification.estimator.projection import turns
+from opensuction.identification.record import REVERSAL_SHARE, check_motion
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
-
-REVERSAL_SHARE = 0.05
-"""Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
 
 FEWEST_REVERSALS = 3
 """With fewer no branch of the loop is seen twice."""
@@ -69,17 +67,8 @@ def check(input_: Array, output: Array, names: Names) -> None:
     Raises InputError for a quantity that does not move, an input that never reverses or only
     trembles, and an output whose sign is against the input's.
     """
-    for name, record in ((names.input_name, input_), (names.output_name, output)):
-        if not np.ptp(record) > 0.0:
-            raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    check_motion(names[:2], input_, output, names.input_unit)
     range_ = float(np.ptp(input_))
-    back = float(np.max(np.maximum.accumulate(input_) - input_))
-    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
-    if min(back, forth) < REVERSAL_SHARE * range_:
-        raise InputError(
-            f"{names.input_name}: reverses by {min(back, forth):.4g} of a range of {range_:.4g} "
-            f"{names.input_unit}, at least {REVERSAL_SHARE:.0%} are needed to see a hysteresis"
-        )
     moves = np.diff(input_)
     about = input_ - input_.mean()
     if float(moves @ moves) > TREMBLING * float(about @ about):

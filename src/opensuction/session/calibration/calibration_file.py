@@ -11,7 +11,6 @@ from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
-from opensuction.session.cycle import cycle_choice
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings import calibration_section, identification_file, plausibility
 from opensuction.settings.calibration_section import Measured, Origin
@@ -20,7 +19,7 @@ from opensuction.settings.identification_file import (
     MODIFIED_DAHL,
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -64,7 +63,7 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
             date_utc=now.replace(microsecond=0),
             model="modified-dahl",
             method="variable-projection",
-            compensator=calibrated.choice.compensation,
+            compensator=calibrated.compensation,
             well_posed=found.fit.well_posed,
             rmse=found.fit.rmse_mm,
             rmse_unit="mm",
@@ -79,13 +78,14 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
             ),
         ),
         parameters={
-            name: Parameter(model[field], unit, []) for name, (field, unit) in MODIFIED_DAHL.items()
+            name: IdentifiedParameter(model[field], unit, [])
+            for name, (field, unit) in MODIFIED_DAHL.items()
         }
-        | {"initial_lag": Parameter(found.fit.lag_mm, "mm", [])},
+        | {"initial_lag": IdentifiedParameter(found.fit.lag_mm, "mm", [])},
         servo=found.calibration.feedforward,
         measured=Measured(
             machine=Origin(
-                name=cycle_choice.machine_of(calibrated.choice),
+                name=calibrated.equipment.machine_name,
                 preset=rig.kind.preset,
                 catheter_mm=rig.kind.catheter.outer_mm,
                 seed=rig.seed,
@@ -119,16 +119,16 @@ def confirmed(calibrated: Calibrated, now: datetime) -> Calibrated:
 
 def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | None) -> Json:
     """The JSON object of the command. path: of the parameter file; None where none is written."""
-    choice, rig = calibrated.choice, calibrated.rig
+    equipment, rig = calibrated.equipment, calibrated.rig
     data: Json = {
         "accepted": calibrated.accepted,
         "reasons": list(calibrated.reasons),
-        "machine": cycle_choice.machine_of(choice),
-        "patient": cycle_choice.patient_of(choice, rig.kind.preset == "bench"),
+        "machine": equipment.machine_name,
+        "patient": equipment.patient_name,
         "catheter_mm": rig.kind.catheter.outer_mm,
         "conduit_bend_rad": rig.kind.conduit.bend_rad,
-        "seed": choice.seed,
-        "compensation": choice.compensation,
+        "seed": equipment.seed,
+        "compensation": calibrated.compensation,
         "in_silico": True,
         **dict.fromkeys(("model", "parameters", "plays", "servo", "gap_mm", "gap_ratio")),
         **dict.fromkeys(("rmse_mm", "plays_rmse_mm", "validation_rmse_mm", "validation")),

@@ -13,8 +13,9 @@ from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_check import CalibrationCheck
-from opensuction.session.cycle import cycle_choice
-from opensuction.session.cycle.cycle_choice import Choice
+from opensuction.session.choice import CalibrationChoice
+from opensuction.session.cycle import equipment as equipments
+from opensuction.session.cycle.equipment import Equipment
 from opensuction.settings.calibration_section import Validation
 from opensuction.settings.choice import choose
 from opensuction.simulation import rig as rigs
@@ -36,7 +37,8 @@ WOULD_JUMP = (
 class Calibrated(NamedTuple):
     """A calibration, accepted or not."""
 
-    choice: Choice
+    equipment: Equipment
+    compensation: str
     rig: Rig
     first: Recording
     """What the models were fitted to."""
@@ -56,30 +58,32 @@ class Calibrated(NamedTuple):
         return not self.reasons
 
 
-def check(choice: Choice) -> None:
-    """Refuse unknown names and bad files before anything slow begins; raises InputError."""
-    cycle_choice.kinds(choice)
+def resolve(choice: CalibrationChoice) -> Equipment:
+    """What was chosen; raises InputError for unknown names and bad files."""
+    equipment = equipments.resolve(choice.rig)
     usable = {name: kind for name, kind in KIND_OF_NAME.items() if kind != CompensationKind.NONE}
     choose(choice.compensation, usable, "compensation")
+    return equipment
 
 
-def run(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Calibrated:
+def run(choice: CalibrationChoice, tell: Callable[[str], None] = lambda _: None) -> Calibrated:
     """Calibrate the machine that the seed draws, nobody on it.
 
-    A patient, where one was chosen, only says where the machine parks and which catheter it has.
     tell: called with a line of progress. Raises InputError for bad names and files; a poor fit
     is no error but a refusal in the result.
     """
-    check(choice)
-    rig = rigs.rig_of(*cycle_choice.kinds(choice), choice.seed)
+    equipment = resolve(choice)
+    rig = equipment.draw()
     tell("Exciting the machine: the head over its stroke and back, twice, the tip under a laser")
     first = rigs.recording(rig, IDENTIFICATION_RUN)
     tell("Exciting it again, to hold the models against what they have not seen")
     second = rigs.recording(rig, VALIDATION_RUN)
-    return judged(choice, rig, first, second)
+    return judged(equipment, choice.compensation, rig, first, second)
 
 
-def judged(choice: Choice, rig: Rig, first: Recording, second: Recording) -> Calibrated:
+def judged(
+    equipment: Equipment, compensation: str, rig: Rig, first: Recording, second: Recording
+) -> Calibrated:
     """Fit the first recording, hold the result against the second, and judge it."""
     checks = calibration_check.of_stroke(rig.profile.excitation, (first, second))
     reasons = calibration_check.reasons(checks)
@@ -95,9 +99,11 @@ def judged(choice: Choice, rig: Rig, first: Recording, second: Recording) -> Cal
         reasons = calibration_check.reasons(checks)
         if not found.fit.determined:
             reasons = (*reasons, UNDETERMINED)
-        if choice.compensation == "direct-inverse" and not found.fit.well_posed:
+        if compensation == "direct-inverse" and not found.fit.well_posed:
             reasons = (*reasons, WOULD_JUMP)
-    return Calibrated(choice, rig, first, second, found, validation, checks, reasons)
+    return Calibrated(
+        equipment, compensation, rig, first, second, found, validation, checks, reasons
+    )
 
 
 def validated(found: Identification, second: Recording) -> Validation:

@@ -15,7 +15,7 @@ SAME_CATHETER_MM = 0.01
 """Outer diameters nearer than this are the same catheter: sizes are a third of a mm apart."""
 
 
-def chosen(name: str) -> tuple[CompensationKind, Identified | None]:
+def resolve(name: str) -> tuple[CompensationKind, Identified | None]:
     """The compensator that was named, and the parameter file where one was given.
 
     Raises InputError for an unknown name and for a file whose model no compensator can use.

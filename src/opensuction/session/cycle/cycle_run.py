@@ -18,9 +18,8 @@ from opensuction.procedure.planning import clinical, teaching_limit
 from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
-from opensuction.session.cycle import compensation_choice, cycle_choice, fault_choice
-from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
-from opensuction.settings.identification_file import Identified
+from opensuction.session.cycle import compensation_choice, fault_choice
+from opensuction.session.cycle.resolution import Resolved
 from opensuction.simulation import closed_loop, self_calibration, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import teaching as by_hand
@@ -46,16 +45,14 @@ PIECE_S = 0.05
 class Prepared(NamedTuple):
     """A cycle ready to run."""
 
-    choice: Choice
+    resolved: Resolved
     rig: Rig
     protocol: Protocol
-    kind: CompensationKind
+    """As it was fitted to patient and machine."""
     calibration: Calibration
     """What the compensation works with: identified before use, from a file, or nominal."""
     identification: Identification | None
     """None where the compensation needs none, or has its model from a file."""
-    parameter_file: Identified | None
-    """The file that the compensation has its model from."""
     taught_mm: float | None
     """Carina's depth that the protocol was fitted to; None where it names its own travel."""
     loop: Loop
@@ -72,18 +69,18 @@ class Progress(NamedTuple):
     vacuum_mmhg: float
 
 
-def taught(choice: Choice, rig: Rig, calibration: Calibration) -> float:
+def teach(resolved: Resolved, rig: Rig, calibration: Calibration) -> float:
     """Depth of the carina as a person measured it, or as a hand teaches it on the rig.
 
     A fault may make it too long. Raises InputError where what was taught is not taken.
     """
-    wrong_mm = fault_choice.taught_error_mm(choice.faults)
+    wrong_mm = fault_choice.taught_error_mm(resolved.faults)
     if wrong_mm > 0.0:
-        wrong_mm += taught(choice._replace(faults=()), rig, calibration)
+        wrong_mm += teach(resolved._replace(faults=()), rig, calibration)
         teaching_limit.check_plausible(rig.site.age, wrong_mm, "the taught length")
         return wrong_mm
-    if choice.taught_mm is not None:
-        return choice.taught_mm
+    if resolved.choice.taught_mm is not None:
+        return resolved.choice.taught_mm
     found = by_hand.teach(rig, calibration)
     if found.taught != Taught.TAKEN:
         raise InputError(
@@ -93,81 +90,69 @@ def taught(choice: Choice, rig: Rig, calibration: Calibration) -> float:
     return found.taught_mm
 
 
-def _fitted(
-    found: Protocol | Template,
-    rig: Rig,
-    kind: CompensationKind,
-    calibration: Calibration,
-    by_contact: bool,
-) -> Protocol:
+def _fit(resolved: Resolved, rig: Rig, calibration: Calibration) -> Protocol:
     """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
-    able = setup.abilities(rig.profile, kind, calibration, rig.site)
-    if isinstance(found, Template):
-        return clinical.fitted(found, able, rig.site, by_contact)
-    if not found.bench_only:
+    protocol, by_contact = resolved.protocol, resolved.by_contact
+    able = setup.abilities(rig.profile, resolved.compensation, calibration, rig.site)
+    if isinstance(protocol, Template):
+        return clinical.fitted(protocol, able, rig.site, by_contact)
+    if not protocol.bench_only:
         clinical.check_catheter(rig.site)
-        clinical.check_depth(found, rig.site, by_contact)
-        clinical.enforce(clinical.held_against_guidelines(found, able, rig.site, by_contact))
-    return found
+        clinical.check_depth(protocol, rig.site, by_contact)
+        clinical.enforce(clinical.held_against_guidelines(protocol, able, rig.site, by_contact))
+    return protocol
 
 
-def _refuse_early(
-    found: Protocol | Template,
-    rig: Rig,
-    kind: CompensationKind,
-    calibration: Calibration,
-    by_contact: bool,
-) -> None:
+def _refuse_early(resolved: Resolved, rig: Rig, calibration: Calibration) -> None:
     """Refuse before the slow part what no taught depth can make possible.
 
     Nothing is easier to fit than the least depth at which a tip can stop short of the carina.
     Raises InputError.
     """
-    first = rig
+    first, found = rig, resolved.protocol
     if isinstance(found, Template):
         least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
-    protocol = _fitted(found, first, kind, calibration, by_contact)
+    protocol = _fit(resolved, first, calibration)
+    kind, by_contact = resolved.compensation, resolved.by_contact
     setup.planned(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
-def prepare(choice: Choice, tell: Callable[[str], None] = lambda _: None) -> Prepared:
+def prepare(resolved: Resolved, tell: Callable[[str], None] = lambda _: None) -> Prepared:
     """Draw the machine, identify it and teach it where that is needed, and plan the cycle.
 
-    tell: called with a line of progress. Raises InputError for bad names, files and plans.
+    tell: called with a line of progress. Raises InputError for what cannot be planned.
     """
-    choice = fault_choice.set_up(choice, choice.faults)
-    found, kind = cycle_choice.check(choice)
-    by_contact = APPROACHES[choice.approach]
-    rig = rigs.rig_of(*cycle_choice.kinds(choice), choice.seed)
+    choice, kind, by_contact = resolved.choice, resolved.compensation, resolved.by_contact
+    is_template = isinstance(resolved.protocol, Template)
+    rig = resolved.equipment.draw()
     if by_contact and not rig.machine.has_patient:
         rig = rigs.with_carina(rig, CONTACT_CARINA_MM)
-    file = compensation_choice.chosen(choice.compensation)[1]
     calibration = rigs.uncalibrated(rig.profile)
-    if file is not None:
-        calibration = compensation_choice.calibration(file, choice.compensation, rig.kind)
-    _refuse_early(found, rig, kind, calibration, by_contact)
-    tell(cycle_choice.heading(choice))
+    if resolved.parameter_file is not None:
+        calibration = compensation_choice.calibration(
+            resolved.parameter_file, choice.compensation, rig.kind
+        )
+    _refuse_early(resolved, rig, calibration)
+    tell(resolved.heading)
     identification, taught_mm, known = None, None, calibration
-    if file is not None:
+    if resolved.parameter_file is not None:
         tell(f"Compensating with the model of {choice.compensation}")
-    elif kind != CompensationKind.NONE or isinstance(found, Template):
+    elif kind != CompensationKind.NONE or is_template:
         tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
         identification = rigs.identify(rig)
         known = identification.calibration
-    if isinstance(found, Template):
-        taught_mm = taught(choice, rig, known)
+    if is_template:
+        taught_mm = teach(resolved, rig, known)
         rig = with_depth(rig, taught_mm)
     if kind == CompensationKind.NONE:
         identification = None
     else:
         calibration = known
-    protocol = _fitted(found, rig, kind, calibration, by_contact)
+    protocol = _fit(resolved, rig, calibration)
     rig = self_calibration.with_widths(rig, choice.gap_scale)
     loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
-    return Prepared(
-        choice, rig, protocol, kind, calibration, identification, file, taught_mm, loop, start
-    )
+    return Prepared(resolved, rig, protocol, calibration, identification, taught_mm, loop, start)
 
 
 def with_depth(rig: Rig, carina_mm: float) -> Rig:
@@ -223,23 +208,21 @@ def progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progress
 
 def checks(prepared: Prepared) -> list[GuidelineCheck]:
     """The clinical requirements of the paper's section II-A, held against the plan."""
-    able = setup.abilities(
-        prepared.rig.profile, prepared.kind, prepared.calibration, prepared.rig.site
-    )
-    by_contact = APPROACHES[prepared.choice.approach]
+    kind, by_contact = prepared.resolved.compensation, prepared.resolved.by_contact
+    able = setup.abilities(prepared.rig.profile, kind, prepared.calibration, prepared.rig.site)
     return clinical.held_against_guidelines(prepared.protocol, able, prepared.rig.site, by_contact)
 
 
 def stopping_mm(prepared: Prepared) -> float:
     """Where suction is meant to take place: the travel, or off the carina that is touched."""
-    if APPROACHES[prepared.choice.approach]:
+    if prepared.resolved.by_contact:
         return prepared.rig.machine.airway.carina_mm - prepared.protocol.backoff_mm
     return prepared.protocol.travel_mm
 
 
 def tracked_span_s(prepared: Prepared) -> float | None:
     """Span over which tracking is scored: the paper's cycle is, 0 to 29 s of its reference."""
-    if not prepared.protocol.bench_only or APPROACHES[prepared.choice.approach]:
+    if not prepared.protocol.bench_only or prepared.resolved.by_contact:
         return None
     protocol = prepared.protocol
     return (

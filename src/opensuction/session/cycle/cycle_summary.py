@@ -17,7 +17,7 @@ from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition, row_of
-from opensuction.session.cycle import cycle_choice, cycle_run, machine_summary
+from opensuction.session.cycle import cycle_run, machine_summary
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
@@ -154,13 +154,14 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
             "deeper than the tip may go, or needs more than the "
             f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
         )
-    if prepared.parameter_file is not None and prepared.parameter_file.servo is None:
+    kind, file = prepared.resolved.compensation, prepared.resolved.parameter_file
+    if file is not None and file.servo is None:
         found.append(
             "The parameter file holds no servo feedforward, so the head lags behind its command; "
             "a section servo with velocity_v_s_per_mm and friction_v would add it."
         )
     model = prepared.calibration.model
-    on_dahl = prepared.kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
+    on_dahl = kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
     if not on_dahl or modified_dahl.is_monotone(model):
         return found
     slope, gain = model.slope, model.velocity_gain
@@ -168,7 +169,7 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
         f"The identified model is not monotone (c = {slope:.3f} is not above 2 beta = "
         f"{2 * gain:.3f}): at a reversal it has no continuous inverse"
     )
-    if prepared.kind == CompensationKind.DIRECT_INVERSE:
+    if kind == CompensationKind.DIRECT_INVERSE:
         found.append(f"{sentence}, and the printed compensator jumps there.")
     else:
         found.append(f"{sentence}; the reversal is crossed as a gap.")
@@ -182,19 +183,20 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
     the compiled simulation alone took, trace included.
     """
     result = cycle_run.figures(prepared, columns)
-    choice, kind = prepared.choice, prepared.rig.kind
+    resolved, kind = prepared.resolved, prepared.rig.kind
+    choice, equipment = resolved.choice, resolved.equipment
     data: Json = {
         "outcome": "completed" if result.completed else "aborted",
         "version": __version__,
         "in_silico": True,
-        "machine": cycle_choice.machine_of(choice),
-        "protocol": choice.protocol,
+        "machine": equipment.machine_name,
+        "protocol": resolved.protocol_name,
         "approach": choice.approach,
         "compensation": choice.compensation,
-        "patient": cycle_choice.patient_of(choice, kind.preset == "bench"),
+        "patient": equipment.patient_name,
         "catheter": machine_summary.catheter_name(kind.catheter),
         "conduit": machine_summary.conduit_name(kind.catheter, kind.conduit),
-        "seed": choice.seed,
+        "seed": equipment.seed,
         "gap_scale": choice.gap_scale,
         "taught_mm": prepared.taught_mm,
         "teaching": machine_summary.teaching(prepared),

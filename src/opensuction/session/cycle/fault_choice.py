@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.session.cycle.cycle_choice import APPROACHES, Choice
 from opensuction.settings.choice import choose
 from opensuction.settings.wording import one_line, shown
 from opensuction.simulation.injection import injection
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine.catheter import CATHETERS
@@ -48,16 +47,16 @@ def _number(text: str, what: str, whole: str) -> float:
     return value
 
 
-def _instant(text: str, whole: str) -> Instant:
+def _instant(text: str, whole: str) -> FaultInstant:
     """The instant after the ``@``."""
     name, plus, after = text.partition("+")
     if not name or not name[0].isalpha():
-        return Instant(None, _number(text, "the instant", whole))
+        return FaultInstant(None, _number(text, "the instant", whole))
     phase = choose(name.replace("-", "_"), PHASES, "phase of a fault")
-    return Instant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
+    return FaultInstant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
 
 
-def parsed(text: str) -> Injection:
+def parse(text: str) -> Injection:
     """The fault that a person wrote; raises InputError for what cannot be meant."""
     parts = _PARTS.fullmatch(text)
     if parts is None:
@@ -70,31 +69,17 @@ def parsed(text: str) -> Injection:
     return Injection(fault, at, strength)
 
 
-def chosen(texts: Sequence[str], approach: str, cycles: int) -> tuple[Injection, ...]:
+def resolve(texts: Sequence[str], approach: str) -> tuple[Injection, ...]:
     """Faults for one cycle; raises InputError for what cannot happen in it."""
-    faults = tuple(parsed(text) for text in texts)
+    faults = tuple(parse(text) for text in texts)
     injection.check(faults)
-    if faults and cycles > 1:
-        raise InputError(
-            f"--fault is for a single cycle, not for --repeat {cycles}: leave one of both out"
-        )
     for one in faults:
-        if one.at.phase == Phase.BACKING_OFF and not APPROACHES.get(approach, True):
+        if one.at.phase == Phase.BACKING_OFF and approach == "travel":
             raise InputError(
                 f"fault '{one.fault.title}' at {one.at.title}: approach '{approach}' has no phase "
                 "backing_off; use --approach contact or another phase"
             )
     return faults
-
-
-def set_up(choice: Choice, faults: Sequence[Injection]) -> Choice:
-    """The choice with the faults of its set-up; what is refused is for planning to say."""
-    for fault in (one.fault for one in faults):
-        if fault == Fault.WRONG_PRESET:
-            choice = choice._replace(patient="neonate", protocol="adult")
-        elif fault == Fault.CATHETER_TOO_WIDE:
-            choice = choice._replace(catheter=WIDEST)
-    return choice
 
 
 def taught_error_mm(faults: Sequence[Injection]) -> float:

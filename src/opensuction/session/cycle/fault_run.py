@@ -35,7 +35,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
 
     watch: hears of each piece. Raises InputError where the cycle is over before a fault's instant.
     """
-    faults = prepared.choice.faults
+    faults = prepared.resolved.faults
     if not faults:
         state, columns = cycle_run.played(prepared, prepared.start, START, watch)
         return InjectedRun(state, columns, (), columns)
@@ -51,7 +51,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
         later,
         after_s=AFTERMATH_S if prepared.rig.machine.has_patient else injection.AFTERMATH_S,
         resets=RESETS if restarts else 0,
-        seed=prepared.choice.seed,
+        seed=prepared.rig.seed,
         watch=heard,
         piece_s=cycle_run.PIECE_S,
     )
@@ -62,7 +62,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
             f"after {last_s:.1f} s, or that phase after less"
         )
     planned = [
-        Injected(one, 0.0, injection.noticed(found.columns, 0.0))
+        Injected(one, 0.0, injection.find_notice(found.columns, 0.0))
         for one in faults
         if one not in later
     ]

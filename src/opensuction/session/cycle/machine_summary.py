@@ -7,14 +7,14 @@ from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json
 from opensuction.simulation.rig import Identification
-from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, laid
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, lay
 
 
 def teaching(prepared: Prepared) -> Json | None:
     """Where the protocol's depth comes from, and how far it is from the truth."""
     if prepared.taught_mm is None:
         return None
-    by_hand = prepared.choice.taught_mm is None
+    by_hand = prepared.resolved.choice.taught_mm is None
     return {
         "source": "hand" if by_hand else "given",
         "error_mm": prepared.taught_mm - prepared.rig.machine.airway.carina_mm,
@@ -38,7 +38,7 @@ def _plays(found: Identification) -> Json:
 
 def identification(prepared: Prepared) -> Json | None:
     """What the compensator works with, and where it is from; None for one that needs no model."""
-    found, file = prepared.identification, prepared.parameter_file
+    found, file = prepared.identification, prepared.resolved.parameter_file
     if found is None and file is None:
         return None
     model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
@@ -68,7 +68,7 @@ def identification(prepared: Prepared) -> Json | None:
     return data | {
         "rmse_mm": file.about.rmse,
         "samples": file.about.recording.fitted_samples,
-        "file": prepared.choice.compensation,
+        "file": prepared.resolved.choice.compensation,
         "recording": file.about.recording.file,
         "recording_sha256": file.about.recording.sha256,
     }
@@ -85,7 +85,7 @@ def catheter_name(catheter: Catheter) -> str:
 def conduit_name(catheter: Catheter, conduit: Conduit) -> str:
     """Name of a conduit for a catheter, or its measures where it has none."""
     for name in ROUTES:
-        if laid(name, catheter) == conduit:
+        if lay(name, catheter) == conduit:
             return name
     return (
         f"{conduit.length_mm:g} mm, bore {conduit.bore_mm:g} mm, bent by {conduit.bend_rad:g} rad"

@@ -6,14 +6,11 @@ that they hold for, or one that the protocol cannot be done with, lets no furthe
 
 from typing import NamedTuple
 
-from opensuction.control.compensation import KIND_OF_NAME, ON_PLAYS, CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.record import Settings
 from opensuction.controller.setup import Calibration
 from opensuction.identification.estimator.gap_scale import TRUSTED, ScaleRecord
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.planning.clinical import Template
-from opensuction.procedure.planning.protocol import Protocol
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import self_calibration
@@ -32,33 +29,6 @@ class Learning(NamedTuple):
     """The last change of the scale."""
     refusal: str | None
     """Why no further cycle may begin."""
-
-
-def check(
-    found: Protocol | Template, kind: CompensationKind, by_contact: bool, repeat: int
-) -> None:
-    """Refuse self-calibration where nothing could be learned or used; raises InputError."""
-    if not by_contact:
-        raise InputError(
-            "--self-calibrate measures the gap where the tip touches the carina: add "
-            "--approach contact"
-        )
-    if repeat < 2:
-        raise InputError(
-            "--self-calibrate is for the next cycle: add --repeat 2 or more, and --every MIN"
-        )
-    if kind not in ON_PLAYS:
-        known = " or ".join(name for name, other in KIND_OF_NAME.items() if other in ON_PLAYS)
-        name = kind.name.lower().replace("_", "-")
-        raise InputError(
-            f"--self-calibrate finds a scale of play widths, and compensation '{name}' has none: "
-            f"use {known}"
-        )
-    if found.backoff_mm <= 0.0:
-        raise InputError(
-            f"--self-calibrate needs a reversal at the carina, and backoff_mm is "
-            f"{found.backoff_mm:g} mm: set it to 1 mm or more"
-        )
 
 
 def begun(prepared: Prepared) -> Learning:
@@ -96,11 +66,11 @@ def applied(
     """
     if learning.record.new == learning.record.old:
         return prepared, state, learning
-    rig = prepared.rig
+    rig, kind = prepared.rig, prepared.resolved.compensation
     used = self_calibration.rescaled(learning.identified, learning.record)
     try:
         planned = setup.settings(
-            rig.profile, prepared.protocol, prepared.kind, used, by_contact=True, site=rig.site
+            rig.profile, prepared.protocol, kind, used, by_contact=True, site=rig.site
         )
         planned = self_calibration.bounded(planned, learning.settings)
     except InputError as refused:

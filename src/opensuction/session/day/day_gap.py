@@ -6,7 +6,9 @@ import numpy as np
 
 from opensuction.identification.estimator.gap_scale import ScaleRecord
 from opensuction.report.sheet import Curve, Plot, Section, Table
+from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
+from opensuction.session.cycle import cycle_summary
 from opensuction.session.day.day_run import Day
 from opensuction.session.plain import Json
 
@@ -44,21 +46,22 @@ def alarms(day: Day, time_s: float) -> list[Json]:
     """The alarm that a refused gap is, for the last cycle's JSON. time_s: when it was found."""
     if day.refusal is None:
         return []
-    return [
-        {
-            "name": CONDITION.name.lower().replace("_", "-"),
-            "priority": CONDITION.row.handling.priority.name.lower(),
-            "sentence": CONDITION.row.sentence,
-            "time_s": time_s,
-        }
-    ]
+    raised = Episode(
+        condition=CONDITION,
+        priority=CONDITION.row.handling.priority,
+        started_s=time_s,
+        ended_s=None,
+        latched=False,
+        acknowledged_s=None,
+    )
+    return cycle_summary.alarms([raised])
 
 
-def notes(day: Day, repeat: int) -> list[str]:
+def notes(day: Day) -> list[str]:
     """Why no further cycle began, and what to do; nothing where all went well."""
     if day.refusal is None:
         return []
-    done = len(day.cycles)
+    done, repeat = len(day.cycles), day.asked.repeat
     kept = f" Cycle {done + 1} of {repeat} was refused." if done < repeat else ""
     refusal = day.refusal[0].upper() + day.refusal[1:]
     priority = CONDITION.row.handling.priority.name.lower()

@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from opensuction.controller import controller, setup
 from opensuction.identification.estimator.gap_scale import ScaleRecord
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import (
     CHANGED,
@@ -27,6 +26,7 @@ from opensuction.kernel.requests import (
 from opensuction.procedure.cycle import schedule, upkeep
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.day import day_calibration
@@ -39,8 +39,6 @@ SAMPLE_S = 60.0
 """Patient and secretions are looked at this often between cycles."""
 WAKE_S = 0.5
 """The closed loop is played again this long before a cycle is due."""
-MOST_CYCLES = 500
-"""More would be weeks: a trial, not a day."""
 WORN = (Refusal.CATHETER_LIFE_OVER, Refusal.CATHETER_LIFE_ENDS)
 
 
@@ -74,6 +72,7 @@ class DaySamples(NamedTuple):
 class Day(NamedTuple):
     """A day, or what was done of it before a cycle was broken off."""
 
+    asked: DayChoice
     cycles: tuple[DayCycle, ...]
     samples: DaySamples
     last: Prepared
@@ -88,20 +87,6 @@ class Day(NamedTuple):
     """Why self-calibration let no further cycle begin."""
 
 
-def check(repeat: int, every_min: float | None, bench: bool) -> None:
-    """Refuse what is no day; raises InputError."""
-    if repeat > MOST_CYCLES:
-        raise InputError(f"--repeat {repeat}: should be at most {MOST_CYCLES}")
-    if every_min is not None and repeat < 2:
-        raise InputError(f"--every {every_min:g} says nothing without --repeat 2 or more")
-    if repeat > 1 and every_min is None:
-        raise InputError(f"--repeat {repeat} needs --every MIN: minutes from start to start")
-    if repeat > 1 and bench:
-        raise InputError("--repeat is for a patient, and the bench has none: use another protocol")
-    if every_min is not None:
-        schedule.schedule(ScheduleMode.TIMED, 60.0 * every_min)
-
-
 class _Diary:
     """Samples of the patient as the day goes on."""
 
@@ -110,7 +95,7 @@ class _Diary:
 
     def note(self, state: LoopState) -> None:
         """Add how it is now."""
-        seen = state.machine.coupling.shown
+        seen = state.machine.coupling.signs
         self.rows.append(
             (
                 state.tick * DT_S,
@@ -183,29 +168,26 @@ def _renewed(prepared: Prepared, state: LoopState) -> LoopState:
 
 def play(
     prepared: Prepared,
-    repeat: int,
-    every_s: float,
+    asked: DayChoice,
     tell: Callable[[DayCycle], None],
-    self_calibrates: bool = False,
 ) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    every_s: from start to start. tell: hears of each cycle when it is over. self_calibrates: the
-    gap is measured at each contact. A cycle that does not end parked ends the day: a halted
-    machine waits for a person. So does a gap out of its range.
+    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
+    halted machine waits for a person. So does a gap out of its range.
     """
     timed = setup.scheduled(
-        prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, every_s)
+        prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
     )
     prepared = prepared._replace(loop=prepared.loop._replace(controller=timed))
     state, requests, diary = prepared.start, START, _Diary()
     began_ml = float(np.sum(state.bedside.secretion_ml))
     cycles: list[DayCycle] = []
     columns: Columns = {}
-    learning = day_calibration.begun(prepared) if self_calibrates else None
-    while len(cycles) < repeat:
+    learning = day_calibration.begun(prepared) if asked.self_calibrates else None
+    while len(cycles) < asked.repeat:
         if cycles:
-            state = _waited(prepared, state, every_s - WAKE_S, diary)
+            state = _waited(prepared, state, asked.every_s - WAKE_S, diary)
         worn = _is_worn(prepared, state)
         if worn:
             # Put back to work, the clock begins anew: the person starts this cycle.
@@ -224,13 +206,14 @@ def play(
         refusal = None if learning is None else learning.refusal
         if state.controller.core.procedure.phase != Phase.PARKED or refusal is not None:
             break
-        if learning is not None and len(cycles) < repeat:
+        if learning is not None and len(cycles) < asked.repeat:
             prepared, state, learning = day_calibration.applied(learning, prepared, state)
             if learning.refusal is not None:
                 break
     left_ml = float(np.sum(state.bedside.secretion_ml))
     removed_ml = sum(cycle.outcome.removed_ml for cycle in cycles)
     return Day(
+        asked=asked,
         cycles=tuple(cycles),
         samples=diary.samples(),
         last=prepared,

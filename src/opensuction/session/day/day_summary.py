@@ -3,15 +3,15 @@
 import numpy as np
 
 from opensuction import __version__
+from opensuction.kernel.constant import HOUR_S
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
-from opensuction.session.cycle import cycle_choice, cycle_summary
+from opensuction.session.cycle import cycle_summary
 from opensuction.session.day import day_gap
 from opensuction.session.day.day_run import Day, DayCycle
 from opensuction.session.plain import Json, without_nan
 
-HOUR_S = 3600.0
 MINUTE_S = 60.0
 
 
@@ -38,10 +38,11 @@ def _row(cycle: DayCycle) -> Json:
     }
 
 
-def notes(day: Day, repeat: int, every_min: float) -> list[str]:
+def notes(day: Day) -> list[str]:
     """What a person should know of the day, in sentences."""
-    said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, MINUTE_S * every_min))
-    said += day_gap.notes(day, repeat)
+    said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, day.asked.every_s))
+    said += day_gap.notes(day)
+    repeat = day.asked.repeat
     if len(day.cycles) < repeat and day.refusal is None:
         said.append(
             f"The day ended with cycle {len(day.cycles)} of {repeat}: it was broken off, and a "
@@ -57,12 +58,12 @@ def notes(day: Day, repeat: int, every_min: float) -> list[str]:
     return said
 
 
-def plain(day: Day, repeat: int, every_min: float) -> Json:
+def plain(day: Day) -> Json:
     """The key ``day`` of the command's JSON."""
     data: Json = without_nan(
         {
-            "repeat": repeat,
-            "every_min": every_min,
+            "repeat": day.asked.repeat,
+            "every_min": day.asked.every_min,
             "cycles": [_row(cycle) for cycle in day.cycles],
             "produced_ml": day.produced_ml,
             "removed_ml": sum(cycle.outcome.removed_ml for cycle in day.cycles),
@@ -71,7 +72,7 @@ def plain(day: Day, repeat: int, every_min: float) -> Json:
             "spo2_nadir_percent": float(np.min(day.samples.spo2_percent)),
             "catheter_changes": sum(cycle.catheter_changed for cycle in day.cycles),
             "refusal": day.refusal,
-            "notes": notes(day, repeat, every_min),
+            "notes": notes(day),
         }
     )
     return data
@@ -140,9 +141,10 @@ def _plots(day: Day) -> tuple[Plot, ...]:
     )
 
 
-def page(day: Day, repeat: int, every_min: float) -> Sheet:
+def page(day: Day) -> Sheet:
     """The day as a page."""
-    choice = day.last.choice
+    resolved, repeat = day.last.resolved, day.asked.repeat
+    equipment = resolved.equipment
     done = sum(cycle.outcome.completed for cycle in day.cycles)
     removed = sum(cycle.outcome.removed_ml for cycle in day.cycles)
     whole = done == repeat and day.refusal is None
@@ -153,18 +155,16 @@ def page(day: Day, repeat: int, every_min: float) -> Sheet:
         good=whole,
         lead=f"{removed:.1f} mL of secretions removed, {day.produced_ml:.1f} mL produced.",
         run=(
-            ("machine", cycle_choice.machine_of(choice)),
-            ("patient", cycle_choice.patient_of(choice, on_bench=False) or ""),
-            ("protocol", choice.protocol),
-            ("approach", choice.approach),
-            ("every", f"{every_min:g} min"),
-            ("seed", str(choice.seed)),
+            ("machine", equipment.machine_name),
+            ("patient", equipment.patient_name or ""),
+            ("protocol", resolved.protocol_name),
+            ("approach", resolved.choice.approach),
+            ("every", f"{day.asked.every_min:g} min"),
+            ("seed", str(equipment.seed)),
             ("version", __version__),
         ),
         sections=(
-            Section(
-                "What happened", tuple(notes(day, repeat, every_min)), (_table(day),), _plots(day)
-            ),
+            Section("What happened", tuple(notes(day)), (_table(day),), _plots(day)),
             *(() if gap is None else (gap,)),
         ),
     )

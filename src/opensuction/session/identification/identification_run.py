@@ -1,7 +1,6 @@
 """Identification of a recording, from names of columns to results: the workbench's two commands."""
 
 import math
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from opensuction.recording import pair as recorded
 from opensuction.recording import table
 from opensuction.recording.pair import Pair, Span
 from opensuction.recording.table import Table
+from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
 from opensuction.settings.unit import unit_of_column
 from opensuction.settings.wording import one_line
@@ -24,46 +24,29 @@ UNKNOWN_UNITS = ("input", "output")
 """What units are called where a column's name has none: a slope is then in output/input."""
 
 
-class Choice(NamedTuple):
-    """What a person chose."""
+class Loaded(NamedTuple):
+    """A recording ready to be identified."""
 
-    file: Path
-    input: str
-    output: str
-    time: str | None
-    """Column of time; None: samples are evenly spaced."""
-    negate_output: bool
-    input_unit: str | None
-    """None: the one in the column's name."""
-    output_unit: str | None
+    choice: RecordingChoice
     model: str | None
     """None: all of them are compared."""
     method: str | None
     """None: the model's own."""
-    holdout_ratio: float
-    span: Span
-    """Part of the recording that is used."""
-
-
-class Loaded(NamedTuple):
-    """A recording ready to be identified."""
-
-    choice: Choice
     table: Table
     pair: Pair
     labels: Labels
     """Names and units, ``input`` and ``output`` for units that are not known."""
 
 
-def check(choice: Choice) -> None:
+def check(choice: RecordingChoice, model: str | None, method: str | None) -> None:
     """Refuse unknown names and impossible numbers before a file is read; raises InputError."""
-    if choice.model is not None:
-        choose(choice.model, MODELS, "model")
-    if choice.method is not None:
-        choose(choice.method, METHODS, "method")
-    if not 0.0 <= choice.holdout_ratio <= workbench.MOST_HOLDOUT_RATIO:
+    if model is not None:
+        choose(model, MODELS, "model")
+    if method is not None:
+        choose(method, METHODS, "method")
+    if not 0.0 <= choice.holdout <= workbench.MOST_HOLDOUT_RATIO:
         raise InputError(
-            f"--holdout {choice.holdout_ratio:g}: should be from 0 to "
+            f"--holdout {choice.holdout:g}: should be from 0 to "
             f"{workbench.MOST_HOLDOUT_RATIO:g}, the share of the recording that is predicted "
             "instead of fitted"
         )
@@ -75,8 +58,8 @@ def check(choice: Choice) -> None:
         )
 
 
-def _check_span(choice: Choice) -> None:
-    for option, end_s in (("--from", choice.span.from_s), ("--to", choice.span.to_s)):
+def _check_span(choice: RecordingChoice) -> None:
+    for option, end_s in (("--from", choice.from_s), ("--to", choice.to_s)):
         if end_s is None:
             continue
         if choice.time is None:
@@ -85,13 +68,13 @@ def _check_span(choice: Choice) -> None:
             raise InputError(f"{option} {end_s}: should be a time in seconds")
 
 
-def load(choice: Choice) -> Loaded:
-    """Read the columns that were named.
+def load(choice: RecordingChoice, model: str | None, method: str | None) -> Loaded:
+    """Read the columns that were named, for one model by one method or, with None, for all.
 
     Raises InputError for a file that is no table, columns that it does not have, cells that are
     no numbers, a time that does not rise, and records that cannot show how one follows the other.
     """
-    check(choice)
+    check(choice, model, method)
     found = table.opened(choice.file)
     known = dict.fromkeys(found.names)
     wanted = [choice.input, choice.output]
@@ -106,14 +89,16 @@ def load(choice: Choice) -> Loaded:
             time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
             recorded.check_time(choice.time, time_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
-        pair = recorded.cut(Pair(columns[choice.input], answer, time_s), choice.span)
+        pair = recorded.cut(
+            Pair(columns[choice.input], answer, time_s), Span(choice.from_s, choice.to_s)
+        )
         recorded.check(pair, choice.input, choice.output)
     except InputError as refused:
         raise _of_file(choice, refused) from None
-    return Loaded(choice, found, pair, labels(choice))
+    return Loaded(choice, model, method, found, pair, labels(choice))
 
 
-def labels(choice: Choice) -> Labels:
+def labels(choice: RecordingChoice) -> Labels:
     """Names and units of the columns, as estimators and reports call them."""
     return Labels(
         input_name=choice.input,
@@ -128,7 +113,7 @@ def unit(given: str | None, column: str) -> str:
     return unit_of_column(column) if given is None else given
 
 
-def _of_file(choice: Choice, refused: InputError) -> InputError:
+def _of_file(choice: RecordingChoice, refused: InputError) -> InputError:
     return InputError(one_line(f"{choice.file}: {refused}"))
 
 
@@ -141,9 +126,9 @@ def identify(loaded: Loaded) -> Result:
             pair.driven,
             pair.answer,
             pair.time_s,
-            choice.model or next(iter(MODELS)),
-            choice.method,
-            choice.holdout_ratio,
+            loaded.model or next(iter(MODELS)),
+            loaded.method,
+            choice.holdout,
             loaded.labels,
         )
     except InputError as refused:
@@ -156,7 +141,7 @@ def compare(loaded: Loaded, progress: Progress | None = None) -> list[Result]:
     _check_direction(loaded)
     try:
         return workbench.compare(
-            pair.driven, pair.answer, pair.time_s, choice.holdout_ratio, loaded.labels, progress
+            pair.driven, pair.answer, pair.time_s, choice.holdout, loaded.labels, progress
         )
     except InputError as refused:
         raise _of_file(choice, refused) from None

@@ -9,7 +9,8 @@ from datetime import datetime
 import numpy as np
 
 from opensuction import __version__
-from opensuction.identification.workbench import METHODS, MODELS, Estimate, Result
+from opensuction.identification.judgement.candidate import Estimate
+from opensuction.identification.workbench import METHODS, MODELS, Result
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import Loaded
 from opensuction.session.plain import Json, without_nan
@@ -19,7 +20,7 @@ from opensuction.settings.identification_file import (
     NO_COMPENSATOR,
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -35,9 +36,9 @@ def _figures(result: Result) -> Json:
     """One model's figures."""
     return {
         "model": result.model,
-        "model_words": MODELS.get(result.model),
+        "model_words": MODELS[result.model].summary,
         "method": result.method,
-        "method_words": METHODS.get(result.method),
+        "method_words": METHODS[result.method],
         "parameters": {
             name: {"value": found.value, "unit": found.unit, "ci95": _interval(found) or None}
             for name, found in result.parameters.items()
@@ -73,7 +74,7 @@ def _provenance(loaded: Loaded, now: datetime, seconds: float) -> Json:
             "output": _quantity(loaded, output=True)._asdict(),
             "time": choice.time,
         },
-        "holdout_ratio": choice.holdout_ratio,
+        "holdout_ratio": choice.holdout,
         "line_rmse_percent_of_range": 100.0 * identification_run.line(pair)[1] / range_,
         "version": __version__,
         "date_utc": now.isoformat(timespec="seconds"),
@@ -132,7 +133,7 @@ def parameter_file(loaded: Loaded, result: Result, now: datetime) -> Identified:
             ),
         ),
         parameters={
-            name: Parameter(found.value, found.unit, _interval(found))
+            name: IdentifiedParameter(found.value, found.unit, _interval(found))
             for name, found in result.parameters.items()
         },
         servo=None,

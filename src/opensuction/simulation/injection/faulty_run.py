@@ -8,6 +8,7 @@ import numpy.typing as npt
 from opensuction.controller import controller
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
+from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
@@ -26,9 +27,9 @@ from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
+    FaultOnset,
     LinkEffect,
     MachineEffect,
-    Onset,
     PatientEffect,
     ReadingEffect,
 )
@@ -37,7 +38,6 @@ from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.machine import Machine
 
 _PHASE = COLUMNS.index("phase")
-HOUR_S = 3600.0
 MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
 _COMMANDS = row.columns(Commands)
 
@@ -80,7 +80,7 @@ class FaultyRun:
         linked_ticks = 0 if self._messages is None else len(table)
         self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
-        loop = loop._replace(machine=preset.racked(loop.machine, home_mm))
+        loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._loop = loop
         self._wiring = Wiring(
             link=link.healthy(seed),
@@ -220,7 +220,7 @@ class FaultyRun:
             sensor = row.change_reading(strength, readings, self._seed)
             self._relink(link.with_reading_fault(self._wiring.link, sensor))
         elif isinstance(row.effect, LinkEffect):
-            onset = Onset(strength, self.done, DT_S)
+            onset = FaultOnset(strength, self.done, DT_S)
             self._relink(row.change_link(self._wiring.link, onset))
             self._after_link_fault(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:
@@ -256,7 +256,7 @@ class FaultyRun:
     def _restart(self) -> None:
         """A new controller starts: it knows what its encoder reads and how old the catheter is."""
         self._first_alone_s = self.alone_s
-        readings = link.sensed(
+        readings = link.sense(
             self._wiring.link, machine.read(self._machine, self.state.machine), self.done
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")

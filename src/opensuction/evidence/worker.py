@@ -1,7 +1,7 @@
-"""A process that runs cases of hazards: pickled cases on stdin, pickled results on stdout.
+"""A process that works for another: pickled functions and arguments on stdin, answers on stdout.
 
-``python -m opensuction.evidence.safety_case.case_worker``. It ends at once with its input, also in
-the middle of a case, so that it never outlives the process that started it.
+``python -m opensuction.evidence.worker``. It ends at once with its input, also in the middle of a
+task, so that it never outlives the process that started it, however that one ends.
 """
 
 import os
@@ -12,25 +12,23 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 
-def _listen(given: BinaryIO, cases: "SimpleQueue[Any]") -> None:
-    """Hand on every case; the end of the input is the end of the process."""
+def _listen(given: BinaryIO, tasks: "SimpleQueue[Any]") -> None:
+    """Hand on every task; the end of the input is the end of the process."""
     while True:
         try:
-            cases.put(pickle.load(given))
+            tasks.put(pickle.load(given))
         except (EOFError, pickle.UnpicklingError):  # the latter: cut off in the middle
             os._exit(0)
 
 
 def serve(given: BinaryIO, taken: BinaryIO) -> None:
-    """Answer every case; one that raises is answered by its exception."""
-    from opensuction.evidence.safety_case import hazard_case
-
-    cases: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_listen, args=(given, cases), daemon=True).start()
+    """Answer every task, a pair of function and argument; one that raises by its exception."""
+    tasks: SimpleQueue[Any] = SimpleQueue()
+    threading.Thread(target=_listen, args=(given, tasks), daemon=True).start()
     while True:
-        case = cases.get()
+        function, argument = tasks.get()
         try:
-            answer: object = hazard_case.run(case)
+            answer: object = function(argument)
         except Exception as failure:  # told to whoever asked, who knows what to do
             answer = failure
         pickle.dump(answer, taken)

@@ -1,0 +1,78 @@
+"""``benchmark``: every compensator on every plant, with fixed seeds."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.entry import Command
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import Progress
+
+
+class Options(NamedTuple):
+    """What the command takes."""
+
+    seeds: int = 5
+    output: Output = Output()
+
+
+def run(options: Options) -> int:
+    """Carry the command out; returns the exit status."""
+    began_s = time.monotonic()
+
+    def work(progress: "Progress", _: Path) -> Done:
+        progress.tell(f"Compensators on twins and models, {options.seeds} seeds each")
+        return progress.wait(lambda: _done(options.seeds, progress, began_s), "Comparing")
+
+    return deliver(options.output, "benchmark", work)
+
+
+def _done(seeds: int, progress: "Progress", began_s: float) -> Done:
+    from opensuction.evidence.benchmark import benchmark, benchmark_page
+    from opensuction.report import sheet
+
+    found = benchmark.run(seeds, progress.tell)
+    data = benchmark.plain(found, time.monotonic() - began_s)
+    html = sheet.render(benchmark_page.sheet(found))
+    files = {"report.html": html, "benchmark.json": text(data)}
+    return Done(data, files, lambda console, folder: _summarise(console, data, folder))
+
+
+def _summarise(console: "Console", data: Json, folder: Path) -> None:
+    from rich.table import Table
+
+    rows: dict[str, list[str]] = {}
+    names = list(dict.fromkeys(entry["compensation"] for entry in data["results"]))
+    for entry in data["results"]:
+        shown = "-" if entry["rmse_mm"] is None else f"{entry['rmse_mm']:.3g}"
+        rows.setdefault(entry["plant"], []).append(shown)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("RMSE, mm", no_wrap=True)
+    for name in names:
+        table.add_column(name.replace("-", "-\n", 1), justify="right")
+    for plant, cells in rows.items():
+        table.add_row(plant, *cells)
+    console.print(table)
+    console.print("Mean of the seeds. In-silico: every plant is a simulated one.")
+    console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
+
+
+COMMAND = Command(
+    name="benchmark",
+    options=Options,
+    run=run,
+    sentence="Every compensator on every plant with fixed seeds: error, peak and head speed of "
+    "each pair.",
+    details="Plants are the twins (bench, bedside, conduits laid otherwise) and the hysteresis "
+    "models; each is identified by the same excitation before it is compensated. Seeds are 101 on.",
+    examples="""\b
+Examples:
+  opensuction benchmark            report.html and benchmark.json under runs/
+  opensuction benchmark --seeds 1  a quick look
+  opensuction benchmark --json | jq '.results[] | select(.plant == "bench")'""",
+    ends="0 done",
+)

@@ -1,0 +1,138 @@
+"""``calibrate``: two runs of the excitation, a verdict, a parameter file."""
+
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.entry import Command
+from opensuction.session.choice import CalibrationChoice, RigChoice
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import Progress
+    from opensuction.session.calibration.calibration_run import Calibrated
+
+
+class Options(NamedTuple):
+    """What the command takes."""
+
+    choice: CalibrationChoice = CalibrationChoice()
+    output: Output = Output()
+
+
+def run(options: Options) -> int:
+    """Carry the command out; returns the exit status. Raises InputError for bad names and files."""
+    began_s = time.monotonic()
+
+    def work(progress: "Progress", folder: Path) -> Done:
+        found = progress.wait(lambda: _calibrated(options.choice, progress), "Calibrating")
+        return _done(options.choice, found, folder, began_s)
+
+    return deliver(options.output, "calibrate", work)
+
+
+def _calibrated(choice: CalibrationChoice, progress: "Progress") -> "Calibrated":
+    from opensuction.session.calibration import calibration_run
+
+    return calibration_run.run(choice, progress.tell)
+
+
+def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float) -> Done:
+    from opensuction.report import sheet
+    from opensuction.session.calibration import calibration_file, calibration_page
+    from opensuction.settings import identification_file
+
+    now = datetime.now(tz=UTC)
+    found = calibration_file.confirmed(found, now)
+    name = calibration_file.PARAMETER_FILE
+    files = {calibration_file.RECORDING_FILE: calibration_file.recording_text(found.first)}
+    path = None
+    if found.accepted:
+        files[name] = identification_file.text(calibration_file.parameter_file(found, now))
+        path = str(folder / name)
+    data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
+    files["report.html"] = sheet.render(calibration_page.page(found, data))
+    files["calibrate.json"] = text(data)
+    next_command = _next_command(choice.rig, data)
+    return Done(
+        data,
+        files,
+        lambda console, folder: _summarise(console, data, folder, next_command),
+        is_good=found.accepted,
+        # A file of an earlier run would pass for the one that was refused.
+        stale=() if found.accepted else (name,),
+    )
+
+
+def _next_command(rig: RigChoice, data: Json) -> str:
+    """The cycle that the parameter file is for."""
+    words = ["opensuction cycle"]
+    for name in ("machine", "patient", "catheter", "conduit"):
+        given = getattr(rig, name)
+        words += [] if given is None else [f"--{name} {given}"]
+    return " ".join((*words, f"--seed {rig.seed} --compensation {data['parameter_file']}"))
+
+
+def _summarise(console: "Console", data: Json, folder: Path, next_command: str) -> None:
+    from rich.text import Text
+
+    accepted = data["accepted"]
+    console.print(
+        Text("Calibrated" if accepted else "Refused", "bold green" if accepted else "bold red"),
+        Text(f"(machine {data['machine']}, seed {data['seed']})", "dim"),
+    )
+    for reason in data["reasons"]:
+        console.print(Text(f"  {reason}"), soft_wrap=True)
+    if data["validation"] is not None:
+        for line in _sentences(data):
+            console.print(Text(f"  {line}"), soft_wrap=True)
+    console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
+    if accepted:
+        console.print(f"Parameter file: {data['parameter_file']}", soft_wrap=True)
+        console.print(f"Use it: {next_command}", soft_wrap=True, markup=False)
+    else:
+        console.print("No parameter file was written.")
+    console.print("In-silico: the machine is a simulated one.")
+
+
+def _sentences(data: Json) -> list[str]:
+    found, servo = data["validation"], data["servo"]
+    return [
+        f"The tip comes {data['gap_mm']:.1f} mm later than the head at a reversal, "
+        f"{100.0 * data['gap_ratio']:.0f} % of what this machine was built with.",
+        "On a second run, which nothing was fitted to, the plays miss the tip by "
+        f"{found['plays_rmse_mm']:.3f} mm RMS ({found['plays_percent_of_range']:.2f} % of its "
+        f"range), the modified Dahl model by {found['model_rmse_mm']:.3f} mm "
+        f"({found['model_percent_of_range']:.2f} %).",
+        f"The same motion twice differs by {found['repeatability_mm']:.3f} mm RMS.",
+        f"The motor takes {servo['velocity_v_s_per_mm']:.3f} V for each mm/s and "
+        f"{servo['friction_v']:.2f} V against friction; {found['servo_rmse_v']:.3f} V RMS are left "
+        "unexplained.",
+    ]
+
+
+COMMAND = Command(
+    name="calibrate",
+    options=Options,
+    run=run,
+    sentence="Calibrate a machine: excite it over its stroke, fit, confirm, write the parameter "
+    "file.",
+    details="Finds hysteresis and the servo's feedforward from one run of the excitation and holds "
+    "them against a second; a poor fit is refused, with the reason. 'opensuction cycle "
+    "--compensation' takes the file. Nobody is on the machine: the patient says where it parks and "
+    "with which catheter. The compensation is the one that the file is to name; it cannot be none.",
+    examples="""\b
+Examples:
+  opensuction calibrate --machine bench --seed 3 --out bench3
+  opensuction cycle --machine bench --seed 3 \\
+      --compensation bench3/calibration.toml
+  opensuction calibrate --patient child-10kg  as set up for a child
+  opensuction calibrate --compensation exact-inverse --json | jq .validation
+
+Written: calibration.toml (not for a poor fit; with --force one of an earlier run is removed then),
+recording.csv, report.html, calibrate.json.""",
+    ends="0 calibrated, 1 refused for a poor fit",
+)

@@ -1,0 +1,204 @@
+"""``cycle``: one automated cycle or a day of them, shown while it runs, summarised, written."""
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli.command import cycle_help
+from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.entry import Command
+from opensuction.kernel.errors import InputError
+from opensuction.session.choice import CycleChoice, DayChoice
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import Progress
+    from opensuction.session.cycle.cycle_run import Prepared
+    from opensuction.simulation.injection.injection import InjectedRun
+
+TERMINAL_PACE = 10.0
+"""Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
+SOUND = "alarm.wav"
+"""File that lets a person hear the most urgent alarm of a run."""
+
+
+class Options(NamedTuple):
+    """What the command takes."""
+
+    choice: CycleChoice = CycleChoice()
+    day: DayChoice = DayChoice()
+    pace: float | None = None
+    output: Output = Output()
+
+
+class Pacer:
+    """Sleeps so that simulated time runs at a given pace."""
+
+    def __init__(self, pace: float) -> None:
+        """Begin now. pace: simulated seconds a second; 0 is unpaced."""
+        self._pace = pace
+        self._start_s = time.monotonic()
+
+    def wait_until(self, simulated_s: float) -> None:
+        """Sleep until this much simulated time may have passed."""
+        if self._pace > 0.0:
+            ahead = simulated_s / self._pace - (time.monotonic() - self._start_s)
+            if ahead > 0.0:
+                time.sleep(ahead)
+
+
+def run(options: Options) -> int:
+    """Carry the command out; returns the exit status. Raises InputError for bad input."""
+    from opensuction.cli.progress import PlainConsole
+
+    began_s = time.monotonic()
+    console = PlainConsole(stderr=options.output.as_json)
+    pace = _pace(options, console)
+
+    def work(progress: "Progress", _: Path) -> Done:
+        prepared = progress.wait(lambda: _prepared(options, progress), "Preparing")
+        if options.day.every_min is None:
+            return _cycle(prepared, console, Pacer(pace), began_s)
+        return _day(prepared, options.day, console, progress, began_s)
+
+    return deliver(options.output, options.choice.rig.seed, work)
+
+
+def _pace(options: Options, console: "Console") -> float:
+    """Simulated seconds a second; 0 is unpaced. Raises InputError for an impossible pace."""
+    if options.pace is None:
+        return TERMINAL_PACE if console.is_terminal and not options.output.as_json else 0.0
+    if not math.isfinite(options.pace) or options.pace < 0.0:
+        raise InputError(f"--pace {options.pace}: should be 0 (as fast as it goes) or more")
+    return options.pace
+
+
+def _prepared(options: Options, progress: "Progress") -> "Prepared":
+    """The cycle ready to run and compiled; refused before anything slow where it cannot be."""
+    from opensuction.session.cycle import cycle_run, resolution
+    from opensuction.session.day import day_check
+
+    resolved = resolution.resolve(options.choice)
+    day_check.check(options.day, resolved)
+    prepared = cycle_run.prepare(resolved, progress.tell)
+    cycle_run.warm_up(prepared)
+    return prepared
+
+
+def _played(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
+    """The cycle, shown as it goes."""
+    from opensuction.kernel.phase import Phase
+    from opensuction.report import terminal
+    from opensuction.session.cycle import cycle_run, fault_run
+
+    target_mm = cycle_run.stopping_mm(prepared)
+    with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
+
+        def watch(progress: cycle_run.Progress) -> None:
+            live.update(
+                Phase(progress.phase).name.lower(),
+                progress.time_s,
+                progress.tip_mm,
+                progress.valve_open_ratio,
+                progress.vacuum_mmhg,
+            )
+            pacer.wait_until(progress.time_s)
+
+        return fault_run.play(prepared, watch)
+
+
+def _cycle(prepared: "Prepared", console: "Console", pacer: Pacer, began_s: float) -> Done:
+    """One cycle."""
+    from opensuction.report.cycle import page
+    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
+
+    played = _played(prepared, console, pacer)
+    factor = cycle_run.realtime_factor(prepared)
+    data = cycle_summary.summary(prepared, played.columns, time.monotonic() - began_s, factor)
+    data["faults"] = fault_run.plain(played)
+    html = page.render(data, played.columns, machine_summary.sections(prepared))
+    return _done(data, {"report.html": html}, began_s)
+
+
+def _day(
+    prepared: "Prepared",
+    asked: DayChoice,
+    console: "Console",
+    progress: "Progress",
+    began_s: float,
+) -> Done:
+    """Many cycles; the report is the last one's, and the day has a page of its own."""
+    from opensuction.report import sheet
+    from opensuction.report.cycle import page
+    from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
+    from opensuction.session.day import day_gap, day_run, day_summary
+
+    def tell(cycle: day_run.DayCycle) -> None:
+        found = cycle.outcome
+        console.print(
+            f"cycle {cycle.number} of {asked.repeat} at {cycle.start_s / 3600.0:.2f} h: "
+            f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
+            f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
+            f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}"
+            f"{day_gap.words(cycle.gap)}",
+            soft_wrap=True,
+        )
+
+    day = progress.wait(lambda: day_run.play(prepared, asked, tell))
+    factor = cycle_run.realtime_factor(prepared)
+    data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
+    data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
+    data["faults"] = []
+    data["day"] = day_summary.plain(day)
+    for note in data["day"]["notes"]:
+        console.print(f"Note: {note}", soft_wrap=True)
+    files = {
+        "day.html": sheet.render(day_summary.page(day)),
+        "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
+    }
+    return _done(data, files, began_s)
+
+
+def _done(data: Json, pages: dict[str, str], began_s: float) -> Done:
+    data["wall_s"] = time.monotonic() - began_s
+    files: dict[str, str | bytes] = {**pages, "cycle.json": text(data), **_sound(data)}
+    refused = data.get("day", {}).get("refusal") is not None
+    return Done(
+        data,
+        files,
+        lambda console, folder: _summarise(console, data, [folder / name for name in files]),
+        is_good=data["outcome"] == "completed" and not refused,
+    )
+
+
+def _sound(data: Json) -> dict[str, bytes]:
+    """What was heard of the most urgent alarm; nothing where there was none."""
+    from opensuction.report.cycle import alarm_sound
+    from opensuction.safety.priority import Priority
+
+    if not data["alarms"]:
+        return {}
+    loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
+    return {SOUND: alarm_sound.encoded(loudest)}
+
+
+def _summarise(console: "Console", data: Json, files: list[Path]) -> None:
+    from opensuction.report import terminal
+
+    if "day" in data:
+        console.print("The last of these cycles:")
+    terminal.print_summary(console, data, files)
+
+
+COMMAND = Command(
+    name="cycle",
+    options=Options,
+    run=run,
+    sentence="One automated suction cycle on the digital twin: live phases, summary, report.",
+    details="Identifies the drawn machine where the compensation needs it, runs the cycle under "
+    "the real controller, and writes report.html (open it in a browser) and cycle.json.",
+    examples=cycle_help.EXAMPLES,
+    ends="0 completed, 1 aborted",
+)

@@ -1,0 +1,166 @@
+"""``identify`` and ``compare``: a recording in, parameters and a report out."""
+
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.entry import Command
+from opensuction.session.choice import RecordingChoice
+
+if TYPE_CHECKING:
+    from opensuction.cli.progress import Progress
+    from opensuction.identification.workbench import Result
+    from opensuction.session.identification.identification_run import Loaded
+
+
+class IdentifyOptions(NamedTuple):
+    """What ``identify`` takes."""
+
+    recording: RecordingChoice
+    model: str = "modified-dahl"
+    """The paper's model, which the compensators use."""
+    method: str | None = None
+    results: Output = Output()
+
+
+class CompareOptions(NamedTuple):
+    """What ``compare`` takes."""
+
+    recording: RecordingChoice
+    results: Output = Output()
+
+
+def identify(options: IdentifyOptions) -> int:
+    """Fit one model; returns the exit status. Raises InputError for a bad recording or option."""
+    return _run("identify", options.recording, options.model, options.method, options.results)
+
+
+def compare(options: CompareOptions) -> int:
+    """Fit every model; returns the exit status. Raises InputError for a bad recording or option."""
+    return _run("compare", options.recording, None, None, options.results)
+
+
+def _run(
+    name: str, recording: RecordingChoice, model: str | None, method: str | None, results: Output
+) -> int:
+    def work(progress: "Progress", folder: Path) -> Done:
+        sign = "-" if recording.negate_output else ""
+        progress.tell(
+            f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
+            f"{sign}{recording.output}"
+        )
+        loaded = progress.wait(lambda: _load(recording, model, method), "Reading")
+        began_s = time.perf_counter()
+        found = progress.wait(lambda: _fitted(loaded, progress), "Identifying")
+        return _done(loaded, found, folder, time.perf_counter() - began_s)
+
+    return deliver(results, name, work)
+
+
+def _load(recording: RecordingChoice, model: str | None, method: str | None) -> "Loaded":
+    from opensuction.session.identification import identification_run
+
+    return identification_run.load(recording, model, method)
+
+
+def _fitted(loaded: "Loaded", progress: "Progress") -> "list[Result]":
+    """One result, or those of every model."""
+    from opensuction.session.identification import identification_run
+
+    if loaded.model is not None:
+        return [identification_run.identify(loaded)]
+
+    def tell(model: str, done: int, models: int) -> None:
+        progress.tell(f"Identifying {model} ({done + 1} of {models})")
+
+    return identification_run.compare(loaded, tell)
+
+
+def _done(loaded: "Loaded", results: "list[Result]", folder: Path, seconds: float) -> Done:
+    from opensuction.report.identification import identification_page, identification_series
+    from opensuction.report.identification import identification_terminal as terminal
+    from opensuction.session.identification import identification_summary
+    from opensuction.settings import identification_file
+
+    now = datetime.now(tz=UTC)
+    compared = loaded.model is None
+    if compared:
+        data = identification_summary.compared(loaded, results, now, seconds)
+        entries: list[Json] = data["models"]
+        names = [f"{result.model}.toml" for result in results]
+    else:
+        data = identification_summary.identified(loaded, results[0], now, seconds)
+        entries, names = [data], ["identification.toml"]
+    parameters = {}
+    for entry, result, name in zip(entries, results, names, strict=True):
+        found = identification_summary.parameter_file(loaded, result, now)
+        parameters[name] = identification_file.text(found)
+        entry["parameter_file"] = str(folder / name)
+    pair = loaded.pair
+    curves = identification_series.Curves(
+        time_s=pair.time_s,
+        driven=pair.driven,
+        answer=pair.answer,
+        fitted={result.model: result.fitted for result in results},
+        autocorrelation={result.model: result.autocorrelation for result in results},
+        fitted_samples=results[0].fitted_samples,
+    )
+    files = {
+        "report.html": identification_page.render(data, curves),
+        "comparison.json" if compared else "identification.json": text(data),
+        **parameters,
+    }
+    return Done(
+        data,
+        files,
+        lambda console, folder: terminal.print_summary(
+            console, data, [folder / name for name in files]
+        ),
+    )
+
+
+IDENTIFY = Command(
+    name="identify",
+    options=IdentifyOptions,
+    run=identify,
+    sentence="Fit a model of hysteresis to a recording of your own.",
+    details="Fits the output to the input, with 95 % intervals, and writes identification.toml "
+    "(parameters, which 'opensuction cycle --compensation' takes), report.html (loop, time and "
+    "residual plots) and identification.json.",
+    examples="""\b
+Examples:
+  opensuction identify bench.csv --input head_mm --output tip_mm
+  opensuction identify bench.csv --input head_mm --output tip_mm \\
+      --time time_s --holdout 0.5 --out bench
+  opensuction cycle --machine bench --compensation bench/identification.toml
+  opensuction identify jaw.csv --input spindle_deg --output jaw_deg \\
+      --negate-output --time t_s --from 0.5
+  opensuction identify run.parquet --input head_mm --output tip_mm --json \\
+      | jq .parameters
+
+A recording is a table with a header line: CSV with commas, semicolons or tabs, decimal commas
+allowed, or Parquet (pip install 'opensuction[parquet]'). Units are read from the columns' names
+(head_mm, "Head (mm)"), or given by --input-unit and --output-unit.""",
+    ends="0 identified",
+)
+COMPARE = Command(
+    name="compare",
+    options=CompareOptions,
+    run=compare,
+    sentence="Fit every model to a recording, recommend one.",
+    details="Writes report.html (ranking, and all models in the same plots), comparison.json and a "
+    "parameter file for each model.",
+    examples="""\b
+Examples:
+  opensuction compare bench.csv --input head_mm --output tip_mm
+  opensuction compare bench.csv --input head_mm --output tip_mm \\
+      --time time_s --holdout 0.3
+  opensuction compare jaw.csv --input spindle_deg --output jaw_deg \\
+      --negate-output --json | jq .models[0].model
+
+The recommended model is the one that cross-validation prefers. Recordings and units are as in
+opensuction identify --help.""",
+    ends="0 compared",
+)

@@ -1,0 +1,87 @@
+"""``reproduce``: the paper's tables and figures on the twin, side by side."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.entry import Command
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import Progress
+
+
+class Options(NamedTuple):
+    """What the command takes."""
+
+    output: Output = Output()
+
+
+def run(options: Options) -> int:
+    """Carry the command out; returns the exit status."""
+    began_s = time.monotonic()
+
+    def work(progress: "Progress", _: Path) -> Done:
+        progress.tell("The paper reproduced on the digital twin: some ten seconds")
+        return progress.wait(lambda: _done(progress, began_s), "Reproducing")
+
+    return deliver(options.output, "reproduce", work)
+
+
+def _done(progress: "Progress", began_s: float) -> Done:
+    from opensuction.evidence.paper import reproduction
+    from opensuction.report import sheet
+
+    found = reproduction.run(progress.tell)
+    data = reproduction.plain(found, time.monotonic() - began_s)
+    return Done(
+        data,
+        {"report.html": sheet.render(found.sheet), "reproduce.json": text(data)},
+        lambda console, folder: _summarise(console, data, folder),
+        is_good=all(entry["verdict"] != "differs" for entry in data["claims"]),
+    )
+
+
+def _summarise(console: "Console", data: Json, folder: Path) -> None:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("claim", ratio=1)
+    for column in ("paper", "here", "+-"):
+        table.add_column(column, justify="right", no_wrap=True)
+    for column in ("unit", "verdict"):
+        table.add_column(column, no_wrap=True)
+    claims = data["claims"]
+    for entry in claims:
+        here = "-" if entry["measured"] is None else f"{entry['measured']:.4g}"
+        table.add_row(
+            f"{entry['name']} ({entry['where']})",
+            f"{entry['paper']:.4g}",
+            here,
+            f"{entry['tolerance']:g}",
+            entry["unit"],
+            entry["verdict"],
+        )
+    console.print(table)
+    held = sum(entry["ok"] for entry in claims)
+    console.print(f"{held} of {len(claims)} claims hold. In-silico: the bench is a simulated one.")
+    console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
+
+
+COMMAND = Command(
+    name="reproduce",
+    options=Options,
+    run=run,
+    sentence="The paper's figures 5 to 11 and tables I and II on the twin, each number beside its "
+    "own.",
+    details="Every claim has a tolerance and a verdict, and says whether the twin was calibrated "
+    "to it or predicts it.",
+    examples="""\b
+Examples:
+  opensuction reproduce                      reports and figures under runs/
+  opensuction reproduce --out paper          in a folder of your own
+  opensuction reproduce --json | jq .table1  Table I, the paper's and ours""",
+    ends="0 every claim holds or is explained, 1 one differs",
+)

@@ -1,0 +1,143 @@
+"""``safety-case``: every hazard run on the twin, alarm and safe state timed."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.entry import Command
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import Progress
+    from opensuction.evidence.safety_case.hazard import Hazard
+    from opensuction.evidence.safety_case.hazard_result import HazardResult
+
+EVERY_RUNS = 50
+"""A line of progress after so many runs."""
+
+
+class Options(NamedTuple):
+    """What the command takes."""
+
+    table: Path | None = None
+    seeds: int = 1
+    output: Output = Output()
+
+
+def run(options: Options) -> int:
+    """Carry the command out; returns the exit status. Raises InputError for a bad table."""
+    began_s = time.monotonic()
+
+    def work(progress: "Progress", _: Path) -> Done:
+        from opensuction.evidence.safety_case import hazard
+
+        hazards = hazard.load(options.table)
+        progress.tell(
+            f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
+            "at its instants and strengths"
+        )
+        return progress.wait(lambda: _done(hazards, options.seeds, progress, began_s), "Running")
+
+    return deliver(options.output, "safety-case", work)
+
+
+def _done(hazards: "tuple[Hazard, ...]", count: int, progress: "Progress", began_s: float) -> Done:
+    from opensuction.evidence.safety_case import safety_case, safety_case_page
+    from opensuction.report import sheet
+
+    def tell(done: int, total: int, result: "HazardResult") -> None:
+        if not result.ok:
+            case = result.case
+            progress.tell(f"{case.hazard} broken: {case.title}: {result.problem}")
+        if done % EVERY_RUNS == 0 or done == total:
+            progress.tell(f"{done} of {total} runs")
+
+    found = safety_case.run(hazards, safety_case.seeds_of(count), tell)
+    data = safety_case.plain(found, time.monotonic() - began_s)
+    html = sheet.render(safety_case_page.sheet(found))
+    return Done(
+        data,
+        {"report.html": html, "safety-case.json": text(data)},
+        lambda console, folder: _summarise(console, data, folder),
+        is_good=found.ok,
+    )
+
+
+def _ms(value: float | None, bound: float) -> str:
+    return f"{'-' if value is None else format(value, '.0f')} / {bound:.0f}"
+
+
+def _summarise(console: "Console", data: Json, folder: Path) -> None:
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("hazard", ratio=1)
+    table.add_column("alarm, priority", ratio=1)
+    for column in ("alarm, ms / bound", "safe, ms / bound", "broken"):
+        table.add_column(column, justify="right", no_wrap=True)
+    for entry in data["hazards"]:
+        alarm = (entry["alarm"] or "no expected alarm").replace("_", " ")
+        if entry["refused"]:
+            alarm = "refused before the start"
+        elif entry["within_limits"]:
+            alarm = "not needed: within every limit"
+        elif entry["alarm"]:
+            alarm = f"{alarm}, {entry['priority']}"
+        table.add_row(
+            f"{entry['id']} {entry['hazard']}",
+            alarm,
+            _ms(entry["detected_ms"], entry["detected_bound_ms"]),
+            _ms(entry["safe_ms"], entry["safe_bound_ms"]),
+            f"{entry['broken']} of {entry['runs']}",
+            style=None if entry["ok"] else "bold red",
+        )
+    console.print(table)
+    held = sum(entry["ok"] for entry in data["hazards"])
+    console.print(
+        f"{held} of {len(data['hazards'])} hazards within their bounds in {data['runs']} runs; "
+        "times are those of each hazard's worst run. In-silico: the machine is a simulated one.",
+        soft_wrap=True,
+    )
+    console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
+
+
+COMMAND = Command(
+    name="safety-case",
+    options=Options,
+    run=run,
+    sentence="Every hazard on the twin: its faults injected, alarm and safe state timed against "
+    "bounds.",
+    details="A hazard whose bound is broken is shown as broken. The report has a strip chart of "
+    "each hazard's worst run. Two processes share the work. Seeds are 1 on.",
+    examples="""\b
+Examples:
+  opensuction safety-case                    reports and figures under runs/
+  opensuction safety-case --seeds 5          five machines and patients a run
+  opensuction safety-case --table mine.toml  hazards of your own
+  opensuction safety-case --json | jq '.hazards[] | select(.ok | not)'
+  opensuction cycle --fault pump-runaway@suctioning  one of its faults
+
+\b
+A row of a hazard table (docs/how-to/safety-case.md says what the keys mean):
+  [[hazard]]
+  id = "OS-H17"
+  hazard = "Vacuum above the patient's limit"
+  cause = "Pump runs away"
+  effect = "Mucosal haemorrhage"
+  severity = "serious"                 # negligible, minor, serious, critical
+  detection = "Line vacuum above its limit"
+  control = "Valve closed, pump off; out"
+  alarm = ["VACUUM_EXCEEDED"]          # any of these
+  priority = "high"                    # of the first of them
+  safe_state = "out-without-suction"
+  detected_ms = 2000
+  safe_ms = 10000
+  because = "The line takes 2 s to climb that far; 8 s to come out."
+  requirements = ["OS-R07"]
+  [[hazard.fault]]                     # any key above may be here too
+  name = "pump-runaway"
+  phases = ["opening", "suctioning"]   # or all""",
+    ends="0 every bound holds, 1 one is broken",
+)

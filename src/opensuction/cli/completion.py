@@ -1,0 +1,51 @@
+"""Names that options take, for help and shell completion.
+
+Written here once more, because the rooms that hold them take a third of a second to load, and
+completion answers between two key strokes; ``tests/cli/test_completion.py`` holds them against
+those rooms.
+"""
+
+from collections.abc import Callable, Iterable
+
+from opensuction.twin.fault.fault import BY_NAME
+
+MACHINES = ("bench", "clinical")
+PROTOCOLS = ("adult", "paediatric", "paper")
+PATIENTS = ("adult-icu", "adult-ards", "child-10kg", "neonate")
+CATHETERS = ("6fr", "8fr", "10fr", "12fr", "14fr")
+CONDUITS = ("standard", "short", "looped")
+APPROACHES = ("travel", "contact")
+COMPENSATIONS = (
+    "none",
+    "direct-inverse",
+    "exact-inverse",
+    "gap-width",
+    "lookup-table",
+    "prandtl-ishlinskii",
+    "preview",
+)
+MODELS = (
+    "modified-dahl",
+    "dahl",
+    "bouc-wen",
+    "prandtl-ishlinskii",
+    "preisach",
+    "generalised",
+)
+METHODS = (
+    "variable-projection",
+    "genetic-algorithm",
+    "differential-evolution",
+    "non-negative",
+    "regularised",
+)
+FAULTS = tuple(BY_NAME)
+
+
+def of(names: Iterable[str]) -> Callable[[str], list[str]]:
+    """What completes the beginning of one of these names; a shell offers files where none does."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names if name.startswith(incomplete)]
+
+    return complete

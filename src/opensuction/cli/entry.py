@@ -1,0 +1,78 @@
+"""A command of ``opensuction``: a record of what a person said in, an exit status out."""
+
+from collections.abc import Callable, Iterator
+from inspect import Parameter, Signature
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+import typer
+
+from opensuction.cli import exit_status
+from opensuction.cli.option import OPTIONS
+
+
+class Command(NamedTuple):
+    """What the application knows of a command."""
+
+    name: str
+    options: type[tuple[Any, ...]]
+    """Named tuple that the command line fills; a field that is one itself stands for its fields."""
+    run: Callable[[Any], int]
+    """Carries it out on such a record; returns the exit status, raises InputError for bad input."""
+    sentence: str
+    """What it does, whole in the list of commands."""
+    details: str
+    examples: str
+    ends: str
+    """What the exit statuses 0 and 1 mean."""
+
+
+def add(app: typer.Typer, command: Command) -> None:
+    """Let an application take a command; its options are those of `option.OPTIONS`."""
+
+    def call(**given: Any) -> int:
+        return command.run(_filled(command.options, given))
+
+    parameters = list(_parameters(command.options))
+    # What typer reads; each option is written once, in its table.
+    call.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    app.command(
+        name=command.name,
+        help=f"{command.sentence}\n\n{command.details}",
+        short_help=command.sentence,
+        epilog=f"{command.examples}\n\nExit status: {command.ends}, {exit_status.EVERY}.",
+    )(call)
+
+
+def _is_record(candidate: Any) -> bool:
+    return isinstance(candidate, type) and hasattr(candidate, "_field_defaults")
+
+
+def _is_repeated(candidate: Any) -> bool:
+    """Whether an option may be given many times."""
+    return bool(candidate == tuple[str, ...])
+
+
+def _parameters(record: Any) -> Iterator[Parameter]:
+    """What a command takes, in the order of the record's fields."""
+    for name, hint in get_type_hints(record).items():
+        if _is_record(hint):
+            yield from _parameters(hint)
+            continue
+        kind, default = hint, record._field_defaults.get(name, Parameter.empty)
+        if _is_repeated(hint):
+            kind, default = list[str] | None, None
+        yield Parameter(
+            name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, OPTIONS[name]]
+        )
+
+
+def _filled(record: Any, given: dict[str, Any]) -> Any:
+    """The record with what was given."""
+    values = {}
+    for name, kind in get_type_hints(record).items():
+        if _is_record(kind):
+            values[name] = _filled(kind, given)
+        else:
+            values[name] = tuple(given[name] or ()) if _is_repeated(kind) else given[name]
+    return record(**values)

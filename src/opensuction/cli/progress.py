@@ -1,0 +1,139 @@
+"""What a command tells on stderr while it works: lines, a spinner on a terminal, compilations."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from opensuction.kernel.compilation import Compilation
+
+POLL_S = 0.1
+"""How often a wait looks for signals and news."""
+SHORT_S = 1.0
+"""A compilation that takes no longer is not worth a line."""
+NEWS_S = 10.0
+"""Of compiling between two lines where there is no spinner."""
+
+Result = TypeVar("Result")
+
+
+class PlainConsole(Console):
+    """A console that leaves numbers uncoloured and lets a closed pipe be known."""
+
+    def __init__(self, stderr: bool = False) -> None:
+        super().__init__(stderr=stderr, highlight=False)
+
+    def on_broken_pipe(self) -> None:
+        """Raise it once more: what rich does by itself is to leave without a word."""
+        raise BrokenPipeError
+
+
+class _Compilations:
+    """Those of one wait; written by the thread that compiles, read by the one that waits."""
+
+    def __init__(self) -> None:
+        self.is_running = False
+        self._stage = "translating"
+        self._functions = self._earlier_functions = 0
+        self._began_s = self._earlier_s = 0.0
+
+    def hear(self, news: "Compilation") -> None:
+        """Note how one goes on."""
+        from opensuction.kernel.compilation import Stage
+
+        self._functions = self._earlier_functions + news.functions
+        if news.stage == Stage.BEGUN:
+            self._began_s = time.monotonic()
+            self._stage = "translating"
+            self.is_running = True
+        elif news.stage == Stage.OPTIMISING:
+            self._stage = "making machine code"
+        elif news.stage == Stage.FINISHED:
+            self._earlier_s += time.monotonic() - self._began_s
+            self._earlier_functions = self._functions
+            self.is_running = False
+
+    @property
+    def seconds(self) -> float:
+        """Spent on compiling so far."""
+        return self._earlier_s + (time.monotonic() - self._began_s if self.is_running else 0.0)
+
+    @property
+    def state(self) -> str:
+        """How far they are, in a line."""
+        return f"Compiling: {self._stage}, {self._functions} functions, {self.seconds:.0f} s"
+
+
+class Progress:
+    """Tells on stderr how the work goes on; stdout is for the result."""
+
+    def __init__(self) -> None:
+        self._console = PlainConsole(stderr=True)
+
+    def tell(self, line: str) -> None:
+        """A line of its own; from any thread."""
+        self._console.print(line, soft_wrap=True, markup=False)
+
+    def wait(self, work: Callable[[], Result], doing: str | None = None) -> Result:
+        """Do slow work in the background, so that signals are heard; raises what it raised.
+
+        doing: said beside a spinner on a terminal; None: no spinner, the work shows itself.
+        """
+        results: list[Result] = []
+        failures: list[BaseException] = []
+        compilations = _Compilations()
+
+        def run() -> None:
+            # Loaded here, as all that takes long.
+            from opensuction.kernel import compilation
+
+            compilation.listen(compilations.hear)
+            try:
+                results.append(work())
+            except BaseException as failure:
+                failures.append(failure)
+            finally:
+                compilation.listen(None)
+
+        worker = threading.Thread(target=run, daemon=True)
+        worker.start()
+        if doing is not None and self._console.is_terminal:
+            self._spin(worker, compilations, doing)
+        else:
+            self._watch(worker, compilations)
+        if compilations.seconds > SHORT_S:
+            self.tell(f"Compiled in {compilations.seconds:.0f} s, and kept for the next time")
+        if failures:
+            raise failures[0]
+        return results[0]
+
+    def _announce(self) -> None:
+        self.tell("Compiling the control core: once for this version, up to a minute")
+
+    def _spin(self, worker: threading.Thread, compilations: _Compilations, doing: str) -> None:
+        """Wait with a spinner."""
+        announced = False
+        with self._console.status(doing) as status:
+            while worker.is_alive():
+                worker.join(POLL_S)
+                slow = compilations.seconds > SHORT_S
+                if slow and not announced:
+                    self._announce()
+                    announced = True
+                status.update(compilations.state if slow and compilations.is_running else doing)
+
+    def _watch(self, worker: threading.Thread, compilations: _Compilations) -> None:
+        """Wait; a line now and then while there is something to compile."""
+        due_s = SHORT_S
+        while worker.is_alive():
+            worker.join(POLL_S)
+            spent_s = compilations.seconds
+            if spent_s > due_s:
+                if due_s == SHORT_S:
+                    self._announce()
+                else:
+                    self.tell(compilations.state)
+                due_s = NEWS_S * (1.0 + spent_s // NEWS_S)

@@ -1,0 +1,85 @@
+"""What a person can choose, as names, numbers and files: nothing is looked up here.
+
+The command line fills these records as they are; what they mean is found once, by those who use
+them. Loads nothing, so that help and completion are quick.
+"""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+
+class RigChoice(NamedTuple):
+    """Machine and patient."""
+
+    machine: str | None = None
+    """Name of a preset or path of a TOML file; None: what the rest of the choice is for."""
+    patient: str | None = None
+    """Name of a preset or path of a TOML file; None: the default patient, nobody on the bench."""
+    catheter: str | None = None
+    """None: the one for the patient's age, or the machine file's."""
+    conduit: str | None = None
+    """None: the standard one, or the machine file's."""
+    seed: int = 1
+    """Draws both, and the noise of every measurement."""
+
+
+class CycleChoice(NamedTuple):
+    """One suction cycle."""
+
+    rig: RigChoice = RigChoice()
+    """Without a machine: the bench for a protocol that is for the bench only, else clinical."""
+    protocol: str | None = None
+    """Name of a preset or path of a TOML file; None: by the patient's age, the paper's on the
+    bench."""
+    approach: str = "travel"
+    compensation: str = "preview"
+    """Name of a compensator, or path of a parameter file that names one and holds its model."""
+    taught_mm: float | None = None
+    """Travel length that a person measured, tube's lower end to carina; None: taught by hand."""
+    faults: tuple[str, ...] = ()
+    """What goes wrong; see `session.cycle.fault_choice`."""
+    gap_scale: float = 1.0
+    """Of every gap width, changed after the identification: the conduit was laid otherwise."""
+
+
+class DayChoice(NamedTuple):
+    """A day of cycles; by default there is one cycle and no day."""
+
+    repeat: int = 1
+    every_min: float | None = None
+    """From start to start."""
+    self_calibrates: bool = False
+    """The gap is measured at each contact, and the next cycle compensates that."""
+
+    @property
+    def every_s(self) -> float:
+        """From start to start; nan where nothing was said."""
+        return math.nan if self.every_min is None else 60.0 * self.every_min
+
+
+class CalibrationChoice(NamedTuple):
+    """The calibration of a machine."""
+
+    rig: RigChoice = RigChoice()
+    """The patient, where there is one, only says where the machine parks and with what catheter."""
+    compensation: str = "preview"
+    """Name of the compensator that the parameter file is for."""
+
+
+class RecordingChoice(NamedTuple):
+    """A recording, its columns, and the part of it that is used."""
+
+    file: Path
+    input: str
+    output: str
+    time: str | None = None
+    """Column of time; None: samples are evenly spaced."""
+    negate_output: bool = False
+    holdout: float = 0.0
+    """Share from its end that is predicted instead of fitted."""
+    from_s: float | None = None
+    to_s: float | None = None
+    input_unit: str | None = None
+    """None: the one in the column's name."""
+    output_unit: str | None = None

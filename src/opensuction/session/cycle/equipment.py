@@ -1,0 +1,83 @@
+"""The machine and the patient that a person chose: their kinds, found once."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.errors import InputError
+from opensuction.session.choice import RigChoice
+from opensuction.settings import machine_file, patient_file
+from opensuction.settings.choice import choose
+from opensuction.simulation import machine_kind
+from opensuction.simulation import rig as rigs
+from opensuction.simulation.machine_kind import MachineKind
+from opensuction.simulation.rig import Rig
+from opensuction.twin import preset
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, lay
+from opensuction.twin.patient import patient_kind
+from opensuction.twin.patient.patient_kind import PatientKind
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
+
+
+class Equipment(NamedTuple):
+    """What stands there: kinds of machine and patient, their names, and the seed that draws one."""
+
+    machine_name: str
+    machine: MachineKind
+    patient_name: str | None
+    patient: PatientKind | None
+    """None: nobody, on the bench."""
+    seed: int
+
+    @property
+    def on_bench(self) -> bool:
+        """Whether it is the paper's bench or like it."""
+        return self.machine.preset == "bench"
+
+    def draw(self) -> Rig:
+        """The one machine, with its patient, that the seed draws."""
+        return rigs.rig_of(self.machine, self.patient, self.seed)
+
+
+def is_file(name: str) -> bool:
+    """Whether a name is the path of a file and not a preset."""
+    return name.endswith(".toml")
+
+
+def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
+    """What was chosen; raises InputError for unknown names, bad files and what does not fit."""
+    name = default_machine if choice.machine is None else choice.machine
+    if is_file(name):
+        machine = machine_file.load(name)
+        for option, given in (("--catheter", choice.catheter), ("--conduit", choice.conduit)):
+            if given is not None:
+                raise InputError(f"{option} is the machine file's to say: change it in {name}")
+        person_name = _patient_name(choice, machine.preset)
+        return Equipment(name, machine, person_name, _patient(person_name), choice.seed)
+    choose(name, preset.MACHINE_TABLES, "machine")
+    person_name = _patient_name(choice, name)
+    person = _patient(person_name)
+    machine = machine_kind.of_preset(name, None if person is None else person.age)
+    catheter = machine.catheter
+    if choice.catheter is not None:
+        catheter = choose(choice.catheter, CATHETERS, "catheter")
+    route = choice.conduit if choice.conduit is not None else "standard"
+    choose(route, ROUTES, "conduit")
+    machine = machine_kind.equipped(machine, catheter, lay(route, catheter))
+    return Equipment(name, machine, person_name, person, choice.seed)
+
+
+def _patient_name(choice: RigChoice, machine_preset: str) -> str | None:
+    """The patient that was named, or the default; nobody on the bench."""
+    if machine_preset != "bench":
+        return choice.patient or rigs.DEFAULT_PATIENT
+    if choice.patient is not None:
+        raise InputError("the bench has no patient: leave --patient out or use --machine clinical")
+    return None
+
+
+def _patient(name: str | None) -> PatientKind | None:
+    if name is None:
+        return None
+    if is_file(name):
+        return patient_file.load(name)
+    choose(name, PATIENT_TABLES, "patient")
+    return patient_kind.of_preset(name)

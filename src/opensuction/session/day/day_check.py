@@ -1,0 +1,58 @@
+"""Whether what a person chose for a day of cycles can be meant."""
+
+from opensuction.control.compensation import KIND_OF_NAME, ON_PLAYS
+from opensuction.kernel.errors import InputError
+from opensuction.procedure.cycle import schedule
+from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.session.choice import DayChoice
+from opensuction.session.cycle.resolution import Resolved
+
+MOST_CYCLES = 500
+"""More would be weeks: a trial, not a day."""
+
+
+def check(day: DayChoice, resolved: Resolved) -> None:
+    """Refuse what is no day of this cycle; raises InputError."""
+    repeat, every_min = day.repeat, day.every_min
+    if resolved.faults and repeat > 1:
+        raise InputError(
+            f"--fault is for a single cycle, not for --repeat {repeat}: leave one of both out"
+        )
+    if repeat > MOST_CYCLES:
+        raise InputError(f"--repeat {repeat}: should be at most {MOST_CYCLES}")
+    if every_min is not None and repeat < 2:
+        raise InputError(f"--every {every_min:g} says nothing without --repeat 2 or more")
+    if repeat > 1 and every_min is None:
+        raise InputError(f"--repeat {repeat} needs --every MIN: minutes from start to start")
+    if repeat > 1 and resolved.equipment.on_bench:
+        raise InputError("--repeat is for a patient, and the bench has none: use another protocol")
+    if every_min is not None:
+        schedule.schedule(ScheduleMode.TIMED, day.every_s)
+    if day.self_calibrates:
+        _check_learning(day, resolved)
+
+
+def _check_learning(day: DayChoice, resolved: Resolved) -> None:
+    """Refuse self-calibration where nothing could be learned or used; raises InputError."""
+    if not resolved.by_contact:
+        raise InputError(
+            "--self-calibrate measures the gap where the tip touches the carina: add "
+            "--approach contact"
+        )
+    if day.repeat < 2:
+        raise InputError(
+            "--self-calibrate is for the next cycle: add --repeat 2 or more, and --every MIN"
+        )
+    if resolved.compensation not in ON_PLAYS:
+        known = " or ".join(name for name, kind in KIND_OF_NAME.items() if kind in ON_PLAYS)
+        name = resolved.compensation.name.lower().replace("_", "-")
+        raise InputError(
+            f"--self-calibrate finds a scale of play widths, and compensation '{name}' has none: "
+            f"use {known}"
+        )
+    backoff_mm = resolved.protocol.backoff_mm
+    if backoff_mm <= 0.0:
+        raise InputError(
+            f"--self-calibrate needs a reversal at the carina, and backoff_mm is "
+            f"{backoff_mm:g} mm: set it to 1 mm or more"
+        )

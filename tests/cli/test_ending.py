@@ -1,0 +1,199 @@
+"""However a command is ended, it ends in one line and leaves nothing half-written."""
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from opensuction.cli import interruption, output_folder
+from opensuction.cli.interruption import Stopped
+from tests.cli.command import PROGRAM, begun, opensuction_process, wait_for
+from tests.evidence.safety_case.hazard_example import FAULT, ROW
+
+CYCLE = ("cycle", "--machine", "bench", "--compensation", "none")
+
+
+@pytest.mark.parametrize(
+    ("number", "status", "word"),
+    [(signal.SIGINT, 130, "interrupted"), (signal.SIGHUP, 129, "terminal closed")],
+)
+def test_a_signal_ends_a_running_cycle_at_once(
+    number: signal.Signals, status: int, word: str, tmp_path: Path
+) -> None:
+    with begun(*CYCLE, "--pace", "1", cwd=tmp_path) as process:
+        wait_for("Checking", process.stdout)  # the cycle is under way
+        process.send_signal(number)
+        _, words = process.communicate(timeout=20)  # by itself it would take 30 s more
+    assert process.returncode == status
+    assert words.splitlines()[-1] == f"opensuction: {word}; nothing was written"
+    assert "Traceback" not in words
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_signal_ends_a_compilation(tmp_path: Path) -> None:
+    (tmp_path / "work").mkdir()
+    environment = {"OPENSUCTION_CACHE_DIR": str(tmp_path / "cache")}
+    with begun(*CYCLE, cwd=tmp_path / "work", environment=environment) as process:
+        wait_for("Compiling", process.stderr)
+        process.send_signal(signal.SIGTERM)
+        _, words = process.communicate(timeout=20)  # ends when all its processes have gone
+    assert process.returncode == 143
+    assert words.splitlines()[-1] == "opensuction: terminated; nothing was written"
+    assert list((tmp_path / "work").iterdir()) == []
+
+
+def test_a_signal_ends_a_recording_s_reading(tmp_path: Path) -> None:
+    # Large, so that reading it is still under way when the signal arrives.
+    with (tmp_path / "long.csv").open("w") as file:
+        file.write("time_s,head_mm,tip_mm\n")
+        file.writelines(f"{i},{i % 977},{i % 977}.5\n" for i in range(1_500_000))
+    columns = ("--input", "head_mm", "--output", "tip_mm")
+    with begun("identify", "long.csv", *columns, cwd=tmp_path) as process:
+        wait_for("Identifying", process.stderr)
+        process.send_signal(signal.SIGINT)
+        _, words = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert words.splitlines() == ["opensuction: interrupted; nothing was written"]
+    assert [path.name for path in tmp_path.iterdir()] == ["long.csv"]
+
+
+def test_a_signal_ends_the_processes_of_a_safety_case(tmp_path: Path) -> None:
+    # Every run breaks its bound and says so: the first here, the second by another process.
+    table = ROW.replace("safe_ms = 10000", "safe_ms = 1") + FAULT
+    (tmp_path / "mine.toml").write_text(table)
+    arguments = ("safety-case", "--table", "mine.toml", "--seeds", "100", "--out", "s")
+    with begun(*arguments, cwd=tmp_path) as process:
+        wait_for("seed 1", process.stderr)
+        wait_for("broken: ", process.stderr)
+        process.send_signal(signal.SIGTERM)
+        _, words = process.communicate(timeout=20)  # ends when all its processes have gone
+    assert process.returncode == 143
+    assert words.splitlines()[-1] == "opensuction: terminated; nothing was written"
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+
+
+def test_a_signal_that_is_ignored_stays_so() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with interruption.heard():
+            assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_the_folder_is_put_in_place_whole_before_a_signal_is_heard(tmp_path: Path) -> None:
+    done = []
+
+    def place() -> None:
+        with interruption.unbroken():
+            os.kill(os.getpid(), signal.SIGTERM)
+            done.append("whole")
+        done.append("after the signal")
+
+    def break_off(folder: Path) -> None:
+        with output_folder.whole(folder, force=False) as staging:
+            output_folder.write(staging, {"half.txt": "half"})
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    with interruption.heard():
+        with pytest.raises(Stopped):
+            place()
+        with pytest.raises(Stopped):
+            break_off(tmp_path / "out")
+    assert done == ["whole"]
+    assert list(tmp_path.iterdir()) == []
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize(
+    ("arguments", "left"),
+    [
+        (("--help",), "nothing was written"),
+        ((*CYCLE, "--json", "--out", "run"), "the results are in run"),
+        ((*CYCLE, "--out", "run"), "nothing was written"),  # the live view comes first
+    ],
+)
+def test_a_closed_pipe_is_one_line(arguments: tuple[str, ...], left: str, tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [*PROGRAM, *arguments],
+        cwd=tmp_path,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    os.close(writer)
+    assert done.returncode == 141
+    assert done.stderr.splitlines()[-1] == f"opensuction: nobody reads the output any more; {left}"
+    assert "Traceback" not in done.stderr
+    names = [path.name for path in tmp_path.iterdir()]
+    assert names == (["run"] if "run" in left else [])
+
+
+def test_closed_progress_ends_the_command_without_a_word(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [*PROGRAM, *CYCLE, "--json", "--out", "run"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=writer,
+        timeout=300,
+        check=False,
+    )
+    os.close(writer)
+    assert (done.returncode, done.stdout) == (141, b"")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_cannot_be_written_is_one_line_and_changes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "cycle.json").write_text("of an earlier run")
+    # A file may have 50 kB: the report has more.
+    limited = ("sh", "-c", 'ulimit -f 100 && exec "$@"', "sh", *PROGRAM)
+    done = subprocess.run(
+        [*limited, *CYCLE, "--json", "--out", "run", "--force"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (74, "")
+    line = done.stderr.splitlines()[-1]
+    assert line == "opensuction: report.html: file too large; nothing was written"
+    (file,) = (tmp_path / "run").iterdir()
+    assert file.read_text() == "of an earlier run"
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+def test_a_full_disk_behind_stdout_is_one_line(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*PROGRAM, *CYCLE, "--json", "--out", "run"],
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+    assert done.returncode == 74
+    line = done.stderr.splitlines()[-1]
+    assert line == "opensuction: stdout: no space left on device; the results are in run"
+    assert sorted(file.name for file in (tmp_path / "run").iterdir()) == [
+        "cycle.json",
+        "report.html",
+    ]
+
+
+def test_a_process_of_its_own_says_the_same_as_one_within(tmp_path: Path) -> None:
+    ran = opensuction_process("--version", cwd=tmp_path)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert ran.stdout.startswith("opensuction ")

@@ -1,0 +1,39 @@
+"""Work spread over processes: answered in order, ended with whoever asked."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from opensuction.evidence import crew
+
+WAITS = "print('working', flush=True) or __import__('threading').Event().wait()"
+
+
+def test_answers_come_in_the_order_of_the_tasks() -> None:
+    heard: dict[int, object] = {}
+    tasks = ["6 * 7", "len('catheter')", "2 ** 10", "sum(range(5))"]
+    answers = crew.spread(eval, tasks, 2, heard.__setitem__)
+    assert answers == [42, 8, 1024, 10]
+    assert [heard[number] for number in sorted(heard)] == answers
+
+
+def test_no_tasks_have_no_answers() -> None:
+    assert crew.spread(eval, [], 2) == []
+
+
+def test_what_a_task_raises_is_raised_here() -> None:
+    with pytest.raises(ZeroDivisionError):
+        crew.spread(eval, ["1 // 0", "1"], 1)
+
+
+def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
+    program = f"from opensuction.evidence import crew; crew.spread(eval, [{WAITS!r}] * 2, 2)"
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
+        process.kill()
+        assert process.stderr.read() == ""  # ends when both of its processes have gone
