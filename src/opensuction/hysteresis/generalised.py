@@ -266,5 +266,5 @@ def inverse_step(model: Generalised, state: GeneralisedState, target_mm: float) 
     while not bracket.is_done(search):
         travel = bracket.trial(search)
         value = direction * _missing_mm(model, state, target_mm, direction * travel, trial_mm)
-        search = bracket.narrowed(search, travel, value)
+        search = bracket.narrow(search, travel, value)
     return InverseMove(move_mm=direction * bracket.root(search), reached=True)

@@ -214,6 +214,6 @@ def is_well_posed(model: PrandtlIshlinskii, deepest_mm: float, highest_mm: float
     )
 
 
-def scaled(model: PrandtlIshlinskii, scale: float) -> PrandtlIshlinskii:
+def scale_widths(model: PrandtlIshlinskii, scale: float) -> PrandtlIshlinskii:
     """The same model with every width multiplied by ``scale``: another routing of the conduit."""
     return model._replace(thresholds_mm=scale * model.thresholds_mm)

@@ -5,8 +5,9 @@ the curves of either direction, which machine it was and how a second run confir
 compensator drives the head by these numbers, so each is checked before it may.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Gt
@@ -16,6 +17,8 @@ from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
+
+Section = TypeVar("Section", bound=tuple[object, ...])
 
 MOST_ENTRIES = 1000
 """Of a curve; the estimator makes 40."""
@@ -34,7 +37,7 @@ class Origin(NamedTuple):
 
 
 class Validation(NamedTuple):
-    """What a second run, which nothing was fitted to, said; all root mean square."""
+    """Errors of a second run, which nothing was fitted to; all root mean square."""
 
     model_rmse_mm: Annotated[float, Ge(0)]
     plays_rmse_mm: Annotated[float, Ge(0)]
@@ -73,28 +76,12 @@ class Measured(NamedTuple):
     lookup_table: Branches
 
 
-def of_plays(model: PrandtlIshlinskii) -> Plays:
-    """Section of a model."""
-    return Plays(
-        thresholds_mm=model.thresholds_mm.tolist(),
-        weights=model.weights.tolist(),
-        slope=model.slope,
-        offset_mm=model.offset_mm,
-        curvature_per_mm=model.curvature_per_mm,
-    )
+def write_section(section: Callable[..., Section], record: PrandtlIshlinskii | Curves) -> Section:
+    """`Plays` or `Branches` of the record of the same fields."""
+    return section(*(np.asarray(value).tolist() for value in record))
 
 
-def of_curves(curves: Curves) -> Branches:
-    """Section of a pair of curves."""
-    return Branches(
-        first_mm=curves.first_mm,
-        spacing_mm=curves.spacing_mm,
-        inwards_mm=curves.inwards_mm.tolist(),
-        outwards_mm=curves.outwards_mm.tolist(),
-    )
-
-
-def plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIshlinskii:
+def read_plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIshlinskii:
     """The model of a section. lowest_mm, highest_mm: tip positions that it must be invertible for.
 
     Raises InputError for lists of different length, thresholds that do not rise from above 0,
@@ -130,7 +117,7 @@ def plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIshlins
     return model
 
 
-def curves(section: Branches, name: str) -> Curves:
+def read_curves(section: Branches, name: str) -> Curves:
     """The curves of a section. name: of the section, for messages.
 
     Raises InputError for lists of different or impossible length, heads that do not rise with

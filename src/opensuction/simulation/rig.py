@@ -235,8 +235,8 @@ def calibrated(
         model=found.model,
         feedforward=feedforward,
         plays=plays.model,
-        width=branch_curve.parallel(head_mm, laser_mm),
-        table=branch_curve.table(head_mm, laser_mm),
+        width=branch_curve.fit_parallel(head_mm, laser_mm),
+        table=branch_curve.fit_table(head_mm, laser_mm),
     )
 
 

@@ -51,7 +51,7 @@ def learned(
     moving = np.isin(columns["phase"], (Phase.INSERTING, Phase.BACKING_OFF))
     seen = None
     if np.any(columns["phase"] == Phase.BACKING_OFF):
-        seen = gap_scale.episode(
+        seen = gap_scale.find_contact(
             columns["readings.contact_closed"][moving],
             columns["readings.head_mm"][moving],
             DT_S,
@@ -62,7 +62,7 @@ def learned(
 
 def rescaled(identified: Calibration, record: ScaleRecord) -> Calibration:
     """Calibration for the next cycle: the identified plays with the scale of the record."""
-    return identified._replace(plays=prandtl_ishlinskii.scaled(identified.plays, record.new))
+    return identified._replace(plays=prandtl_ishlinskii.scale_widths(identified.plays, record.new))
 
 
 def bounded(learned: Settings, identified: Settings) -> Settings:

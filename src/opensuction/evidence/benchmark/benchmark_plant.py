@@ -94,7 +94,7 @@ def _bouc_wen(head: Array, tip: Array) -> Plant:
 
 
 def _play(head: Array, tip: Array) -> Plant:
-    lines = branch_curve.parallel(head, tip)
+    lines = branch_curve.fit_parallel(head, tip)
     gain = lines.spacing_mm / float(lines.inwards_mm[1] - lines.inwards_mm[0])
     width = float(lines.inwards_mm[0] - lines.outwards_mm[0])
     middle = 0.5 * float(lines.inwards_mm[0] + lines.outwards_mm[0])

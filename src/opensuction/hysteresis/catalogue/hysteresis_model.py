@@ -1,7 +1,7 @@
 """What every hysteresis model offers under one set of names, whatever its record looks like.
 
-Identification, comparison and the conformance suite know models only through this. Here ends
-the exact typing of records: each model's own module keeps it, and is what the control core uses.
+Identification, comparison and the conformance suite use models only through this. Records have
+the type `Any` here; each model's own module types them exactly, and is what the control core uses.
 """
 
 from collections.abc import Callable
@@ -50,6 +50,11 @@ class FitParameter(NamedTuple):
     """{in} and {out} stand for the units of the recording."""
     logarithmic: bool = False
     """Whether it spans decades and is searched by its logarithm; then it is above 0."""
+
+
+def write_unit(unit: str, input_unit: str, output_unit: str) -> str:
+    """The unit of a `FitParameter` with those of a recording in place of {in} and {out}."""
+    return unit.replace("{in}", input_unit).replace("{out}", output_unit)
 
 
 class Ranges(NamedTuple):

@@ -15,23 +15,22 @@ from numpy.typing import ArrayLike
 from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.identification.estimator.projection import (
+    CentredRecording,
+    DecayTrial,
     Projection,
-    Recording,
-    Trial,
-    centred,
+    centre,
     project,
-    thinned,
-    trial,
-    trials,
+    try_decay,
+    try_decays,
 )
-from opensuction.identification.record import check_motion, checked_pair
+from opensuction.identification.record import check_motion, read_pair, thin
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 12
 """Fewest samples: five parameters, and something left over to judge them by."""
 
 SEARCH_SAMPLES = 1500
-"""Samples that tell the valleys apart; only the last steps need the full recording."""
+"""Samples that resolve the valleys; only the last steps need the full recording."""
 
 GRID_POINTS = 20
 """Starting points; neighbours differ by a factor of 1.7, valleys are wider than that."""
@@ -88,12 +87,12 @@ def fit(
     Raises InputError for records that are not finite rows of equal length, too short, constant,
     without a reversal, or with the tip moving against the head.
     """
-    head, tip = checked_pair(names, head_mm, tip_mm, LEAST_SAMPLES)
+    head, tip = read_pair(names, head_mm, tip_mm, LEAST_SAMPLES)
     check_motion(names, head, tip)
     range_mm = float(np.ptp(head))
     bounds = (math.log(1.0 / LONGEST / range_mm), math.log(1.0 / SHORTEST / range_mm))
-    valleys, least, at_bounds = _search(centred(*thinned(head, tip, SEARCH_SAMPLES)), bounds)
-    recording = centred(head, tip)
+    valleys, least, at_bounds = _search(centre(*thin(head, tip, SEARCH_SAMPLES)), bounds)
+    recording = centre(head, tip)
     found = min((_polish(recording, each, bounds) for each in valleys), key=lambda it: it.squares)
     slope, velocity_gain, decay_per_mm, offset_mm = found.model
     if slope <= 0.0:
@@ -113,14 +112,16 @@ def fit(
     )
 
 
-def _search(recording: Recording, bounds: tuple[float, float]) -> tuple[list[float], float, float]:
-    """Where a thinned recording says the optimum may be.
+def _search(
+    recording: CentredRecording, bounds: tuple[float, float]
+) -> tuple[list[float], float, float]:
+    """Where the optimum may be, from a thinned recording.
 
     Returns the log(decay) of every valley nearly as deep as the deepest, the sum of squares there,
     and the lower of those at the two bounds.
     """
     grid = np.linspace(*bounds, GRID_POINTS)
-    heights = trials(recording.head_mm, recording.tip_mm, np.exp(grid))
+    heights = try_decays(recording.head_mm, recording.tip_mm, np.exp(grid))
     starts = {int(np.argmin(heights))}
     inner = heights[1:-1]
     starts.update(1 + np.flatnonzero((inner <= heights[:-2]) & (inner <= heights[2:])))
@@ -134,11 +135,11 @@ def _search(recording: Recording, bounds: tuple[float, float]) -> tuple[list[flo
     return close, least, float(min(heights[0], heights[-1]))
 
 
-def _trial(recording: Recording, log_decay: float) -> Trial:
-    return trial(recording.head_mm, recording.tip_mm, math.exp(log_decay))
+def _trial(recording: CentredRecording, log_decay: float) -> DecayTrial:
+    return try_decay(recording.head_mm, recording.tip_mm, math.exp(log_decay))
 
 
-def _polish(recording: Recording, bottom: float, bounds: tuple[float, float]) -> Projection:
+def _polish(recording: CentredRecording, bottom: float, bounds: tuple[float, float]) -> Projection:
     """The full recording's optimum next to the log(decay) ``bottom``, to ``FINAL_TOLERANCE``."""
     polished = _descend(recording, bottom, bounds, FINAL_TOLERANCE)
     found = project(recording, math.exp(polished))
@@ -149,13 +150,13 @@ def _polish(recording: Recording, bottom: float, bounds: tuple[float, float]) ->
 
 
 def _descend(
-    recording: Recording, start: float, bounds: tuple[float, float], tolerance: float
+    recording: CentredRecording, start: float, bounds: tuple[float, float], tolerance: float
 ) -> float:
     """The log(decay) near the start where the descent ends: a zero of its step, or a bound.
 
     Gauss-Newton, then secants. The sum of squares is flat at its bottom to half the digits of a
-    double; the step crosses zero there with all of them. A bracket keeps every try between the
-    last points from which the descent led back.
+    double; the step crosses zero there with all of them. A bracket keeps every trial between the
+    last points on either side of the zero.
     """
     low, high = bounds
     here, step = start, _trial(recording, start).step

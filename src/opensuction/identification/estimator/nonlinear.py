@@ -18,8 +18,8 @@ from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST, ranges_of
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.estimator.projection import least_squares as linear_least_squares
-from opensuction.identification.estimator.projection import thinned
+from opensuction.identification.estimator.projection import solve_least_squares
+from opensuction.identification.record import thin
 from opensuction.identification.residual import squares
 from opensuction.kernel.errors import InputError
 
@@ -68,7 +68,7 @@ def fit_dahl(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit
         columns = np.stack([-simulate(unit, input_, 0.0), np.exp(-path / length)])
         means = columns.mean(axis=1)
         columns -= means[:, None]
-        factors = linear_least_squares(columns, output - mean)
+        factors = solve_least_squares(columns, output - mean)
         rest = output - mean - factors @ columns
         offset = mean - float(factors @ means)
         vector = np.array([factors[0], factors[0] * length, offset, factors[1]])
@@ -104,7 +104,7 @@ def fit_bouc_wen(input_: Array, output: Array, names: Names = NAMES) -> Nonlinea
     box = BOUC_WEN_FORM.bounds(ranges_of(input_, output))
     width = box[:, 1] - box[:, 0]
     start_ratio = -lag * decay / gain if gain > 0.0 else 0.0
-    short_input, short_output = thinned(input_, output, SEARCH_SAMPLES)
+    short_input, short_output = thin(input_, output, SEARCH_SAMPLES)
 
     def polished(start: Array, record: Array, target: Array) -> Array:
         """The vector at the bottom of the valley that the start lies in."""

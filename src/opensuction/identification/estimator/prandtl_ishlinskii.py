@@ -24,8 +24,7 @@ from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as model_of
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.identification.estimator.projection import turns
-from opensuction.identification.record import checked_pair
+from opensuction.identification.record import find_turns, read_pair
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 100
@@ -61,7 +60,7 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
     Raises InputError for records that are not finite rows of equal length, too short, or whose
     tip does not follow the head.
     """
-    head, tip = checked_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
+    head, tip = read_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
     range_mm = float(np.ptp(head))
     if not range_mm > 0.0:
         raise InputError(f"head_mm: constant at {head[0]:g}, should move")
@@ -102,7 +101,7 @@ def play_positions_mm(
     used: indices of these samples, ascending. Returns shape (thresholds, used).
     """
     # Between two turns of the head a play depends on no sample but the last.
-    kept = np.union1d(used, turns(head_mm, 0.0))
+    kept = np.union1d(used, find_turns(head_mm, 0.0))
     wanted = np.searchsorted(kept, used)
     return np.array(
         [

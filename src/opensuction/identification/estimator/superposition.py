@@ -18,7 +18,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 )
 from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.linear import Design
-from opensuction.identification.estimator.projection import thinned
+from opensuction.identification.record import thin
 
 PASTS = (-1.0, 0.0, 1.0)
 """Memory ratios tried: after a long retract, at rest, after a long advance."""
@@ -59,7 +59,7 @@ def fit(model: HysteresisModel, input_: Array, output: Array) -> Superposition:
     guesses = form.initial_guesses(ranges)
     samples, aim = input_, output
     if form.most_samples is not None:
-        samples, aim = thinned(input_, output, form.most_samples)
+        samples, aim = thin(input_, output, form.most_samples)
 
     def designs(past: float) -> list[Design]:
         """The elements of every guess after one past, with every penalty."""

@@ -16,7 +16,7 @@ from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.superposition import Superposition
 from opensuction.identification.judgement import diagnosis
-from opensuction.identification.judgement.confidence import spread
+from opensuction.identification.judgement.confidence import estimate_spread
 from opensuction.identification.residual import jacobian
 
 NOT_DETERMINED = (
@@ -56,7 +56,7 @@ class Candidate(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def of_superposition(found: Superposition) -> Candidate:
+def judge_superposition(found: Superposition) -> Candidate:
     """A candidate without intervals: weights that were pulled to 0 or held there have none."""
     well_posed = bool(found.model.is_monotone(found.record))
     refusal = GAP if found.nonnegative else NOT_INVERTIBLE
@@ -72,10 +72,10 @@ def of_superposition(found: Superposition) -> Candidate:
     )
 
 
-def of_vector(
+def judge_vector(
     model: HysteresisModel, form: VectorForm, found: NonlinearFit, input_: Array, output: Array
 ) -> Candidate:
-    """A candidate of a model that is not linear, with intervals by `confidence.spread`.
+    """A candidate of a model that is not linear, with intervals by `confidence.estimate_spread`.
 
     form: the model's. input_, output: the fitted samples, shape (n,).
     """
@@ -84,7 +84,7 @@ def of_vector(
     rows = jacobian(form, vector, input_, form.bounds(ranges_of(input_, output)))
     moving = np.flatnonzero(np.any(rows != 0.0, axis=1))
     half_widths = np.full(vector.size, math.nan)
-    half_widths[moving] = spread(rows[moving], rest).half_widths
+    half_widths[moving] = estimate_spread(rows[moving], rest).half_widths
     parameters = {
         parameter.name: Estimate(value, parameter.unit, value - half, value + half)
         for parameter, value, half in zip(
@@ -96,7 +96,7 @@ def of_vector(
         parameters=parameters,
         simulate=lambda record: form.simulate(vector, record),
         # Without the memory at the first sample, which the first block alone knows.
-        cross_validation=linear.linearised(rows[:-1], rest),
+        cross_validation=linear.estimate_left_out_error(rows[:-1], rest),
         well_posed=well_posed,
         warnings=_warnings(parameters, rows, found.determined, well_posed),
     )

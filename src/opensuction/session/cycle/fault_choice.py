@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.settings.choice import choose
-from opensuction.settings.wording import one_line, shown
+from opensuction.settings.wording import one_line, show
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import BY_NAME, Fault
@@ -43,7 +43,7 @@ def _number(text: str, what: str, whole: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(one_line(f"--fault {shown(whole)}: {what} {shown(text)} is not a number"))
+        raise InputError(one_line(f"--fault {show(whole)}: {what} {show(text)} is not a number"))
     return value
 
 
@@ -60,7 +60,7 @@ def parse(text: str) -> Injection:
     """The fault that a person wrote; raises InputError for what cannot be meant."""
     parts = _PARTS.fullmatch(text)
     if parts is None:
-        raise InputError(one_line(f"--fault {shown(text)}: should be {FORM}"))
+        raise InputError(one_line(f"--fault {show(text)}: should be {FORM}"))
     fault = choose(parts["name"], BY_NAME, "fault", LISTED)
     strength = ROWS[fault].default_strength
     if parts["strength"] is not None:
