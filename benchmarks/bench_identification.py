@@ -8,10 +8,11 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
+from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as FORM
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.search import SEARCHES, search
-from opensuction.identification.family import FAMILIES, squares
+from opensuction.identification.residual import squares
 from tests.identification.plant import cosine
 
 SAMPLES = 30_000
@@ -19,17 +20,16 @@ SAMPLES = 30_000
 
 @pytest.mark.parametrize("method", SEARCHES)
 def test_projection_over_search(benchmark: BenchmarkFixture, tell: Tell, method: str) -> None:
-    family = FAMILIES["modified-dahl"]
     head_mm = cosine(SAMPLES)
     noise_mm = np.random.default_rng(1).normal(0.0, 0.3, SAMPLES)
     tip_mm = simulate(PUBLISHED, head_mm, 2.0) + noise_mm
-    squares(family, np.array([*PUBLISHED, 2.0]), head_mm, tip_mm)  # compiled before it is timed
+    squares(FORM, np.array([*PUBLISHED, 2.0]), head_mm, tip_mm)  # compiled before it is timed
     begin = time.perf_counter()
-    vector = search(method, family, head_mm, tip_mm)
+    vector = search(method, FORM, head_mm, tip_mm)
     search_s = time.perf_counter() - begin
     found = modified_dahl.fit(head_mm, tip_mm)
-    mine = squares(family, np.array([*found.model, found.lag_mm]), head_mm, tip_mm)
-    excess = mine / squares(family, vector, head_mm, tip_mm) - 1.0
+    mine = squares(FORM, np.array([*found.model, found.lag_mm]), head_mm, tip_mm)
+    excess = mine / squares(FORM, vector, head_mm, tip_mm) - 1.0
     fit_s = best_s(benchmark, lambda: modified_dahl.fit(head_mm, tip_mm), rounds=20)
     benchmark.extra_info.update(times_faster=search_s / fit_s, excess=excess)
     tell(

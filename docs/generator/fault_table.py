@@ -1,6 +1,6 @@
 """The faults of the twin as a table for each part that is attacked."""
 
-from opensuction.twin.fault.fault_row import FaultRow, Part, Strength
+from opensuction.twin.fault.fault_row import FaultRow, FaultSite, Strength
 from opensuction.twin.fault.fault_table import ROWS
 
 COLUMNS = ("no.", "name", "what it is", "strength", "default", "what can tell it")
@@ -31,8 +31,8 @@ def _row(row: FaultRow) -> str:
 def markdown() -> str:
     """A table for each part that is attacked."""
     parts = []
-    for part in Part:
-        rows = [_row(row) for row in ROWS.values() if row.part == part]
+    for part in FaultSite:
+        rows = [_row(row) for row in ROWS.values() if row.site == part]
         if rows:
             title = part.name.capitalize().replace("_", " ")
             parts.append(f"### {title}\n\n{HEADER}{''.join(rows)}")

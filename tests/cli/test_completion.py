@@ -12,7 +12,7 @@ from opensuction.procedure.planning.protocol import PROTOCOLS
 from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.twin import preset
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 from tests.cli.command import opensuction, opensuction_process
 
 
@@ -33,9 +33,9 @@ def completed(
 @pytest.mark.parametrize(
     ("names", "known"),
     [
-        (completion.MACHINES, preset.TABLES),
+        (completion.MACHINES, preset.MACHINE_TABLES),
         (completion.PROTOCOLS, {**TEMPLATES, **PROTOCOLS}),
-        (completion.PATIENTS, TABLES),
+        (completion.PATIENTS, PATIENT_TABLES),
         (completion.CATHETERS, CATHETERS),
         (completion.CONDUITS, ROUTES),
         (completion.APPROACHES, APPROACHES),

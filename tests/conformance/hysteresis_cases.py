@@ -21,7 +21,7 @@ from opensuction.hysteresis.preisach import Preisach
 LOW_MM, HIGH_MM = 0.0, 100.0
 """Where the paths of the suite run."""
 
-RANGES = Ranges(LOW_MM, HIGH_MM, -10.0, 85.0)
+RANGES = Ranges(LOW_MM, HIGH_MM, -10.0, 85.0, output_mean_mm=40.0)
 
 
 class Case(NamedTuple):

@@ -6,7 +6,7 @@ from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.twin import parameter, plant, preset
 from opensuction.twin.machine import machine
-from opensuction.twin.machine.machine import Machine, Observation
+from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 from tests.conformance.plain import run_plain
@@ -35,7 +35,7 @@ def played(twin: Machine, state: PlantState) -> list[list[float]]:
     rows = []
     for tick in range(TICKS):
         state = plant.step(twin, state, script(tick), DT_S)
-        truth = [float(value) for value in machine.observe(twin, state.machine)]
+        truth = [float(value) for value in machine.truth(twin, state.machine)]
         read = machine.read(twin, state.machine)
         readings = [float(value) for value in (*read[:-1], *read.monitor)]
         rows.append(truth + readings)
@@ -44,18 +44,18 @@ def played(twin: Machine, state: PlantState) -> list[list[float]]:
 
 def results() -> list[list[float]]:
     """On a drawn machine, carina and secretions just ahead."""
-    drawn = parameter.drawn(parameter.BENCH, 11)
+    drawn = parameter.draw(parameter.BENCH, 11)
     values = {**drawn, "carina_mm": 85.0, "secretion_above_carina_mm": 5.0}
     twin = preset.machine(values)
-    return played(twin, preset.parked(twin, values, 85.0, seed=11, run=2))
+    return played(twin, preset.park(twin, values, 85.0, seed=11, run=2))
 
 
 def bedside_results() -> list[list[float]]:
     """In the patient, who loses gas; not settled, which would take plain Python seconds."""
-    values = parameter.drawn(parameter.CLINICAL, 11)
+    values = parameter.draw(parameter.CLINICAL, 11)
     twin = preset.machine(values, patient_preset.patient("adult-ards", 11))
     nobody = twin._replace(has_patient=False)
-    return played(twin, preset.parked(nobody, values, 25.0, seed=11, run=2))
+    return played(twin, preset.park(nobody, values, 25.0, seed=11, run=2))
 
 
 @pytest.mark.parametrize("play", [results, bedside_results])
@@ -64,7 +64,7 @@ def test_compiled_equals_plain_python(play: Callable[[], list[list[float]]]) -> 
     assert isinstance(plain, list)
     compiled = play()
     assert len(plain) == len(compiled) == TICKS
-    names = row.columns(Observation)
+    names = row.columns(Truth)
     last = dict(zip(names, compiled[-1], strict=False))
     # The script did reach everything it means to compare.
     assert last["secretion_removed_ml"] > 0.0

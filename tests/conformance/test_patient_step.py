@@ -10,13 +10,13 @@ def results() -> list[list[float]]:
     """Half a minute of a drawn patient: the catheter comes, sucks hard and goes."""
     one = patient_preset.patient("adult-ards", 4)
     # Not settled: plain Python would take seconds for that, and a transient compares more.
-    state = patient_preset.unsettled(one)
+    state = patient_preset.near_rest(one)
     rows = []
     for step in range(STEPS):
         suction = 700.0 if 500 < step < 1500 else 0.0
         ratio = 0.47 if 400 < step < 1800 else 0.0
         state = patient.step(one, state, suction, ratio, 0.5, 0.01)
-        rows.append([float(value) for value in patient.observe(one, state)])
+        rows.append([float(value) for value in patient.truth(one, state)])
     return rows
 
 

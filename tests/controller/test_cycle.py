@@ -170,7 +170,7 @@ def test_a_stop_in_the_dwell_keeps_suction_until_the_tip_is_out() -> None:
 @pytest.mark.parametrize("head_mm", [-40.0, -5.0, 2.0, 30.0, 90.0])
 def test_powered_up_away_from_home_it_waits_and_a_reset_brings_it_out(head_mm: float) -> None:
     loop, _ = at_rest(EXACT)
-    away = preset.parked(loop.machine, rig().values, head_mm, seed=1, run=3)
+    away = preset.park(loop.machine, rig().values, head_mm, seed=1, run=3)
     start = power_up(loop, away, NEW_CATHETER_S)
     _, columns = simulate(
         EXACT, 66.0, {0.0: START, 1.0: RESET, 20.0: RESET, 21.0: START}, start=start
@@ -192,13 +192,14 @@ def test_powered_up_away_from_home_it_waits_and_a_reset_brings_it_out(head_mm: f
 def test_powered_up_blind_it_halts(head_mm: float) -> None:
     loop, _ = at_rest(EXACT)
     assert (
-        controller.start(loop.controller, head_mm, NEW_CATHETER_S).procedure.phase == Phase.HALTED
+        controller.start(loop.controller, head_mm, NEW_CATHETER_S).core.procedure.phase
+        == Phase.HALTED
     )
 
 
 def test_left_halted_in_the_airway_it_comes_out_by_itself_in_the_end() -> None:
     loop, _ = at_rest(EXACT)
-    away = preset.parked(loop.machine, rig().values, 60.0, seed=1, run=3)
+    away = preset.park(loop.machine, rig().values, 60.0, seed=1, run=3)
     _, columns = simulate(EXACT, 60.0, {}, start=power_up(loop, away, NEW_CATHETER_S))
     assert phases(columns) == [Phase.HALTED]
     assert {code.name for code in trips(columns)} == {"IN_AIRWAY_TIME"}

@@ -109,7 +109,7 @@ def test_a_well_posed_memory_stays_within_saturation(model: BoucWen, turns: list
 @given(model=well_posed_models(), turns=st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=12))
 def test_the_scale_of_the_memory_is_free(model: BoucWen, turns: list[float]) -> None:
     x_mm = np.array([0.0, *turns])
-    unit = bouc_wen.normalised(model)
+    unit = bouc_wen.normalise(model)
     assert unit.input_gain == 1.0
     assert bouc_wen.gap_mm(unit) == pytest.approx(bouc_wen.gap_mm(model), rel=1e-12)
     # Rounding of the new coefficients, magnified in a loop with D > B.

@@ -11,7 +11,7 @@ def search(function: Callable[[float], float], low: float, high: float) -> tuple
     while not bracket.is_done(found):
         point = bracket.trial(found)
         assert min(found.near, found.far) <= point <= max(found.near, found.far)
-        found = bracket.narrowed(found, point, function(point))
+        found = bracket.narrow(found, point, function(point))
         assert found.near_value * found.far_value <= 0.0
     return bracket.root(found), found.trials
 

@@ -119,6 +119,6 @@ def test_what_is_not_well_posed_is_told() -> None:
 
 def test_scaled_widths_scale_the_gap_and_nothing_else() -> None:
     model = PrandtlIshlinskii(np.array([2.0, 5.0]), np.array([0.5, 0.4]), 0.0, -6.0, 2e-5)
-    wide = pi.scaled(model, 1.3)
+    wide = pi.scale_widths(model, 1.3)
     assert pi.gap_mm(wide) == pytest.approx(1.3 * pi.gap_mm(model))
     assert pi.total_slope(wide) == pi.total_slope(model)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.identification.workbench import Labels, Result, compare
+from opensuction.identification.workbench import FittedModel, Labels, compare
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "mrd"
 SETTLED = 50
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="real recordings are
 
 
 @pytest.fixture(scope="module")
-def results() -> dict[str, list[Result]]:
+def results() -> dict[str, list[FittedModel]]:
     compared = {}
     for run in RUNS:
         table: NDArray[np.float64] = np.loadtxt(
@@ -30,16 +30,16 @@ def results() -> dict[str, list[Result]]:
     return compared
 
 
-def holdout(results: list[Result], model: str) -> float:
+def holdout(results: list[FittedModel], model: str) -> float:
     return next(each.holdout_rmse_percent_of_range for each in results if each.model == model)
 
 
-def test_modified_dahl_predicts_the_second_half(results: dict[str, list[Result]]) -> None:
+def test_modified_dahl_predicts_the_second_half(results: dict[str, list[FittedModel]]) -> None:
     for run in RUNS:
         assert holdout(results[run], "modified-dahl") <= LIMITS[run], run
 
 
-def test_the_recommended_model_predicts_better(results: dict[str, list[Result]]) -> None:
+def test_the_recommended_model_predicts_better(results: dict[str, list[FittedModel]]) -> None:
     ratios = []
     for run in RUNS:
         best = results[run][0]
@@ -49,7 +49,7 @@ def test_the_recommended_model_predicts_better(results: dict[str, list[Result]])
     assert max(ratios) <= 1.05
 
 
-def test_units_are_degrees(results: dict[str, list[Result]]) -> None:
+def test_units_are_degrees(results: dict[str, list[FittedModel]]) -> None:
     found = next(each for each in results["25"] if each.model == "modified-dahl")
     assert found.parameters["decay"].unit == "1/deg"
     assert found.parameters["slope"].low < 0.9043 < found.parameters["slope"].high

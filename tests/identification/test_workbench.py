@@ -1,11 +1,19 @@
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
-from opensuction.identification.workbench import MODELS, Labels, compare, identify
+from opensuction.identification.workbench import (
+    METHODS,
+    MODELS,
+    Labels,
+    compare,
+    identify,
+    methods_of,
+)
 from opensuction.kernel.errors import InputError
 from tests.identification.plant import paper_plant
 
@@ -63,6 +71,16 @@ def test_impossible_choices_are_refused_in_one_line(
     with pytest.raises(InputError, match=says) as refused:
         identify(HEAD, TIP, None, model, method, holdout_ratio)
     assert "\n" not in str(refused.value)
+
+
+def test_the_page_names_every_model_with_its_methods() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "identification.md").read_text(encoding="utf-8")
+    for name, model in MODELS.items():
+        methods = methods_of(model)
+        assert set(methods) <= set(METHODS)
+        listed = ", ".join(f"`{method}`" for method in methods)
+        assert f"| `{name}` | {model.summary} | {listed} |" in page
+    assert set(METHODS) == {method for model in MODELS.values() for method in methods_of(model)}
 
 
 NOISE = np.random.default_rng(1).normal(0.0, 0.1, HEAD.size)

@@ -20,7 +20,7 @@ def written(path: Path, **columns: Any) -> Path:
 
 
 def read(path: Path, *names: str) -> dict[str, list[float]]:
-    columns = table.columns(table.opened(path), names)
+    columns = table.read_columns(table.open_table(path), names)
     return {name: values.tolist() for name, values in columns.items()}
 
 
@@ -63,7 +63,7 @@ def test_dates_and_durations_become_seconds(file: Path) -> None:
 
 def test_a_name_does_not_matter_the_content_does(tmp_path: Path) -> None:
     path = written(tmp_path / "recording.csv", head_mm=[1.0, 2.0])
-    assert table.opened(path).parquet
+    assert table.open_table(path).parquet
     assert read(path, "head_mm") == {"head_mm": [1.0, 2.0]}
 
 

@@ -17,8 +17,8 @@ MEASURED = Path(__file__).parents[2].parent / "shared" / "data" / "mrd"
 
 
 def read(path: Path, *names: str) -> dict[str, list[float]]:
-    opened = table.opened(path)
-    columns = table.columns(opened, names or opened.names)
+    opened = table.open_table(path)
+    columns = table.read_columns(opened, names or opened.names)
     return {name: values.tolist() for name, values in columns.items()}
 
 
@@ -77,7 +77,7 @@ def test_names_cannot_speak_to_the_terminal(file: Path) -> None:
 
 def test_hash_is_of_the_whole_file(file: Path) -> None:
     file.write_text(LAYOUTS["commas"])
-    assert table.opened(file).sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
+    assert table.open_table(file).sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 REFUSED = {

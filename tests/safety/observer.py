@@ -16,9 +16,9 @@ def seen(head_mm: float = HEAD_MM, **values: object) -> Watch:
 def observed(
     before: Watch,
     readings: Readings,
-    turned: bool = False,
+    valve_command_changed: bool = False,
     overrun: bool = False,
     **last: object,
 ) -> Watch:
     told = changed(staying(before.head_mm), last)
-    return watch.observe(LIMITS, before, told, turned, readings, overrun, DT_S)
+    return watch.step(LIMITS, before, told, valve_command_changed, readings, overrun, DT_S)

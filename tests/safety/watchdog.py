@@ -8,8 +8,7 @@ from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
-from opensuction.safety import limits as bounds
-from opensuction.safety import patient_limit
+from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
@@ -20,7 +19,6 @@ from opensuction.safety.limits import (
     LineLimits,
     ValveLimits,
     WindowLimits,
-    tip_bounds,
 )
 
 DT_S = 0.001
@@ -28,7 +26,7 @@ NAN = float("nan")
 INF = float("inf")
 
 PARK_MM = -3.4
-TIP = tip_bounds(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
+TIP = tip_bound.bound_tip(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
 
 LIMITS = Limits(
     tip=TIP,
@@ -40,10 +38,10 @@ LIMITS = Limits(
         clogged_share=0.95,
         open_fall_mmhg_per_s=84.0,
         bore_fall_mmhg_per_s=307.0,
-        sealed_mmhg=190.0,
+        parked_closed_mmhg=190.0,
     ),
     cap_mm=95.0,
-    outside_mm=float(bounds.deepest_mm(TIP, bounds.anywhere(TIP, PARK_MM))) + 1.0,
+    outside_mm=float(tip_bound.deepest_mm(TIP, tip_bound.assume_anywhere(TIP, PARK_MM))) + 1.0,
     park_head_mm=PARK_MM,
     head_speed_mm_per_s=20.0,
     head_mm_per_s2=1e9,
@@ -60,7 +58,7 @@ LIMITS = Limits(
 )
 """As on the bench, with times short enough to wait for, and a head that starts at once."""
 
-HEAD_CAP_MM = float(bounds.head_cap_mm(TIP, LIMITS.cap_mm))
+HEAD_CAP_MM = float(tip_bound.head_cap_mm(TIP, LIMITS.cap_mm))
 
 
 def above(value: float) -> float:
@@ -74,7 +72,7 @@ def below(value: float) -> float:
 
 
 def changed(record: Any, values: Mapping[str, object]) -> Any:
-    """The same record with some values changed, named as ``lasting.inside``."""
+    """The same record with some values changed, named as ``durations.inside_s``."""
     for path, value in values.items():
         name, _, rest = path.partition(".")
         record = record._replace(

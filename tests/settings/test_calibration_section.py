@@ -38,10 +38,10 @@ def test_every_compensator_gets_its_model_back_to_the_last_bit(
 ) -> None:
     path = written(tmp_path, calibrated(compensator))
     assert identification_file.load(path) == calibrated(compensator)
-    found = identification_file.calibration(identification_file.load(path), path)
-    assert calibration_section.of_plays(found.plays) == MEASURED.plays
-    assert calibration_section.of_curves(found.width) == MEASURED.gap_width
-    assert calibration_section.of_curves(found.table) == MEASURED.lookup_table
+    found = identification_file.to_calibration(identification_file.load(path), path)
+    assert calibration_section.write_section(Plays, found.plays) == MEASURED.plays
+    assert calibration_section.write_section(Branches, found.width) == MEASURED.gap_width
+    assert calibration_section.write_section(Branches, found.table) == MEASURED.lookup_table
     assert found.feedforward == Feedforward(1.27, 0.54)
     assert found.plays.weights.dtype == np.float64
 
@@ -49,7 +49,7 @@ def test_every_compensator_gets_its_model_back_to_the_last_bit(
 def test_a_file_of_version_1_is_still_read(tmp_path: Path) -> None:
     path = written(tmp_path, identified())
     assert "format_version = 1\n" in path.read_text()
-    found = identification_file.calibration(identification_file.load(path), path)
+    found = identification_file.to_calibration(identification_file.load(path), path)
     assert found.plays.thresholds_mm.size == 1  # the model's plain backlash
 
 
@@ -60,6 +60,10 @@ def test_plays_need_a_file_that_has_them(tmp_path: Path) -> None:
 WRONG_PLAYS = [
     (MEASURED.plays._replace(weights=[0.5, 0.5]), "3 thresholds_mm and 2 weights"),
     (MEASURED.plays._replace(weights=[], thresholds_mm=[]), "0 thresholds_mm"),
+    (
+        MEASURED.plays._replace(weights=[0.05] * 17, thresholds_mm=[*range(1, 18)]),
+        "17 thresholds_mm and 17 weights, should have as many of one as of the other, 1 to 16",
+    ),
     (MEASURED.plays._replace(thresholds_mm=[6.0, 6.0, 12.5]), "should rise"),
     (MEASURED.plays._replace(thresholds_mm=[-1.0, 6.0, 12.5]), "from above 0"),
     (MEASURED.plays._replace(weights=[0.5, -0.1, 0.5]), "none should be below 0"),
@@ -93,9 +97,9 @@ def test_curves_that_cannot_be_are_refused(tmp_path: Path, table: Branches, word
 
 
 def test_half_of_the_sections_is_not_enough(tmp_path: Path) -> None:
-    text = identification_file.text(calibrated()).replace("[gap_width]", "[gap_depth]", 1)
+    text = identification_file.to_toml(calibrated()).replace("[gap_width]", "[gap_depth]", 1)
     assert "unknown key gap_depth" in refusal(tmp_path, text)
-    start = identification_file.text(calibrated()).index("[lookup_table]")
+    start = identification_file.to_toml(calibrated()).index("[lookup_table]")
     assert "lookup_table is missing" in refusal(
-        tmp_path, identification_file.text(calibrated())[:start]
+        tmp_path, identification_file.to_toml(calibrated())[:start]
     )

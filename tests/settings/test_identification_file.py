@@ -15,7 +15,7 @@ from opensuction.settings import identification_file
 from opensuction.settings.identification_file import (
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -46,11 +46,13 @@ def identified(model: ModifiedDahl = PUBLISHED, compensator: str = "exact-invers
             ),
         ),
         parameters={
-            "slope": Parameter(model.slope, "mm/mm", [model.slope - 0.01, model.slope + 0.01]),
-            "velocity_gain": Parameter(model.velocity_gain, "mm/mm", []),
-            "decay": Parameter(model.decay_per_mm, "1/mm", []),
-            "offset": Parameter(model.offset_mm, "mm", []),
-            "initial_lag": Parameter(3.0, "mm", []),
+            "slope": IdentifiedParameter(
+                model.slope, "mm/mm", [model.slope - 0.01, model.slope + 0.01]
+            ),
+            "velocity_gain": IdentifiedParameter(model.velocity_gain, "mm/mm", []),
+            "decay": IdentifiedParameter(model.decay_per_mm, "1/mm", []),
+            "offset": IdentifiedParameter(model.offset_mm, "mm", []),
+            "initial_lag": IdentifiedParameter(3.0, "mm", []),
         },
         servo=None,
     )
@@ -58,7 +60,7 @@ def identified(model: ModifiedDahl = PUBLISHED, compensator: str = "exact-invers
 
 def written(folder: Path, content: Identified | str) -> Path:
     path = folder / "machine.toml"
-    text = content if isinstance(content, str) else identification_file.text(content)
+    text = content if isinstance(content, str) else identification_file.to_toml(content)
     path.write_text(text, encoding="utf-8")
     return path
 
@@ -67,7 +69,7 @@ def refusal(folder: Path, content: Identified | str) -> str:
     """What a compensator's user is told about a file."""
     path = written(folder, content)
     with pytest.raises(InputError) as raised:
-        identification_file.calibration(identification_file.load(path), path)
+        identification_file.to_calibration(identification_file.load(path), path)
     message = str(raised.value)
     assert len(message.splitlines()) == 1
     assert str(path) in message
@@ -88,28 +90,28 @@ def test_any_number_and_any_name_survive_the_file(
     original = identified()
     about = original.about._replace(recording=original.about.recording._replace(file=name))
     changed = original._replace(
-        about=about, parameters={"offset": Parameter(value, name, [value, value])}
+        about=about, parameters={"offset": IdentifiedParameter(value, name, [value, value])}
     )
     folder = tmp_path_factory.getbasetemp()
     assert identification_file.load(written(folder, changed)) == changed
 
 
 def test_calibration_is_the_model_with_the_papers_servo(tmp_path: Path) -> None:
-    found = identification_file.calibration(identified(), tmp_path)
+    found = identification_file.to_calibration(identified(), tmp_path)
     assert found.model == PUBLISHED
     assert found.feedforward == PLAIN_PD
 
 
 def test_a_servo_section_gives_the_feedforward(tmp_path: Path) -> None:
     servo = "\n[servo]\nvelocity_v_s_per_mm = 1.2\nfriction_v = 0.9\n"
-    path = written(tmp_path, identification_file.text(identified()) + servo)
-    found = identification_file.calibration(identification_file.load(path), path)
+    path = written(tmp_path, identification_file.to_toml(identified()) + servo)
+    found = identification_file.to_calibration(identification_file.load(path), path)
     assert found.feedforward == Feedforward(velocity_v_s_per_mm=1.2, friction_v=0.9)
 
 
 def test_a_servo_section_is_checked(tmp_path: Path) -> None:
     servo = "\n[servo]\nvelocity_v_s_per_mm = 1.2\nfriction_v = -0.9\n"
-    assert "friction_v" in refusal(tmp_path, identification_file.text(identified()) + servo)
+    assert "friction_v" in refusal(tmp_path, identification_file.to_toml(identified()) + servo)
 
 
 CHANGES = [
@@ -141,7 +143,7 @@ CHANGES = [
 def test_a_file_changed_for_the_worse_is_refused(
     tmp_path: Path, before: str, after: str, words: str
 ) -> None:
-    text = identification_file.text(identified())
+    text = identification_file.to_toml(identified())
     assert before in text
     assert words in refusal(tmp_path, text.replace(before, after, 1))
 
@@ -161,11 +163,11 @@ def test_another_settings_file_is_no_parameter_file(tmp_path: Path) -> None:
 
 def test_a_continuous_model_may_use_the_printed_compensator(tmp_path: Path) -> None:
     content = identified(MONOTONE, "direct-inverse")
-    assert identification_file.calibration(content, tmp_path).model == MONOTONE
+    assert identification_file.to_calibration(content, tmp_path).model == MONOTONE
 
 
 def test_an_infinite_interval_is_refused(tmp_path: Path) -> None:
-    text = identification_file.text(identified())
+    text = identification_file.to_toml(identified())
     start = text.index("ci95 = [")
     end = text.index("]", start)
     assert "ci95" in refusal(tmp_path, text[:start] + f"ci95 = [0.0, {math.inf}" + text[end:])

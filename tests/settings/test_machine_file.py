@@ -35,7 +35,7 @@ def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
         "pump_free_l_per_min": 15.0,
     }
     assert kind.catheter == catheter.CATHETERS["6fr"]
-    assert kind.conduit == catheter.laid("short", kind.catheter)
+    assert kind.conduit == catheter.lay("short", kind.catheter)
     start = machine_kind.of_preset("clinical", None).profile.transmission
     told = kind.profile.transmission
     assert told.decay_per_mm / start.decay_per_mm == pytest.approx(9.6 / 6.2832, rel=1e-4)

@@ -5,22 +5,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings.parameter_section import changed
+from opensuction.settings.parameter_section import change
 from opensuction.twin import parameter
 from opensuction.twin.parameter import CLINICAL
 
 
 def test_a_value_is_meant_and_not_drawn() -> None:
-    table = changed(CLINICAL, {"no_load_mm_per_s": 55}, "twin", "m.toml")
+    table = change(CLINICAL, {"no_load_mm_per_s": 55}, "twin", "m.toml")
     for seed in range(20):
-        assert parameter.drawn(table, seed)["no_load_mm_per_s"] == 55.0
+        assert parameter.draw(table, seed)["no_load_mm_per_s"] == 55.0
     assert table["no_load_mm_per_s"].source == "[file] m.toml"
 
 
 def test_a_value_with_a_spread_is_drawn_and_others_stay() -> None:
     given = {"no_load_mm_per_s": {"value": 55, "spread": 2.0}}
-    table = changed(CLINICAL, given, "twin", "m.toml")
-    drawn = {parameter.drawn(table, seed)["no_load_mm_per_s"] for seed in range(20)}
+    table = change(CLINICAL, given, "twin", "m.toml")
+    drawn = {parameter.draw(table, seed)["no_load_mm_per_s"] for seed in range(20)}
     assert len(drawn) == 20
     assert {name for name in table if table[name] != CLINICAL[name]} == set(given)
 
@@ -29,7 +29,7 @@ def test_a_value_with_a_spread_is_drawn_and_others_stay() -> None:
 def test_only_plausible_numbers_enter(name: str, value: float) -> None:
     entry = CLINICAL[name]
     try:
-        table = changed(CLINICAL, {name: value}, "twin", "m.toml")
+        table = change(CLINICAL, {name: value}, "twin", "m.toml")
     except InputError as refused:
         assert not entry.low <= value <= entry.high
         assert str(refused).startswith("m.toml: twin.")
@@ -61,5 +61,5 @@ def test_only_plausible_numbers_enter(name: str, value: float) -> None:
 )
 def test_anything_else_is_refused_with_name_value_and_range(given: object, words: str) -> None:
     with pytest.raises(InputError) as refused:
-        changed(CLINICAL, given, "twin", "m.toml")
+        change(CLINICAL, given, "twin", "m.toml")
     assert words in str(refused.value)

@@ -25,7 +25,7 @@ def test_the_least_file_is_its_preset(tmp_path: Path) -> None:
 def test_given_values_are_the_patient_s_for_every_seed(tmp_path: Path) -> None:
     text = 'preset = "adult-icu"\ncarina_mm = 72\nweight_kg = { value = 80, spread = 1.5 }\n'
     kind = patient_file.load(written(tmp_path, text))
-    drawn = [patient_kind.drawn(kind, seed) for seed in range(10)]
+    drawn = [patient_kind.draw(kind, seed) for seed in range(10)]
     assert {patient.carina_mm for patient in drawn} == {72.0}
     assert len({patient.weight_kg for patient in drawn}) == 10
 

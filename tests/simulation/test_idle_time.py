@@ -33,7 +33,7 @@ def test_a_minute_passed_is_a_minute_of_the_closed_loop_at_rest(early: int) -> N
     assert str(passed.bedside) == str(played.bedside)
     assert np.array_equal(passed.bedside.secretion_ml, played.bedside.secretion_ml)
     assert passed.machine.coupling.ticks == played.machine.coupling.ticks == early
-    assert passed.machine.coupling.shown == played.machine.coupling.shown
+    assert passed.machine.coupling.signs == played.machine.coupling.signs
     assert passed.machine.line == played.machine.line
     # The polymer's creep is not followed.
     assert passed.machine.airway.tip_mm == pytest.approx(played.machine.airway.tip_mm, abs=0.3)
@@ -47,9 +47,9 @@ def test_a_day_s_secretions_gather() -> None:
     # 2 mL/h; the sum of 8.64 million steps is rounded.
     assert produced == pytest.approx(48.0, rel=1e-6)
     assert later.tick == state.tick + 86_400_000
-    assert 90.0 < later.machine.coupling.shown.spo2_percent < 100.0
+    assert 90.0 < later.machine.coupling.signs.spo2_percent < 100.0
     # A patient at rest stays as they are.
-    drift = later.machine.coupling.shown.lung_volume_loss_ml
+    drift = later.machine.coupling.signs.lung_volume_loss_ml
     assert abs(drift) < 1.0
 
 

@@ -53,7 +53,7 @@ def test_a_controller_for_another_machine_is_refused_with_the_arithmetic(
 @pytest.mark.parametrize("route", catheter.ROUTES)
 def test_the_controller_is_told_of_the_gap_of_its_conduit(route: str) -> None:
     """The nominal model must be about as wide as what is identified: the governor goes by it."""
-    laid = catheter.laid(route, CLINICAL.catheter)
+    laid = catheter.lay(route, CLINICAL.catheter)
     kind = machine_kind.equipped(CLINICAL, CLINICAL.catheter, laid)
     person = patient_kind.of_preset("adult-icu")
     found = rigs.identify(rigs.rig_of(kind, person, 1, nominal=True)).fit.model

@@ -30,7 +30,7 @@ def test_more_plays_change_no_figure_of_the_bench_by_a_percent() -> None:
 
 def test_a_nominal_rig_is_the_table_and_a_seed_draws_another() -> None:
     assert rigs.rig("bench", 5, nominal=True).values == parameter.nominal(parameter.BENCH)
-    assert rigs.rig("bench", 5).values == parameter.drawn(parameter.BENCH, 5)
+    assert rigs.rig("bench", 5).values == parameter.draw(parameter.BENCH, 5)
 
 
 def test_an_unknown_machine_is_refused_by_name() -> None:

@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin.patient import patient as model
+from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
-from opensuction.twin.patient.patient import Patient, PatientObservation, PatientState
+from opensuction.twin.patient.patient import Patient, PatientState, PatientTruth
 
 Array = NDArray[np.float64]
 DT_S = patient_preset.DT_S
-COLUMNS = len(PatientObservation._fields)
+COLUMNS = len(PatientTruth._fields)
 
 
 @compiled
@@ -18,8 +18,8 @@ def _record(
     patient: Patient, state: PatientState, suction: Array, ratio: Array, rows: Array
 ) -> PatientState:
     for i in range(suction.size):
-        state = model.step(patient, state, suction[i], ratio[i], 0.0, DT_S)
-        seen = model.observe(patient, state)
+        state = patient_model.step(patient, state, suction[i], ratio[i], 0.0, DT_S)
+        seen = patient_model.truth(patient, state)
         rows[i, 0] = seen.airway_pressure_cmh2o
         rows[i, 1] = seen.ventilator_pressure_cmh2o
         rows[i, 2] = seen.lung_volume_ml
@@ -39,7 +39,7 @@ def record(
     """Columns of a run by name, and the state after it. Arrays of shape (steps,)."""
     rows = np.empty((suction_ml_per_s.size, COLUMNS))
     after = _record(patient, state, suction_ml_per_s, ratio, rows)
-    return dict(zip(PatientObservation._fields, rows.T, strict=True)), after
+    return dict(zip(PatientTruth._fields, rows.T, strict=True)), after
 
 
 def closed_suction(

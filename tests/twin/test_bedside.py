@@ -37,7 +37,7 @@ def turned(state: PlantState, cam_rad: float) -> PlantState:
 
 def open_at(head_mm: float, twin: Machine = TWIN) -> PlantState:
     """Parked with the head there and the valve wide open."""
-    state = preset.parked(twin, VALUES, head_mm, seed=1, run=0)
+    state = preset.park(twin, VALUES, head_mm, seed=1, run=0)
     return turned(state, STROKE_RAD)
 
 
@@ -89,8 +89,8 @@ def test_nothing_is_taken_outside() -> None:
 
 def test_the_catheter_alone_narrows_the_tube() -> None:
     """Valve closed: the lung fills more slowly with the catheter in the tube than without."""
-    inside = preset.parked(TWIN, VALUES, -20.0, seed=1, run=0)
-    outside = preset.parked(TWIN, VALUES, -130.0, seed=1, run=0)
+    inside = preset.park(TWIN, VALUES, -20.0, seed=1, run=0)
+    outside = preset.park(TWIN, VALUES, -130.0, seed=1, run=0)
     narrowed, free = run(inside, IDLE, 0.5), run(outside, IDLE, 0.5)
     assert narrowed.machine.line.gas_ml == 0.0
     assert narrowed.bedside.patient.lung.volume_ml < free.bedside.patient.lung.volume_ml - 0.5
@@ -105,7 +105,7 @@ def test_pressure_falls_under_suction_and_comes_back() -> None:
         seen = math.inf
         for _ in range(round(breaths_s / DT_S)):
             state = plant.step(TWIN, state, commands, DT_S)
-            seen = min(seen, machine.observe(TWIN, state.machine).airway_pressure_cmh2o)
+            seen = min(seen, machine.truth(TWIN, state.machine).airway_pressure_cmh2o)
         return seen
 
     peep = ADULT.ventilator.peep_cmh2o
@@ -114,13 +114,13 @@ def test_pressure_falls_under_suction_and_comes_back() -> None:
     lowest(IDLE)  # the lung fills again
     # The catheter still lies in the tube: gas that flows past it costs a little.
     assert lowest(IDLE) == pytest.approx(peep, abs=0.3)
-    truth = machine.observe(TWIN, state.machine)
+    truth = machine.truth(TWIN, state.machine)
     assert truth.lung_volume_loss_ml > 0.0  # what has closed takes minutes to open
     assert 90.0 < truth.spo2_percent < 100.0
 
 
 def test_the_patient_steps_with_every_tenth_tick() -> None:
-    state = preset.parked(TWIN, VALUES, 0.0, seed=1, run=0)
+    state = preset.park(TWIN, VALUES, 0.0, seed=1, run=0)
     for tick in range(1, 101):
         before = state.bedside.patient
         state = plant.step(TWIN, state, IDLE, DT_S)
@@ -138,7 +138,7 @@ def test_without_a_patient_nobody_breathes() -> None:
         state = plant.step(bench, state, SUCTION, DT_S)
     assert state.machine.line.gas_ml > 0.0
     assert numbers(state.bedside.patient) == numbers(start)
-    assert machine.observe(bench, state.machine)[-4:] == (0.0, 0.0, 0.0, 0.0)
+    assert machine.truth(bench, state.machine)[-4:] == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_patient_changes_nothing_of_machine_and_line() -> None:
@@ -158,4 +158,4 @@ def test_a_patient_changes_nothing_of_machine_and_line() -> None:
         other = plant.step(alike, other, forth, DT_S)
     seen, also = machine.read(bench, one.machine), machine.read(alike, other.machine)
     assert seen == also._replace(monitor=seen.monitor)
-    assert machine.observe(bench, one.machine)[:-5] == machine.observe(alike, other.machine)[:-5]
+    assert machine.truth(bench, one.machine)[:-5] == machine.truth(alike, other.machine)[:-5]

@@ -31,7 +31,7 @@ EFFICIENCY = 0.65
 
 
 def run(seconds: float, commands: Commands) -> MachineState:
-    state = preset.parked(CLINICAL, VALUES, -100.0, seed=1, run=0).machine
+    state = preset.park(CLINICAL, VALUES, -100.0, seed=1, run=0).machine
     for _ in range(round(seconds / DT_S)):
         state = machine.step(CLINICAL, state, commands, DT_S)
     return state
@@ -79,13 +79,13 @@ def test_the_cam_turns_at_sixty_degrees_a_second_against_its_spring() -> None:
     state = opened
     for _ in range(600):
         state = machine.step(CLINICAL, state, FULL._replace(valve_on=False), DT_S)
-    assert machine.observe(CLINICAL, state).valve_open_ratio == 0.0
+    assert machine.truth(CLINICAL, state).valve_open_ratio == 0.0
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_every_drawn_machine_can_do_what_is_planned(seed: int) -> None:
     """50 mm/s and 0.2 m/s2."""
-    drawn = preset.machine(parameter.drawn(parameter.CLINICAL, seed))
+    drawn = preset.machine(parameter.draw(parameter.CLINICAL, seed))
     axis = drawn.insertion_axis
     assert axis.speed_per_v * (axis.voltage_limit_v - axis.friction_v) > 55.0
     acceleration = axis.speed_per_v * (axis.force_v - axis.friction_v) / axis.time_constant_s

@@ -12,7 +12,7 @@ Values = dict[str, float]
 def outcome(values: Values) -> str:
     """Everything that a set of parameters decides, as text."""
     twin = preset.machine(values)
-    state = preset.parked(twin, values, 0.0, seed=1, run=2)
+    state = preset.park(twin, values, 0.0, seed=1, run=2)
     arrays = (twin.transmission.widths_mm, state.bedside.secretion_ml.tolist())
     return f"{arrays} {twin} {state}"
 
@@ -50,19 +50,19 @@ def test_no_value_is_asked_for_that_the_table_lacks() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2**32 - 1])
 def test_a_draw_is_repeatable_and_bounded(seed: int) -> None:
-    values = parameter.drawn(BENCH, seed)
-    assert values == parameter.drawn(BENCH, seed)
+    values = parameter.draw(BENCH, seed)
+    assert values == parameter.draw(BENCH, seed)
     for name, entry in BENCH.items():
         assert abs(values[name] - entry.value) <= parameter.SPREAD_LIMIT * entry.spread + 1e-15
 
 
 def test_seeds_differ() -> None:
-    assert len({tuple(parameter.drawn(BENCH, seed).values()) for seed in range(50)}) == 50
+    assert len({tuple(parameter.draw(BENCH, seed).values()) for seed in range(50)}) == 50
 
 
 def test_draws_have_their_spread() -> None:
     entry = BENCH["bend_rad"]
-    draws = [parameter.drawn({"bend_rad": entry}, seed)["bend_rad"] for seed in range(2000)]
+    draws = [parameter.draw({"bend_rad": entry}, seed)["bend_rad"] for seed in range(2000)]
     mean = sum(draws) / len(draws)
     deviation = (sum((draw - mean) ** 2 for draw in draws) / len(draws)) ** 0.5
     # Four standard errors; the cut at 2.5 deviations takes 2 % off the deviation.
@@ -71,13 +71,13 @@ def test_draws_have_their_spread() -> None:
 
 
 def test_neither_a_new_parameter_nor_a_new_spread_changes_other_draws() -> None:
-    before = parameter.drawn(BENCH, 7)
+    before = parameter.draw(BENCH, 7)
     grown: dict[str, Parameter] = {
         "new_mm": Parameter(1.0, 0.1, "mm", "a new one", "[assumed]", 0.0, 2.0),
         **BENCH,
         "supply_v": BENCH["supply_v"]._replace(spread=0.5),
     }
-    after = parameter.drawn(grown, 7)
+    after = parameter.draw(grown, 7)
     for name in BENCH:
         if name != "supply_v":
             assert after[name] == before[name]

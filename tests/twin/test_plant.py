@@ -16,7 +16,7 @@ BENCH = preset.machine(VALUES)
 
 
 def parked(head_mm: float) -> PlantState:
-    return preset.parked(BENCH, VALUES, head_mm, seed=1, run=2)
+    return preset.park(BENCH, VALUES, head_mm, seed=1, run=2)
 
 
 def secretion_ml(state: PlantState) -> float:
@@ -78,7 +78,7 @@ def test_what_is_produced_adds_to_what_there_is() -> None:
     person = patient_preset.patient("adult-icu", 0, nominal=True)
     busy = person._replace(secretion=person.secretion._replace(production_ml_per_h=720.0))
     twin = preset.machine(values, busy)
-    state = preset.parked(twin, values, 45.0, seed=1, run=2)
+    state = preset.park(twin, values, 45.0, seed=1, run=2)
     there = secretion_ml(state)
     body = state.machine
     opened = body._replace(valve=body.valve._replace(position=math.radians(30.0)))

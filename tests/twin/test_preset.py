@@ -26,14 +26,14 @@ def test_the_drive_gives_no_more_power_than_it_takes() -> None:
 def test_current_is_that_of_the_force() -> None:
     force_n = 2.0
     motion = AxisMotion(0.0, 0.0, drive_v=force_n * BENCH.load_v_per_n)
-    state = preset.parked(BENCH, VALUES, 0.0, 1, 0).machine._replace(insertion=motion)
+    state = preset.park(BENCH, VALUES, 0.0, 1, 0).machine._replace(insertion=motion)
     current = machine.read(BENCH, state).insertion_current_a
     assert current == pytest.approx(force_n * VALUES["drive_a_per_n"])
 
 
 def test_secretions_add_up_and_lie_above_the_carina() -> None:
     for seed in range(20):
-        values = parameter.drawn(parameter.BENCH, seed)
+        values = parameter.draw(parameter.BENCH, seed)
         bins = preset.secretions_ml(values)
         assert bins.sum() == pytest.approx(values["secretion_ml"])
         assert np.all(bins >= 0.0)
@@ -44,7 +44,7 @@ def test_secretions_add_up_and_lie_above_the_carina() -> None:
 @pytest.mark.parametrize("head_mm", [-4.1, 0.0, 30.0])
 def test_a_parked_machine_reads_the_position_it_was_parked_at(head_mm: float) -> None:
     """After a retract: the encoder is there, the head behind its gear's play a little deeper."""
-    state = preset.parked(BENCH, VALUES, head_mm, seed=1, run=0).machine
+    state = preset.park(BENCH, VALUES, head_mm, seed=1, run=0).machine
     reading = machine.read(BENCH, state)
     assert reading.head_mm == pytest.approx(head_mm, abs=0.5 * VALUES["head_encoder_mm"])
     assert state.head_mm == pytest.approx(head_mm + 0.5 * VALUES["gear_backlash_mm"])

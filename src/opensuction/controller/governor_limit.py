@@ -5,11 +5,11 @@ import math
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.constant import ATMOSPHERE_MMHG, BLASIUS_POWER, ML_PER_S
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
-from opensuction.safety import limits as bounds
-from opensuction.safety import patient_limit
+from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.limits import (
     DriveLimits,
     Limits,
@@ -34,7 +34,7 @@ ACCELERATION_MARGIN = 10.0
 jumps where it turns, and its drive cannot follow at more than the planned one; assumed."""
 WINDOW_MM = 1.0
 """Approach by contact: error of the model, and of where the head has settled; assumed."""
-SEALED_MARGIN_MMHG = 40.0
+RELIEF_MARGIN_MMHG = 40.0
 """Vacuum over the relief valve's that the line is allowed while that is tested; assumed."""
 SHOWN_SHARE = 0.8
 """Share of its set point to which an open line must fall to be told from a closed one."""
@@ -51,11 +51,6 @@ BORE_MM = 3.5
 """Inner diameter of the paper's catheter."""
 BORE_ML_PER_S_PER_ROOT = 29.5
 """Its flow for each root of the vacuum in mmHg: 17.7 L/min at 100 mmHg [computed], Blasius."""
-BLASIUS_POWER = 19.0 / 7.0
-"""Turbulent flow at a given pressure loss grows with this power of the bore."""
-ATMOSPHERE_MMHG = 760.0
-ML_PER_S = 1000.0 / 60.0
-"""mL/s for each L/min."""
 
 
 def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float) -> LineLimits:
@@ -83,7 +78,7 @@ def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float)
         clogged_share=open_share + CLOGGED_SHARE * (1.0 - open_share) if shows else math.inf,
         open_fall_mmhg_per_s=per_ml * max(drawn - pumped, 0.0),
         bore_fall_mmhg_per_s=per_ml * drawn,
-        sealed_mmhg=profile.relief_mmhg + SEALED_MARGIN_MMHG,
+        parked_closed_mmhg=profile.relief_mmhg + RELIEF_MARGIN_MMHG,
     )
 
 
@@ -93,7 +88,7 @@ def _window(
     """Where contact may and must come; by travel nothing is expected, and nothing in the tube."""
     if not by_contact:
         return WindowLimits(from_mm=-math.inf if on_bench else TUBE_END_MM, by_mm=math.inf)
-    slack_mm = 0.5 * (bounds.GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM
+    slack_mm = 0.5 * (tip_bound.GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM
     return WindowLimits(from_mm=protocol.contact_from_mm, by_mm=protocol.travel_mm - slack_mm)
 
 
@@ -106,10 +101,10 @@ def limits(
     by_contact: bool,
 ) -> Limits:
     """Governor's limits for a protocol, on the transmission that was identified (or nominal)."""
-    tip = bounds.tip_bounds(
+    tip = tip_bound.bound_tip(
         gain=model.slope, offset_mm=model.offset_mm, gap_mm=float(modified_dahl.gap_mm(model))
     )
-    parked = bounds.deepest_mm(tip, bounds.anywhere(tip, park_head_mm))
+    parked = tip_bound.deepest_mm(tip, tip_bound.assume_anywhere(tip, park_head_mm))
     farthest_mm = protocol.cap_mm - site.park_mm + float(modified_dahl.gap_mm(model))
     stays_on_carina = by_contact and protocol.backoff_mm == 0.0
     return Limits(

@@ -34,20 +34,11 @@ class Settings(NamedTuple):
     alarms: alarm_state.Settings
 
 
-class Axes(NamedTuple):
-    """How both axes are driven."""
-
-    insertion: Servo
-    valve: Servo
-    valve_motion: ValveMotion
-
-
-class State(NamedTuple):
-    """Everything the controller remembers."""
+class CoreState(NamedTuple):
+    """What everything but compensation and alarms remembers."""
 
     procedure: ProcedureState
     upkeep: Upkeep
-    compensation: HeadState
     insertion_servo: ServoState
     valve_servo: ServoState
     cam_rad: float
@@ -56,25 +47,14 @@ class State(NamedTuple):
     powerless: bool
     reasons: int
     """Alarm conditions for which it halts; see `alarm_source.reasons`."""
+
+
+class State(NamedTuple):
+    """Everything the controller remembers."""
+
+    core: CoreState
+    compensation: HeadState
     alarms: alarm_state.State
-
-
-class Memory(NamedTuple):
-    """State without alarms and compensation: no array is in it, so handing it on costs nothing.
-
-    Whoever takes a record with an array in it counts a reference to it, every tick: so here
-    records with arrays go only where the arrays are used.
-    """
-
-    procedure: ProcedureState
-    upkeep: Upkeep
-    insertion_servo: ServoState
-    valve_servo: ServoState
-    cam_rad: float
-    governor: GovernorState
-    tripped: bool
-    powerless: bool
-    reasons: int
 
 
 class Inputs(NamedTuple):

@@ -4,8 +4,9 @@ Standard form, with the input x, the memory zeta and the output y (the paper's T
 ``dzeta = A dx - B |dx| |zeta|^(m-1) zeta - D dx |zeta|^m``, ``y = a_x x + a_zeta zeta + y_0``.
 
 Erratum. The paper's eq. (6) prints the term of B without its last zeta. So printed, B does not
-bend the loop but shifts it to one side; the literature has the factor, and so have we. The text
-says six parameters and lists seven; the scale of zeta is free, so six of them count (`normalised`).
+bend the loop but shifts it to one side; the literature has the factor, as has this module. The
+text says six parameters and lists seven; the scale of zeta is free: six are independent
+(`normalise`).
 
 In the direction of travel s the state ``u = s*zeta`` obeys ``du/dd = A - k |u|^m`` with d the
 travel, k = B + D where u > 0 and k = D - B where u < 0: one scalar equation without time, so the
@@ -126,7 +127,7 @@ def is_monotone(model: BoucWen) -> bool:
 
 
 @compiled
-def normalised(model: BoucWen) -> BoucWen:
+def normalise(model: BoucWen) -> BoucWen:
     """The same model with A = 1: the scale of the memory is free and cannot be identified."""
     scale = model.input_gain
     power = math.pow(scale, model.exponent - 1.0)
@@ -215,5 +216,5 @@ def inverse_step(
         travel = bracket.trial(search)
         memory = _step(model, memory_mm, direction * travel, terms)
         reached_mm = output_mm(model, input_mm + direction * travel, memory)
-        search = bracket.narrowed(search, travel, direction * (reached_mm - target_mm))
+        search = bracket.narrow(search, travel, direction * (reached_mm - target_mm))
     return InverseMove(move_mm=direction * bracket.root(search), reached=True)

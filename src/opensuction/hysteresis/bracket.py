@@ -1,7 +1,7 @@
 """Root of a continuous function between two points, one trial at a time.
 
-The caller evaluates: it asks where (`trial`), computes the value there, and tells (`narrowed`).
-So one search serves every model in compiled code, which cannot hand functions around.
+The caller evaluates the function: at `trial`, and gives the value to `narrow`. So one search
+serves every model in compiled code, which cannot pass functions as arguments.
 
 Method: inverse quadratic interpolation where the last three points allow it, bisection where
 they do not: fast on smooth curves, safe at the corners of a play.
@@ -74,7 +74,7 @@ def is_done(bracket: Bracket) -> bool:
 
 
 @compiled
-def _interpolated_share(near: Bracket) -> float:
+def _interpolate_share(near: Bracket) -> float:
     """Where the inverse parabola through three points crosses 0; 0.5 where it cannot be trusted."""
     if near.left == near.far or near.left_value == near.far_value:
         return 0.5
@@ -90,7 +90,7 @@ def _interpolated_share(near: Bracket) -> float:
 
 
 @compiled
-def narrowed(bracket: Bracket, point: float, value: float) -> Bracket:
+def narrow(bracket: Bracket, point: float, value: float) -> Bracket:
     """The bracket after an evaluation at its trial point."""
     far, far_value = bracket.far, bracket.far_value
     left, left_value = bracket.near, bracket.near_value
@@ -118,7 +118,7 @@ def narrowed(bracket: Bracket, point: float, value: float) -> Bracket:
         far_value=far_value,
         left=left,
         left_value=left_value,
-        share=min(max(_interpolated_share(unaimed), least), 1.0 - least),
+        share=min(max(_interpolate_share(unaimed), least), 1.0 - least),
         least_width=bracket.least_width,
         trials=bracket.trials + 1,
     )

@@ -27,13 +27,6 @@ from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.compiled import compiled
 
-HIGHEST_DEGREE = 5
-"""Of the envelope. Higher ones follow noise (found on recordings of a tendon-driven tool)."""
-
-DECAY_SHARES = (0.01, 0.03, 0.1, 0.3, 1.0)
-"""Decay lengths over range that cover a recording without knowing it [assumed]: neighbours differ
-threefold, and two Dahl states that close are hard to tell apart."""
-
 MOST_DOUBLINGS = 60
 """Bound on the doublings with which the inverse looks for a travel that is far enough."""
 
@@ -273,5 +266,5 @@ def inverse_step(model: Generalised, state: GeneralisedState, target_mm: float) 
     while not bracket.is_done(search):
         travel = bracket.trial(search)
         value = direction * _missing_mm(model, state, target_mm, direction * travel, trial_mm)
-        search = bracket.narrowed(search, travel, value)
+        search = bracket.narrow(search, travel, value)
     return InverseMove(move_mm=direction * bracket.root(search), reached=True)

@@ -253,5 +253,5 @@ def inverse_step(model: Preisach, state: PreisachState, target_mm: float) -> Inv
         travel = bracket.trial(search)
         move_mm = direction * travel
         value = direction * _missing_mm(model, sums_mm, state, target_mm, move_mm, trial_mm)
-        search = bracket.narrowed(search, travel, value)
+        search = bracket.narrow(search, travel, value)
     return InverseMove(move_mm=direction * bracket.root(search), reached=True)

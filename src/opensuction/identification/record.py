@@ -1,12 +1,24 @@
-"""Checks that every estimator makes of the recordings it is given."""
+"""Recordings as estimators take them: checked, and thinned without losing a turn of the input."""
+
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
+MOST_KEPT = 4
+"""Turns may make a thinned recording this many times longer than asked for; smaller turns go."""
 
-def checked(name: str, values: ArrayLike, least: int) -> NDArray[np.float64]:
+SMALLEST_TURNS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1)
+"""Turns left out of a thinned recording, as shares of the range: none if possible."""
+
+REVERSAL_SHARE = 0.05
+"""Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
+
+
+def read_samples(name: str, values: ArrayLike, least: int) -> NDArray[np.float64]:
     """One recorded quantity as a contiguous array of finite numbers, shape (n,).
 
     name: how messages call it. least: smallest number of samples that makes sense.
@@ -29,16 +41,77 @@ def checked(name: str, values: ArrayLike, least: int) -> NDArray[np.float64]:
     return record
 
 
-def checked_pair(
+def read_pair(
     names: tuple[str, str], first: ArrayLike, second: ArrayLike, least: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Two quantities recorded at the same instants, both ``checked``.
+    """Two quantities recorded at the same instants, both as by `read_samples`.
 
-    Raises InputError as ``checked`` does and where their lengths differ.
+    Raises InputError as `read_samples` does and where their lengths differ.
     """
-    one, two = checked(names[0], first, least), checked(names[1], second, least)
+    one, two = read_samples(names[0], first, least), read_samples(names[1], second, least)
     if one.size != two.size:
         raise InputError(
             f"{names[0]} has {one.size} samples, {names[1]} {two.size}; they should be as many"
         )
     return one, two
+
+
+def check_motion(
+    names: tuple[str, str], input_: NDArray[np.float64], output: NDArray[np.float64], unit: str = ""
+) -> None:
+    """Refuse what cannot show a hysteresis. names, unit: of the input, as messages call them.
+
+    Raises InputError for an input or output that does not move and an input that never reverses.
+    """
+    for name, record in zip(names, (input_, output), strict=True):
+        if not np.ptp(record) > 0.0:
+            raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    range_ = float(np.ptp(input_))
+    back = float(np.max(np.maximum.accumulate(input_) - input_))
+    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
+    if min(back, forth) < REVERSAL_SHARE * range_:
+        raise InputError(
+            f"{names[0]}: reverses by {min(back, forth):.4g} of a range of "
+            f"{f'{range_:.4g} {unit}'.rstrip()}, at least {REVERSAL_SHARE:.0%} are needed to see a "
+            "hysteresis"
+        )
+
+
+@compiled
+def find_turns(head_mm: NDArray[np.float64], smallest_mm: float) -> NDArray[np.int64]:
+    """Samples where the head turns, turns smaller than ``smallest_mm`` left out, shape (turns,)."""
+    found = np.empty(head_mm.size, dtype=np.int64)
+    count, extreme, direction = 0, 0, 0.0
+    for k in range(1, head_mm.size):
+        beyond = head_mm[k] - head_mm[extreme]
+        if direction == 0.0:
+            if abs(beyond) > smallest_mm:
+                direction, extreme = math.copysign(1.0, beyond), k
+        elif direction * beyond >= 0.0:
+            extreme = k
+        elif -direction * beyond > smallest_mm:
+            found[count] = extreme
+            count += 1
+            direction, extreme = -direction, k
+    return found[:count].copy()
+
+
+def thin(
+    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], samples: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same recording with about as many samples as asked for, and every turn of the head.
+
+    Between turns a move of the head is monotone, in however many samples it was recorded, so
+    the regressors at the samples that stay are those of the full recording. Only where the head
+    trembles at every sample are its smallest turns left out.
+    """
+    regular = np.arange(0, head_mm.size, max(head_mm.size // samples, 1))
+    if 2 * regular.size > head_mm.size:
+        return head_mm, tip_mm
+    range_mm = float(np.ptp(head_mm))
+    for share in SMALLEST_TURNS:
+        kept = find_turns(head_mm, share * range_mm)
+        if kept.size <= (MOST_KEPT - 1) * samples:
+            break
+    kept = np.union1d(np.append(regular, head_mm.size - 1), kept)
+    return head_mm[kept], tip_mm[kept]

@@ -9,28 +9,32 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.hysteresis_model import (
+    Array,
+    HysteresisModel,
+    LinearForm,
+    VectorForm,
+    write_unit,
+)
 from opensuction.identification.estimator import nonlinear, superposition
+from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.search import SEARCHES, search
-from opensuction.identification.family import FAMILIES
 from opensuction.identification.judgement import diagnosis
-from opensuction.identification.judgement.candidate import Candidate, of_superposition, of_vector
+from opensuction.identification.judgement.candidate import (
+    Candidate,
+    Estimate,
+    judge_superposition,
+    judge_vector,
+)
 from opensuction.identification.judgement.diagnosis import Names
-from opensuction.identification.record import checked, checked_pair
+from opensuction.identification.record import read_pair, read_samples
 from opensuction.kernel.errors import InputError
 
-Array = NDArray[np.float64]
-
-MODELS = {
-    "modified-dahl": "straight line plus a Dahl state (the paper's model, eqs. 3 and 4)",
-    "dahl": "friction that saturates, without a line (eqs. 1 and 2)",
-    "bouc-wen": "line plus a Bouc-Wen state, standard form (eqs. 5 and 6)",
-    "prandtl-ishlinskii": "plays of known widths, weights at least 0",
-    "preisach": "a triangle of relays, weights at least 0",
-    "generalised": "Dahl states, plays and a polynomial envelope",
-}
-"""Models that can be identified, and what they are."""
+MODELS = {name: model for name, model in CATALOGUE.items() if model.form is not None}
+"""Models that can be identified from any recording."""
 
 METHODS = {
     "variable-projection": "linear parameters solved exactly, a global search over the others",
@@ -40,24 +44,6 @@ METHODS = {
     "regularised": "least squares with a penalty, complexity by cross-validation",
 }
 """Ways to identify them, and what they are."""
-
-_NONLINEAR = ("variable-projection", *SEARCHES)
-
-METHODS_OF_MODEL = {
-    "modified-dahl": _NONLINEAR,
-    "dahl": _NONLINEAR,
-    "bouc-wen": _NONLINEAR,
-    "prandtl-ishlinskii": ("non-negative",),
-    "preisach": ("non-negative",),
-    "generalised": ("regularised",),
-}
-"""Which methods a model can be identified by; the first is its default."""
-
-SUPERPOSITIONS = {
-    "prandtl-ishlinskii": superposition.fit_prandtl_ishlinskii,
-    "preisach": superposition.fit_preisach,
-    "generalised": superposition.fit_generalised,
-}
 
 LEAST_SAMPLES = 40
 """Fewest samples to fit: two for each block of a cross-validation."""
@@ -70,7 +56,7 @@ MOST_HOLDOUT_RATIO = 0.9
 """Largest share that can be held out; the rest must still show the hysteresis."""
 
 Progress = Callable[[str, int, int], None]
-"""Told before each model: its name, how many are done, how many there are."""
+"""Called before each model: its name, how many are done, how many there are."""
 
 
 class Labels(NamedTuple):
@@ -83,18 +69,8 @@ class Labels(NamedTuple):
     time_name: str = "time"
 
 
-class Estimate(NamedTuple):
-    """A parameter and the interval that holds the true value with 95 % confidence."""
-
-    value: float
-    unit: str
-    low: float
-    """Not a number where no interval can be given."""
-    high: float
-
-
-class Result(NamedTuple):
-    """A fitted model and how far it can be trusted."""
+class FittedModel(NamedTuple):
+    """A fitted model, its errors and warnings."""
 
     model: str
     method: str
@@ -131,7 +107,7 @@ def identify(
     method: str | None = None,
     holdout_ratio: float = 0.0,
     labels: Labels = Labels(),  # noqa: B008 - immutable
-) -> Result:
+) -> FittedModel:
     """Identify one model from a recording.
 
     input_, output: the driven and the following position at the same instants, shape (n,), in any
@@ -141,8 +117,9 @@ def identify(
 
     Raises InputError, in one line, for what cannot be identified.
     """
-    chosen = _checked_method(model, method)
-    return _identified(_checked(input_, output, time_s, holdout_ratio, labels), model, chosen)
+    chosen = _choose_method(model, method)
+    recording = _check(input_, output, time_s, holdout_ratio, labels)
+    return _fit(recording, MODELS[model], chosen)
 
 
 class _Recording(NamedTuple):
@@ -156,7 +133,7 @@ class _Recording(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def _checked(
+def _check(
     input_: ArrayLike,
     output: ArrayLike,
     time_s: ArrayLike | None,
@@ -165,8 +142,9 @@ def _checked(
 ) -> _Recording:
     """The recording, fit to be fitted. Raises InputError."""
     names = Names(labels.input_name, labels.output_name, labels.input_unit)
-    driven, answer = checked_pair(names[:2], input_, output, LEAST_SAMPLES)
-    fitted_samples = _fitted_samples(driven.size, holdout_ratio)
+    driven, answer = read_pair(names[:2], input_, output, LEAST_SAMPLES)
+    check_holdout(holdout_ratio)
+    fitted_samples = driven.size - int(driven.size * holdout_ratio)
     if fitted_samples < LEAST_SAMPLES:
         raise InputError(
             f"holdout {holdout_ratio:g}: leaves {fitted_samples} of {driven.size} samples to fit, "
@@ -174,36 +152,43 @@ def _checked(
         )
     time = None
     if time_s is not None:
-        time = checked(labels.time_name, time_s, driven.size)
+        time = read_samples(labels.time_name, time_s, driven.size)
         if time.size != driven.size:
             raise InputError(f"{labels.time_name} has {time.size} samples, not {driven.size}")
         diagnosis.check_time(time, labels.time_name)
     begin_in, begin_out = driven[:fitted_samples], answer[:fitted_samples]
-    diagnosis.check(begin_in, begin_out, names)
-    warnings = diagnosis.of_recording(
+    diagnosis.check_recording(begin_in, begin_out, names)
+    warnings = diagnosis.judge_recording(
         begin_in, begin_out, None if time is None else time[:fitted_samples], names
     )
     return _Recording(driven, answer, fitted_samples, names, labels, warnings)
 
 
-def _candidate(recording: _Recording, model: str, method: str) -> Candidate:
+def methods_of(model: HysteresisModel) -> tuple[str, ...]:
+    """Names of the methods that can identify a model; the first is its default."""
+    match model.form:
+        case VectorForm():
+            return ("variable-projection", *SEARCHES)
+        case LinearForm(nonnegative=nonnegative):
+            return ("non-negative",) if nonnegative else ("regularised",)
+        case None:
+            return ()
+
+
+def _candidate(recording: _Recording, model: HysteresisModel, method: str) -> Candidate:
     """The model fitted to the first part of the recording."""
     count = recording.fitted_samples
     input_, output = recording.input_[:count], recording.output[:count]
-    if model in SUPERPOSITIONS:
-        return of_superposition(SUPERPOSITIONS[model](input_, output))
+    if not isinstance(model.form, VectorForm):
+        return judge_superposition(superposition.fit(model, input_, output))
     if method in SEARCHES:
-        vector = search(method, FAMILIES[model], input_, output)
-        return of_vector(FAMILIES[model], vector, True, input_, output)
-    try:
-        found = nonlinear.FITS[model](input_, output)
-    except InputError as refused:
-        message = str(refused).replace("head_mm", recording.names.input_name)
-        raise InputError(message.replace("tip_mm", recording.names.output_name)) from None
-    return of_vector(FAMILIES[model], found.vector, found.determined, input_, output)
+        found = NonlinearFit(search(method, model.form, input_, output), determined=True)
+    else:
+        found = nonlinear.FITS[model.name](input_, output, recording.names[:2])
+    return judge_vector(model, model.form, found, input_, output)
 
 
-def _identified(recording: _Recording, model: str, method: str) -> Result:
+def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedModel:
     """The fitted model with its scores, intervals and warnings."""
     found = _candidate(recording, model, method)
     labels, count, output = recording.labels, recording.fitted_samples, recording.output
@@ -211,15 +196,16 @@ def _identified(recording: _Recording, model: str, method: str) -> Result:
     rest = output - fitted
     range_ = float(np.ptp(output))
     correlations = diagnosis.autocorrelation(rest[:count])
-    said = diagnosis.of_residuals(output[:count], rest[:count], rest[count:], correlations)
-    units = {"{in}": labels.input_unit, "{out}": labels.output_unit}
+    said = diagnosis.judge_residuals(output[:count], rest[:count], rest[count:], correlations)
     rmse = _rms(rest[:count])
-    return Result(
-        model=model,
+    return FittedModel(
+        model=model.name,
         method=method,
         parameters={
-            each.name: Estimate(each.value, _unit(each.unit, units), each.low, each.high)
-            for each in found.estimates
+            name: estimate._replace(
+                unit=write_unit(estimate.unit, labels.input_unit, labels.output_unit)
+            )
+            for name, estimate in found.parameters.items()
         },
         rmse=rmse,
         rmse_percent_of_range=100.0 * rmse / range_,
@@ -236,13 +222,6 @@ def _identified(recording: _Recording, model: str, method: str) -> Result:
     )
 
 
-def _unit(pattern: str, units: dict[str, str]) -> str:
-    """A unit with the recording's own in place of {in} and {out}."""
-    for place, unit in units.items():
-        pattern = pattern.replace(place, unit)
-    return pattern
-
-
 def compare(
     input_: ArrayLike,
     output: ArrayLike,
@@ -250,20 +229,20 @@ def compare(
     holdout_ratio: float = 0.0,
     labels: Labels = Labels(),  # noqa: B008 - immutable
     progress: Progress | None = None,
-) -> list[Result]:
+) -> list[FittedModel]:
     """Identify every model from the same recording, best first; one is recommended.
 
-    Arguments as `identify`; progress is told before each model. The order is that of the error in
+    Arguments as `identify`; progress is called before each model. The order is that of the error in
     cross-validation, on the fitted samples alone. A model that cannot be identified from this
     recording is left out. Raises InputError where none can.
     """
-    recording = _checked(input_, output, time_s, holdout_ratio, labels)
+    recording = _check(input_, output, time_s, holdout_ratio, labels)
     results, refusals = [], []
-    for done, model in enumerate(MODELS):
+    for done, model in enumerate(MODELS.values()):
         if progress is not None:
-            progress(model, done, len(MODELS))
+            progress(model.name, done, len(MODELS))
         try:
-            results.append(_identified(recording, model, METHODS_OF_MODEL[model][0]))
+            results.append(_fit(recording, model, methods_of(model)[0]))
         except InputError as refused:
             refusals.append(refused)
     if not results:
@@ -276,11 +255,11 @@ def compare(
     return [chosen._replace(recommended=True), *rest]
 
 
-def _checked_method(model: str, method: str | None) -> str:
+def _choose_method(model: str, method: str | None) -> str:
     """The method to use; InputError for an unknown name or a pair that does not go together."""
     if model not in MODELS:
         raise InputError(f"model '{model}' is not known: one of {', '.join(MODELS)}")
-    methods = METHODS_OF_MODEL[model]
+    methods = methods_of(MODELS[model])
     if method is None:
         return methods[0]
     if method not in METHODS:
@@ -292,14 +271,13 @@ def _checked_method(model: str, method: str | None) -> str:
     return method
 
 
-def _fitted_samples(samples: int, holdout_ratio: float) -> int:
-    """How many samples from the first are fitted; InputError for an impossible share."""
-    if not 0.0 <= holdout_ratio <= MOST_HOLDOUT_RATIO:
+def check_holdout(ratio: float, name: str = "holdout") -> None:
+    """Refuse an impossible share to hold out; raises InputError. name: as the message calls it."""
+    if not 0.0 <= ratio <= MOST_HOLDOUT_RATIO:
         raise InputError(
-            f"holdout {holdout_ratio:g}: should be from 0 to {MOST_HOLDOUT_RATIO:g}, the share of "
+            f"{name} {ratio:g}: should be from 0 to {MOST_HOLDOUT_RATIO:g}, the share of "
             "the recording that is predicted instead of fitted"
         )
-    return samples - int(samples * holdout_ratio)
 
 
 def _rms(values: Array) -> float:

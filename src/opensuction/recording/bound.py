@@ -13,7 +13,7 @@ def megabytes(size_bytes: int) -> int:
     return -(-size_bytes // 1_000_000)
 
 
-def too_many(samples: int) -> str:
+def describe_excess(samples: int) -> str:
     """What to say of a recording with more samples than the bound."""
     return (
         f"has {samples} rows or more, above the limit of {MOST_SAMPLES}; keep every "

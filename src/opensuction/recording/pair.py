@@ -25,14 +25,14 @@ class Pair(NamedTuple):
     """Rising; None where the recording has no time, and its samples count as evenly spaced."""
 
 
-class Span(NamedTuple):
+class TimeSpan(NamedTuple):
     """Part of a recording by its time, both ends in seconds and included; None: no end."""
 
     from_s: float | None
     to_s: float | None
 
 
-EVERYTHING = Span(from_s=None, to_s=None)
+EVERYTHING = TimeSpan(from_s=None, to_s=None)
 
 
 def check_time(name: str, time_s: Array) -> None:
@@ -50,7 +50,7 @@ def check_time(name: str, time_s: Array) -> None:
     )
 
 
-def cut(pair: Pair, span: Span) -> Pair:
+def cut(pair: Pair, span: TimeSpan) -> Pair:
     """The samples inside a span of time; all of a pair without time.
 
     Raises InputError for a span without samples.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.bound import MOST_SAMPLES, too_many
+from opensuction.recording.bound import MOST_SAMPLES, describe_excess
 
 MAGIC = b"PAR1"
 """How a Parquet file begins."""
@@ -44,20 +44,20 @@ def _file(path: Path) -> Any:
         ) from None
 
 
-def names(path: Path) -> tuple[str, ...]:
+def read_names(path: Path) -> tuple[str, ...]:
     """Names of the columns. Raises InputError for a damaged file and for too many rows."""
     _parquet(path)
     with _file(path) as file:
         samples = file.metadata.num_rows
         if samples > MOST_SAMPLES:
-            raise InputError(f"{path}: {too_many(samples)}")
+            raise InputError(f"{path}: {describe_excess(samples)}")
         if samples == 0:
             raise InputError(f"{path}: has columns and no samples in them")
         return tuple(file.schema_arrow.names)
 
 
-def columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-    """Numbers of the columns that are wanted; see `table.columns`."""
+def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+    """Numbers of the columns that are wanted; see `table.read_columns`."""
     import pyarrow
 
     with _file(path) as file:
@@ -65,10 +65,10 @@ def columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]
             table = file.read(columns=list(wanted))
         except (pyarrow.ArrowException, OSError):
             raise InputError(f"{path}: is damaged or incomplete; save it again") from None
-    return {name: _numbers(path, name, table.column(name)) for name in wanted}
+    return {name: _read_numbers(path, name, table.column(name)) for name in wanted}
 
 
-def _numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
+def _read_numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
     """One column as finite doubles."""
     import pyarrow
     import pyarrow.compute

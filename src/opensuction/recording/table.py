@@ -36,10 +36,10 @@ FOREIGN = {
 """How files begin that people take for tables, and what to do with them."""
 
 LOOKED_AT_BYTES = 65536
-"""Beginning of a file that tells text from everything else."""
+"""Beginning of a file by which text is recognised."""
 
 
-class Table(NamedTuple):
+class RecordedTable(NamedTuple):
     """A file that can be read as a table."""
 
     path: Path
@@ -48,10 +48,10 @@ class Table(NamedTuple):
     parquet: bool
     size_bytes: int
     sha256: str
-    """Of the whole file, in hexadecimal: which recording this is, whatever it is called."""
+    """Of the whole file, in hexadecimal: identifies the recording under any name."""
 
 
-def opened(path: Path) -> Table:
+def open_table(path: Path) -> RecordedTable:
     """What a file holds, its numbers not yet read.
 
     Raises InputError for a file that is missing, no file, not readable, too large, or no table.
@@ -63,7 +63,7 @@ def opened(path: Path) -> Table:
         if not S_ISREG(status.st_mode):
             raise InputError(f"{path}: is a device or a pipe; give the path of {KINDS}")
         with path.open("rb") as file:
-            return _opened(path, file, status.st_size)
+            return _open(path, file, status.st_size)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the path of {KINDS}") from None
     except PermissionError:
@@ -75,13 +75,13 @@ def opened(path: Path) -> Table:
         raise InputError(f"{path}: cannot be read: {reason}") from None
 
 
-def _opened(path: Path, file: BufferedReader, size_bytes: int) -> Table:
+def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
     head = file.read(LOOKED_AT_BYTES)
     if not head:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
     parquet = head.startswith(parquet_table.MAGIC)
     if parquet:
-        names = parquet_table.names(path)
+        names = parquet_table.read_names(path)
     else:
         _refuse_foreign(path, head)
         if size_bytes > LARGEST_TEXT_BYTES:
@@ -90,9 +90,11 @@ def _opened(path: Path, file: BufferedReader, size_bytes: int) -> Table:
                 f"{megabytes(LARGEST_TEXT_BYTES)} MB for text; keep only the columns and the "
                 "cycles that matter, or save it as Parquet"
             )
-        names = text_table.names(path)
+        names = text_table.read_names(path)
     file.seek(0)
-    return Table(path, names, parquet, size_bytes, hashlib.file_digest(file, "sha256").hexdigest())
+    return RecordedTable(
+        path, names, parquet, size_bytes, hashlib.file_digest(file, "sha256").hexdigest()
+    )
 
 
 def _refuse_foreign(path: Path, head: bytes) -> None:
@@ -103,7 +105,7 @@ def _refuse_foreign(path: Path, head: bytes) -> None:
         raise InputError(f"{path}: is a binary file; give the path of {KINDS}")
 
 
-def columns(table: Table, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns(table: RecordedTable, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
     """The numbers of some columns by name, each of shape (samples,), all finite.
 
     wanted: names that the table has, each once in it.
@@ -116,6 +118,6 @@ def columns(table: Table, wanted: Sequence[str]) -> dict[str, NDArray[np.float64
                 f"{table.path}: {table.names.count(name)} columns are called {name!r}; rename "
                 "all but one"
             )
-    read: Any = parquet_table.columns if table.parquet else text_table.columns
+    read: Any = parquet_table.read_columns if table.parquet else text_table.read_columns
     found: dict[str, NDArray[np.float64]] = read(table.path, tuple(dict.fromkeys(wanted)))
     return found

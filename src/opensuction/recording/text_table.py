@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.bound import MOST_SAMPLES, too_many
+from opensuction.recording.bound import MOST_SAMPLES, describe_excess
 
 SEPARATORS = (";", "\t", ",")
 """Tried in this order: in text with decimal commas, commas would also cut."""
@@ -36,14 +36,14 @@ class _Layout(NamedTuple):
     names: tuple[str, ...]
 
 
-def names(path: Path) -> tuple[str, ...]:
+def read_names(path: Path) -> tuple[str, ...]:
     """Names of the columns. Raises InputError for text that has no header or no rows."""
     with _text(path) as file:
         return _layout(path, [line for _, line in islice(_lines(path, file), 2)]).names
 
 
-def columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-    """Numbers of the columns that are wanted; see `table.columns`."""
+def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+    """Numbers of the columns that are wanted; see `table.read_columns`."""
     with _text(path) as file:
         layout = _layout(path, [line for _, line in islice(_lines(path, file), 2)])
     places = [layout.names.index(name) for name in wanted]
@@ -54,7 +54,7 @@ def columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]
         parse = _Parser(path, layout)
         for count, (number, row) in enumerate(rows):
             if count == MOST_SAMPLES:
-                raise InputError(f"{path}: {too_many(count + 1)}")
+                raise InputError(f"{path}: {describe_excess(count + 1)}")
             for place, column in zip(places, kept, strict=True):
                 column.append(parse(number, place, row[place]))
     return {
@@ -127,7 +127,7 @@ def _rows(path: Path, file: TextIO, layout: _Layout) -> Iterator[tuple[int, list
     """Rows with the number of the line each ends in, the header first."""
     number = 0
 
-    def fed() -> Iterator[str]:
+    def feed() -> Iterator[str]:
         """The lines, each counted as the reader takes it."""
         nonlocal number
         for at, line in _lines(path, file):
@@ -135,7 +135,7 @@ def _rows(path: Path, file: TextIO, layout: _Layout) -> Iterator[tuple[int, list
             yield line
 
     width = len(layout.names)
-    reader = csv.reader(fed(), delimiter=layout.separator, skipinitialspace=True)
+    reader = csv.reader(feed(), delimiter=layout.separator, skipinitialspace=True)
     try:
         for row in reader:
             if len(row) != width:

@@ -8,8 +8,8 @@ judgement from its list of hazards, and so are all times (assumed).
 from enum import IntEnum
 from typing import Any, NamedTuple
 
+from opensuction.kernel.constant import HOUR_S
 from opensuction.safety.handling import (
-    HOUR_S,
     NEVER_S,
     UNANSWERED_S,
     Handling,

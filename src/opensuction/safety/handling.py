@@ -53,7 +53,6 @@ class Handling(NamedTuple):
 ESCALATES_S = 120.0
 """A medium alarm that nobody answers for so long becomes a high one (assumed)."""
 NEVER_S = 0.0
-HOUR_S = 3600.0
 UNANSWERED_S = 2.0
 """How long recorder or console may be silent (assumed)."""
 

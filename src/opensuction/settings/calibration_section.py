@@ -5,19 +5,21 @@ the curves of either direction, which machine it was and how a second run confir
 compensator drives the head by these numbers, so each is checked before it may.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Gt
 
 from opensuction.control.lookup_table import Curves
 from opensuction.hysteresis import prandtl_ishlinskii
+from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
 
-MOST_PLAYS = 100
-"""More than the 80 widths of the estimator's grid."""
+Section = TypeVar("Section", bound=tuple[object, ...])
+
 MOST_ENTRIES = 1000
 """Of a curve; the estimator makes 40."""
 
@@ -35,7 +37,7 @@ class Origin(NamedTuple):
 
 
 class Validation(NamedTuple):
-    """What a second run, which nothing was fitted to, said; all root mean square."""
+    """Errors of a second run, which nothing was fitted to; all root mean square."""
 
     model_rmse_mm: Annotated[float, Ge(0)]
     plays_rmse_mm: Annotated[float, Ge(0)]
@@ -74,38 +76,22 @@ class Measured(NamedTuple):
     lookup_table: Branches
 
 
-def of_plays(model: PrandtlIshlinskii) -> Plays:
-    """Section of a model."""
-    return Plays(
-        thresholds_mm=model.thresholds_mm.tolist(),
-        weights=model.weights.tolist(),
-        slope=model.slope,
-        offset_mm=model.offset_mm,
-        curvature_per_mm=model.curvature_per_mm,
-    )
+def write_section(section: Callable[..., Section], record: PrandtlIshlinskii | Curves) -> Section:
+    """`Plays` or `Branches` of the record of the same fields."""
+    return section(*(np.asarray(value).tolist() for value in record))
 
 
-def of_curves(curves: Curves) -> Branches:
-    """Section of a pair of curves."""
-    return Branches(
-        first_mm=curves.first_mm,
-        spacing_mm=curves.spacing_mm,
-        inwards_mm=curves.inwards_mm.tolist(),
-        outwards_mm=curves.outwards_mm.tolist(),
-    )
-
-
-def plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIshlinskii:
+def read_plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIshlinskii:
     """The model of a section. lowest_mm, highest_mm: tip positions that it must be invertible for.
 
     Raises InputError for lists of different length, thresholds that do not rise from above 0,
     negative weights, and a model without a continuous inverse.
     """
     thresholds, weights = section.thresholds_mm, section.weights
-    if len(thresholds) != len(weights) or not 1 <= len(weights) <= MOST_PLAYS:
+    if len(thresholds) != len(weights) or not 1 <= len(weights) <= PLAYS:
         raise InputError(
             f"plays has {len(thresholds)} thresholds_mm and {len(weights)} weights, should have "
-            f"as many of one as of the other, 1 to {MOST_PLAYS}"
+            f"as many of one as of the other, 1 to {PLAYS}"
         )
     if not _rises([0.0, *thresholds]):
         raise InputError("plays.thresholds_mm should rise from each to the next, from above 0")
@@ -131,7 +117,7 @@ def plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIshlins
     return model
 
 
-def curves(section: Branches, name: str) -> Curves:
+def read_curves(section: Branches, name: str) -> Curves:
     """The curves of a section. name: of the section, for messages.
 
     Raises InputError for lists of different or impossible length, heads that do not rise with

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TypeVar
 
 from opensuction.kernel.errors import InputError
-from opensuction.settings.wording import one_line, shown, unknown
+from opensuction.settings.wording import one_line, show, unknown
 
 Value = TypeVar("Value")
 
@@ -18,4 +18,4 @@ def choose(name: object, known: Mapping[str, Value], what: str, listed: str | No
     """
     if isinstance(name, str) and name in known:
         return known[name]
-    raise InputError(one_line(unknown(f"{what} {shown(name)}", name, known, listed)))
+    raise InputError(one_line(unknown(f"{what} {show(name)}", name, known, listed)))

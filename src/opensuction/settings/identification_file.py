@@ -1,8 +1,7 @@
 """The parameter file: what an identification found, in TOML, for people and for `cycle`.
 
-It says what was identified from which recording, so that nobody has to trust a number without its
-origin. A compensator takes its model from such a file (`calibration`); what it cannot be sure of
-it refuses.
+It holds what was identified from which recording, so that every number has its origin. A
+compensator takes its model from such a file (`to_calibration`), which refuses what does not fit.
 """
 
 import re
@@ -15,6 +14,8 @@ import tomli_w
 from annotated_types import Ge, Gt
 
 from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward, nominal
+from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
+from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.kernel.errors import InputError
 from opensuction.settings import calibration_section
@@ -22,7 +23,7 @@ from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import one_line, unknown
+from opensuction.settings.wording import one_line, refuse, unknown
 
 FORMAT_VERSION: Final = 2
 """Raised with every change that older software would misread. 2: what a calibration measured."""
@@ -38,11 +39,11 @@ COMPENSATORS: Final = {"modified-dahl": ("exact-inverse", "direct-inverse")}
 ON_MEASURED: Final = ("preview", "prandtl-ishlinskii", "gap-width", "lookup-table")
 """Compensators that need what only a calibration of the machine measures."""
 
+*_MODEL, _INITIAL_LAG = MODIFIED_DAHL_FORM.parameters
+
 MODIFIED_DAHL: Final = {
-    "slope": ("slope", "mm/mm"),
-    "velocity_gain": ("velocity_gain", "mm/mm"),
-    "decay": ("decay_per_mm", "1/mm"),
-    "offset": ("offset_mm", "mm"),
+    parameter.name: (field, write_unit(parameter.unit, "mm", "mm"))
+    for parameter, field in zip(_MODEL, ModifiedDahl._fields, strict=True)
 }
 """Name in a file to field of `ModifiedDahl` and unit; the initial lag is of the recording alone."""
 
@@ -60,7 +61,7 @@ _INTERVAL: Final = re.compile(r"^ci95 = \[\n +(\S+),\n +(\S+),\n\]$", re.MULTILI
 _HASH: Final = re.compile(r"[0-9a-f]{64}")
 
 
-class Parameter(NamedTuple):
+class IdentifiedParameter(NamedTuple):
     """One identified parameter."""
 
     value: float
@@ -115,14 +116,14 @@ class Identified(NamedTuple):
     """A whole parameter file."""
 
     about: IdentificationFile
-    parameters: dict[str, Parameter]
+    parameters: dict[str, IdentifiedParameter]
     servo: Feedforward | None
     """Servo feedforward of the same machine, which a person may add; None: plain PD."""
     measured: Measured | None = None
     """What only a calibration of the machine finds; None for a recording of one's own."""
 
 
-def text(identified: Identified) -> str:
+def to_toml(identified: Identified) -> str:
     """The file as TOML, which `load` reads back as the same record."""
     about = identified.about._asdict()
     recording = identified.about.recording
@@ -148,10 +149,10 @@ def load(path: Path | str) -> Identified:
     servo = content.pop("servo", None)
     measured = {name: content.pop(name) for name in Measured._fields if name in content}
     if not isinstance(parameters, Mapping) or not parameters:
-        raise _refusal(path, f"has no section parameters; {_REMEDY}")
+        raise refuse(path, f"has no section parameters; {_REMEDY}")
     about = validate(IdentificationFile, content, path)
     if not _HASH.fullmatch(about.recording.sha256):
-        raise _refusal(path, "recording.sha256 is not a SHA-256 of 64 hexadecimal digits")
+        raise refuse(path, "recording.sha256 is not a SHA-256 of 64 hexadecimal digits")
     return Identified(
         about=about,
         parameters={
@@ -181,18 +182,18 @@ def _check_version(content: Mapping[str, Any], path: Path | str) -> None:
     """Newer files first: what else they hold is not for this software to judge."""
     version = content.get("format_version")
     if isinstance(version, bool) or not isinstance(version, int):
-        raise _refusal(path, f"has no format_version, so it is no parameter file; {_REMEDY}")
+        raise refuse(path, f"has no format_version, so it is no parameter file; {_REMEDY}")
     if version > FORMAT_VERSION:
         by = content.get("software_version", "a newer version")
-        raise _refusal(
+        raise refuse(
             path,
             f"has format version {version}, written by opensuction {by}; this version reads up to "
             f"{FORMAT_VERSION}: update opensuction or identify again",
         )
 
 
-def _parameter(entry: object, where: str) -> Parameter:
-    parameter = validate(Parameter, entry, where)
+def _parameter(entry: object, where: str) -> IdentifiedParameter:
+    parameter = validate(IdentifiedParameter, entry, where)
     ends = parameter.ci95
     if ends and (len(ends) != 2 or not ends[0] <= parameter.value <= ends[1]):
         raise InputError(
@@ -201,7 +202,7 @@ def _parameter(entry: object, where: str) -> Parameter:
     return parameter
 
 
-def calibration(identified: Identified, path: Path | str) -> Calibration:
+def to_calibration(identified: Identified, path: Path | str) -> Calibration:
     """What a compensator needs: the model, the servo's feedforward, and what was measured.
 
     Of a file without measured sections every other model is the plain backlash of its model.
@@ -212,7 +213,7 @@ def calibration(identified: Identified, path: Path | str) -> Calibration:
     about = identified.about
     known = COMPENSATORS.get(about.model)
     if known is None:
-        raise _refusal(
+        raise refuse(
             path,
             f"holds the model '{about.model}', which no compensator uses yet; identify with "
             f"--model {' or '.join(COMPENSATORS)}",
@@ -221,13 +222,13 @@ def calibration(identified: Identified, path: Path | str) -> Calibration:
     choose(about.compensator, dict.fromkeys(usable), f"compensator for {about.model}, in {path},")
     model = _modified_dahl(identified, path)
     if about.well_posed != is_monotone(model):
-        raise _refusal(
+        raise refuse(
             path,
             f"says well_posed = {str(about.well_posed).lower()}, and its parameters say the "
             "opposite; identify again instead of changing values by hand",
         )
     if about.compensator == "direct-inverse" and not about.well_posed:
-        raise _refusal(
+        raise refuse(
             path,
             f"the model has no continuous inverse (slope {model.slope:.4g} is not above twice the "
             f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
@@ -244,39 +245,35 @@ def _measured(found: Calibration, identified: Identified, path: Path | str) -> C
         return found
     try:
         return found._replace(
-            plays=calibration_section.plays(measured.plays, depths.lowest, depths.highest),
-            width=calibration_section.curves(measured.gap_width, "gap_width"),
-            table=calibration_section.curves(measured.lookup_table, "lookup_table"),
+            plays=calibration_section.read_plays(measured.plays, depths.lowest, depths.highest),
+            width=calibration_section.read_curves(measured.gap_width, "gap_width"),
+            table=calibration_section.read_curves(measured.lookup_table, "lookup_table"),
         )
     except InputError as refused:
-        raise _refusal(path, str(refused)) from None
+        raise refuse(path, str(refused)) from None
 
 
 def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
     recording, given = identified.about.recording, identified.parameters
     for what, unit in (("input", recording.input.unit), ("output", recording.output.unit)):
         if unit != "mm":
-            raise _refusal(
+            raise refuse(
                 path,
                 f"was identified with the {what} in {unit or 'no known unit'}; a compensator needs "
                 "head and tip in mm",
             )
     if identified.about.rmse_unit != recording.output.unit:
-        raise _refusal(path, f"rmse_unit is '{identified.about.rmse_unit}', should be 'mm'")
+        raise refuse(path, f"rmse_unit is '{identified.about.rmse_unit}', should be 'mm'")
     for name in given:
-        if name not in (*MODIFIED_DAHL, "initial_lag"):
-            raise _refusal(path, unknown(f"key parameters.{name}", name, MODIFIED_DAHL))
+        if name not in (*MODIFIED_DAHL, _INITIAL_LAG.name):
+            raise refuse(path, unknown(f"key parameters.{name}", name, MODIFIED_DAHL))
     values = {}
     for name, (field, unit) in MODIFIED_DAHL.items():
         if name not in given:
-            raise _refusal(path, f"parameters.{name} is missing; {_REMEDY}")
+            raise refuse(path, f"parameters.{name} is missing; {_REMEDY}")
         if given[name].unit != unit:
-            raise _refusal(
+            raise refuse(
                 path, f"parameters.{name}.unit is '{given[name].unit}', should be '{unit}'"
             )
         values[field] = given[name].value
     return validate(ModifiedDahl, values, f"{path}: parameters")
-
-
-def _refusal(path: Path | str, problem: str) -> InputError:
-    return InputError(one_line(f"{path}: {problem}"))

@@ -27,7 +27,7 @@ def _constraints(metadata: Iterable[Any]) -> Iterator[Any]:
             yield entry
 
 
-def plain(bound: Any) -> float:
+def trim(bound: Any) -> float:
     """Bound without a needless ``.0``, so that messages read 15 and not 15.0."""
     number = float(bound)
     return int(number) if number.is_integer() else number
@@ -44,20 +44,20 @@ def limit_of(annotation: Any) -> Limit:
     for entry in _constraints(get_args(annotation)[1:]):
         match entry:
             case Ge(bound):
-                limit = limit._replace(lower=plain(bound), lower_is_allowed=True)
+                limit = limit._replace(lower=trim(bound), lower_is_allowed=True)
             case Gt(bound):
-                limit = limit._replace(lower=plain(bound), lower_is_allowed=False)
+                limit = limit._replace(lower=trim(bound), lower_is_allowed=False)
             case Le(bound):
-                limit = limit._replace(upper=plain(bound), upper_is_allowed=True)
+                limit = limit._replace(upper=trim(bound), upper_is_allowed=True)
             case Lt(bound):
-                limit = limit._replace(upper=plain(bound), upper_is_allowed=False)
+                limit = limit._replace(upper=trim(bound), upper_is_allowed=False)
     return limit
 
 
-def in_words(limit: Limit) -> str:
+def describe(limit: Limit) -> str:
     """Range as a message says it, without unit; "" where there is no limit.
 
-    >>> in_words(Limit(0, False, 15, True))
+    >>> describe(Limit(0, False, 15, True))
     'above 0 and at most 15'
     """
     parts = []

@@ -14,19 +14,19 @@ from typing import Any, TypeVar
 from opensuction.controller.machine_profile import SOURCES, MachineProfile
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
-from opensuction.settings.parameter_section import LISTED, Table, changed
+from opensuction.settings.parameter_section import LISTED, Table, change
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import dotted, one_line, shown, unknown
+from opensuction.settings.wording import join_key, refuse, show, unknown
 from opensuction.simulation import machine_kind
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.twin import preset
-from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit
 from opensuction.twin.patient import patient_airway
 
 CHOICES = {
-    "preset": tuple(preset.TABLES),
+    "preset": tuple(preset.MACHINE_TABLES),
     "catheter": (*CATHETERS, "a section [catheter]"),
     "conduit": (*ROUTES, "a section [conduit]"),
 }
@@ -47,16 +47,16 @@ def load(path: str | PathLike[str]) -> MachineKind:
     given = load_toml(path)
     for key in given:
         if key not in CHOICES and key not in SECTIONS:
-            raise _refusal(path, unknown(f"key {dotted('', key)}", key, known_keys()))
+            raise refuse(path, unknown(f"key {join_key('', key)}", key, known_keys()))
     for key, names in CHOICES.items():
         if key not in given:
-            raise _refusal(path, f"{key} is missing; give one of {', '.join(names)}")
+            raise refuse(path, f"{key} is missing; give one of {', '.join(names)}")
     try:
-        name = _chosen(given["preset"], dict.fromkeys(preset.TABLES), "preset")
-        return _kind(name, given, path)
+        name = _choose(given["preset"], dict.fromkeys(preset.MACHINE_TABLES), "preset")
+        return _read_kind(name, given, path)
     except InputError as refused:
         message = str(refused)
-        raise refused if message.startswith(f"{path}: ") else _refusal(path, message) from None
+        raise refused if message.startswith(f"{path}: ") else refuse(path, message) from None
 
 
 def known_keys() -> tuple[str, ...]:
@@ -64,31 +64,31 @@ def known_keys() -> tuple[str, ...]:
     return (*CHOICES, *SECTIONS)
 
 
-def _kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
+def _read_kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
     start = machine_kind.of_preset(name, None)
-    catheter = _named(Catheter, given["catheter"], "catheter", CATHETERS, path)
-    conduit = _named(
+    catheter = _choose_or_read(Catheter, given["catheter"], "catheter", CATHETERS, path)
+    conduit = _choose_or_read(
         Conduit,
         given["conduit"],
         "conduit",
-        {route: catheters.laid(route, catheter) for route in ROUTES},
+        {route: catheter_model.lay(route, catheter) for route in ROUTES},
         path,
     )
     kind = start._replace(
-        table=_twin(start, given.get("twin", {}), path),
-        profile=_controller(start.profile, given.get("controller", {}), path),
+        table=_read_twin(start, given.get("twin", {}), path),
+        profile=_read_controller(start.profile, given.get("controller", {}), path),
     )
     kind = machine_kind.equipped(kind, catheter, conduit)
     machine_kind.check(kind)
     return kind
 
 
-def _chosen(given: object, known: Mapping[str, Any], what: str) -> str:
+def _choose(given: object, known: Mapping[str, Any], what: str) -> str:
     choose(given, known, what)
     return str(given)
 
 
-def _named(
+def _choose_or_read(
     record_type: type[Record], given: object, what: str, known: Mapping[str, Record], path: object
 ) -> Record:
     """One of the known ones by name, or its own section with every key."""
@@ -97,27 +97,23 @@ def _named(
     return choose(given, known, what)
 
 
-def _twin(start: MachineKind, given: object, path: object) -> Table:
+def _read_twin(start: MachineKind, given: object, path: object) -> Table:
     names = given if isinstance(given, Mapping) else ()
     for name in names:
         if name in OF_CONDUIT:
-            raise _refusal(path, f"twin.{name} follows from the conduit: give it in [conduit]")
+            raise refuse(path, f"twin.{name} follows from the conduit: give it in [conduit]")
         if start.preset != "bench" and name in patient_airway.REPLACED:
-            raise _refusal(path, f"twin.{name} is the patient's: give it in a patient file")
-    return changed(start.table, given, "twin", path)
+            raise refuse(path, f"twin.{name} is the patient's: give it in a patient file")
+    return change(start.table, given, "twin", path)
 
 
-def _controller(profile: MachineProfile, given: object, path: object) -> MachineProfile:
+def _read_controller(profile: MachineProfile, given: object, path: object) -> MachineProfile:
     if not isinstance(given, Mapping):
-        raise _refusal(path, f"controller is {shown(given)}, not a section")
+        raise refuse(path, f"controller is {show(given)}, not a section")
     for name in given:
         if name not in SOURCES:
-            raise _refusal(path, unknown(f"key controller.{name}", name, SOURCES, LISTED))
+            raise refuse(path, unknown(f"key controller.{name}", name, SOURCES, LISTED))
     try:
         return validate(MachineProfile, {**profile._asdict(), **given}, "controller")
     except InputError as refused:
-        raise _refusal(path, str(refused)) from None
-
-
-def _refusal(path: object, problem: str) -> InputError:
-    return InputError(one_line(f"{path}: {problem}"))
+        raise refuse(path, str(refused)) from None

@@ -9,12 +9,12 @@ from os import PathLike
 
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
-from opensuction.settings.parameter_section import changed
+from opensuction.settings.parameter_section import change
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.wording import one_line
+from opensuction.settings.wording import refuse
 from opensuction.twin.patient import patient_kind
 from opensuction.twin.patient.patient_kind import PatientKind
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 
 def load(path: str | PathLike[str]) -> PatientKind:
@@ -25,20 +25,16 @@ def load(path: str | PathLike[str]) -> PatientKind:
     """
     given = load_toml(path)
     if "preset" not in given:
-        raise _refusal(path, f"preset is missing; give one of {', '.join(TABLES)}")
+        raise refuse(path, f"preset is missing; give one of {', '.join(PATIENT_TABLES)}")
     name = given.pop("preset")
     try:
-        choose(name, TABLES, "preset")
+        choose(name, PATIENT_TABLES, "preset")
     except InputError as refused:
-        raise _refusal(path, str(refused)) from None
+        raise refuse(path, str(refused)) from None
     start = patient_kind.of_preset(name)
-    kind = start._replace(table=changed(start.table, given, "", path))
+    kind = start._replace(table=change(start.table, given, "", path))
     try:
         patient_kind.check(kind)
     except InputError as refused:
-        raise _refusal(path, str(refused)) from None
+        raise refuse(path, str(refused)) from None
     return kind
-
-
-def _refusal(path: object, problem: str) -> InputError:
-    return InputError(one_line(f"{path}: {problem}"))

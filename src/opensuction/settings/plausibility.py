@@ -13,8 +13,7 @@ from opensuction.controller.setup import Calibration
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.kernel.errors import InputError
-from opensuction.settings.wording import one_line
+from opensuction.settings.wording import refuse
 
 GAP_RATIOS = (0.5, 1.5)
 """Gap over the machine's nominal one. Re-routing the conduit changes it by 30 % [design-gap],
@@ -56,9 +55,7 @@ def check(found: Calibration, nominal: ModifiedDahl, where: object) -> None:
     for gap_name, slope_name, shape in shapes:
         problem = _problem(shape, built, gap_name, slope_name)
         if problem:
-            raise InputError(
-                one_line(f"{where}: {problem} for this machine; identify the machine itself")
-            )
+            raise refuse(where, f"{problem} for this machine; identify the machine itself")
 
 
 def _problem(shape: _Shape, built: _Shape, gap_name: str, slope_name: str) -> str:

@@ -6,8 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final
 
-from opensuction.kernel.errors import InputError
-from opensuction.settings.wording import one_line
+from opensuction.settings.wording import refuse
 
 LARGEST_BYTES: Final = 1_000_000
 """A settings file is written by hand; anything larger is another kind of file."""
@@ -29,11 +28,11 @@ def load_toml(path: str | PathLike[str]) -> dict[str, Any]:
         message = str(error)
         place = _END.search(message)
         at = place[1].removeprefix("at ") if place else "in the file"
-        raise _refusal(path, f"{at}: not valid TOML: {_END.sub('', message)}") from None
+        raise refuse(path, f"{at}: not valid TOML: {_END.sub('', message)}") from None
     except RecursionError:
-        raise _refusal(path, "not valid TOML: lists or tables are nested too deeply") from None
+        raise refuse(path, "not valid TOML: lists or tables are nested too deeply") from None
     except ValueError as error:  # such as an integer with thousands of digits
-        raise _refusal(path, f"not valid TOML: {error}") from None
+        raise refuse(path, f"not valid TOML: {error}") from None
 
 
 def _text(path: Path) -> str:
@@ -42,22 +41,18 @@ def _text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(LARGEST_BYTES + 1)
     except FileNotFoundError:
-        raise _refusal(path, "no such file; give the path of a TOML file") from None
+        raise refuse(path, "no such file; give the path of a TOML file") from None
     except IsADirectoryError:
-        raise _refusal(path, "is a folder; give the path of a TOML file in it") from None
+        raise refuse(path, "is a folder; give the path of a TOML file in it") from None
     except PermissionError:
-        raise _refusal(path, "may not be read; change its permissions") from None
+        raise refuse(path, "may not be read; change its permissions") from None
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise _refusal(path, f"cannot be read: {reason}") from None
+        raise refuse(path, f"cannot be read: {reason}") from None
     if len(content) > LARGEST_BYTES:
-        raise _refusal(path, f"is larger than {LARGEST_BYTES} bytes, so not a settings file")
+        raise refuse(path, f"is larger than {LARGEST_BYTES} bytes, so not a settings file")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise _refusal(path, f"line {line}: not UTF-8 text; save the file as UTF-8") from None
-
-
-def _refusal(path: str | PathLike[str], problem: str) -> InputError:
-    return InputError(one_line(f"{path}: {problem}"))
+        raise refuse(path, f"line {line}: not UTF-8 text; save the file as UTF-8") from None

@@ -1,4 +1,4 @@
-"""From a mapping, as a file or a form gives it, to a settings record that can be trusted.
+"""Validation of a mapping, as a file or a form gives it, into a settings record.
 
 A record type is a `NamedTuple` whose fields are numbers with a range, ``Annotated[float,
 Interval(ge=0, le=15)]``, other scalars, enumerations (written by the name of the member, in lower
@@ -26,9 +26,9 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
-from opensuction.settings.limit import Limit, in_words, limit_of, plain
+from opensuction.settings.limit import Limit, describe, limit_of, trim
 from opensuction.settings.unit import unit_of
-from opensuction.settings.wording import dotted, one_line, shown, unknown
+from opensuction.settings.wording import join_key, refuse, show, unknown
 
 Record = TypeVar("Record", bound=tuple[Any, ...])
 
@@ -69,7 +69,7 @@ def validate(record_type: type[Record], mapping: object, where: object) -> Recor
     if problems:
         others = len(problems) - 1
         more = f" (and {others} more problem{'s' if others > 1 else ''})" if others else ""
-        raise InputError(one_line(f"{where}: {problems[0]}{more}"))
+        raise refuse(where, f"{problems[0]}{more}")
     return cast(Record, values)
 
 
@@ -116,16 +116,16 @@ def _section(
     if isinstance(given, record_type):
         given = dict(zip(names, given, strict=True))
     if not isinstance(given, Mapping):
-        what = f"{section} is {shown(given)}" if section else f"found {shown(given)}"
+        what = f"{section} is {show(given)}" if section else f"found {show(given)}"
         problems.append(f"{what}, not a section; keys of the section: {', '.join(names)}")
         return None
     found_before = len(problems)
     for key in given:
         if key not in names:
-            problems.append(unknown(f"key {dotted(section, key)}", key, names))
+            problems.append(unknown(f"key {join_key(section, key)}", key, names))
     values: dict[str, Any] = {}
     for field in _fields(record_type):
-        key = dotted(section, field.name)
+        key = join_key(section, field.name)
         if field.name in given:
             values[field.name] = _value(field, given[field.name], key, problems)
         else:
@@ -145,7 +145,7 @@ def _value(field: _Field, given: object, key: str, problems: list[str]) -> Any:
         problems.append(f"{key} is {_complaint(field, given, error)}; {_wanted(field)}")
         return None
     if field.type is int and not -INT64 <= value < INT64:
-        problems.append(f"{key} is {shown(given)}, more than 64 bits hold; {_wanted(field)}")
+        problems.append(f"{key} is {show(given)}, more than 64 bits hold; {_wanted(field)}")
     return value
 
 
@@ -172,20 +172,20 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
     details = error.errors(include_url=False, include_input=False)[0]
     match details["type"]:
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
-            bound = plain(next(iter(details["ctx"].values())))
+            bound = trim(next(iter(details["ctx"].values())))
             relation = (
                 "below the limit" if details["type"].startswith("greater") else "above the limit"
             )
             relation = "exactly the limit" if given == bound else relation
-            number, limit = _with_unit(shown(given), unit), _with_unit(str(bound), unit)
+            number, limit = _with_unit(show(given), unit), _with_unit(str(bound), unit)
             return f"{number}, {relation} of {limit}"
         case "finite_number":
-            return f"{shown(given)}, not a finite number"
+            return f"{show(given)}, not a finite number"
         case kind if kind.endswith("_type"):
-            return f"{shown(given)}, not {KINDS.get(field.type, 'what belongs there')}"
+            return f"{show(given)}, not {KINDS.get(field.type, 'what belongs there')}"
         case _:
             message = str(details["msg"])
-            return f"{shown(given)}: {message[:1].lower()}{message[1:]}"
+            return f"{show(given)}: {message[:1].lower()}{message[1:]}"
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -200,6 +200,6 @@ def _wanted(field: _Field) -> str:
         return f"give one of {', '.join(_members(field.type))}"
     kind = KINDS.get(field.type, "a value")
     unit = unit_of(field.name)
-    limits = in_words(field.limit)
+    limits = describe(field.limit)
     amount = f"{kind} in {unit}" if unit and field.type in (int, float) else kind
     return f"give {amount}, {limits}" if limits else f"give {amount}"

@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
+from opensuction.kernel.errors import InputError
+
 LONGEST: Final = 60
 """Characters of a value that a message repeats; enough to recognise it."""
 
@@ -28,10 +30,15 @@ def one_line(text: str) -> str:
     )
 
 
-def shown(value: object) -> str:
+def refuse(where: object, problem: str) -> InputError:
+    """The error, on one line, for a problem that a file or another source has."""
+    return InputError(one_line(f"{where}: {problem}"))
+
+
+def show(value: object) -> str:
     """Value as a message repeats it: text in quotes, sections and lists by their kind.
 
-    >>> [shown(value) for value in (20.0, "fast", True, {"a": 1})]
+    >>> [show(value) for value in (20.0, "fast", True, {"a": 1})]
     ['20.0', "'fast'", 'true', 'a section']
     """
     if isinstance(value, bool):
@@ -47,9 +54,9 @@ def shown(value: object) -> str:
     return one_line(text if len(text) <= LONGEST else text[: LONGEST - 3] + "...")
 
 
-def dotted(section: str, key: object) -> str:
+def join_key(section: str, key: object) -> str:
     """Key inside a section as TOML writes it: ``cycle.dwell_s``; odd keys are quoted."""
-    text = key if isinstance(key, str) and _BARE_KEY.fullmatch(key) else shown(key)
+    text = key if isinstance(key, str) and _BARE_KEY.fullmatch(key) else show(key)
     return f"{section}.{text}" if section else text
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.control import compensation, head_path, profile, staged_path
-from opensuction.control.compensation import Compensation
+from opensuction.control.compensation import Branches, Compensation
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.kernel.compiled import compiled
@@ -74,17 +74,24 @@ def _fill(plan: Plan, arrived_s: float, demand: Array) -> None:
 
 @compiled
 def lead(
-    chosen: Compensation, limits: HeadLimits, start: HeadState, demand: Array, dt_s: float
+    chosen: Compensation,
+    heads_mm: Branches | None,
+    limits: HeadLimits,
+    start: HeadState,
+    demand: Array,
+    dt_s: float,
 ) -> Array:
     """Head positions under a compensator, mm, shape (n,).
 
-    limits: of the head, which follows the command no faster. demand: as `Course.demand`.
+    heads_mm: branches of the compensation. limits: of the head, which follows the command no
+    faster. demand: as `Course.demand`.
     """
     heads = np.empty(demand.shape[0])
     state, head, velocity = start, start.head_mm, 0.0
     for tick in range(demand.shape[0]):
         state = compensation.step(
             chosen,
+            heads_mm,
             state,
             demand[tick, 0],
             demand[tick, 1],

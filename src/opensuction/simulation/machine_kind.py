@@ -11,7 +11,7 @@ from opensuction.controller.machine_profile import MachineProfile
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter, preset
-from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine.catheter import Catheter, Conduit
 from opensuction.twin.parameter import Parameter
 
@@ -37,14 +37,16 @@ def of_preset(name: str, age: AgeGroup | None) -> MachineKind:
 
     Raises InputError for an unknown name.
     """
-    if name not in preset.TABLES:
-        known = ", ".join(sorted(preset.TABLES))
+    if name not in preset.MACHINE_TABLES:
+        known = ", ".join(sorted(preset.MACHINE_TABLES))
         raise InputError(f"machine '{name}' is not known: one of {known}")
-    chosen = catheters.PAPER
+    chosen = catheter_model.PAPER
     if age is not None:
-        chosen = catheters.CATHETERS[catheters.BY_AGE_GROUP[age]]
-    laid = catheters.laid("standard", chosen)
-    return MachineKind(name, preset.TABLES[name], machine_profile.PROFILES[name], chosen, laid)
+        chosen = catheter_model.CATHETERS[catheter_model.BY_AGE_GROUP[age]]
+    laid = catheter_model.lay("standard", chosen)
+    return MachineKind(
+        name, preset.MACHINE_TABLES[name], machine_profile.PROFILES[name], chosen, laid
+    )
 
 
 def equipped(kind: MachineKind, catheter: Catheter, conduit: Conduit) -> MachineKind:
@@ -52,10 +54,10 @@ def equipped(kind: MachineKind, catheter: Catheter, conduit: Conduit) -> Machine
 
     Raises InputError where they do not fit each other.
     """
-    catheters.check(catheter, conduit)
+    catheter_model.check(catheter, conduit)
     known = machine_profile.PROFILES[kind.preset].transmission
     told = kind.profile._replace(transmission=known)
-    ratio = catheters.gap_ratio(catheter, conduit)
+    ratio = catheter_model.gap_ratio(catheter, conduit)
     return kind._replace(
         profile=machine_profile.with_gap(told, ratio), catheter=catheter, conduit=conduit
     )

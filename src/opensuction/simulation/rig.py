@@ -99,8 +99,8 @@ def rig(name: str, seed: int, nominal: bool = False, patient: str = DEFAULT_PATI
 
 def rig_of(kind: MachineKind, patient: PatientKind | None, seed: int, nominal: bool = False) -> Rig:
     """One machine of a kind, with a patient of a kind or (the bench) nobody; as `rig`."""
-    values = parameter.nominal(kind.table) if nominal else parameter.drawn(kind.table, seed)
-    person = None if patient is None else patient_kind.drawn(patient, seed, nominal)
+    values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed)
+    person = None if patient is None else patient_kind.draw(patient, seed, nominal)
     machine = preset.machine(values, person, kind.catheter, kind.conduit)
     site = BENCH_SITE._replace(catheter_mm=kind.catheter.outer_mm)
     if person is not None:
@@ -152,8 +152,8 @@ def assemble(
     Raises InputError where the protocol cannot be done.
     """
     settings = setup.settings(chosen.profile, protocol, kind, calibration, by_contact, chosen.site)
-    loop = Loop(controller=settings, machine=chosen.machine)
-    state = preset.parked(chosen.machine, chosen.values, settings.parked.head_mm, chosen.seed, run)
+    loop = Loop(settings, setup.branches(kind, calibration), chosen.machine)
+    state = preset.park(chosen.machine, chosen.values, settings.parked.head_mm, chosen.seed, run)
     return loop, trace.power_up(loop, state, NEW_CATHETER_S)
 
 
@@ -235,8 +235,8 @@ def calibrated(
         model=found.model,
         feedforward=feedforward,
         plays=plays.model,
-        width=branch_curve.parallel(head_mm, laser_mm),
-        table=branch_curve.table(head_mm, laser_mm),
+        width=branch_curve.fit_parallel(head_mm, laser_mm),
+        table=branch_curve.fit_table(head_mm, laser_mm),
     )
 
 

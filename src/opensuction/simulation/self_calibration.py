@@ -15,7 +15,7 @@ from opensuction.identification.estimator.gap_scale import ScaleLimits, ScaleRec
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS
-from opensuction.safety import limits as bounds
+from opensuction.safety import tip_bound
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
@@ -51,7 +51,7 @@ def learned(
     moving = np.isin(columns["phase"], (Phase.INSERTING, Phase.BACKING_OFF))
     seen = None
     if np.any(columns["phase"] == Phase.BACKING_OFF):
-        seen = gap_scale.episode(
+        seen = gap_scale.find_contact(
             columns["readings.contact_closed"][moving],
             columns["readings.head_mm"][moving],
             DT_S,
@@ -62,7 +62,7 @@ def learned(
 
 def rescaled(identified: Calibration, record: ScaleRecord) -> Calibration:
     """Calibration for the next cycle: the identified plays with the scale of the record."""
-    return identified._replace(plays=prandtl_ishlinskii.scaled(identified.plays, record.new))
+    return identified._replace(plays=prandtl_ishlinskii.scale_widths(identified.plays, record.new))
 
 
 def bounded(learned: Settings, identified: Settings) -> Settings:
@@ -75,7 +75,7 @@ def bounded(learned: Settings, identified: Settings) -> Settings:
     """
     held = identified.limits
     parked_mm = learned.limits.park_head_mm
-    deepest_mm = bounds.deepest_mm(held.tip, bounds.anywhere(held.tip, parked_mm))
+    deepest_mm = tip_bound.deepest_mm(held.tip, tip_bound.assume_anywhere(held.tip, parked_mm))
     if deepest_mm > held.outside_mm:
         raise InputError(
             f"the head would park at {parked_mm:.1f} mm on the learned gap, where the tip may be "
@@ -90,7 +90,7 @@ def bounded(learned: Settings, identified: Settings) -> Settings:
 def parked_anew(loop: Loop, state: LoopState) -> LoopState:
     """A parked loop under new settings: it begins again from a retract to where its head is."""
     settings = loop.controller
-    here = settings.parked._replace(head_mm=state.controller.governor.last.head_mm)
-    led = compensation.parked(settings.compensation, here)
-    state = state._replace(controller=state.controller._replace(compensation=led))
+    here = settings.parked._replace(head_mm=state.controller.core.governor.last.head_mm)
+    head = compensation.park(settings.compensation, here)
+    state = state._replace(controller=state.controller._replace(compensation=head))
     return closed_loop.run(loop, state, NO_REQUESTS, trace.rows(PARKING_S))[0]

@@ -1,8 +1,8 @@
-"""Where the machine meets the bedside: what passes between 1 kHz and 100 Hz, and nothing else.
+"""What the machine at 1 kHz and the bedside at 100 Hz exchange, and nothing else.
 
-Between two steps of the bedside the gas and the mucus that the tip takes are added up, so that
-none is lost at the coupling; the bedside feels them a hundredth of a second late at most. The other
-way go what the patient shows and how much mucus lies within reach of the tip.
+Gas and mucus that the tip takes are added up between two steps of the bedside, so that none is
+lost; the bedside gets them a hundredth of a second late at most. The machine gets the patient's
+signs and the volume of mucus within reach of the tip.
 """
 
 from typing import NamedTuple
@@ -14,8 +14,8 @@ TICKS = 10
 """Ticks of the machine for each step of the bedside."""
 
 
-class Shown(NamedTuple):
-    """What the patient shows since the bedside's last step; 0 where nobody is there."""
+class PatientSigns(NamedTuple):
+    """Signs of the patient at the bedside's last step; 0 on the bench, which has no patient."""
 
     airway_pressure_cmh2o: float
     lung_volume_ml: float
@@ -26,7 +26,7 @@ class Shown(NamedTuple):
     """What the monitor passes on."""
 
 
-NOBODY_SHOWN = Shown(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
+NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
 
 
 class CouplingState(NamedTuple):
@@ -41,17 +41,15 @@ class CouplingState(NamedTuple):
     """Mucus still within reach of where the tip was then."""
     from_mm: float
     """Where the tip was then."""
-    shown: Shown
+    signs: PatientSigns
 
 
 @compiled
 def accumulate(state: CouplingState, gas_ml: float, mucus_ml: float) -> CouplingState:
     """The coupling after one tick in which the tip took this much."""
-    return CouplingState(
+    return state._replace(
         ticks=state.ticks + 1,
         gas_ml=state.gas_ml + gas_ml,
         mucus_ml=state.mucus_ml + mucus_ml,
         reachable_ml=max(state.reachable_ml - mucus_ml, 0.0),
-        from_mm=state.from_mm,
-        shown=state.shown,
     )

@@ -44,6 +44,9 @@ def _p(
     return Parameter(value, spread, unit, meaning, source, float(low), float(high))
 
 
+ParameterValues = dict[str, float]
+"""A value for each parameter by name: those of one machine or patient."""
+
 BENCH: dict[str, Parameter] = {
     # Insertion axis
     "supply_v": _p(24.0, "V", (12, 48), "supply of both motors", "[datasheet]"),
@@ -266,14 +269,14 @@ CLINICAL: dict[str, Parameter] = {
 """The bedside machine: the bench with faster gears."""
 
 
-def nominal(table: dict[str, Parameter]) -> dict[str, float]:
+def nominal(table: dict[str, Parameter]) -> ParameterValues:
     """Every parameter at its value."""
     return {name: parameter.value for name, parameter in table.items()}
 
 
-def drawn(table: dict[str, Parameter], seed: int) -> dict[str, float]:
+def draw(table: dict[str, Parameter], seed: int) -> ParameterValues:
     """One machine: every parameter drawn from its spread. seed: any integer below 2**32."""
-    values: dict[str, float] = {}
+    values: ParameterValues = {}
     for name, parameter in table.items():
         # A block of random numbers named by the parameter: neither a new parameter nor a new
         # spread changes what the others draw.

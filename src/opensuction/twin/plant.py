@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.twin import bedside as bedsides
+from opensuction.twin import bedside as bedside_model
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.coupling import TICKS
-from opensuction.twin.machine import machine as machines
+from opensuction.twin.machine import machine as machine_model
 from opensuction.twin.machine.machine import Machine, MachineState
 
 
@@ -28,16 +28,16 @@ def is_due(state: MachineState) -> bool:
 def settle(
     machine: Machine, state: MachineState, bedside: BedsideState, dt_s: float
 ) -> tuple[MachineState, BedsideState]:
-    """Step the bedside and let both sides know of each other; for a machine where `is_due`."""
+    """Step the bedside and couple it to the machine anew; to be called where `is_due`."""
     tip_mm = state.airway.tip_mm
-    later = bedsides.step(machine, bedside, state.coupling, tip_mm, dt_s)
-    return machines.met(state, bedsides.met(machine, later, tip_mm)), later
+    later = bedside_model.step(machine, bedside, state.coupling, tip_mm, dt_s)
+    return state._replace(coupling=bedside_model.couple(machine, later, tip_mm)), later
 
 
 @compiled
 def step(machine: Machine, state: PlantState, commands: Commands, dt_s: float) -> PlantState:
     """Advance everything by one tick of the machine under the given commands."""
-    moved = machines.step(machine, state.machine, commands, dt_s)
+    moved = machine_model.step(machine, state.machine, commands, dt_s)
     bedside = state.bedside
     if is_due(moved):
         moved, bedside = settle(machine, moved, bedside, dt_s)

@@ -8,22 +8,24 @@ from scipy.special import ndtri
 
 from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.kernel import random_stream
+from opensuction.kernel.constant import ATMOSPHERE_MMHG, HOUR_S, ML_PER_S
 from opensuction.twin import bedside, parameter
 from opensuction.twin.airway.airway import Airway, AirwayState
 from opensuction.twin.airway.secretion import BIN_MM, Bins
 from opensuction.twin.airway.tip import Tip
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.machine import bore, contact_switch, hand, transmission
-from opensuction.twin.machine import catheter as catheters
+from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine.bore import Bore
 from opensuction.twin.machine.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
 from opensuction.twin.machine.contact_switch import ContactSwitch
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.machine.laser import Laser, LaserState
 from opensuction.twin.machine.machine import Machine, MachineState
-from opensuction.twin.machine.suction_line import ATMOSPHERE_MMHG, SuctionLine, SuctionState
+from opensuction.twin.machine.suction_line import SuctionLine, SuctionState
 from opensuction.twin.machine.transmission import Transmission, bundle
 from opensuction.twin.machine.valve_mechanism import ValveMechanism
+from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient import patient_airway, patient_preset
 from opensuction.twin.patient.patient import Patient
 from opensuction.twin.plant import PlantState
@@ -35,16 +37,11 @@ NOISE_PURPOSE = 1000
 SWITCH_PURPOSE = 1_000_000
 """Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
 ENDLESS_MM = 1.0e9
-"""A rack whose ends no healthy run comes near; `racked` gives it some."""
+"""Ends of a rack that no run reaches; `limit_rack` sets real ones."""
 BEHIND_PARK_MM = 10.0
 """[assumed] Rack behind the park position."""
-HOUR_S = 3600.0
-ML_PER_S = 1000.0 / 60.0
-"""mL/s for each L/min."""
-NOBODY = patient_preset.patient("adult-icu", 0, nominal=True)
+NO_PATIENT = patient_preset.patient("adult-icu", 0, nominal=True)
 """Fills the patient's place in a machine that has none; it is never stepped."""
-
-Values = dict[str, float]
 
 
 def play_widths_mm(mean_mm: float, spread_mm: float, count: int) -> npt.NDArray[np.float64]:
@@ -53,7 +50,7 @@ def play_widths_mm(mean_mm: float, spread_mm: float, count: int) -> npt.NDArray[
     return np.asarray(mean_mm + spread_mm * quantiles / np.std(quantiles), dtype=np.float64)
 
 
-def insertion_axis(values: Values) -> DcAxis:
+def insertion_axis(values: ParameterValues) -> DcAxis:
     """Insertion axis from its parameters."""
     supply = values["supply_v"]
     speed_per_v = values["no_load_mm_per_s"] / supply
@@ -69,13 +66,13 @@ def insertion_axis(values: Values) -> DcAxis:
     )
 
 
-def load_v_per_n(values: Values) -> float:
+def load_v_per_n(values: ParameterValues) -> float:
     """Voltage that balances one newton at the head: F = m v / tau at the speed of one volt."""
     speed_m_per_s_per_v = values["no_load_mm_per_s"] / values["supply_v"] / 1000.0
     return values["insertion_time_constant_s"] / (values["moving_mass_kg"] * speed_m_per_s_per_v)
 
 
-def transmission_of(values: Values) -> Transmission:
+def transmission_of(values: ParameterValues) -> Transmission:
     """Transmission from its parameters: mean width is bend angle times diametral clearance."""
     mean_width = values["bend_rad"] * values["clearance_mm"]
     return Transmission(
@@ -92,7 +89,7 @@ def transmission_of(values: Values) -> Transmission:
     )
 
 
-def _valve_axis(values: Values) -> DcAxis:
+def _valve_axis(values: ParameterValues) -> DcAxis:
     return DcAxis(
         speed_per_v=values["cam_no_load_rad_per_s"] / values["supply_v"],
         time_constant_s=values["valve_time_constant_s"],
@@ -105,7 +102,7 @@ def _valve_axis(values: Values) -> DcAxis:
     )
 
 
-def _line(values: Values) -> SuctionLine:
+def _line(values: ParameterValues) -> SuctionLine:
     return SuctionLine(
         pump_free_ml_per_s=values["pump_free_l_per_min"] * ML_PER_S,
         pump_occluded_mmhg=values["pump_occluded_mmhg"],
@@ -119,7 +116,7 @@ def _line(values: Values) -> SuctionLine:
     )
 
 
-def _bore(values: Values, catheter: Catheter) -> Bore:
+def _bore(values: ParameterValues, catheter: Catheter) -> Bore:
     diameter = catheter.bore_mm
     return Bore(
         volume_ml=0.25 * math.pi * diameter * diameter * LENGTH_M,
@@ -129,7 +126,7 @@ def _bore(values: Values, catheter: Catheter) -> Bore:
     )
 
 
-def _valve(values: Values) -> ValveMechanism:
+def _valve(values: ParameterValues) -> ValveMechanism:
     return ValveMechanism(
         stroke_rad=values["cam_stroke_rad"],
         slide_mm=values["valve_slide_mm"],
@@ -142,7 +139,7 @@ def _valve(values: Values) -> ValveMechanism:
     )
 
 
-def _airway(values: Values) -> Airway:
+def _airway(values: ParameterValues) -> Airway:
     return Airway(
         carina_mm=values["carina_mm"],
         tip=Tip(
@@ -157,7 +154,7 @@ def _airway(values: Values) -> Airway:
     )
 
 
-def _switch(values: Values) -> ContactSwitch:
+def _switch(values: ParameterValues) -> ContactSwitch:
     return ContactSwitch(
         close_n=values["switch_n"],
         open_n=values["switch_open_ratio"] * values["switch_n"],
@@ -168,7 +165,7 @@ def _switch(values: Values) -> ContactSwitch:
 
 
 def machine(
-    values: Values,
+    values: ParameterValues,
     patient: Patient | None = None,
     catheter: Catheter | None = None,
     conduit: Conduit | None = None,
@@ -179,11 +176,11 @@ def machine(
     the patient's age where none is given, the paper's on the bench. conduit: the standard one for
     the catheter where none is given.
     """
-    chosen = catheter if catheter is not None else catheters.suited(patient)
-    laid = conduit if conduit is not None else catheters.laid("standard", chosen)
-    fitted = catheters.fitted(values, chosen, laid)
+    chosen = catheter if catheter is not None else catheter_model.for_patient(patient)
+    laid = conduit if conduit is not None else catheter_model.lay("standard", chosen)
+    fitted = catheter_model.adapt(values, chosen, laid)
     if patient is not None:
-        fitted = patient_airway.fitted(fitted, patient)
+        fitted = patient_airway.adapt(fitted, patient)
     return Machine(
         insertion_axis=insertion_axis(fitted),
         rack_from_mm=-ENDLESS_MM,
@@ -200,21 +197,21 @@ def machine(
         airway=_airway(fitted),
         switch=_switch(fitted),
         laser=Laser(noise_mm=fitted["laser_noise_mm"]),
-        patient=patient if patient is not None else NOBODY,
+        patient=patient if patient is not None else NO_PATIENT,
         has_patient=patient is not None,
         catheter_mm=chosen.outer_mm,
         hand=hand.NOBODY,
     )
 
 
-def racked(twin: Machine, park_head_mm: float) -> Machine:
+def limit_rack(twin: Machine, park_head_mm: float) -> Machine:
     """The same machine with the ends of its rack, the head being parked at ``park_head_mm``."""
     return twin._replace(
         rack_from_mm=park_head_mm - BEHIND_PARK_MM, rack_to_mm=park_head_mm + STROKE_MM
     )
 
 
-def secretions_ml(values: Values) -> Bins:
+def secretions_ml(values: ParameterValues) -> Bins:
     """Secretions in each bin: a cosine bump around their depth, cut off at the carina."""
     middles = (np.arange(BINS) + 0.5) * BIN_MM
     centre = values["carina_mm"] - values["secretion_above_carina_mm"]
@@ -229,15 +226,15 @@ def secretions_ml(values: Values) -> Bins:
     return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
 
 
-def _around(twin: Machine, values: Values) -> BedsideState:
+def _settle_bedside(twin: Machine, values: ParameterValues) -> BedsideState:
     """The bedside before use: the patient breathes quietly, all secretions lie there.
 
     New secretions come where the others lie; on the bench, where nobody waits, none do.
     """
     person = twin.patient
-    fitted, hourly_ml, breathing = values, 0.0, patient_preset.unsettled(person)
+    fitted, hourly_ml, breathing = values, 0.0, patient_preset.near_rest(person)
     if twin.has_patient:
-        fitted = patient_airway.fitted(values, person)
+        fitted = patient_airway.adapt(values, person)
         hourly_ml = person.secretion.production_ml_per_h
         breathing = patient_preset.at_rest(person)
     return BedsideState(
@@ -247,15 +244,15 @@ def _around(twin: Machine, values: Values) -> BedsideState:
     )
 
 
-def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -> PlantState:
+def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run: int) -> PlantState:
     """State at rest after a retract that ended with the encoder at ``head_mm``; pump off.
 
     values: those that the machine was made from. The patient breathes quietly.
     seed, run: the measurement noise; the same machine gives other noise for another run.
     """
     behind_gear = head_mm + 0.5 * twin.gear_backlash_mm
-    moved = transmission.retracted(twin.transmission, behind_gear)
-    around = _around(twin, values)
+    moved = transmission.after_retract(twin.transmission, behind_gear)
+    around = _settle_bedside(twin, values)
     machine = MachineState(
         insertion=AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0),
         head_mm=behind_gear,
@@ -277,11 +274,11 @@ def parked(twin: Machine, values: Values, head_mm: float, seed: int, run: int) -
             has_spare=False,
             stream=random_stream.stream(seed, NOISE_PURPOSE + run),
         ),
-        coupling=bedside.met(twin, around, moved.tip_mm),
+        coupling=bedside.couple(twin, around, moved.tip_mm),
         hand=hand.AWAY,
     )
     return PlantState(machine=machine, bedside=around)
 
 
-TABLES = {"bench": parameter.BENCH, "clinical": parameter.CLINICAL}
+MACHINE_TABLES = {"bench": parameter.BENCH, "clinical": parameter.CLINICAL}
 """Machine presets by name."""

@@ -16,7 +16,7 @@ from opensuction.evidence.trial import (
 from opensuction.evidence.trial.fault_campaign import FAULTS, PHASES, Case, Drawn, Part
 from opensuction.evidence.trial.fault_tally import Tally
 from opensuction.kernel.phase import Phase
-from opensuction.simulation.injection.fault_instant import Injection, Instant
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
@@ -77,8 +77,8 @@ def test_a_number_draws_the_same_cycle_as_ever() -> None:
     drawn = fault_campaign.draw(29, 8)
     assert drawn.machine == 0
     assert [(one.fault, one.at) for one in drawn.injections] == [
-        (Fault.VENTILATOR_PRESSURE, Instant(Phase.CLOSING, 1.218)),
-        (Fault.LINE_LEAK, Instant(Phase.CHECKING, 2.902)),
+        (Fault.VENTILATOR_PRESSURE, FaultInstant(Phase.CLOSING, 1.218)),
+        (Fault.LINE_LEAK, FaultInstant(Phase.CHECKING, 2.902)),
     ]
     strengths = [one.strength for one in drawn.injections]  # the second by its logarithm
     assert strengths == pytest.approx([1.7585051734931767, 0.8667488788279382], rel=1e-12)
@@ -86,7 +86,7 @@ def test_a_number_draws_the_same_cycle_as_ever() -> None:
 
 def case(number: int, *faults: Fault, physical: bool = False, commands: bool = False) -> Case:
     breach = (Breach("a bound", 1.0, 2.0, 0.5),)
-    at = Instant(Phase.INSERTING, 0.0)
+    at = FaultInstant(Phase.INSERTING, 0.0)
     drawn = Drawn(number, 0, tuple(Injection(fault, at, 0.0) for fault in faults))
     return Case(drawn, faults, False, breach if commands else (), breach if physical else ())
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from opensuction.hysteresis import prandtl_ishlinskii as pi
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import gap_scale
-from opensuction.identification.estimator.gap_scale import TRUSTED, Episode
+from opensuction.identification.estimator.gap_scale import TRUSTED, ContactEpisode
 
 MODEL = PrandtlIshlinskii(
     thresholds_mm=np.array([8.0, 9.0, 9.5, 10.0, 11.0]),
@@ -28,20 +28,22 @@ def travel_mm(model: PrandtlIshlinskii, pressed_mm: float) -> float:
 
 @given(scale=st.floats(0.5, 1.5), pressed=st.floats(0.01, 1.0))
 def test_the_scale_of_the_widths_is_found(scale: float, pressed: float) -> None:
-    seen = Episode(travel_mm(pi.scaled(MODEL, scale), pressed), pressed)
-    assert gap_scale.scale(MODEL, seen, TRUSTED) == pytest.approx(scale, rel=1e-6)
+    seen = ContactEpisode(travel_mm(pi.scale_widths(MODEL, scale), pressed), pressed)
+    assert gap_scale.estimate_scale(MODEL, seen, TRUSTED) == pytest.approx(scale, rel=1e-6)
 
 
 def test_the_plain_travel_would_be_biased() -> None:
     """The narrow plays open the switch first [calc-gap-scale]."""
     travel = travel_mm(MODEL, 0.2)
     assert travel < pi.width_mm(MODEL) - 0.5
-    assert gap_scale.scale(MODEL, Episode(travel, 0.2), TRUSTED) == pytest.approx(1.0)
+    assert gap_scale.estimate_scale(MODEL, ContactEpisode(travel, 0.2), TRUSTED) == pytest.approx(
+        1.0
+    )
 
 
 @pytest.mark.parametrize(("truth", "used"), [(0.5, 1.1), (0.8, 0.8), (1.2, 1.2), (1.6, 1.1)])
 def test_a_scale_out_of_range_is_told_and_not_used(truth: float, used: float) -> None:
-    seen = Episode(travel_mm(pi.scaled(MODEL, truth), 0.2), 0.2)
+    seen = ContactEpisode(travel_mm(pi.scale_widths(MODEL, truth), 0.2), 0.2)
     record = gap_scale.update(MODEL, 1.1, seen, TRUSTED)
     assert record.old == 1.1
     assert record.estimated == pytest.approx(truth)
@@ -57,7 +59,7 @@ def test_without_a_contact_the_old_scale_stays() -> None:
 
 
 def test_a_tip_that_follows_at_once_is_out_of_range() -> None:
-    record = gap_scale.update(MODEL, 0.9, Episode(0.01, 1.0), TRUSTED)
+    record = gap_scale.update(MODEL, 0.9, ContactEpisode(0.01, 1.0), TRUSTED)
     assert (record.new, record.in_range) == (0.9, False)
 
 
@@ -67,7 +69,7 @@ def test_a_contact_is_read_with_its_latency_and_through_its_bounce() -> None:
     closed = np.zeros(head.size)
     closed[980 + 4 : 1200 + 4] = 1.0
     closed[986] = 0.0
-    seen = gap_scale.episode(closed, head, 0.001, 0.004)
+    seen = gap_scale.find_contact(closed, head, 0.001, 0.004)
     assert seen is not None
     assert seen.pressed_mm == pytest.approx(10.0 - head[980])
     assert seen.travel_mm == pytest.approx(10.0 - head[1200])
@@ -78,4 +80,4 @@ def test_half_a_contact_teaches_nothing(part: slice) -> None:
     head = np.concatenate([np.arange(1000) * 0.01, 10.0 - np.arange(500) * 0.04])
     closed = np.zeros(head.size)
     closed[980:1200] = 1.0
-    assert gap_scale.episode(closed[part], head[part], 0.001, 0.004) is None
+    assert gap_scale.find_contact(closed[part], head[part], 0.001, 0.004) is None

@@ -11,7 +11,7 @@ TARGET = TRUTH @ COLUMNS + 7.0 + RANDOM.normal(0.0, 0.1, 400)
 
 
 def test_blocks_are_the_whole_recording_in_order() -> None:
-    cuts = linear.blocks(403)
+    cuts = linear.cut_blocks(403)
     assert len(cuts) == linear.BLOCKS
     assert np.concatenate([np.arange(403)[cut] for cut in cuts]).tolist() == list(range(403))
 
@@ -27,7 +27,7 @@ def test_the_error_is_that_of_samples_left_out() -> None:
     about = COLUMNS - COLUMNS.mean(axis=1)[:, None]
     aim = TARGET - TARGET.mean()
     errors = []
-    for cut in linear.blocks(400):
+    for cut in linear.cut_blocks(400):
         kept = np.ones(400, dtype=bool)
         kept[cut] = False
         factors = np.linalg.lstsq(about[:, kept].T, aim[kept], rcond=None)[0]
@@ -37,7 +37,7 @@ def test_the_error_is_that_of_samples_left_out() -> None:
     assert found.cross_validation == pytest.approx(expected, rel=1e-9)
     # The same for a fitted model seen as linear about its optimum.
     rest = aim - np.linalg.lstsq(about.T, aim, rcond=None)[0] @ about
-    assert linear.linearised(about, rest) == pytest.approx(expected, rel=1e-9)
+    assert linear.estimate_left_out_error(about, rest) == pytest.approx(expected, rel=1e-9)
 
 
 def test_useless_columns_are_not_chosen() -> None:

@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM as FORM
+from opensuction.hysteresis.catalogue.hysteresis_model import ranges_of
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.family import FAMILIES, jacobian
-from opensuction.identification.judgement.confidence import spread
+from opensuction.identification.judgement.confidence import estimate_spread
+from opensuction.identification.residual import jacobian
 from tests.identification.plant import cosine, noise
 
-FAMILY = FAMILIES["modified-dahl"]
 TRUE = np.array([*PUBLISHED, 2.0])
 LENGTH_S = 30.0
 
@@ -29,9 +30,14 @@ def coverage(rate_hz: float, correlation_s: float, recordings: int, seed: int) -
         measured = tip_mm + 0.3 * noise(random, samples, correlation)
         found = modified_dahl.fit(head_mm, measured)
         vector = np.array([*found.model, found.lag_mm])
-        rows = jacobian(FAMILY, vector, head_mm, FAMILY.box(head_mm, measured))
-        rest = measured - FAMILY.simulate(vector, head_mm)
-        held += np.abs(vector - TRUE) <= spread(rows, rest).half_widths
+        rows = jacobian(
+            FORM,
+            vector,
+            head_mm,
+            FORM.bounds(ranges_of(head_mm, measured)),
+        )
+        rest = measured - FORM.simulate(vector, head_mm)
+        held += np.abs(vector - TRUE) <= estimate_spread(rows, rest).half_widths
     return [float(share) for share in held / recordings]
 
 
@@ -61,7 +67,7 @@ def test_white_noise_gives_the_textbooks_interval() -> None:
     columns = np.stack([np.ones(2000), np.linspace(-1.0, 1.0, 2000)])
     rest = random.normal(0.0, 2.0, 2000)
     rest -= np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
-    found = spread(columns, rest)
+    found = estimate_spread(columns, rest)
     sigma = math.sqrt(float(rest @ rest) / 1998)
     textbook = 1.961 * sigma * np.sqrt(np.diag(np.linalg.inv(columns @ columns.T)))
     # The correlation found in white noise is 0 within 1/sqrt(2000), which moves the result by 4 %.
@@ -76,7 +82,7 @@ def test_the_correlation_is_not_biased_by_the_fit() -> None:
     for _ in range(200):
         rest = noise(random, 300, 0.9)
         rest = rest - np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
-        found.append(spread(columns, rest).correlation)
+        found.append(estimate_spread(columns, rest).correlation)
         plain.append(float(rest[1:] @ rest[:-1]) / float(rest @ rest))
     # The plain estimate is .05 too small; two standard errors of the mean are .005.
     assert np.mean(found) == pytest.approx(0.9, abs=0.015)
@@ -95,7 +101,7 @@ def test_the_freedom_is_what_the_scatter_of_the_variances_says(
     for _ in range(400):
         rest = noise(random, samples, correlation)
         rest = rest - np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
-        found = spread(columns, rest)
+        found = estimate_spread(columns, rest)
         variances.append(np.diag(found.covariance))
         freedoms.append(found.freedom)
     scatter = 2.0 * np.mean(variances, axis=0) ** 2 / np.var(variances, axis=0)
@@ -106,5 +112,7 @@ def test_the_freedom_is_what_the_scatter_of_the_variances_says(
 def test_dependent_columns_and_exact_fits_are_told_apart() -> None:
     one = np.linspace(-1.0, 1.0, 50)
     rest = np.random.default_rng(3).normal(size=50)
-    assert np.all(np.isnan(spread(np.stack([one, 2.0 * one]), rest).half_widths))
-    assert spread(np.stack([one, one**2]), np.zeros(50)).half_widths == pytest.approx([0.0, 0.0])
+    assert np.all(np.isnan(estimate_spread(np.stack([one, 2.0 * one]), rest).half_widths))
+    assert estimate_spread(np.stack([one, one**2]), np.zeros(50)).half_widths == pytest.approx(
+        [0.0, 0.0]
+    )

@@ -14,12 +14,15 @@ from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
+from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.watch.advance_bound import AdvanceBound
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.drive_force import DriveForce
+from opensuction.safety.watch.invalid_ticks import InvalidTicks
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
-from opensuction.safety.watch.watch import InvalidTicks, Lasting, Turn, Watch
+from opensuction.safety.watch.watch import Durations, Watch
 from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -61,17 +64,17 @@ watches = st.builds(
     Watch,
     head_mm=plausible,
     speed_mm_per_s=st.floats(-60.0, 60.0),
-    foremost_mm=plausible,
-    anchor_mm=plausible,
-    turn=st.builds(Turn, plausible, st.floats(0.0, 20.0)),
+    tip=st.builds(TipInterval, plausible, plausible),
+    suction_start_mm=plausible,
+    advance=st.builds(AdvanceBound, plausible, st.floats(0.0, 20.0)),
     cam_rad=st.floats(-0.1, 0.7),
-    sealed=st.booleans(),
+    parked_closed=st.booleans(),
     open_contact_ticks=counts,
     late_ticks=counts,
     invalid=st.builds(InvalidTicks, *[counts] * len(InvalidTicks._fields)),
-    lasting=st.builds(Lasting, *[seconds] * len(Lasting._fields)),
+    durations=st.builds(Durations, *[seconds] * len(Durations._fields)),
     drive=st.builds(DriveForce, st.floats(-8.0, 8.0), st.floats(-8.0, 8.0)),
-    window=st.builds(ContactWindow, plausible, plausible, seconds, st.booleans()),
+    window=st.builds(ContactWindow, plausible, seconds, st.booleans()),
     valve=st.builds(ValveAxis, seconds, seconds, st.booleans()),
     line=st.builds(
         LineWatch,
@@ -107,7 +110,7 @@ states = st.builds(
         pump_on=st.booleans(),
         vacuum_mmhg=st.floats(0.0, 190.0),
     ),
-    turned=st.booleans(),
+    valve_command_changed=st.booleans(),
     watch=watches,
     patient=st.builds(
         PatientWatch, *[seconds] * 6, st.booleans(), seconds, st.sampled_from(PATIENT)
@@ -149,9 +152,11 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     seen = case.seen
     flat = (
         *case.after.last,
-        *seen[:4],
-        *seen.turn,
-        *seen.lasting,
+        *seen[:2],
+        *seen.tip,
+        seen.suction_start_mm,
+        *seen.advance,
+        *seen.durations,
         *seen.drive,
         *seen.window,
         *seen.line,
@@ -170,8 +175,8 @@ def test_valve_and_pump_are_never_on_unless_proposed(case: Case) -> None:
 @pytest.mark.requirement("OS-R01")
 @given(case=cases)
 def test_vacuum_is_never_above_the_proposal_nor_the_limit(case: Case) -> None:
-    sealed = case.seen.sealed and not case.allowed.valve_open
-    highest = LIMITS.line.sealed_mmhg if sealed else LIMITS.vacuum_mmhg
+    sealed = case.seen.parked_closed and not case.allowed.valve_open
+    highest = LIMITS.line.parked_closed_mmhg if sealed else LIMITS.vacuum_mmhg
     assert 0.0 <= case.allowed.vacuum_mmhg <= highest
     wanted = case.proposal.vacuum_mmhg
     assert case.allowed.vacuum_mmhg <= (wanted if wanted >= 0.0 else 0.0)
@@ -289,16 +294,16 @@ def test_the_valve_does_not_open_while_the_head_advances(case: Case) -> None:
 
 @given(case=cases)
 def test_with_the_valve_not_closed_the_command_stays_at_the_anchor(case: Case) -> None:
-    held = case.allowed.valve_open or case.seen.lasting.sucking > 0.0
+    held = case.allowed.valve_open or case.seen.durations.sucking_s > 0.0
     if case.driven and held:
         came_from = min(case.before.last.head_mm, case.seen.head_mm)
-        assert case.allowed.head_mm <= max(case.seen.anchor_mm + ADVANCE_MM, came_from)
+        assert case.allowed.head_mm <= max(case.seen.suction_start_mm + ADVANCE_MM, came_from)
 
 
 @pytest.mark.requirement("OS-R06")
 @given(case=cases)
 def test_in_contact_the_command_is_the_measured_head_in_the_same_tick(case: Case) -> None:
-    if case.driven and case.seen.lasting.contact > 0.0:
+    if case.driven and case.seen.durations.contact_s > 0.0:
         assert case.allowed.head_mm <= min(case.before.last.head_mm, case.seen.head_mm)
 
 

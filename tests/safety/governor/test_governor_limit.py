@@ -35,7 +35,7 @@ WAY_S = (HEAD_MM - PARK_MM) / 17.0
 
 def read_at(head_mm: float, **watched: object) -> GovernorState:
     """The head there, and no further in than it was told."""
-    values = {"head_mm": head_mm, "turn.head_mm": head_mm, **watched}
+    values = {"head_mm": head_mm, "advance.head_mm": head_mm, **watched}
     state: GovernorState = changed(
         AT_REST, {f"watch.{place}": value for place, value in values.items()}
     )
@@ -53,30 +53,30 @@ LATEST: list[tuple[str, Any, Any, Condition]] = [
     # The head.
     ("watch.invalid.head", 4, 5, Condition.HEAD_READING_INVALID),
     ("watch.invalid.carriage", 4, 5, Condition.CARRIAGE_READING_INVALID),
-    ("watch.lasting.disagreeing", 0.05, above(0.05), Condition.HEAD_SENSORS_DISAGREE),
+    ("watch.durations.disagreeing_s", 0.05, above(0.05), Condition.HEAD_SENSORS_DISAGREE),
     ("watch.speed_mm_per_s", 25.0, above(25.0), Condition.HEAD_OVERSPEED),
     ("watch.speed_mm_per_s", -25.0, below(-25.0), Condition.HEAD_OVERSPEED),
-    ("watch.lasting.beyond", 0.2, above(0.2), Condition.HEAD_NOT_FOLLOWING),
-    ("watch.lasting.stalled", 0.1, above(0.1), Condition.HEAD_STALLED),
-    ("watch.turn.head_mm", 49.0, below(49.0), Condition.HEAD_RUNAWAY),
-    ("watch.lasting.jammed", 0.1, above(0.1), Condition.CATHETER_JAMMED),
-    ("watch.lasting.overforce", 0.05, above(0.05), Condition.DRIVE_OVERFORCE),
+    ("watch.durations.off_command_s", 0.2, above(0.2), Condition.HEAD_NOT_FOLLOWING),
+    ("watch.durations.stalled_s", 0.1, above(0.1), Condition.HEAD_STALLED),
+    ("watch.advance.head_mm", 49.0, below(49.0), Condition.HEAD_RUNAWAY),
+    ("watch.durations.jammed_s", 0.1, above(0.1), Condition.CATHETER_JAMMED),
+    ("watch.durations.overforce_s", 0.05, above(0.05), Condition.DRIVE_OVERFORCE),
     ("withdrawal_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
     ("blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
     ("unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
     # The switch.
     ("watch.invalid.contact", 4, 5, Condition.CONTACT_READING_INVALID),
     ("watch.window.impossible_s", 0.05, above(0.05), Condition.CONTACT_STUCK_CLOSED),
-    ("watch.lasting.contact", 0.3, above(0.3), Condition.CONTACT_TIME),
+    ("watch.durations.contact_s", 0.3, above(0.3), Condition.CONTACT_TIME),
     # Valve and line.
     ("watch.invalid.cam", 4, 5, Condition.CAM_READING_INVALID),
     ("watch.invalid.vacuum", 4, 5, Condition.VACUUM_READING_INVALID),
-    ("watch.lasting.overpressure", 0.2, above(0.2), Condition.VACUUM_EXCEEDED),
-    ("watch.lasting.sucking", 0.5, above(0.5), Condition.NEGATIVE_PRESSURE_TIME),
+    ("watch.durations.overpressure_s", 0.2, above(0.2), Condition.VACUUM_EXCEEDED),
+    ("watch.durations.sucking_s", 0.5, above(0.5), Condition.NEGATIVE_PRESSURE_TIME),
     ("watch.line.clogged_s", 4.6, above(4.6), Condition.LINE_CLOGGED),
     ("watch.valve.still_s", 0.15, above(0.15), Condition.VALVE_STUCK_OPEN),
     # The patient, and the host.
-    ("watch.lasting.inside", 0.8, above(0.8), Condition.IN_AIRWAY_TIME),
+    ("watch.durations.inside_s", 0.8, above(0.8), Condition.IN_AIRWAY_TIME),
     ("watch.late_ticks", 4, 5, Condition.LATE_TICKS),
 ]
 
@@ -91,7 +91,7 @@ def test_what_is_on_a_limit_is_allowed_and_the_least_more_is_its_trip_alone(
 
 def test_sensors_that_disagree_with_the_valve_open_are_told_ten_times_sooner() -> None:
     for lasted_s, trips in ((0.005, []), (above(0.005), [Condition.HEAD_SENSORS_DISAGREE])):
-        opened = {"watch.lasting.sucking": DT_S, "watch.lasting.disagreeing": lasted_s}
+        opened = {"watch.durations.sucking_s": DT_S, "watch.durations.disagreeing_s": lasted_s}
         assert judged(changed(AT_REST, opened)) == trips
 
 
@@ -139,7 +139,7 @@ def test_a_contact_with_nothing_to_touch_matters_at_once_away_from_home(
 
 
 def test_a_contact_that_cannot_be_one_does_not_press() -> None:
-    impossible = {"watch.lasting.contact": 9.0, "watch.window.impossible_s": DT_S}
+    impossible = {"watch.durations.contact_s": 9.0, "watch.window.impossible_s": DT_S}
     assert judged(changed(AT_REST, impossible)) == []
 
 
@@ -151,8 +151,8 @@ def test_a_carina_that_was_missed_puts_the_switch_in_doubt_unless_it_was_proven(
     passed = changed(AT_REST, {"watch.window.proven": proven})
     assert judged(passed, searching) == [Condition.CARINA_MISSED, *stuck]
     # Touching, it has been found; however short the time.
-    assert judged(changed(passed, {"watch.lasting.contact": DT_S}), searching) == []
-    short = changed(passed, {"watch.window.rearmost_mm": 20.0})
+    assert judged(changed(passed, {"watch.durations.contact_s": DT_S}), searching) == []
+    short = changed(passed, {"watch.tip.rearmost_mm": 20.0})
     assert judged(short, searching) == []
 
 
@@ -199,7 +199,7 @@ def test_at_power_up_nothing_is_on_and_nothing_has_lasted() -> None:
     assert state.last.head_mm == HEAD_MM
     assert state.last.head_mm_per_s == state.last.vacuum_mmhg == 0.0
     assert not any((state.last.insertion_on, state.last.valve_open, state.last.pump_on))
-    assert not state.turned
+    assert not state.valve_command_changed
     assert (state.withdrawal_s, state.blocked_s, state.unseen_s) == (0.0, 0.0, 0.0)
     assert state.trips == 0
     assert state.patient.conditions == 0
@@ -243,7 +243,7 @@ def test_a_motor_that_is_home_has_withdrawn_nothing_while_its_sensors_disagree(
     apart_s: float, forced: bool
 ) -> None:
     home = changed(
-        read_at(PARK_MM, **{"lasting.disagreeing": apart_s}),
+        read_at(PARK_MM, **{"durations.disagreeing_s": apart_s}),
         {
             "trips": 1 << Condition.HEAD_SENSORS_DISAGREE,
             "last.head_mm": PARK_MM,
@@ -275,7 +275,7 @@ def test_a_head_that_comes_at_a_millimetre_a_second_is_not_blocked() -> None:
     read = sound(-0.001)._replace(insertion_current_a=-5.0 / 833.0)
     after = following(before, read)
     assert after.watch.speed_mm_per_s == -1.0
-    assert after.watch.lasting.jammed > 0.0
+    assert after.watch.durations.jammed_s > 0.0
     assert after.blocked_s == 0.0
 
 
@@ -283,7 +283,7 @@ def test_a_reading_may_stand_for_a_tenth_of_a_second_on_the_way_out() -> None:
     standing = ahead(FORCED, HEAD_MM - 4.0)
     for dt_s, unseen in ((0.1, False), (above(0.1), True)):
         after = governor.step(PATIENT, standing, staying(HEAD_MM), sound(HEAD_MM), False, dt_s)[0]
-        assert after.watch.lasting.stalled == dt_s
+        assert after.watch.durations.stalled_s == dt_s
         assert (after.unseen_s > 0.0) == unseen
 
 
@@ -294,7 +294,7 @@ def test_a_withdrawal_is_unseen_without_a_reading_and_with_one_that_stands_still
     assert following(state, blind).unseen_s == 0.2 + DT_S
     # Its command 4 mm away and its reading the same for more than 0.1 s.
     for stood_s, unseen in ((0.1 - 2.0 * DT_S, False), (0.1 + DT_S, True)):
-        standing = ahead(changed(state, {"watch.lasting.stalled": stood_s}), HEAD_MM - 4.0)
+        standing = ahead(changed(state, {"watch.durations.stalled_s": stood_s}), HEAD_MM - 4.0)
         assert following(standing, sound(HEAD_MM)).unseen_s == (0.2 + DT_S if unseen else 0.0)
 
 
@@ -302,7 +302,7 @@ def test_the_valve_is_known_to_have_been_told_otherwise() -> None:
     opened = staying(HEAD_MM)._replace(valve_open=True)
     first = governor.step(PATIENT, AT_REST, opened, sound(HEAD_MM), False, DT_S)[0]
     second = governor.step(PATIENT, first, opened, sound(HEAD_MM), False, DT_S)[0]
-    assert (first.turned, second.turned) == (True, False)
+    assert (first.valve_command_changed, second.valve_command_changed) == (True, False)
 
 
 def test_a_verdict_tells_what_was_done() -> None:
@@ -355,11 +355,16 @@ def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> N
         vacuum_mmhg=77.0,
     )
     state = AT_REST._replace(
-        last=going, turned=True, withdrawal_s=1.0, blocked_s=2.0, unseen_s=3.0, trips=5
+        last=going,
+        valve_command_changed=True,
+        withdrawal_s=1.0,
+        blocked_s=2.0,
+        unseen_s=3.0,
+        trips=5,
     )
     after = governor.reset(LIMITS, state)
     assert after.last == going._replace(head_mm_per_s=0.0)
-    assert not after.turned
+    assert not after.valve_command_changed
     assert (after.withdrawal_s, after.blocked_s, after.unseen_s) == (0.0, 0.0, 0.0)
     assert after.trips == 0
     assert after.patient == state.patient

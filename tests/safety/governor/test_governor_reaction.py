@@ -138,8 +138,8 @@ def test_a_reset_clears_but_a_cause_that_is_still_there_trips_again_at_once() ->
 def test_after_a_reset_the_tip_is_as_deep_as_it_can_be() -> None:
     state = run(1.0, lambda t: stay(PARK_MM + 20.0 * t))[-1].state
     cleared = governor.reset(LIMITS, state)
-    assert state.watch.foremost_mm < cleared.watch.foremost_mm
-    assert cleared.watch.foremost_mm == at(state.watch.head_mm).watch.foremost_mm
+    assert state.watch.tip.foremost_mm < cleared.watch.tip.foremost_mm
+    assert cleared.watch.tip.foremost_mm == at(state.watch.head_mm).watch.tip.foremost_mm
 
 
 def test_after_a_reset_a_command_that_was_ahead_waits_at_the_head() -> None:
@@ -213,7 +213,7 @@ def test_a_head_that_moved_unseen_was_neither_too_fast_nor_a_runaway() -> None:
 def test_an_unknown_head_at_power_up_is_taken_to_be_as_deep_as_can_be(head_mm: float) -> None:
     state = governor.start(LIMITS, head_mm)
     assert state.last.head_mm == HEAD_CAP_MM
-    assert state.watch.lasting.inside == 0.0
+    assert state.watch.durations.inside_s == 0.0
 
 
 @pytest.mark.requirement("OS-R03")

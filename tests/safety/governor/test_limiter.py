@@ -41,8 +41,8 @@ def seeing(**values: object) -> Watch:
     return watch
 
 
-TOUCHING: Watch = changed(SEEN, {"lasting.contact": 0.01})
-SUCKING: Watch = changed(SEEN, {"lasting.sucking": 0.01})
+TOUCHING: Watch = changed(SEEN, {"durations.contact_s": 0.01})
+SUCKING: Watch = changed(SEEN, {"durations.sucking_s": 0.01})
 
 
 def narrowed(
@@ -104,7 +104,7 @@ def test_speed_is_gained_from_what_it_was_in_that_direction(
 
 
 def test_no_command_goes_past_the_cap() -> None:
-    high = changed(SEEN, {"head_mm": HEAD_CAP_MM, "anchor_mm": HEAD_CAP_MM})
+    high = changed(SEEN, {"head_mm": HEAD_CAP_MM, "suction_start_mm": HEAD_CAP_MM})
     for wanted in (HEAD_CAP_MM, HEAD_CAP_MM + 0.1):
         allowed, done = narrowed(told(wanted), high, told(HEAD_CAP_MM))
         assert allowed.head_mm == HEAD_CAP_MM
@@ -240,13 +240,13 @@ def test_the_set_point_ends_at_the_patients_limit_or_the_sealed_lines() -> None:
     strong = HERE._replace(vacuum_mmhg=200.0)
     assert narrowed(strong)[0].vacuum_mmhg == 150.0
     assert narrowed(strong)[1] == Reaction.CAP
-    sealed = seeing(sealed=True)
+    sealed = seeing(parked_closed=True)
     assert narrowed(strong, sealed)[0].vacuum_mmhg == 190.0
     assert narrowed(strong._replace(valve_open=True), sealed)[0].vacuum_mmhg == 150.0
     for limit, seen in ((150.0, SEEN), (190.0, sealed)):
         assert narrowed(HERE._replace(vacuum_mmhg=limit), seen)[1] == Reaction.PASS
     # A sealed line is never allowed less than the patient is.
-    weak = changed(LIMITS, {"line.sealed_mmhg": 100.0})
+    weak = changed(LIMITS, {"line.parked_closed_mmhg": 100.0})
     assert narrowed(strong, sealed, limits=weak)[0].vacuum_mmhg == 150.0
 
 
@@ -269,7 +269,7 @@ def test_a_cut_closes_vents_and_stops_and_what_keeps_vacuum_leaves_all_three() -
 def test_the_velocity_belongs_to_the_way_from_where_the_command_began(
     head: float, command: float, wanted: float, speed: float, trips: int
 ) -> None:
-    seen = seeing(head_mm=head, anchor_mm=head)
+    seen = seeing(head_mm=head, suction_start_mm=head)
     allowed = narrowed(told(wanted), seen, told(command, speed), trips)[0]
     origin = min(command, head) if trips else min(command, max(head, HEAD_CAP_MM))
     assert allowed.head_mm_per_s == pytest.approx((allowed.head_mm - origin) / DT_S, abs=1e-9)

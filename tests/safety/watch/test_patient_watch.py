@@ -233,9 +233,9 @@ def test_conditions_end_a_cycle_only_where_there_is_something_to_withdraw(
     chosen: set[Condition],
 ) -> None:
     mask = sum(1 << code for code in chosen)
-    assert patient_watch.trips(mask, False, False) == 0
-    assert patient_watch.trips(mask, True, True) == mask
-    assert patient_watch.trips(mask, True, False) == mask & ~LINK
+    assert patient_watch.select_trips(mask, False, False) == 0
+    assert patient_watch.select_trips(mask, True, True) == mask
+    assert patient_watch.select_trips(mask, True, False) == mask & ~LINK
 
 
 def test_limits_follow_age_and_ventilator() -> None:

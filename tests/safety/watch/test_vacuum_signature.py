@@ -66,7 +66,7 @@ def watched(
         line = broken if time_s >= at_s else sound
         vacuum = after(line, vacuum, on, wanted, is_open)
         state = vacuum_signature.step(limits, state, vacuum, wanted, on, is_open, not is_open, DT_S)
-        mask = vacuum_signature.trips(limits, state, False)
+        mask = vacuum_signature.judge(limits, state, False)
         if mask and not found:
             first_s = time_s - at_s
         found |= mask
@@ -189,4 +189,4 @@ def test_a_pump_that_runs_on_differs_from_a_line_that_is_not_vented() -> None:
         for _ in range(1500):
             vacuum = after(Line(regulator=0.0), vacuum, still_on, 0.0, opened=False)
             state = vacuum_signature.step(limits, state, vacuum, 0.0, False, False, True, DT_S)
-        assert condition_mask.decode_trips(vacuum_signature.trips(limits, state, False)) == [code]
+        assert condition_mask.decode_trips(vacuum_signature.judge(limits, state, False)) == [code]

@@ -16,7 +16,7 @@ LIMITS = LineLimits(
     clogged_share=0.95,
     open_fall_mmhg_per_s=84.0,
     bore_fall_mmhg_per_s=300.0,
-    sealed_mmhg=190.0,
+    parked_closed_mmhg=190.0,
 )
 SET = 120.0
 BUILT = LineWatch(
@@ -41,7 +41,7 @@ DT_S = 0.001
 
 
 def found(**values: object) -> list[Condition]:
-    return decode_trips(vacuum_signature.trips(LIMITS, changed(BUILT, values), False))
+    return decode_trips(vacuum_signature.judge(LIMITS, changed(BUILT, values), False))
 
 
 def tick(
@@ -63,8 +63,8 @@ def counting(state: LineWatch) -> set[str]:
 
 
 def test_a_sound_line_and_one_at_power_up_have_nothing_against_them() -> None:
-    assert vacuum_signature.trips(LIMITS, BUILT, False) == 0
-    assert vacuum_signature.trips(LIMITS, START, False) == 0
+    assert vacuum_signature.judge(LIMITS, BUILT, False) == 0
+    assert vacuum_signature.judge(LIMITS, START, False) == 0
     assert (
         LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) == START
     )
@@ -263,7 +263,7 @@ def test_what_a_resting_line_lost_is_named_by_how_fast_it_falls() -> None:
     assert (0.0 - last) / 0.1 == -LIMITS.bore_fall_mmhg_per_s - 20.0
     assert found(rest_low_s=0.2, slow_mmhg=last, vacuum_mmhg=0.0) == [Condition.VALVE_STUCK_OPEN]
     parked = changed(BUILT, {"rest_low_s": 9.0})
-    assert vacuum_signature.trips(LIMITS, parked, True) == 0
+    assert vacuum_signature.judge(LIMITS, parked, True) == 0
 
 
 def test_what_was_read_and_told_is_kept() -> None:
@@ -304,6 +304,6 @@ def test_at_its_set_point_the_line_is_taken_as_it_is() -> None:
 def test_after_a_reset_the_vacuum_is_known_and_nothing_is_held_against_it() -> None:
     broken = LineWatch(90.0, 95.0, SET, 60.0, True, -300.0, 5.0, 80.0, 0.1, 1.0, 2.0, 6.0, 3.0, 4.0)
     # What is going on, the average too, goes on.
-    assert vacuum_signature.afresh(broken) == LineWatch(
+    assert vacuum_signature.reset(broken) == LineWatch(
         90.0, 95.0, SET, 0.0, False, 0.0, 0.0, 95.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     )

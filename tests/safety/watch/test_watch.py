@@ -2,13 +2,16 @@
 
 import pytest
 
-from opensuction.safety import limits as bounds
-from opensuction.safety.watch import watch
+from opensuction.safety import tip_bound
+from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.watch import contact_window, watch
+from opensuction.safety.watch.advance_bound import AdvanceBound
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.drive_force import DriveForce
+from opensuction.safety.watch.invalid_ticks import InvalidTicks
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
-from opensuction.safety.watch.watch import InvalidTicks, Lasting, Turn, Watch
+from opensuction.safety.watch.watch import Durations, Watch
 from tests.safety.observer import HEAD_MM, observed, seen
 from tests.safety.watchdog import (
     DT_S,
@@ -24,12 +27,12 @@ from tests.safety.watchdog import (
 )
 
 HERE = staying(HEAD_MM)
-TIMES = Lasting._fields
+TIMES = Durations._fields
 
 
 def counting(after: Watch) -> set[str]:
     """What has begun to last."""
-    return {name for name in TIMES if getattr(after.lasting, name) > 0.0}
+    return {name for name in TIMES if getattr(after.durations, name) > 0.0}
 
 
 # At power-up.
@@ -37,17 +40,17 @@ def counting(after: Watch) -> set[str]:
 
 def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> None:
     state = watch.start(LIMITS, HEAD_MM)
-    assert state.head_mm == state.anchor_mm == state.turn.head_mm == HEAD_MM
-    assert state.speed_mm_per_s == state.turn.coast_mm_per_s == state.cam_rad == 0.0
-    assert state.foremost_mm == bounds.anywhere(LIMITS.tip, HEAD_MM)
-    assert not state.sealed
+    assert state.head_mm == state.suction_start_mm == state.advance.head_mm == HEAD_MM
+    assert state.speed_mm_per_s == state.advance.coast_mm_per_s == state.cam_rad == 0.0
+    assert state.tip == tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM)
+    assert not state.parked_closed
     assert state.open_contact_ticks == state.late_ticks == 0
     assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
-    assert state.lasting == Lasting(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert state.durations == Durations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert state.drive == DriveForce(0.0, 0.0)
     assert state.valve == ValveAxis(0.0, 0.0, resting=False)
     assert state.line == START
-    assert state.window.rearmost_mm < HEAD_MM
+    assert state.window == contact_window.START
 
 
 def test_a_sound_tick_begins_nothing() -> None:
@@ -127,30 +130,30 @@ def test_a_head_that_was_not_read_for_three_ticks_moved_in_four() -> None:
 @pytest.mark.parametrize(
     ("last_mm", "named"),
     [
-        (HEAD_MM + 8.0, {"stalled"}),
-        (above(HEAD_MM + 8.0), {"beyond", "stalled"}),
-        (HEAD_MM - 8.0, {"stalled"}),
-        (below(HEAD_MM - 8.0), {"beyond", "stalled"}),
+        (HEAD_MM + 8.0, {"stalled_s"}),
+        (above(HEAD_MM + 8.0), {"off_command_s", "stalled_s"}),
+        (HEAD_MM - 8.0, {"stalled_s"}),
+        (below(HEAD_MM - 8.0), {"off_command_s", "stalled_s"}),
         (HEAD_MM + 0.10, set()),
-        (HEAD_MM + 0.12, {"stalled"}),
-        (HEAD_MM - 0.12, {"stalled"}),
+        (HEAD_MM + 0.12, {"stalled_s"}),
+        (HEAD_MM - 0.12, {"stalled_s"}),
     ],
 )
 def test_a_head_away_from_its_command_lags_and_one_that_stands_has_stalled(
     last_mm: float, named: set[str]
 ) -> None:
-    outside = {"inside"}
+    outside = {"inside_s"}
     assert counting(observed(seen(), sound(HEAD_MM), head_mm=last_mm)) - outside == named
     # Whatever moves has not stalled.
     moved = observed(seen(below(HEAD_MM)), sound(HEAD_MM), head_mm=last_mm)
-    assert counting(moved) - outside == named - {"stalled"}
+    assert counting(moved) - outside == named - {"stalled_s"}
 
 
 def test_a_command_just_as_far_as_friction_may_hold_the_head_is_no_stall() -> None:
     near = LIMITS._replace(stalled_mm=0.125)
     for last_mm, stalled in ((HEAD_MM + 0.125, 0.0), (above(HEAD_MM + 0.125), DT_S)):
-        after = watch.observe(near, seen(), staying(last_mm), False, sound(HEAD_MM), False, DT_S)
-        assert after.lasting.stalled == stalled
+        after = watch.step(near, seen(), staying(last_mm), False, sound(HEAD_MM), False, DT_S)
+        assert after.durations.stalled_s == stalled
 
 
 @pytest.mark.parametrize(("opened", "apart_mm"), [(False, 1.0), (True, 0.35)])
@@ -160,19 +163,19 @@ def test_motor_and_catheter_head_disagree_beyond_a_distance_that_is_less_with_th
     for off_mm, begun in ((apart_mm, 0.0), (above(apart_mm), DT_S)):
         read = sound(0.0)._replace(carriage_mm=-off_mm)
         after = observed(seen(0.0), read, valve_open=opened)
-        assert after.lasting.disagreeing == begun
+        assert after.durations.disagreeing_s == begun
 
 
 def test_the_tip_is_inside_beyond_its_border_and_not_on_it() -> None:
-    border = bounds.deepest_mm(LIMITS.tip, bounds.anywhere(LIMITS.tip, HEAD_MM))
+    border = tip_bound.deepest_mm(LIMITS.tip, tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM))
     for outside_mm, inside in ((border, 0.0), (below(border), DT_S)):
         limits = LIMITS._replace(outside_mm=outside_mm)
-        after = watch.observe(limits, seen(), HERE, False, sound(HEAD_MM), False, DT_S)
-        assert after.lasting.inside == inside
+        after = watch.step(limits, seen(), HERE, False, sound(HEAD_MM), False, DT_S)
+        assert after.durations.inside_s == inside
 
 
 @pytest.mark.parametrize(
-    ("turn_mm", "coast", "last_mm", "last_mm_per_s", "allowed_mm", "coasting"),
+    ("bound_mm", "coast", "last_mm", "last_mm_per_s", "allowed_mm", "coasting"),
     [
         # At rest where it was told to be.
         (50.0, 0.0, 50.0, 0.0, 50.0, 0.0),
@@ -187,28 +190,28 @@ def test_the_tip_is_inside_beyond_its_border_and_not_on_it() -> None:
     ],
 )
 def test_a_head_may_be_as_far_in_as_it_was_told_and_needs_to_brake(
-    turn_mm: float,
+    bound_mm: float,
     coast: float,
     last_mm: float,
     last_mm_per_s: float,
     allowed_mm: float,
     coasting: float,
 ) -> None:
-    before = seen(turn=Turn(turn_mm, coast))
+    before = seen(advance=AdvanceBound(bound_mm, coast))
     far = observed(before, sound(60.0), head_mm=last_mm, head_mm_per_s=last_mm_per_s)
-    assert far.turn.head_mm == pytest.approx(allowed_mm)
-    assert far.turn.coast_mm_per_s == pytest.approx(coasting)
+    assert far.advance.head_mm == pytest.approx(allowed_mm)
+    assert far.advance.coast_mm_per_s == pytest.approx(coasting)
     # Its reading lowers it again.
     near = observed(before, sound(45.0), head_mm=last_mm, head_mm_per_s=last_mm_per_s)
-    assert near.turn.head_mm == 45.0
+    assert near.advance.head_mm == 45.0
 
 
-@pytest.mark.parametrize(("ticks", "turn_mm"), [(4, 50.0), (5, 60.0), (9, 60.0)])
+@pytest.mark.parametrize(("ticks", "bound_mm"), [(4, 50.0), (5, 60.0), (9, 60.0)])
 def test_a_head_that_was_not_read_for_five_ticks_may_be_anywhere_when_it_is_seen_again(
-    ticks: int, turn_mm: float
+    ticks: int, bound_mm: float
 ) -> None:
     before = seen(**{"invalid.head": ticks})
-    assert observed(before, sound(60.0), head_mm=HEAD_MM).turn.head_mm == turn_mm
+    assert observed(before, sound(60.0), head_mm=HEAD_MM).advance.head_mm == bound_mm
 
 
 # The switch.
@@ -228,9 +231,9 @@ def test_a_head_that_was_not_read_for_five_ticks_may_be_anywhere_when_it_is_seen
 def test_contact_begins_at_once_and_ends_after_ten_open_ticks(
     before_s: float, open_ticks: int, closed: bool, lasted_s: float
 ) -> None:
-    before = seen(**{"lasting.contact": before_s, "open_contact_ticks": open_ticks})
+    before = seen(**{"durations.contact_s": before_s, "open_contact_ticks": open_ticks})
     after = observed(before, sound(HEAD_MM)._replace(contact_closed=closed))
-    assert after.lasting.contact == lasted_s
+    assert after.durations.contact_s == lasted_s
     assert after.open_contact_ticks == (0 if closed else open_ticks + 1)
 
 
@@ -252,7 +255,7 @@ def test_the_window_learns_when_contact_began_and_when_it_ended() -> None:
 
 @pytest.mark.parametrize(
     ("name", "limit_n"),
-    [("jammed", 1.4), ("overforce", 6.0)],
+    [("jammed_s", 1.4), ("overforce_s", 6.0)],
 )
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_holds_and_what_drives_is_judged_both_ways(
@@ -264,8 +267,8 @@ def test_what_holds_and_what_drives_is_judged_both_ways(
         force = sign * size_n
         before = seen(drive=DriveForce(force, force))
         read = sound(HEAD_MM)._replace(insertion_current_a=force)
-        after = watch.observe(plain, before, HERE, False, read, False, DT_S)
-        assert getattr(after.lasting, name) == lasted
+        after = watch.step(plain, before, HERE, False, read, False, DT_S)
+        assert getattr(after.durations, name) == lasted
 
 
 def test_of_a_drive_without_torque_or_without_a_reading_no_force_is_known() -> None:
@@ -284,35 +287,42 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     before = Watch(
         head_mm=HEAD_MM,
         speed_mm_per_s=3.0,
-        foremost_mm=40.0,
-        anchor_mm=48.0,
-        turn=Turn(49.0, 7.0),
+        tip=TipInterval(40.0, 45.0),
+        suction_start_mm=48.0,
+        advance=AdvanceBound(49.0, 7.0),
         cam_rad=0.3,
-        sealed=True,
+        parked_closed=True,
         open_contact_ticks=4,
         late_ticks=3,
         invalid=InvalidTicks(1, 5, 2, 3, 4),
-        lasting=Lasting(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+        durations=Durations(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
         drive=DriveForce(1.0, 2.0),
-        window=ContactWindow(45.0, 44.0, 0.1, True),
+        window=ContactWindow(44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0, resting=True),
         line=LineWatch(
             90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0
         ),
     )
     tip = LIMITS.tip
-    after = watch.acknowledged(LIMITS, before)
-    kept = ("head_mm", "speed_mm_per_s", "anchor_mm", "cam_rad", "open_contact_ticks", "late_ticks")
+    after = watch.reset(LIMITS, before)
+    kept = (
+        "head_mm",
+        "speed_mm_per_s",
+        "suction_start_mm",
+        "cam_rad",
+        "open_contact_ticks",
+        "late_ticks",
+    )
     for name in (*kept, "invalid"):
         assert getattr(after, name) == getattr(before, name)
-    assert after.foremost_mm == pytest.approx(HEAD_MM + 0.5 * tip.wide_mm)
-    assert after.turn == Turn(HEAD_MM, 0.0)
-    assert not after.sealed
+    assert after.tip.foremost_mm == pytest.approx(HEAD_MM + 0.5 * tip.wide_mm)
+    assert after.tip.rearmost_mm == pytest.approx(HEAD_MM - 0.5 * tip.wide_mm)
+    assert after.advance == AdvanceBound(HEAD_MM, 0.0)
+    assert not after.parked_closed
     # Valve not closed and contact go on; the rest begins anew.
-    assert after.lasting == Lasting(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert after.durations == Durations(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert after.drive == DriveForce(0.0, 0.0)
-    assert after.window.rearmost_mm == pytest.approx(HEAD_MM - 0.5 * tip.wide_mm)
-    assert after.window[1:] == (44.0, 0.0, False)
+    assert after.window == (44.0, 0.0, False)
     assert after.valve == ValveAxis(0.0, 0.0, resting=True)
     assert after.line.vacuum_mmhg == 90.0
     assert after.line.unvented_s == after.line.over_s == after.line.pumping_s == 0.0

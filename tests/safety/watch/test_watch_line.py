@@ -22,28 +22,28 @@ from tests.safety.watchdog import DT_S, LIMITS, NAN, PARK_MM, above, below, chan
 def test_suction_lasts_from_the_command_or_the_seat_until_both_are_back(
     cam_rad: float, opened: bool, sucking: bool
 ) -> None:
-    before = seen(**{"lasting.sucking": 1.0})
+    before = seen(**{"durations.sucking_s": 1.0})
     after = observed(before, sound(HEAD_MM)._replace(cam_rad=cam_rad), valve_open=opened)
-    assert after.lasting.sucking == (1.0 + DT_S if sucking else 0.0)
+    assert after.durations.sucking_s == (1.0 + DT_S if sucking else 0.0)
 
 
 @pytest.mark.parametrize(("ticks", "sucking"), [(3, 0.0), (4, DT_S)])
 def test_a_cam_that_is_not_read_for_five_ticks_counts_as_open(ticks: int, sucking: float) -> None:
     before = seen(**{"invalid.cam": ticks})
     after = observed(before, sound(HEAD_MM)._replace(cam_valid=False))
-    assert after.lasting.sucking == sucking
+    assert after.durations.sucking_s == sucking
 
 
 def test_the_anchor_is_the_least_reading_since_the_valve_left_its_seat() -> None:
     opened = sound(HEAD_MM)._replace(cam_rad=0.3)
-    before = seen(anchor_mm=48.0)
-    assert observed(before, opened).anchor_mm == 48.0
-    assert observed(before, opened._replace(head_mm=47.0)).anchor_mm == 47.0
-    assert observed(before, sound(HEAD_MM)).anchor_mm == HEAD_MM
+    before = seen(suction_start_mm=48.0)
+    assert observed(before, opened).suction_start_mm == 48.0
+    assert observed(before, opened._replace(head_mm=47.0)).suction_start_mm == 47.0
+    assert observed(before, sound(HEAD_MM)).suction_start_mm == HEAD_MM
 
 
 @pytest.mark.parametrize(
-    ("off_mm", "cam_rad", "opened", "sealed"),
+    ("off_mm", "cam_rad", "opened", "parked_closed"),
     [
         (2.999, 0.02, False, True),
         (-2.999, 0.02, False, True),
@@ -54,38 +54,43 @@ def test_the_anchor_is_the_least_reading_since_the_valve_left_its_seat() -> None
     ],
 )
 def test_a_line_is_sealed_parked_within_three_millimetres_behind_a_closed_valve(
-    off_mm: float, cam_rad: float, opened: bool, sealed: bool
+    off_mm: float, cam_rad: float, opened: bool, parked_closed: bool
 ) -> None:
     head = PARK_MM + off_mm
     high = sound(head)._replace(cam_rad=cam_rad, line_vacuum_mmhg=160.0)
     after = observed(seen(head), high, valve_open=opened)
-    assert after.sealed == sealed
-    assert after.lasting.overpressure == (0.0 if sealed else DT_S)
+    assert after.parked_closed == parked_closed
+    assert after.durations.overpressure_s == (0.0 if parked_closed else DT_S)
 
 
 def test_three_millimetres_are_parked() -> None:
     home = LIMITS._replace(park_head_mm=47.0)
-    for head, sealed in ((50.0, True), (above(50.0), False), (44.0, True), (below(44.0), False)):
-        after = watch.observe(home, seen(head), staying(head), False, sound(head), False, DT_S)
-        assert after.sealed == sealed
+    for head, parked_closed in (
+        (50.0, True),
+        (above(50.0), False),
+        (44.0, True),
+        (below(44.0), False),
+    ):
+        after = watch.step(home, seen(head), staying(head), False, sound(head), False, DT_S)
+        assert after.parked_closed == parked_closed
 
 
 @pytest.mark.parametrize("name", ["head_valid", "cam_valid"])
 def test_nothing_is_sealed_that_cannot_be_read(name: str) -> None:
-    assert observed(seen(PARK_MM), sound(PARK_MM)).sealed
+    assert observed(seen(PARK_MM), sound(PARK_MM)).parked_closed
     dark = changed(sound(PARK_MM), {name: False})
-    assert not observed(seen(PARK_MM), dark).sealed
+    assert not observed(seen(PARK_MM), dark).parked_closed
 
 
 @pytest.mark.parametrize(("head_mm", "highest"), [(HEAD_MM, 150.0), (PARK_MM, 190.0)])
 def test_vacuum_is_over_its_limit_beyond_it_and_not_on_it(head_mm: float, highest: float) -> None:
     for vacuum, lasted in ((highest, 0.0), (above(highest), DT_S)):
         read = sound(head_mm)._replace(line_vacuum_mmhg=vacuum)
-        assert observed(seen(head_mm), read).lasting.overpressure == lasted
+        assert observed(seen(head_mm), read).durations.overpressure_s == lasted
     # Not read now: what was read last counts.
     hidden = sound(head_mm)._replace(vacuum_valid=False)
     held = seen(head_mm, **{"line.vacuum_mmhg": above(highest)})
-    assert observed(held, hidden).lasting.overpressure == DT_S
+    assert observed(held, hidden).durations.overpressure_s == DT_S
 
 
 @pytest.mark.parametrize(
@@ -129,4 +134,6 @@ def test_a_cam_that_is_not_read_is_not_stuck() -> None:
     assert observed(missing, read._replace(cam_valid=False)).valve == ValveAxis(
         0.0, 0.0, resting=False
     )
-    assert observed(stuck, read, turned=True).valve == ValveAxis(0.0, 0.0, resting=False)
+    assert observed(stuck, read, valve_command_changed=True).valve == ValveAxis(
+        0.0, 0.0, resting=False
+    )

@@ -8,7 +8,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, fault_choice, resolution
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -21,14 +21,14 @@ CHOICE = CycleChoice(protocol="adult", compensation="exact-inverse")
         ("valve-jammed", Injection(Fault.VALVE_JAMMED, AT_START, 0.0)),
         ("line-leak=0.5", Injection(Fault.LINE_LEAK, AT_START, 0.5)),
         ("line-leak", Injection(Fault.LINE_LEAK, AT_START, 2.0)),
-        ("pump-lost@12.5", Injection(Fault.PUMP_LOST, Instant(None, 12.5), 0.0)),
+        ("pump-lost@12.5", Injection(Fault.PUMP_LOST, FaultInstant(None, 12.5), 0.0)),
         (
             "tick-late@suctioning+2=0.3",
-            Injection(Fault.TICK_LATE, Instant(Phase.SUCTIONING, 2.0), 0.3),
+            Injection(Fault.TICK_LATE, FaultInstant(Phase.SUCTIONING, 2.0), 0.3),
         ),
         (
             "valve-slow@backing-off",
-            Injection(Fault.VALVE_SLOW, Instant(Phase.BACKING_OFF, 0.0), 0.8),
+            Injection(Fault.VALVE_SLOW, FaultInstant(Phase.BACKING_OFF, 0.0), 0.8),
         ),
     ],
 )
@@ -47,7 +47,7 @@ def test_what_is_written_out_is_read_back(
 ) -> None:
     name = "" if phase is None else f"{phase.name.lower()}+"
     text = f"{fault.title}@{name}{after_s!r}={strength!r}"
-    assert fault_choice.parse(text) == Injection(fault, Instant(phase, after_s), strength)
+    assert fault_choice.parse(text) == Injection(fault, FaultInstant(phase, after_s), strength)
 
 
 @pytest.mark.parametrize(

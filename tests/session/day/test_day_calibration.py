@@ -8,7 +8,7 @@ from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUS
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.report import narrative, sheet
-from opensuction.safety.limits import GAP_LEAST, GAP_MOST
+from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 from opensuction.session.choice import CycleChoice, DayChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared

@@ -15,14 +15,14 @@ from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection import injection, safe_state
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun
 from opensuction.simulation.injection.safe_state import SafeBounds
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 
 BOUNDS = SafeBounds(boundary_mm=1.0, vented_mmhg=5.0, vacuum_mmhg=150.0, contact_n=0.01)
-NEVER = Instant(None, 179.0)
+NEVER = FaultInstant(None, 179.0)
 """After any cycle is over."""
 
 
@@ -36,15 +36,17 @@ def ready() -> tuple[Loop, LoopState]:
 LOOP, PARKED = ready()
 
 
-def at(phase: Phase, after_s: float = 0.0) -> Instant:
-    return Instant(phase, after_s)
+def at(phase: Phase, after_s: float = 0.0) -> FaultInstant:
+    return FaultInstant(phase, after_s)
 
 
 def run(*injections: Injection, resets: int = 0) -> InjectedRun:
     return injection.run(LOOP, PARKED, injections, resets=resets)
 
 
-def single(fault: Fault, instant: Instant, strength: float = 0.0) -> tuple[InjectedRun, Injected]:
+def single(
+    fault: Fault, instant: FaultInstant, strength: float = 0.0
+) -> tuple[InjectedRun, Injected]:
     found = run(Injection(fault, instant, strength))
     return found, found.faults[0]
 

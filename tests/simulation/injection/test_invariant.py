@@ -116,7 +116,7 @@ def test_more_vacuum_than_the_patients_is_only_for_the_relief_valves_own_test() 
         return [breach.invariant for breach in invariant.command_side(changed, settings)]
 
     broken = ["vacuum command within its limit"]
-    highest_mmhg, park_mm = settings.limits.line.sealed_mmhg, settings.limits.park_head_mm
+    highest_mmhg, park_mm = settings.limits.line.parked_closed_mmhg, settings.limits.park_head_mm
     assert found("commands.vacuum_mmhg", highest_mmhg) == []
     assert found("commands.vacuum_mmhg", highest_mmhg + 0.1) == broken
     assert found("readings.cam_rad", 0.03) == broken

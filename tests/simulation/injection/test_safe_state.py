@@ -8,7 +8,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.closed_loop import COLUMNS, DT_S
 from opensuction.simulation.injection import safe_state
-from opensuction.simulation.injection.safe_state import MEANINGS, PREDICATES, SafeBounds
+from opensuction.simulation.injection.safe_state import SafeBounds
 from opensuction.simulation.trace import Columns
 
 BOUNDS = SafeBounds(boundary_mm=-80.0, vented_mmhg=5.0, vacuum_mmhg=150.0, contact_n=0.01)
@@ -22,10 +22,6 @@ def trace(ticks: int, **changes: npt.ArrayLike) -> Columns:
         room, _, field = name.partition("__")
         columns[f"{room}.{field}" if field else room] = np.full(ticks, values, np.float64)
     return columns
-
-
-def test_every_predicate_has_its_words() -> None:
-    assert set(PREDICATES) == set(MEANINGS)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ PUSHING = IDLE._replace(insertion_v=12.0)
 
 
 def parked(head_mm: float = 0.0) -> MachineState:
-    return preset.parked(HEALTHY, VALUES, head_mm, seed=1, run=2).machine
+    return preset.park(HEALTHY, VALUES, head_mm, seed=1, run=2).machine
 
 
 def run(twin: Machine, state: MachineState, commands: Commands, seconds: float) -> MachineState:

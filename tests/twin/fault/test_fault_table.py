@@ -9,11 +9,11 @@ from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_row import (
+    FaultOnset,
     FaultRow,
+    FaultSite,
     LinkEffect,
     MachineEffect,
-    Onset,
-    Part,
     PatientEffect,
     ReadingEffect,
 )
@@ -31,8 +31,8 @@ def test_every_fault_has_one_row() -> None:
 
 
 def test_what_is_set_up_wrongly_is_there_from_the_start() -> None:
-    assert {row.part for row in ROWS.values() if row.is_setup} == {Part.SETTING}
-    assert {row.is_setup for row in ROWS.values() if row.part == Part.SETTING} == {True}
+    assert {row.site for row in ROWS.values() if row.is_setup} == {FaultSite.SETTING}
+    assert {row.is_setup for row in ROWS.values() if row.site == FaultSite.SETTING} == {True}
     assert {row.fault for row in ROWS.values() if row.is_planned} == {
         Fault.WRONG_PRESET,
         Fault.CATHETER_TOO_WIDE,
@@ -70,7 +70,7 @@ def test_a_fault_changes_what_its_effect_is_on_and_nothing_else(row: FaultRow) -
     else:
         with pytest.raises(TypeError, match=row.fault.title):
             row.change_reading(strength, READINGS, 1)
-    healthy, onset = link.healthy(seed=1), Onset(strength, 5, 0.001)
+    healthy, onset = link.healthy(seed=1), FaultOnset(strength, 5, 0.001)
     if isinstance(row.effect, LinkEffect):
         assert row.change_link(healthy, onset) != healthy
     else:

@@ -104,7 +104,7 @@ def test_a_worn_gear_loses_more_at_each_turn() -> None:
 
 
 def test_a_rack_ends_where_it_ends() -> None:
-    ended = preset.racked(HEALTHY, 0.0)
+    ended = preset.limit_rack(HEALTHY, 0.0)
     pulled = run(ended, parked(), IDLE._replace(insertion_v=-24.0), 1.5)
     assert pulled.insertion.position == -preset.BEHIND_PARK_MM
     assert pulled.insertion.velocity == 0.0

@@ -10,7 +10,7 @@ from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import Onset
+from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.link import Link, LinkState
 
@@ -44,7 +44,7 @@ FIRST = LinkState(readings(-1), commands(-1))
 
 
 def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
-    return ROWS[fault].change_link(HEALTHY, Onset(strength, tick, DT_S))
+    return ROWS[fault].change_link(HEALTHY, FaultOnset(strength, tick, DT_S))
 
 
 def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Commands], list[bool]]:
@@ -53,8 +53,8 @@ def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Commands
     got, sent = link.rings(FIRST)
     arrived, obeyed, news = [], [], []
     for tick in range(ticks):
-        here = link.reading_message(joint, state, readings(tick), got, tick)
-        there, new = link.command_message(joint, state, commands(tick), sent, tick)
+        here = link.receive_readings(joint, state, readings(tick), got, tick)
+        there, new = link.receive_commands(joint, state, commands(tick), sent, tick)
         state = LinkState(here, there)
         arrived.append(here)
         obeyed.append(there)

@@ -7,7 +7,7 @@ from opensuction.kernel.monitor import ABSENT
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import PatientEffect
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient import patient as model
+from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset, ventilator
 from opensuction.twin.patient.patient import Patient
 from opensuction.twin.patient.patient_parameter import PRESETS
@@ -50,7 +50,7 @@ def test_disconnected_the_connector_is_at_the_rooms_pressure(name: str, l_per_mi
     state, suction = RESTING[name], l_per_min * 1000.0 / 60.0
     volume = state.lung.volume_ml
     for _ in range(steps(20.0)):
-        state = model.step(patient, state, suction, 0.4, 0.0, DT_S)
+        state = patient_model.step(patient, state, suction, 0.4, 0.0, DT_S)
         flow = state.airflow
         assert flow.connector_cmh2o == pytest.approx(0.0, abs=1e-9)
         volume += (flow.tube_ml_per_s - flow.suction_ml_per_s) * DT_S
@@ -93,8 +93,8 @@ def test_without_compensation_suction_empties_an_adults_lung_at_its_own_flow() -
     still = 0
     for _ in range(steps(8.0)):
         before = state.lung.volume_ml
-        state = model.step(patient, state, suction, 0.4, 0.0, DT_S)
-        inspired = ventilator.inspiring(patient.ventilator, state.ventilator)
+        state = patient_model.step(patient, state, suction, 0.4, 0.0, DT_S)
+        inspired = ventilator.is_inspiring(patient.ventilator, state.ventilator)
         if not inspired and state.airflow.tube_ml_per_s == 0.0:
             still += 1
             assert before - state.lung.volume_ml == pytest.approx(
@@ -103,7 +103,7 @@ def test_without_compensation_suction_empties_an_adults_lung_at_its_own_flow() -
     assert still > steps(1.0)
     healthy = patient_preset.at_rest(ICU)
     for _ in range(steps(8.0)):
-        healthy = model.step(ICU, healthy, suction, 0.4, 0.0, DT_S)
+        healthy = patient_model.step(ICU, healthy, suction, 0.4, 0.0, DT_S)
     assert state.breath.loss_ml > 1.5 * healthy.breath.loss_ml
 
 
@@ -119,16 +119,16 @@ def test_a_raised_shunt_lowers_the_shown_saturation_late() -> None:
 def test_vagal_patients_lose_that_share_under_the_strongest_stimulus() -> None:
     state, patient = RESTING["adult-icu"], broken(Fault.BRADYCARDIA, 0.6)
     for _ in range(steps(30.0)):
-        state = model.step(patient, state, 0.0, 0.4, 1.0, DT_S)
+        state = patient_model.step(patient, state, 0.0, 0.4, 1.0, DT_S)
     assert state.heart.rate_per_min == pytest.approx(0.4 * ICU.heart.rest_per_min, rel=1e-3)
-    assert model.monitored(patient, state).heart_rate_per_min == pytest.approx(
+    assert patient_model.read_monitor(patient, state).heart_rate_per_min == pytest.approx(
         state.heart.rate_per_min, rel=1e-3
     )
 
 
 def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     state = RESTING["adult-icu"]
-    healthy = model.monitored(ICU, state)
+    healthy = patient_model.read_monitor(ICU, state)
     assert (healthy.spo2_valid, healthy.heart_rate_valid, healthy.airway_pressure_valid) == (
         True,
         True,
@@ -137,8 +137,10 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     assert healthy.spo2_percent == state.oximeter.shown_percent
     assert healthy.airway_pressure_cmh2o == state.airflow.connector_cmh2o
     assert healthy.heart_rate_per_min == ICU.heart.rest_per_min
-    off = model.monitored(ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state)
+    off = patient_model.read_monitor(
+        ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state
+    )
     assert off == healthy._replace(spo2_percent=0.0, spo2_valid=False)
-    assert model.monitored(broken(Fault.MONITOR_LOST), state) == ABSENT
+    assert patient_model.read_monitor(broken(Fault.MONITOR_LOST), state) == ABSENT
     without = ICU._replace(monitor=ICU.monitor._replace(present=False))
-    assert model.monitored(without, state) == ABSENT
+    assert patient_model.read_monitor(without, state) == ABSENT

@@ -53,11 +53,11 @@ EFFECTS = {
 def seen(fault: Fault, strength: float = 0.0, tick: int = 7, true: Readings = LATER) -> Readings:
     """What is read later, under a fault that began at the instant."""
     broken = ROWS[fault].change_reading(strength, AT_INSTANT, seed=1)
-    return reading_fault.applied(broken, true, tick)
+    return reading_fault.apply(broken, true, tick)
 
 
 def test_healthy_sensors_report_what_is() -> None:
-    assert reading_fault.applied(HEALTHY, LATER, 7) == LATER
+    assert reading_fault.apply(HEALTHY, LATER, 7) == LATER
 
 
 @pytest.mark.parametrize("fault", EFFECTS, ids=lambda fault: fault.title)
@@ -134,7 +134,7 @@ def test_a_dead_current_sensor_reads_nothing() -> None:
 def test_the_same_seed_gives_the_same_chance() -> None:
     first, other = (
         [
-            reading_fault.applied(
+            reading_fault.apply(
                 ROWS[Fault.ENCODER_NOISY].change_reading(1.0, AT_INSTANT, seed), LATER, tick
             ).head_mm
             for tick in range(5)

@@ -101,12 +101,6 @@ def test_a_plug_travels_before_it_arrives_and_stays_when_nothing_flows() -> None
     assert state.canister_ml == pytest.approx(0.5, rel=1e-9)
 
 
-def test_a_rinse_leaves_the_bore_empty() -> None:
-    rinsed = bore.rinsed(plug(0.8)._replace(canister_ml=100.0), 5.0)
-    assert rinsed.canister_ml == pytest.approx(105.8)
-    assert rinsed == EMPTY._replace(canister_ml=rinsed.canister_ml)
-
-
 def signature(
     line: SuctionLine = BENCH.line, mucus: Bore = BORE, clogged_ml: float = 0.0
 ) -> tuple[float, float]:

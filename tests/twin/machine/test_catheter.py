@@ -24,8 +24,8 @@ def test_the_paper_s_catheter_is_as_computed_from_its_sizes() -> None:
 
 def test_the_paper_s_catheter_changes_no_parameter() -> None:
     for seed in range(20):
-        values = parameter.drawn(parameter.BENCH, seed)
-        assert catheter.fitted(values, PAPER, catheter.laid("standard", PAPER)) == values
+        values = parameter.draw(parameter.BENCH, seed)
+        assert catheter.adapt(values, PAPER, catheter.lay("standard", PAPER)) == values
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_a_still_narrower_bore_flows_laminar() -> None:
 def test_every_conduit_leaves_two_millimetres_at_most(name: str) -> None:
     chosen = CATHETERS[name]
     for route in catheter.ROUTES:
-        laid = catheter.laid(route, chosen)
+        laid = catheter.lay(route, chosen)
         catheter.check(chosen, laid)
         assert chosen.bore_mm < chosen.outer_mm < laid.bore_mm <= chosen.outer_mm + 2.0
 
@@ -66,13 +66,13 @@ def test_every_conduit_leaves_two_millimetres_at_most(name: str) -> None:
 def test_a_patient_s_catheter_takes_less_than_the_allowed_share_of_the_tube(name: str) -> None:
     """Half of it; 70 % in neonates."""
     patient = patient_preset.patient(name, 1)
-    chosen = catheter.suited(patient)
+    chosen = catheter.for_patient(patient)
     assert chosen.outer_mm / patient.tube_id_mm < (0.7 if name == "neonate" else 0.5)
     assert preset.machine(VALUES, patient).catheter_mm == chosen.outer_mm
 
 
 def test_a_narrow_catheter_is_softer_and_takes_up_less() -> None:
-    small = catheter.fitted(VALUES, SMALL, catheter.laid("standard", SMALL))
+    small = catheter.adapt(VALUES, SMALL, catheter.lay("standard", SMALL))
     assert small["catheter_n_per_mm"] == pytest.approx(
         0.467 * VALUES["catheter_n_per_mm"], rel=1e-2
     )
@@ -83,22 +83,22 @@ def test_a_narrow_catheter_is_softer_and_takes_up_less() -> None:
 
 
 def test_the_standard_conduit_is_the_paper_s() -> None:
-    assert catheter.laid("standard", PAPER) == Conduit(6.0, 1500.0, 9.6)
-    assert catheter.gap_ratio(PAPER, catheter.laid("standard", PAPER)) == 1.0
+    assert catheter.lay("standard", PAPER) == Conduit(6.0, 1500.0, 9.6)
+    assert catheter.gap_ratio(PAPER, catheter.lay("standard", PAPER)) == 1.0
 
 
 @pytest.mark.parametrize("route", catheter.ROUTES)
 def test_the_gap_is_bend_times_clearance(route: str) -> None:
     """[calc-gap-width]: 11 rad x 2 mm in the paper's conduit."""
-    laid = catheter.laid(route, PAPER)
+    laid = catheter.lay(route, PAPER)
     widths = preset.machine(VALUES, conduit=laid).transmission.widths_mm
     assert sum(widths) / len(widths) == pytest.approx(laid.bend_rad * 2.0)
     assert min(widths) > 0.0
 
 
 def test_a_tighter_conduit_narrows_the_gap() -> None:
-    tight = catheter.laid("standard", PAPER)._replace(bore_mm=5.0)
-    fitted = catheter.fitted(VALUES, PAPER, tight)
+    tight = catheter.lay("standard", PAPER)._replace(bore_mm=5.0)
+    fitted = catheter.adapt(VALUES, PAPER, tight)
     assert fitted["clearance_mm"] == 1.0
     assert fitted["width_spread_mm"] == 0.5 * VALUES["width_spread_mm"]
 

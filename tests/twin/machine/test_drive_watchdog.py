@@ -61,7 +61,7 @@ def alone(
     """A machine left to its drives at full suction, the head at 40 mm. driven: as its drives are
     then.
     """
-    body = preset.parked(MACHINE, VALUES, 40.0, seed=1, run=2).machine
+    body = preset.park(MACHINE, VALUES, 40.0, seed=1, run=2).machine
     for _ in range(3000):
         body = machine.step(MACHINE, body, VALVE_OPEN, DT_S)
     assert body.line.vacuum_mmhg > 50.0
@@ -82,7 +82,7 @@ def test_with_energy_the_head_comes_home_the_valve_shuts_and_the_line_is_vented(
     body, orders = alone(powered=True, seconds=40.0 / WATCHDOG.out_mm_per_s + 2.0)
     assert abs(body.insertion.position) < 1.0
     assert not orders.insertion_on
-    truth = machine.observe(MACHINE, body)
+    truth = machine.truth(MACHINE, body)
     assert truth.valve_open_ratio == 0.0
     assert truth.line_vacuum_mmhg < 5.0
 
@@ -91,7 +91,7 @@ def test_without_energy_the_head_stays_and_nothing_sucks() -> None:
     body, orders = alone(powered=False, seconds=4.0)
     assert body.insertion.position == pytest.approx(40.0, abs=0.1)
     assert not orders.insertion_on
-    truth = machine.observe(MACHINE, body)
+    truth = machine.truth(MACHINE, body)
     assert truth.valve_open_ratio == 0.0
     assert truth.line_vacuum_mmhg < 5.0
 

@@ -25,7 +25,7 @@ IDLE = Commands(
 
 
 def parked(head_mm: float = 0.0) -> MachineState:
-    return preset.parked(BENCH, VALUES, head_mm, seed=1, run=2).machine
+    return preset.park(BENCH, VALUES, head_mm, seed=1, run=2).machine
 
 
 def run(state: MachineState, commands: Commands, seconds: float) -> MachineState:
@@ -147,7 +147,7 @@ def test_whatever_is_commanded_the_machine_stays_physical(
         commands = Commands(0.0, insertion_v, insertion_on, 0.0, valve_v, valve_on, pump_on, vacuum)
         for _ in range(20):
             state = run(state, commands, 0.02)
-            truth = machine.observe(BENCH, state)
+            truth = machine.truth(BENCH, state)
             assert all(math.isfinite(value) for value in truth)
             assert 0.0 <= truth.valve_open_ratio <= 1.0
             assert 0.0 <= truth.tip_vacuum_mmhg <= state.line.vacuum_mmhg <= 155.0

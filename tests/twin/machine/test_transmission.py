@@ -39,19 +39,19 @@ def rest(conduit: Transmission, state: TransmissionState, seconds: float) -> Tra
 
 @pytest.mark.parametrize("head_mm", [-5.0, 0.0, 60.0])
 def test_the_retracted_state_is_a_fixed_point(head_mm: float) -> None:
-    start = transmission.retracted(NOMINAL, head_mm)
+    start = transmission.after_retract(NOMINAL, head_mm)
     later = rest(NOMINAL, start, 0.2)
     assert later.tip_mm == start.tip_mm
     # And a retract ends in it.
-    retracted, _ = follow(STILL, transmission.retracted(STILL, head_mm + 80.0), [head_mm], 9.0)
+    retracted, _ = follow(STILL, transmission.after_retract(STILL, head_mm + 80.0), [head_mm], 9.0)
     assert retracted.tip_mm == pytest.approx(start.tip_mm, abs=1e-9)
 
 
 def test_the_gap_is_bend_times_clearance_and_stretch() -> None:
     values = parameter.nominal(parameter.BENCH)
     head = 60.0
-    back = transmission.retracted(STILL, head)
-    forth, _ = follow(STILL, transmission.retracted(STILL, -60.0), [head], 50.0)
+    back = transmission.after_retract(STILL, head)
+    forth, _ = follow(STILL, transmission.after_retract(STILL, -60.0), [head], 50.0)
     # The same head, come to from either side: widths plus stretch, times the gain at that depth.
     gap = back.tip_mm - forth.tip_mm
     width = values["bend_rad"] * values["clearance_mm"] + values["stretch_mm"]
@@ -75,7 +75,7 @@ turns = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=5)
 def test_a_closed_head_cycle_never_returns_more_tip_travel_than_given(
     turns: list[float], conduit: Transmission
 ) -> None:
-    start = transmission.retracted(conduit, 0.0)
+    start = transmission.after_retract(conduit, 0.0)
     _, tips = follow(conduit, start, [*turns, 0.0], 40.0)
     path = float(np.abs(np.diff([start.tip_mm, *tips])).sum())
     given_mm = float(np.abs(np.diff([0.0, *turns, 0.0])).sum())
@@ -87,7 +87,7 @@ def test_a_closed_head_cycle_never_returns_more_tip_travel_than_given(
 
 def test_the_tip_never_moves_against_the_head() -> None:
     """The catheter's creep acts on its own motion: a head inside the clearance moves nothing."""
-    state, _ = follow(NOMINAL, transmission.retracted(NOMINAL, 0.0), [80.0], 9.0)
+    state, _ = follow(NOMINAL, transmission.after_retract(NOMINAL, 0.0), [80.0], 9.0)
     state = rest(NOMINAL, state, 30.0)
     start = state.tip_mm
     _, tips = follow(NOMINAL, state, [20.0], 9.0)
@@ -99,7 +99,7 @@ def test_the_tip_never_moves_against_the_head() -> None:
 
 @given(turns=turns)
 def test_without_creep_speed_does_not_matter(turns: list[float]) -> None:
-    start = transmission.retracted(STILL, 0.0)
+    start = transmission.after_retract(STILL, 0.0)
     slow, _ = follow(STILL, start, turns, 50.0)
     fast, _ = follow(STILL, start, turns, 1e9)
     assert slow.tip_mm == pytest.approx(fast.tip_mm, abs=1e-9)
@@ -111,7 +111,7 @@ def test_creep_has_its_amplitude_and_time_constant(fast: bool, seconds: float) -
         creep_fast_mm=0.15 if fast else 0.0, creep_slow_mm=0.0 if fast else 0.10
     )
     speed = 9.0
-    state, _ = follow(conduit, transmission.retracted(conduit, -1000.0), [0.0], speed)
+    state, _ = follow(conduit, transmission.after_retract(conduit, -1000.0), [0.0], speed)
     amplitude = 0.15 if fast else 0.10
     # 3 mm/s draw half of it; the catheter follows at the head's speed.
     drawn = amplitude * speed / (speed + transmission.CREEP_VELOCITY_MM_PER_S)

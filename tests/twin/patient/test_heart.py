@@ -11,7 +11,7 @@ from opensuction.safety.patient_limit import AGE_LIMITS
 from opensuction.twin import parameter
 from opensuction.twin.patient import heart
 from opensuction.twin.patient.heart import Heart, HeartState
-from opensuction.twin.patient.patient_parameter import PRESETS, TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES, PRESETS
 from opensuction.twin.patient.patient_preset import AGE_GROUPS
 
 DT_S = 0.01
@@ -74,7 +74,7 @@ def test_the_rate_stays_between_rest_and_its_floor(
 @pytest.mark.parametrize("name", PRESETS)
 def test_no_drawn_heart_can_fall_below_its_limit(name: str) -> None:
     """Bradycardia is a fault or a patient of one's own, never a draw: worst of the spread."""
-    table = TABLES[name]
+    table = PATIENT_TABLES[name]
     rate, vagal = table["heart_rate_per_min"], table["vagal_ratio"]
     slowest = rate.value - parameter.SPREAD_LIMIT * rate.spread
     strongest = vagal.value + parameter.SPREAD_LIMIT * vagal.spread

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.twin.patient import patient as model
+from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient import Patient, PatientState
 from opensuction.twin.patient.patient_parameter import PRESETS
@@ -31,7 +31,7 @@ def test_no_gas_is_made_or_lost(name: str) -> None:
     volume = state.lung.volume_ml
     for _ in range(3000):
         suction = source.uniform(0.0, 400.0) if source.random() < 0.5 else 0.0
-        state = model.step(patient, state, suction, source.uniform(0.0, 0.8), 0.0, DT_S)
+        state = patient_model.step(patient, state, suction, source.uniform(0.0, 0.8), 0.0, DT_S)
         flow = state.airflow
         assert flow.suction_ml_per_s <= suction
         volume += (flow.tube_ml_per_s - flow.suction_ml_per_s) * DT_S
@@ -61,8 +61,8 @@ def test_nothing_a_device_can_do_makes_nonsense(
     patient = patient._replace(ventilator=ventilator)
     state = RESTING[name]
     for _ in range(150):
-        state = model.step(patient, state, suction, ratio, 0.0, dt_s)
-    seen = model.observe(patient, state)
+        state = patient_model.step(patient, state, suction, ratio, 0.0, dt_s)
+    seen = patient_model.truth(patient, state)
     assert np.all(np.isfinite(seen))
     assert state.lung.volume_ml > 0.0
     assert 0.0 <= seen.sao2_percent <= 100.0
@@ -76,9 +76,9 @@ def test_a_shorter_step_changes_little(name: str) -> None:
     patient = PATIENTS[name]
     coarse = fine = RESTING[name]
     for _ in range(at(2.0 * patient.ventilator.period_s)):
-        coarse = model.step(patient, coarse, 20.0, 0.4, 0.0, DT_S)
+        coarse = patient_model.step(patient, coarse, 20.0, 0.4, 0.0, DT_S)
         for _ in range(10):
-            fine = model.step(patient, fine, 20.0, 0.4, 0.0, 0.1 * DT_S)
+            fine = patient_model.step(patient, fine, 20.0, 0.4, 0.0, 0.1 * DT_S)
     tidal_ml = coarse.breath.tidal_ml
     assert tidal_ml == pytest.approx(fine.breath.tidal_ml, rel=0.01)
     assert coarse.lung.volume_ml == pytest.approx(fine.lung.volume_ml, abs=0.02 * tidal_ml)
@@ -149,7 +149,7 @@ def test_disconnection_loses_what_was_measured_in_lung_injury() -> None:
     end = quiet(ARDS._replace(ventilator=off), start, 15.0)
     lost = start.breath.end_expiratory_ml - end.lung.volume_ml
     assert lost == pytest.approx(1466.0, abs=586.0)
-    later = model.observe(ARDS, quiet(ARDS, end, 60.0))
+    later = patient_model.truth(ARDS, quiet(ARDS, end, 60.0))
     assert later.lung_volume_loss_ml > 0.3 * lost
 
 
@@ -179,6 +179,6 @@ def test_without_fresh_gas_the_patient_desaturates() -> None:
 
 def test_pre_oxygenation_fills_the_store() -> None:
     rich = ICU._replace(ventilator=ICU.ventilator._replace(oxygen_ratio=1.0))
-    end = model.observe(rich, quiet(rich, RESTING["adult-icu"], 60.0))
+    end = patient_model.truth(rich, quiet(rich, RESTING["adult-icu"], 60.0))
     assert end.alveolar_o2_mmhg > 550.0
     assert end.sao2_percent > 99.0

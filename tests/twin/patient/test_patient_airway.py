@@ -23,7 +23,7 @@ def test_every_patient_s_secretions_lie_within_reach(name: str) -> None:
     """All of them, however short the trachea: bins are 10 mm, a neonate's carina is at 12."""
     for seed in range(60):
         patient = patient_preset.patient(name, seed)
-        bins = preset.secretions_ml(patient_airway.fitted(VALUES, patient))
+        bins = preset.secretions_ml(patient_airway.adapt(VALUES, patient))
         assert bins.sum() == pytest.approx(patient.secretion.volume_ml)
         starts = 10.0 * np.arange(bins.size)
         assert np.all(bins[starts >= patient.carina_mm] == 0.0)
@@ -47,8 +47,8 @@ def test_the_tip_closes_its_switch_before_it_buckles(name: str) -> None:
 
 
 def test_a_longer_free_tip_buckles_sooner() -> None:
-    near = patient_airway.fitted(VALUES, ADULT._replace(carina_mm=65.0))
-    far = patient_airway.fitted(VALUES, ADULT._replace(carina_mm=72.0))
+    near = patient_airway.adapt(VALUES, ADULT._replace(carina_mm=65.0))
+    far = patient_airway.adapt(VALUES, ADULT._replace(carina_mm=72.0))
     longer = (72.0 + 80.0 / 3.0) / (65.0 + 80.0 / 3.0)
     assert near["buckling_n"] / far["buckling_n"] == pytest.approx(longer * longer)
 
@@ -60,7 +60,7 @@ def test_a_tip_searched_with_to_the_end_spares_the_carina(name: str) -> None:
     and what a hand teaches too deep, without a switch to stop it."""
     for seed in range(60):
         patient = patient_preset.patient(name, seed)
-        values = parameter.drawn(parameter.CLINICAL, seed)
+        values = parameter.draw(parameter.CLINICAL, seed)
         pressing = preset.machine(values, patient).airway.tip
         assert pressing.buckling_n > 1.1 * values["switch_n"]
         assert tip.touch(pressing, 0.0, 10.0).force_n < 0.3
@@ -71,5 +71,5 @@ def test_a_patient_replaces_just_what_is_said_to_be_replaced() -> None:
     person = patient_preset.patient("adult-icu", 0, nominal=True)
     for name, value in VALUES.items():
         changed = {**VALUES, name: 1.01 * value}
-        same = patient_airway.fitted(changed, person) == patient_airway.fitted(VALUES, person)
+        same = patient_airway.adapt(changed, person) == patient_airway.adapt(VALUES, person)
         assert same is (name in patient_airway.REPLACED)

@@ -22,7 +22,7 @@ def test_presets_and_whatever_is_drawn_from_them_fit_together(name: str) -> None
     kind = patient_kind.of_preset(name)
     patient_kind.check(kind)
     for seed in range(300):
-        assert patient_kind.drawn(kind, seed) == patient_preset.patient(name, seed)
+        assert patient_kind.draw(kind, seed) == patient_preset.patient(name, seed)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_a_draw_that_cannot_be_names_its_seed() -> None:
     refused = 0
     for seed in range(20):
         try:
-            patient_kind.drawn(PatientKind(table, AgeGroup.NEONATE), seed)
+            patient_kind.draw(PatientKind(table, AgeGroup.NEONATE), seed)
         except InputError as problem:
             assert str(problem).startswith(f"seed {seed} draws")
             refused += 1

@@ -6,9 +6,9 @@ import pytest
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
-from opensuction.twin.patient import patient as model
+from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
-from opensuction.twin.patient.patient_parameter import PRESETS, ROWS, TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES, PRESETS, ROWS
 
 TAGS = ("[K]", "[computed]", "[calibrated]", "[assumed]")
 ADULTS = ("adult-icu", "adult-ards")
@@ -26,7 +26,7 @@ def numbers(record: tuple[object, ...]) -> Iterator[float]:
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("key", ROWS)
 def test_every_entry_has_unit_meaning_source_and_keeps_its_sign(name: str, key: str) -> None:
-    entry = TABLES[name][key]
+    entry = PATIENT_TABLES[name][key]
     assert entry.unit
     assert len(entry.meaning) > 3
     assert entry.source.startswith(TAGS)
@@ -37,7 +37,7 @@ def test_every_entry_has_unit_meaning_source_and_keeps_its_sign(name: str, key: 
 
 @pytest.mark.parametrize("key", ROWS)
 def test_every_entry_changes_the_patient(key: str) -> None:
-    values = parameter.nominal(TABLES["adult-icu"])
+    values = parameter.nominal(PATIENT_TABLES["adult-icu"])
     # Half more: less would be lost where times are rounded to steps.
     changed = {**values, key: 1.5 * values[key]}
     plain = patient_preset.assemble(values, AgeGroup.ADULT)
@@ -51,7 +51,7 @@ def test_quiet_ventilation_does_not_drift(name: str) -> None:
     breath = round(patient.ventilator.period_s / patient_preset.DT_S)
     # Fifty breaths are also a whole number of the oximeter's half seconds.
     end = patient_preset.breathe(patient, start, 50 * 10 * breath, patient_preset.DT_S)
-    before, after = model.observe(patient, start), model.observe(patient, end)
+    before, after = patient_model.truth(patient, start), patient_model.truth(patient, end)
     # What remains is what the slowest store had left to settle.
     assert after == pytest.approx(before, rel=1e-4, abs=1e-4)
     assert end.lung.closed_ml == 0.0
@@ -61,7 +61,7 @@ def test_quiet_ventilation_does_not_drift(name: str) -> None:
 def test_a_patient_at_rest_breathes_6_to_8_ml_per_kg_and_is_saturated(name: str) -> None:
     for seed in SEEDS:
         patient = patient_preset.patient(name, seed)
-        seen = model.observe(patient, patient_preset.at_rest(patient))
+        seen = patient_model.truth(patient, patient_preset.at_rest(patient))
         assert 6.0 < seen.tidal_volume_ml / patient.weight_kg < 8.0
         # Means are 93 % in ARDS and 97 to 98 % elsewhere; a drawn patient may lie a little out.
         low, high = (86.0, 97.5) if name == "adult-ards" else (94.0, 99.2)
@@ -81,7 +81,7 @@ def test_a_patient_at_rest_breathes_6_to_8_ml_per_kg_and_is_saturated(name: str)
 )
 def test_the_nominal_patient_has_a_typical_saturation(name: str, low: float, high: float) -> None:
     patient = patient_preset.patient(name, 0, nominal=True)
-    assert low < model.observe(patient, patient_preset.at_rest(patient)).spo2_percent < high
+    assert low < patient_model.truth(patient, patient_preset.at_rest(patient)).spo2_percent < high
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -51,7 +51,7 @@ def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s:
     files = {calibration_file.RECORDING_FILE: calibration_file.recording_text(found.first)}
     path = None
     if found.accepted:
-        files[name] = identification_file.text(calibration_file.parameter_file(found, now))
+        files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
     data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
     files["report.html"] = sheet.render(calibration_page.page(found, data))

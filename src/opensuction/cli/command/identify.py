@@ -11,8 +11,8 @@ from opensuction.session.choice import RecordingChoice
 
 if TYPE_CHECKING:
     from opensuction.cli.progress import Progress
-    from opensuction.identification.workbench import Result
-    from opensuction.session.identification.identification_run import Loaded
+    from opensuction.identification.workbench import FittedModel
+    from opensuction.session.identification.identification_run import LoadedRecording
 
 
 class IdentifyOptions(NamedTuple):
@@ -59,13 +59,13 @@ def _run(
     return deliver(results, name, work)
 
 
-def _load(recording: RecordingChoice, model: str | None, method: str | None) -> "Loaded":
+def _load(recording: RecordingChoice, model: str | None, method: str | None) -> "LoadedRecording":
     from opensuction.session.identification import identification_run
 
     return identification_run.load(recording, model, method)
 
 
-def _fitted(loaded: "Loaded", progress: "Progress") -> "list[Result]":
+def _fitted(loaded: "LoadedRecording", progress: "Progress") -> "list[FittedModel]":
     """One result, or those of every model."""
     from opensuction.session.identification import identification_run
 
@@ -78,7 +78,9 @@ def _fitted(loaded: "Loaded", progress: "Progress") -> "list[Result]":
     return identification_run.compare(loaded, tell)
 
 
-def _done(loaded: "Loaded", results: "list[Result]", folder: Path, seconds: float) -> Done:
+def _done(
+    loaded: "LoadedRecording", results: "list[FittedModel]", folder: Path, seconds: float
+) -> Done:
     from opensuction.report.identification import identification_page, identification_series
     from opensuction.report.identification import identification_terminal as terminal
     from opensuction.session.identification import identification_summary
@@ -87,16 +89,16 @@ def _done(loaded: "Loaded", results: "list[Result]", folder: Path, seconds: floa
     now = datetime.now(tz=UTC)
     compared = loaded.model is None
     if compared:
-        data = identification_summary.compared(loaded, results, now, seconds)
+        data = identification_summary.summarise_comparison(loaded, results, now, seconds)
         entries: list[Json] = data["models"]
         names = [f"{result.model}.toml" for result in results]
     else:
-        data = identification_summary.identified(loaded, results[0], now, seconds)
+        data = identification_summary.summarise(loaded, results[0], now, seconds)
         entries, names = [data], ["identification.toml"]
     parameters = {}
     for entry, result, name in zip(entries, results, names, strict=True):
-        found = identification_summary.parameter_file(loaded, result, now)
-        parameters[name] = identification_file.text(found)
+        found = identification_summary.make_parameter_file(loaded, result, now)
+        parameters[name] = identification_file.to_toml(found)
         entry["parameter_file"] = str(folder / name)
     pair = loaded.pair
     curves = identification_series.Curves(

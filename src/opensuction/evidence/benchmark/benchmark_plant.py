@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis import modified_dahl
-from opensuction.hysteresis.bouc_wen import BoucWen
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
+from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import Array, Record, simulate
 from opensuction.hysteresis.play import Play
 from opensuction.identification.estimator import branch_curve, nonlinear, superposition
-from opensuction.identification.family import bouc_wen_vector
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.plan import Excitation
@@ -90,18 +89,20 @@ def _published(_head: Array, _tip: Array) -> Plant:
 
 
 def _bouc_wen(head: Array, tip: Array) -> Plant:
-    found = nonlinear.fit_bouc_wen(head[::BOUC_WEN_EVERY], tip[::BOUC_WEN_EVERY]).vector
-    length, bend_ratio, exponent, slope, gain, offset, start = (float(value) for value in found)
-    vector = bouc_wen_vector(length, bend_ratio, exponent, (slope, gain, offset, start * length))
-    return of_record("bouc-wen", BoucWen(1.0, *(float(value) for value in vector[:6])))
+    found = nonlinear.fit_bouc_wen(head[::BOUC_WEN_EVERY], tip[::BOUC_WEN_EVERY])
+    return of_record("bouc-wen", BOUC_WEN_FORM.record(found.vector))
 
 
 def _play(head: Array, tip: Array) -> Plant:
-    lines = branch_curve.parallel(head, tip)
+    lines = branch_curve.fit_parallel(head, tip)
     gain = lines.spacing_mm / float(lines.inwards_mm[1] - lines.inwards_mm[0])
     width = float(lines.inwards_mm[0] - lines.outwards_mm[0])
     middle = 0.5 * float(lines.inwards_mm[0] + lines.outwards_mm[0])
     return of_record("play", Play(width, gain, lines.first_mm - gain * middle))
+
+
+def _superposition(name: str) -> Callable[[Array, Array], Plant]:
+    return lambda head, tip: superposition.fit(CATALOGUE[name], head, tip).simulate
 
 
 MODELS = (
@@ -111,17 +112,17 @@ MODELS = (
     Model(
         "prandtl-ishlinskii",
         "fitted to the bench drawn by the seed, plays of known widths",
-        lambda head, tip: superposition.fit_prandtl_ishlinskii(head, tip).simulate,
+        _superposition("prandtl-ishlinskii"),
     ),
     Model(
         "preisach",
         "fitted to the bench drawn by the seed",
-        lambda head, tip: superposition.fit_preisach(head, tip).simulate,
+        _superposition("preisach"),
     ),
     Model(
         "generalised",
         "fitted to the bench drawn by the seed",
-        lambda head, tip: superposition.fit_generalised(head, tip).simulate,
+        _superposition("generalised"),
     ),
 )
 LEFT_OUT = (

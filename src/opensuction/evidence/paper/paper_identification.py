@@ -11,7 +11,7 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.identification import workbench
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator.modified_dahl import Fit
-from opensuction.identification.workbench import Result
+from opensuction.identification.workbench import FittedModel
 from opensuction.report.sheet import Curve, Plot, Section
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
@@ -33,7 +33,7 @@ class Fitted(NamedTuple):
     identification: Identification
     seconds: float
     """How long the fit of the modified Dahl model itself took."""
-    bouc_wen: Result
+    bouc_wen: FittedModel
 
 
 def fitted() -> Fitted:
@@ -72,7 +72,7 @@ def _modified_dahl_claims(fit: Fit) -> list[Claim]:
     ]
 
 
-def _bouc_wen_claims(found: Result) -> list[Claim]:
+def _bouc_wen_claims(found: FittedModel) -> list[Claim]:
     """The RMSE of the other model, and what its printed numbers really produce."""
     exponent = found.parameters["exponent"].value
     return [

@@ -22,10 +22,10 @@ from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import one_line, shown
+from opensuction.settings.wording import one_line, show
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 FILE = "hazard.toml"
 REQUIREMENTS = "requirement.toml"
@@ -167,7 +167,7 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
     extra = [key for key in data if key != "hazard"]
     rows = data.get("hazard")
     if extra or not isinstance(rows, list) or not rows:
-        what = f"unknown key {shown(extra[0])}" if extra else "no hazard in it"
+        what = f"unknown key {show(extra[0])}" if extra else "no hazard in it"
         raise InputError(one_line(f"{where}: {what}; rows begin with [[hazard]]"))
     hazards = tuple(_hazard(row, f"{where}: hazard {i}", where) for i, row in enumerate(rows, 1))
     names = [hazard.row.id for hazard in hazards]
@@ -183,7 +183,7 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
 
 def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     if not isinstance(row, Mapping):
-        raise InputError(one_line(f"{numbered} is {shown(row)}; rows begin with [[hazard]]"))
+        raise InputError(one_line(f"{numbered} is {show(row)}; rows begin with [[hazard]]"))
     words = validate(
         HazardRow, {key: row[key] for key in HazardRow._fields if key in row}, numbered
     )
@@ -193,7 +193,7 @@ def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     known = _bundled(REQUIREMENTS)
     for name in words.requirements:
         if name not in known:
-            raise InputError(one_line(f"{here}: requirements: {shown(name)} is not known"))
+            raise InputError(one_line(f"{here}: requirements: {show(name)} is not known"))
     faults = row.get("fault")
     if not isinstance(faults, list) or not faults:
         raise InputError(one_line(f"{here}: fault: none given; add [[hazard.fault]] with a name"))
@@ -205,7 +205,7 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Hazard
     """One fault of a row; raises InputError for the first thing that is wrong with it."""
     place = f"{here}, fault {number}"
     if not isinstance(given, Mapping):
-        raise InputError(one_line(f"{place} is {shown(given)}, not a section"))
+        raise InputError(one_line(f"{place} is {show(given)}, not a section"))
     claim = validate(HazardClaim, common | dict(given), place)
     try:
         _check_fault(claim)
@@ -220,7 +220,7 @@ def _check_fault(claim: HazardClaim) -> None:
     for strength in claim.strengths:
         ROWS[claim.fault].check_strength(strength)
     choose(claim.approach, APPROACHES, "approach")
-    choose(claim.patient, TABLES, "patient")
+    choose(claim.patient, PATIENT_TABLES, "patient")
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
     at_start = ROWS[claim.fault].is_setup

@@ -10,9 +10,9 @@ from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
-from opensuction.twin.fault.fault_row import Part
+from opensuction.twin.fault.fault_row import FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
@@ -38,7 +38,7 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
 
 
 def _injection(case: HazardCase) -> Injection:
-    at = AT_START if case.phase is None else Instant(case.phase, case.after_s)
+    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
     return Injection(case.claim.fault, at, case.strength)
 
 
@@ -65,7 +65,7 @@ def run(case: HazardCase) -> HazardResult:
     except InputError as refusal:
         return hazard_result.refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = ROWS[claim.fault].part == Part.PATIENT
+    patient = ROWS[claim.fault].site == FaultSite.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)

@@ -16,7 +16,7 @@ from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant
-from opensuction.simulation.injection.fault_instant import Injection, Instant
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.twin.fault.fault import Fault
@@ -114,7 +114,7 @@ def draw(number: int, machines: int) -> Drawn:
     for i in range(1 + number % 2):
         pick, strong, where, when = uniform[1 + 4 * i : 5 + 4 * i]
         fault = FAULTS[_pick(pick, len(FAULTS))]
-        at = Instant(PHASES[_pick(where, len(PHASES))], round(LATEST_S * when, 3))
+        at = FaultInstant(PHASES[_pick(where, len(PHASES))], round(LATEST_S * when, 3))
         injections.append(Injection(fault, at, _strength(fault, strong)))
     return Drawn(number, _pick(uniform[0], machines), tuple(injections))
 

@@ -1,7 +1,7 @@
 """A campaign of faults as a page: counts with bounds, breaches, and what went untold."""
 
 from opensuction.session.plain import Json
-from opensuction.simulation.injection.fault_allowance import STATED
+from opensuction.simulation.injection.fault_allowance import ALLOWANCES
 
 KINDS_SHOWN = 40
 """Kinds of breaches that are listed, the most frequent first."""
@@ -50,10 +50,10 @@ def _untold(unnoticed: Json) -> list[str]:
     return ["| fault, alone | cycles | of these untold |", "|---|---|---|", *rows]
 
 
-def _stated() -> list[str]:
+def _allowances() -> list[str]:
     rows = [
-        f"| `{one.fault.title}` | {one.bound.value} | {one.more:g} | {one.because} |"
-        for one in STATED
+        f"| `{one.fault.title}` | {one.bound.value} | {one.more:g} | {one.reason} |"
+        for one in ALLOWANCES
     ]
     return ["| fault | bound | on top of the common one | because |", "|---|---|---|---|", *rows]
 
@@ -82,7 +82,7 @@ def markdown(found: Json, date: str) -> str:
             "",
             "## Bounds that faults state for themselves",
             "",
-            *_stated(),
+            *_allowances(),
             "",
             "## What nothing told",
             "",

@@ -1,20 +1,17 @@
 """Every hysteresis model by name.
 
 A new model is one entry here, written in the file of its family, and one case in
-``tests/conformance/test_hysteresis_models.py``.
+``tests/conformance/hysteresis_cases.py``. Where the entry has a form, identification, comparison
+and their commands offer the model.
 """
 
 from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN, DAHL, MODIFIED_DAHL
+from opensuction.hysteresis.catalogue.generalised_model import GENERALISED
 from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel
-from opensuction.hysteresis.catalogue.play_family import (
-    GENERALISED,
-    PLAY,
-    PRANDTL_ISHLINSKII,
-    PREISACH,
-)
+from opensuction.hysteresis.catalogue.play_family import PLAY, PRANDTL_ISHLINSKII, PREISACH
 
 CATALOGUE: dict[str, HysteresisModel] = {
     model.name: model
-    for model in (DAHL, MODIFIED_DAHL, BOUC_WEN, PLAY, PRANDTL_ISHLINSKII, PREISACH, GENERALISED)
+    for model in (MODIFIED_DAHL, DAHL, BOUC_WEN, PLAY, PRANDTL_ISHLINSKII, PREISACH, GENERALISED)
 }
 """Models by the name a person types."""

@@ -7,42 +7,88 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from opensuction.hysteresis import bouc_wen, dahl, modified_dahl
 from opensuction.hysteresis.bouc_wen import BoucWen
 from opensuction.hysteresis.catalogue.hysteresis_model import (
+    LONGEST,
+    SHORTEST,
     STEEPEST,
     Array,
+    FitParameter,
     HysteresisModel,
     ModelParameter,
-    Place,
+    ModelState,
     Ranges,
     Record,
-    bound_rows,
-    offset_bounds_mm,
-    scalar_record,
-    scalar_values,
+    VectorForm,
 )
 from opensuction.hysteresis.dahl import Dahl
 from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 
-LEAST_TRAVEL_SHARE, MOST_TRAVEL_SHARE = 0.001, 20.0
-"""Bounds on lengths that forget, over the input's range. Beyond them only products and quotients
-of parameters show: the flat ridges of ``identification.estimator.modified_dahl``."""
+SHALLOWEST = 0.1
+"""Bound below a slope, over output range by input range [assumed]."""
+
+HIGHEST_EXPONENT = 10.0
+"""Largest Bouc-Wen exponent: a corner as sharp as a play's within a hundredth of its gap."""
+
+BEND_RATIOS = (-3.0, 0.95)
+"""Bounds on D / (B + D) of a Bouc-Wen model; at 1 nothing of its bend takes work [assumed]."""
 
 
-def _moved(
+def _step_memory(
     step: Callable[[Any, float, float], float],
-) -> Callable[[Record, Place, float], Place]:
+) -> Callable[[Record, ModelState, float], ModelState]:
     """Uniform step of a model whose memory is one number and whose step takes the move."""
-    return lambda record, place, move_mm: Place(
-        place.head_mm + move_mm, step(record, place.memory, move_mm)
+    return lambda record, state, move_mm: ModelState(
+        state.head_mm + move_mm, step(record, state.memory, move_mm)
     )
 
+
+def _line_bounds(ranges: Ranges) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Bounds on the slope of a straight line and on its offset, the output where the input is 0."""
+    farthest_mm = max(abs(ranges.input_low_mm), abs(ranges.input_high_mm))
+    reach_mm = abs(ranges.output_mean_mm) + STEEPEST * ranges.gain * farthest_mm
+    return (SHALLOWEST * ranges.gain, STEEPEST * ranges.gain), (-reach_mm, reach_mm)
+
+
+def _simulate_dahl(vector: Array, inputs: Array) -> Array:
+    stiffness, limit, offset, initial_output = vector.tolist()
+    force: Array = dahl.simulate(Dahl(stiffness, limit), inputs, initial_output / stiffness)
+    outputs: Array = force + offset
+    return outputs
+
+
+def _dahl_bounds(ranges: Ranges) -> Array:
+    width, height = ranges.input_mm, ranges.output_mm
+    return np.array(
+        [
+            (SHALLOWEST * height / width, 2.0 * height / (SHORTEST * width)),
+            (SHALLOWEST * height, 2.0 * LONGEST * height),
+            (ranges.output_low_mm - height, ranges.output_high_mm + height),
+            (-height, height),
+        ]
+    )
+
+
+DAHL_FORM = VectorForm(
+    parameters=(
+        FitParameter("stiffness", "{out}/{in}", logarithmic=True),
+        FitParameter("limit", "{out}", logarithmic=True),
+        FitParameter("offset", "{out}"),
+        FitParameter("initial_output", "{out}"),
+    ),
+    bounds=_dahl_bounds,
+    record=lambda vector: Dahl(*vector[:2].tolist()),
+    simulate=_simulate_dahl,
+)
 
 DAHL = HysteresisModel(
     name="dahl",
     title="Dahl",
+    summary="friction that saturates, without a line (eqs. 1 and 2)",
     source="[paper] eqs. (1) and (2); [Dahl-1976]",
     cannot="an output that goes on growing with the input (backlash), closed minor loops, "
     "breakaway and viscous friction, an offset",
@@ -51,39 +97,63 @@ DAHL = HysteresisModel(
         ModelParameter("stiffness_n_per_mm", "sigma_0", "N/mm", "slope where the force is 0"),
         ModelParameter("coulomb_n", "F_c", "N", "force in sliding"),
     ),
-    linear=False,
-    rate_independent=True,
-    unfitted=lambda ranges: Dahl(ranges.gain * 2.0, ranges.output_mm),
-    bounds=lambda _record, ranges: bound_rows(
-        (0.05 * ranges.gain, ranges.gain / LEAST_TRAVEL_SHARE),
-        (0.05 * ranges.output_mm, MOST_TRAVEL_SHARE * ranges.output_mm),
-    ),
-    values=scalar_values,
-    with_values=scalar_record(Dahl),
+    form=DAHL_FORM,
     memory=lambda record, _head_mm, ratio: dahl.start_deflection_mm(record, ratio),
-    step=_moved(dahl.step),
-    output_mm=lambda record, place: dahl.output_n(record, place.memory),
+    step=_step_memory(dahl.step),
+    output_mm=lambda record, state: dahl.output_n(record, state.memory),
     simulate=dahl.simulate,
-    basis=None,
-    inverse_step=lambda record, place, target: dahl.inverse_step(record, place.memory, target),
+    inverse_step=lambda record, state, target: dahl.inverse_step(record, state.memory, target),
     is_well_posed=dahl.is_well_posed,
     is_monotone=dahl.is_monotone,
 )
 
 
-def _modified_dahl_inverse(record: ModifiedDahl, place: Place, target_mm: float) -> InverseMove:
+def _modified_dahl(vector: Array) -> ModifiedDahl:
+    return ModifiedDahl(*vector[:4].tolist())
+
+
+def _modified_dahl_bounds(ranges: Ranges) -> Array:
+    slope, offset = _line_bounds(ranges)
+    return np.array(
+        [
+            slope,
+            (0.0, STEEPEST * ranges.gain),
+            (1.0 / (LONGEST * ranges.input_mm), 1.0 / (SHORTEST * ranges.input_mm)),
+            offset,
+            (-ranges.output_mm, ranges.output_mm),
+        ]
+    )
+
+
+def _invert_modified_dahl(record: ModifiedDahl, state: ModelState, target_mm: float) -> InverseMove:
     """Towards the target, beyond the gap where there is one."""
-    missing_mm = target_mm - modified_dahl.output_mm(record, place.head_mm, place.memory)
+    missing_mm = target_mm - modified_dahl.output_mm(record, state.head_mm, state.memory)
     if missing_mm == 0.0 or not math.isfinite(missing_mm):
         return InverseMove(move_mm=0.0, reached=missing_mm == 0.0)
     direction = math.copysign(1.0, missing_mm)
-    move_mm = modified_dahl.move_to(record, place.head_mm, place.memory, target_mm, direction)
+    move_mm = modified_dahl.move_to(record, state.head_mm, state.memory, target_mm, direction)
     return InverseMove(move_mm=move_mm, reached=True)
 
+
+MODIFIED_DAHL_FORM = VectorForm(
+    parameters=(
+        FitParameter("slope", "{out}/{in}"),
+        FitParameter("velocity_gain", "{out}/{in}"),
+        FitParameter("decay", "1/{in}", logarithmic=True),
+        FitParameter("offset", "{out}"),
+        FitParameter("initial_lag", "{out}"),
+    ),
+    bounds=_modified_dahl_bounds,
+    record=_modified_dahl,
+    simulate=lambda vector, inputs: modified_dahl.simulate(
+        _modified_dahl(vector), inputs, float(vector[4])
+    ),
+)
 
 MODIFIED_DAHL = HysteresisModel(
     name="modified-dahl",
     title="modified Dahl",
+    summary="straight line plus a Dahl state (the paper's model, eqs. 3 and 4)",
     source="[paper] eqs. (3) and (4)",
     cannot="a gap with corners or with a known width, closed minor loops (it drifts in them), "
     "loops that differ along the range; with c <= 2 beta it moves the wrong way after a reversal",
@@ -94,31 +164,12 @@ MODIFIED_DAHL = HysteresisModel(
         ModelParameter("decay_per_mm", "alpha_0", "1/mm", "inverse of the travel that forgets"),
         ModelParameter("offset_mm", "y_0", "mm", "output for input and lag at 0"),
     ),
-    linear=False,
-    rate_independent=True,
-    unfitted=lambda ranges: ModifiedDahl(
-        slope=ranges.gain,
-        velocity_gain=0.4 * ranges.gain,
-        decay_per_mm=10.0 / ranges.input_mm,
-        offset_mm=ranges.offset_mm,
-    ),
-    bounds=lambda _record, ranges: bound_rows(
-        (0.0, STEEPEST * ranges.gain),
-        (0.0, STEEPEST * ranges.gain),
-        (
-            1.0 / (MOST_TRAVEL_SHARE * ranges.input_mm),
-            1.0 / (LEAST_TRAVEL_SHARE * ranges.input_mm),
-        ),
-        offset_bounds_mm(ranges),
-    ),
-    values=scalar_values,
-    with_values=scalar_record(ModifiedDahl),
+    form=MODIFIED_DAHL_FORM,
     memory=lambda record, _head_mm, ratio: -ratio * modified_dahl.saturation_mm(record),
-    step=_moved(modified_dahl.step),
-    output_mm=lambda record, place: modified_dahl.output_mm(record, place.head_mm, place.memory),
+    step=_step_memory(modified_dahl.step),
+    output_mm=lambda record, state: modified_dahl.output_mm(record, state.head_mm, state.memory),
     simulate=modified_dahl.simulate,
-    basis=None,
-    inverse_step=_modified_dahl_inverse,
+    inverse_step=_invert_modified_dahl,
     is_well_posed=lambda record: (
         record.slope > 0.0 and record.velocity_gain >= 0.0 and record.decay_per_mm > 0.0
     ),
@@ -126,24 +177,51 @@ MODIFIED_DAHL = HysteresisModel(
 )
 
 
-def _bouc_wen_bounds(_record: BoucWen, ranges: Ranges) -> Array:
-    """A is fixed at 1: the scale of the memory is free."""
-    shortest = LEAST_TRAVEL_SHARE * ranges.input_mm
-    bend = max(1.0 / shortest, 1.0 / (shortest * shortest))
-    return bound_rows(
-        (1.0, 1.0),
-        (1e-3 / (MOST_TRAVEL_SHARE * ranges.input_mm), bend),
-        (-bend, bend),
-        (1.0, 2.0),
-        (0.0, STEEPEST * ranges.gain),
-        (-STEEPEST * ranges.gain, STEEPEST * ranges.gain),
-        offset_bounds_mm(ranges),
+def _bouc_wen(vector: Array) -> BoucWen:
+    length, bend_ratio, exponent, slope, memory_gain, offset, _ = vector.tolist()
+    both = length**-exponent
+    dissipation, bend = (1.0 - bend_ratio) * both, bend_ratio * both
+    return BoucWen(1.0, dissipation, bend, exponent, slope, memory_gain, offset)
+
+
+def _bouc_wen_bounds(ranges: Ranges) -> Array:
+    slope, offset = _line_bounds(ranges)
+    return np.array(
+        [
+            (SHORTEST * ranges.input_mm, LONGEST * ranges.input_mm),
+            BEND_RATIOS,
+            (1.0, HIGHEST_EXPONENT),
+            slope,
+            (-STEEPEST * ranges.gain, STEEPEST * ranges.gain),
+            offset,
+            (-1.0, 1.0),
+        ]
     )
 
+
+BOUC_WEN_FORM = VectorForm(
+    parameters=(
+        FitParameter("memory_length", "{in}", logarithmic=True),
+        FitParameter("bend_ratio", "1"),
+        FitParameter("exponent", "1"),
+        FitParameter("slope", "{out}/{in}"),
+        FitParameter("memory_gain", "{out}/{in}"),
+        FitParameter("offset", "{out}"),
+        FitParameter("initial_memory_ratio", "1"),
+    ),
+    bounds=_bouc_wen_bounds,
+    record=_bouc_wen,
+    simulate=lambda vector, inputs: bouc_wen.simulate(
+        _bouc_wen(vector), inputs, float(vector[6] * vector[0])
+    ),
+)
+"""A = 1, since the scale of the memory is free. In place of B and D stand the length over which it
+forgets, (B + D)^(-1/m), and D / (B + D), which keep their size when m changes."""
 
 BOUC_WEN = HysteresisModel(
     name="bouc-wen",
     title="Bouc-Wen",
+    summary="line plus a Bouc-Wen state, standard form (eqs. 5 and 6)",
     source="[paper] eqs. (5) and (6), standard form; [Wen-1976]",
     cannot="a gap with corners, closed minor loops (it drifts in them), loops that differ along "
     "the range; for D > B some excursions give more work than was stored",
@@ -157,27 +235,13 @@ BOUC_WEN = HysteresisModel(
         ModelParameter("memory_gain", "a_zeta", "mm/mm", "output per memory"),
         ModelParameter("offset_mm", "Theta_0", "mm", "output for input and memory at 0"),
     ),
-    linear=False,
-    rate_independent=True,
-    unfitted=lambda ranges: BoucWen(
-        input_gain=1.0,
-        dissipation=10.0 / ranges.input_mm,
-        bend=0.0,
-        exponent=1.0,
-        slope=ranges.gain,
-        memory_gain=-0.4 * ranges.gain,
-        offset_mm=ranges.offset_mm,
-    ),
-    bounds=_bouc_wen_bounds,
-    values=scalar_values,
-    with_values=scalar_record(BoucWen),
+    form=BOUC_WEN_FORM,
     memory=lambda record, _head_mm, ratio: bouc_wen.start_memory_mm(record, ratio),
-    step=_moved(bouc_wen.step),
-    output_mm=lambda record, place: bouc_wen.output_mm(record, place.head_mm, place.memory),
+    step=_step_memory(bouc_wen.step),
+    output_mm=lambda record, state: bouc_wen.output_mm(record, state.head_mm, state.memory),
     simulate=bouc_wen.simulate,
-    basis=None,
-    inverse_step=lambda record, place, target_mm: bouc_wen.inverse_step(
-        record, place.head_mm, place.memory, target_mm
+    inverse_step=lambda record, state, target_mm: bouc_wen.inverse_step(
+        record, state.head_mm, state.memory, target_mm
     ),
     is_well_posed=bouc_wen.is_well_posed,
     is_monotone=bouc_wen.is_monotone,

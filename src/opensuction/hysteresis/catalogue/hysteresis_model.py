@@ -1,7 +1,7 @@
 """What every hysteresis model offers under one set of names, whatever its record looks like.
 
-Identification, comparison and the conformance suite know models only through this. Here ends
-the exact typing of records: each model's own module keeps it, and is what the control core uses.
+Identification, comparison and the conformance suite use models only through this. Records have
+the type `Any` here; each model's own module types them exactly, and is what the control core uses.
 """
 
 from collections.abc import Callable
@@ -21,21 +21,40 @@ Record = Any
 MOST_SHOWN = 8
 """Values that a message shows."""
 
-
 STEEPEST = 4.0
 """Bound on every gain, over output range by input range [assumed]: published ones are below 2."""
 
+SHORTEST, LONGEST = 1e-3, 20.0
+"""Bounds on the travel that forgets a reversal, over the input's range. Below, a reversal is over
+before it is seen; above, the hysteresis is a straight line. Beyond either only products and
+quotients of parameters show: flat ridges of the sum of squares."""
+
 
 class ModelParameter(NamedTuple):
-    """One parameter of a model, for tables and messages."""
+    """One field of a model's record, for tables."""
 
     name: str
-    """Field of the record; where it is an array, one value for each of its entries."""
+    """Where the field is an array, one value for each of its entries."""
     symbol: str
     """In the paper, or in the literature where the paper has none."""
     unit: str
     """Where input and output are in mm; a recording in degrees has degrees instead."""
     meaning: str
+
+
+class FitParameter(NamedTuple):
+    """One number that an identification finds and reports."""
+
+    name: str
+    unit: str
+    """{in} and {out} stand for the units of the recording."""
+    logarithmic: bool = False
+    """Whether it spans decades and is searched by its logarithm; then it is above 0."""
+
+
+def write_unit(unit: str, input_unit: str, output_unit: str) -> str:
+    """The unit of a `FitParameter` with those of a recording in place of {in} and {out}."""
+    return unit.replace("{in}", input_unit).replace("{out}", output_unit)
 
 
 class Ranges(NamedTuple):
@@ -45,6 +64,7 @@ class Ranges(NamedTuple):
     input_high_mm: float
     output_low_mm: float
     output_high_mm: float
+    output_mean_mm: float
 
     @property
     def input_mm(self) -> float:
@@ -61,28 +81,73 @@ class Ranges(NamedTuple):
         """Output range over input range."""
         return self.output_mm / self.input_mm
 
-    @property
-    def offset_mm(self) -> float:
-        """Output at input 0 on the line from the low ends with that gain."""
-        return self.output_low_mm - self.gain * self.input_low_mm
-
 
 def ranges_of(input_mm: Array, output_mm: Array) -> Ranges:
     """Ranges of a recording. Raises InputError where one of the two does not move."""
-    ends = [float(end) for row in (input_mm, output_mm) for end in (row.min(), row.max())]
-    ranges = Ranges(*ends)
+    ranges = Ranges(
+        input_low_mm=float(input_mm.min()),
+        input_high_mm=float(input_mm.max()),
+        output_low_mm=float(output_mm.min()),
+        output_high_mm=float(output_mm.max()),
+        output_mean_mm=float(output_mm.mean()),
+    )
     for name, width in (("input", ranges.input_mm), ("output", ranges.output_mm)):
         if not width > 0.0:
             raise InputError(f"{name}: constant or not a number, should move")
     return ranges
 
 
-class Place(NamedTuple):
+class VectorForm(NamedTuple):
+    """How a model that is not linear in its parameters is identified: as one vector.
+
+    A vector has one order and one box of bounds, so any search, derivative or interval works on
+    any model. Its last number is the memory at the first sample. A straight line's part of it is
+    called ``slope`` and ``offset``.
+    """
+
+    parameters: tuple[FitParameter, ...]
+    bounds: Callable[[Ranges], Array]
+    """Lowest and highest sensible values for a recording, shape (p, 2)."""
+    record: Callable[[Array], Record]
+    """The model's record for a vector, shape (p,)."""
+    simulate: Callable[[Array, Array], Array]
+    """Output for a vector, shape (p,), and a whole record of inputs, shape (n,)."""
+
+
+class LinearForm(NamedTuple):
+    """How a model that is linear in its factors is identified: ``simulate = basis @ factors``."""
+
+    initial_guesses: Callable[[Ranges], list[Record]]
+    """Records with the elements that suit a recording and factors of 0, from coarse to fine."""
+    penalties: tuple[float, ...]
+    """Ridges to try, as shares of a column's variance."""
+    nonnegative: bool
+    """Whether the factors, but for the offset, are held at 0 or above, so that the output never
+    moves the wrong way."""
+    most_samples: int | None
+    """Samples that a fit uses, None for all; a longer recording is thinned, every turn of the input
+    kept."""
+    basis: Callable[[Record, Array, Any], Array]
+    """Columns for a record of inputs and the memory at the first of them, shape (n, factors)."""
+    degree: Callable[[Record], int]
+    """The last columns are the powers 0 to ``degree`` of the place in the input's range."""
+    with_factors: Callable[[Record, Array], Record]
+    """The record with other factors; its elements are kept."""
+    parameters: Callable[[Record, Ranges], list[FitParameter]]
+    """Names and units of the factors."""
+
+
+def name_element(kind: str, length_mm: float, ranges: Ranges) -> FitParameter:
+    """The factor of an element, named by its length in percent of the input's range."""
+    return FitParameter(f"{kind}_{100.0 * length_mm / ranges.input_mm:.4g}_percent", "{out}/{in}")
+
+
+class ModelState(NamedTuple):
     """State of any model: where the input is, and the memory there."""
 
     head_mm: float
     memory: Any
-    """A float, or an array; made by `HysteresisModel.start`."""
+    """A float, or an array; made by `start`."""
 
 
 class HysteresisModel(NamedTuple):
@@ -90,36 +155,25 @@ class HysteresisModel(NamedTuple):
 
     name: str
     title: str
+    summary: str
+    """What it is made of, in a line."""
     source: str
     cannot: str
     """What it cannot represent."""
     inverse: str
     """How it is inverted, in words."""
     parameters: tuple[ModelParameter, ...]
-    """The fields that a recording determines, in the order of `values`."""
-    linear: bool
-    """Whether the output is linear in them, so that `basis` exists."""
-    rate_independent: bool
-    """Whether speed plays no part."""
-    unfitted: Callable[[Ranges], Record]
-    """A record to begin a fit with: the right scales, and parameters in the middle or 0."""
-    bounds: Callable[[Record, Ranges], Array]
-    """Lowest and highest sensible values, shape (2, values); infinite where there is no limit.
-    Equal ones are fixed."""
-    values: Callable[[Record], Array]
-    """The parameters in one row, arrays laid out."""
-    with_values: Callable[[Record, Array], Record]
-    """The record with other parameters; what is no parameter, such as a grid, is kept."""
+    """The fields of the record that a recording determines."""
+    form: VectorForm | LinearForm | None
+    """How any recording identifies it; None for a model that only known excitations do."""
     memory: Callable[[Record, float, float], Any]
     """Memory at an input for a past of one number: +1 advanced, -1 retracted, 0 relaxed."""
-    step: Callable[[Record, Place, float], Place]
+    step: Callable[[Record, ModelState, float], ModelState]
     """One monotone move of the input; the old state is kept."""
-    output_mm: Callable[[Record, Place], float]
+    output_mm: Callable[[Record, ModelState], float]
     simulate: Callable[[Record, Array, Any], Array]
     """A whole record of inputs from the memory at the first."""
-    basis: Callable[[Record, Array, Any], Array] | None
-    """For linear models the matrix, shape (n, values), with ``simulate = basis @ values``."""
-    inverse_step: Callable[[Record, Place, float], InverseMove]
+    inverse_step: Callable[[Record, ModelState, float], InverseMove]
     """Move of the input that brings the output to a target."""
     is_well_posed: Callable[[Record], bool]
     """Whether the record means anything: output unique and bounded for a bounded input."""
@@ -128,31 +182,11 @@ class HysteresisModel(NamedTuple):
     that a continuous inverse exists."""
 
 
-def scalar_values(record: Record) -> Array:
-    """The parameters of a record of plain numbers."""
-    return np.array(record, dtype=np.float64)
-
-
-def scalar_record(record_type: Callable[..., Record]) -> Callable[[Record, Array], Record]:
-    """``with_values`` for a record of plain numbers."""
-    return lambda _record, values: record_type(*(float(value) for value in values))
-
-
-def offset_bounds_mm(ranges: Ranges) -> tuple[float, float]:
-    """Output where the input is 0, for any gain up to the steepest."""
-    farthest = max(abs(ranges.input_low_mm), abs(ranges.input_high_mm))
-    swing = STEEPEST * ranges.gain * (farthest + ranges.input_mm)
-    return ranges.output_low_mm - swing, ranges.output_high_mm + swing
-
-
-def bound_rows(*bounds: tuple[float, float]) -> Array:
-    """Pairs of lowest and highest value as `HysteresisModel.bounds` wants them."""
-    return np.array(bounds, dtype=np.float64).T
-
-
-def start(model: HysteresisModel, record: Record, head_mm: float, memory_ratio: float) -> Place:
+def start(
+    model: HysteresisModel, record: Record, head_mm: float, memory_ratio: float
+) -> ModelState:
     """State at an input after a past of one number: +1 advanced, -1 retracted, 0 relaxed."""
-    return Place(head_mm, model.memory(record, head_mm, memory_ratio))
+    return ModelState(head_mm, model.memory(record, head_mm, memory_ratio))
 
 
 def simulate(
@@ -176,13 +210,14 @@ def simulate(
     if not -1.0 <= memory_ratio <= 1.0:
         raise InputError(f"memory_ratio: {memory_ratio}, should be from -1 to 1")
     if not model.is_well_posed(record):
-        values = ", ".join(f"{value:.6g}" for value in model.values(record)[:MOST_SHOWN])
+        fields = np.concatenate([np.ravel(field) for field in record])
+        values = ", ".join(f"{value:.6g}" for value in fields[:MOST_SHOWN])
         raise InputError(f"{model.name}: parameters {values} are not well posed")
     return model.simulate(record, inputs, model.memory(record, float(inputs[0]), memory_ratio))
 
 
 def invert(
-    model: HysteresisModel, record: Record, state: Place, targets_mm: ArrayLike
+    model: HysteresisModel, record: Record, state: ModelState, targets_mm: ArrayLike
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Inputs that make the output run through a row of targets, each from the one before.
 

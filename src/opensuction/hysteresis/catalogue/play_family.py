@@ -1,50 +1,39 @@
-"""The catalogue's entries of models that are made of plays or relays.
-
-The paper calls them discrete: play, Preisach, and the generalised model, which adds Dahl states.
-"""
+"""The catalogue's entries of models that are made of plays or relays; the paper: discrete ones."""
 
 import math
 
 import numpy as np
 
-from opensuction.hysteresis import generalised, play, prandtl_ishlinskii, preisach
+from opensuction.hysteresis import play, prandtl_ishlinskii, preisach
 from opensuction.hysteresis.catalogue.hysteresis_model import (
-    STEEPEST,
     Array,
+    FitParameter,
     HysteresisModel,
+    LinearForm,
     ModelParameter,
-    Place,
+    ModelState,
     Ranges,
-    bound_rows,
-    offset_bounds_mm,
-    scalar_record,
-    scalar_values,
+    name_element,
 )
-from opensuction.hysteresis.generalised import Generalised, GeneralisedState
 from opensuction.hysteresis.inverse_move import InverseMove
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach, PreisachState
 
-LEVELS = 20
-"""Levels of a Preisach grid to begin with [assumed]: 210 cells."""
 
-WIDTH_SHARES = (0.05, 0.1, 0.2, 0.4)
-"""Widths of the plays of a generalised model to begin with, over the input's range [assumed]."""
-
-
-def _play_simulate(record: Play, head_mm: Array, position_mm: float) -> Array:
+def _simulate_play(record: Play, head_mm: Array, position_mm: float) -> Array:
     return record.gain * play.simulate(record.width_mm, head_mm, position_mm) + record.offset_mm
 
 
-def _play_step(record: Play, place: Place, move_mm: float) -> Place:
-    head_mm = place.head_mm + move_mm
-    return Place(head_mm, play.step(record.width_mm, place.memory, head_mm))
+def _step_play(record: Play, state: ModelState, move_mm: float) -> ModelState:
+    head_mm = state.head_mm + move_mm
+    return ModelState(head_mm, play.step(record.width_mm, state.memory, head_mm))
 
 
 PLAY = HysteresisModel(
     name="play",
     title="play",
+    summary="a gap of one width with corners (Fig. 5)",
     source="[paper] Fig. 5; [Krasnoselskii-1989]",
     cannot="rounded corners, any motion inside the gap",
     inverse="exact: the smallest move; it jumps across the gap",
@@ -53,80 +42,66 @@ PLAY = HysteresisModel(
         ModelParameter("gain", "k", "mm/mm", "output per input outside the gap"),
         ModelParameter("offset_mm", "y_0", "mm", "output for the element at 0"),
     ),
-    linear=False,
-    rate_independent=True,
-    unfitted=lambda ranges: Play(
-        width_mm=0.1 * ranges.input_mm,
-        gain=ranges.gain,
-        offset_mm=ranges.offset_mm,
-    ),
-    bounds=lambda _record, ranges: bound_rows(
-        (0.0, ranges.input_mm), (0.0, STEEPEST * ranges.gain), offset_bounds_mm(ranges)
-    ),
-    values=scalar_values,
-    with_values=scalar_record(Play),
+    form=None,
     memory=play.start_position_mm,
-    step=_play_step,
-    output_mm=lambda record, place: play.output_mm(record, place.memory),
-    simulate=_play_simulate,
-    basis=None,
-    inverse_step=lambda record, place, target_mm: play.inverse_step(
-        record, place.head_mm, place.memory, target_mm
+    step=_step_play,
+    output_mm=lambda record, state: play.output_mm(record, state.memory),
+    simulate=_simulate_play,
+    inverse_step=lambda record, state, target_mm: play.inverse_step(
+        record, state.head_mm, state.memory, target_mm
     ),
     is_well_posed=lambda record: record.width_mm >= 0.0 and record.gain > 0.0,
     is_monotone=lambda record: record.width_mm == 0.0 and record.gain > 0.0,
 )
 
 
-THRESHOLD_SHARES = tuple(0.025 * (j + 1) for j in range(20))
-"""Half widths of a Prandtl-Ishlinskii model's plays to begin with, over the input's range
-[assumed]: full widths up to the range."""
+PLAY_COUNTS = (5, 10, 20, 40)
+"""Plays of a Prandtl-Ishlinskii model, evenly spaced from no width to ``WIDEST``."""
+
+WIDEST = 0.5
+"""Widest play, as a share of the input's range: a wider one moves for less than half of it."""
 
 
-def _prandtl_ishlinskii_unfitted(ranges: Ranges) -> PrandtlIshlinskii:
-    return PrandtlIshlinskii(
-        thresholds_mm=np.array(THRESHOLD_SHARES) * ranges.input_mm,
-        weights=np.zeros(len(THRESHOLD_SHARES)),
-        slope=ranges.gain,
-        offset_mm=ranges.offset_mm,
-        curvature_per_mm=0.0,
-    )
-
-
-def _prandtl_ishlinskii_with_values(record: PrandtlIshlinskii, values: Array) -> PrandtlIshlinskii:
-    plays = record.weights.size
-    return PrandtlIshlinskii(
-        thresholds_mm=record.thresholds_mm,
-        weights=values[:plays].copy(),
-        slope=float(values[plays]),
-        offset_mm=float(values[plays + 1]),
-        curvature_per_mm=record.curvature_per_mm,
-    )
+def _guess_prandtl_ishlinskii(ranges: Ranges) -> list[PrandtlIshlinskii]:
+    return [
+        PrandtlIshlinskii(
+            thresholds_mm=0.5 * (ranges.input_mm * np.linspace(0.0, WIDEST, plays + 1)[1:]),
+            weights=np.zeros(plays),
+            slope=0.0,
+            offset_mm=0.0,
+            curvature_per_mm=0.0,
+        )
+        for plays in PLAY_COUNTS
+    ]
 
 
 def _prandtl_ishlinskii_basis(
     record: PrandtlIshlinskii, head_mm: Array, positions_mm: Array
 ) -> Array:
-    """Each play, the head, and 1; linear only without curvature."""
-    columns = [
-        play.simulate(2.0 * threshold_mm, head_mm, position_mm)
-        for threshold_mm, position_mm in zip(record.thresholds_mm, positions_mm, strict=True)
-    ]
-    return np.column_stack([*columns, head_mm, np.ones(head_mm.size)])
+    """The head, each play, and 1; linear only without curvature."""
+    columns = np.ones((head_mm.size, record.weights.size + 2))
+    columns[:, 0] = head_mm
+    for j, (threshold_mm, position_mm) in enumerate(
+        zip(record.thresholds_mm, positions_mm, strict=True), start=1
+    ):
+        columns[:, j] = play.simulate(2.0 * threshold_mm, head_mm, position_mm)
+    return columns
 
 
-def _prandtl_ishlinskii_step(record: PrandtlIshlinskii, place: Place, move_mm: float) -> Place:
-    head_mm = place.head_mm + move_mm
-    return Place(head_mm, prandtl_ishlinskii.step(record, place.memory, head_mm))
+def _step_prandtl_ishlinskii(
+    record: PrandtlIshlinskii, state: ModelState, move_mm: float
+) -> ModelState:
+    head_mm = state.head_mm + move_mm
+    return ModelState(head_mm, prandtl_ishlinskii.step(record, state.memory, head_mm))
 
 
-def _prandtl_ishlinskii_inverse(
-    record: PrandtlIshlinskii, place: Place, target_mm: float
+def _invert_prandtl_ishlinskii(
+    record: PrandtlIshlinskii, state: ModelState, target_mm: float
 ) -> InverseMove:
     """Refused for targets that are no number, and for a model that never moves."""
     if not (math.isfinite(target_mm) and prandtl_ishlinskii.total_slope(record) > 0.0):
         return InverseMove(move_mm=0.0, reached=False)
-    move_mm = prandtl_ishlinskii.inverse_step(record, place.memory, place.head_mm, target_mm)
+    move_mm = prandtl_ishlinskii.inverse_step(record, state.memory, state.head_mm, target_mm)
     return InverseMove(move_mm=move_mm, reached=True)
 
 
@@ -138,7 +113,8 @@ def _prandtl_ishlinskii_is_well_posed(record: PrandtlIshlinskii) -> bool:
 PRANDTL_ISHLINSKII = HysteresisModel(
     name="prandtl-ishlinskii",
     title="Prandtl-Ishlinskii",
-    source="Krasnosel'skii and Pokrovskii 1989; Kuhnen 2003",
+    summary="plays of known widths, weights at least 0",
+    source="[Krasnoselskii-1989]; [Kuhnen-2003]",
     cannot="loops whose shape changes with the place in the range, loops that are not symmetric "
     "under reversal, corners at other widths than its thresholds",
     inverse="exact, corner by corner",
@@ -147,22 +123,33 @@ PRANDTL_ISHLINSKII = HysteresisModel(
         ModelParameter("slope", "c", "mm/mm", "share of the input itself"),
         ModelParameter("offset_mm", "y_0", "mm", "output for input and plays at 0"),
     ),
-    linear=True,
-    rate_independent=True,
-    unfitted=_prandtl_ishlinskii_unfitted,
-    bounds=lambda record, _ranges: bound_rows(
-        *[(0.0, math.inf)] * (record.weights.size + 1), (-math.inf, math.inf)
+    form=LinearForm(
+        initial_guesses=_guess_prandtl_ishlinskii,
+        penalties=(0.0,),
+        nonnegative=True,
+        most_samples=None,
+        basis=_prandtl_ishlinskii_basis,
+        degree=lambda _record: 0,
+        with_factors=lambda record, factors: record._replace(
+            slope=float(factors[0]),
+            weights=factors[1:-1].copy(),
+            offset_mm=float(factors[-1]),
+        ),
+        parameters=lambda record, ranges: [
+            *(
+                name_element("play_weight", width_mm, ranges)
+                for width_mm in (0.0, *(2.0 * record.thresholds_mm))
+            ),
+            FitParameter("envelope_0", "{out}"),
+        ],
     ),
-    values=lambda record: np.array([*record.weights, record.slope, record.offset_mm]),
-    with_values=_prandtl_ishlinskii_with_values,
     memory=lambda record, head_mm, ratio: head_mm - ratio * record.thresholds_mm,
-    step=_prandtl_ishlinskii_step,
-    output_mm=lambda record, place: prandtl_ishlinskii.output_mm(
-        record, place.memory, place.head_mm
+    step=_step_prandtl_ishlinskii,
+    output_mm=lambda record, state: prandtl_ishlinskii.output_mm(
+        record, state.memory, state.head_mm
     ),
     simulate=prandtl_ishlinskii.simulate,
-    basis=_prandtl_ishlinskii_basis,
-    inverse_step=_prandtl_ishlinskii_inverse,
+    inverse_step=_invert_prandtl_ishlinskii,
     is_well_posed=_prandtl_ishlinskii_is_well_posed,
     is_monotone=lambda record: (
         record.slope > 0.0
@@ -172,30 +159,33 @@ PRANDTL_ISHLINSKII = HysteresisModel(
 )
 
 
-def _preisach_unfitted(ranges: Ranges) -> Preisach:
-    none = np.zeros(preisach.cell_count(LEVELS) + 1)
-    return preisach.from_factors(ranges.input_low_mm, ranges.input_high_mm, LEVELS, none)
+LEVELS = (5, 10, 15)
+"""Levels of the Preisach model: 15, 55 and 120 cells."""
+
+MARGIN = 0.02
+"""By how much its grid reaches beyond the range of the recording, as a share of it."""
 
 
-def _preisach_values(record: Preisach) -> Array:
+def _guess_preisach(ranges: Ranges) -> list[Preisach]:
+    reach_mm = MARGIN * ranges.input_mm
+    low_mm, high_mm = ranges.input_low_mm - reach_mm, ranges.input_high_mm + reach_mm
+    return [Preisach(low_mm, high_mm, np.zeros((levels, levels)), 0.0) for levels in LEVELS]
+
+
+def _name_cells(record: Preisach, _ranges: Ranges) -> list[FitParameter]:
     levels = record.weights_mm.shape[0]
-    rows = [record.weights_mm[k, : levels - k] for k in range(levels)]
-    return np.concatenate([*rows, [record.offset_mm]])
-
-
-def _preisach_bounds(record: Preisach, _ranges: Ranges) -> Array:
-    size = preisach.cell_count(record.weights_mm.shape[0])
-    return bound_rows(*[(0.0, math.inf)] * size, (-math.inf, math.inf))
-
-
-def _preisach_is_well_posed(record: Preisach) -> bool:
-    return record.high_mm > record.low_mm and bool(np.isfinite(_preisach_values(record)).all())
+    cells = [(k, place) for k in range(levels) for place in range(levels - k)]
+    return [
+        *(FitParameter(f"cell_{k}_{place}", "{out}") for k, place in cells),
+        FitParameter("offset", "{out}"),
+    ]
 
 
 PREISACH = HysteresisModel(
     name="preisach",
     title="Preisach",
-    source="Preisach 1935; Mayergoyz 1991",
+    summary="a triangle of relays, weights at least 0",
+    source="[Preisach-1935]; [Mayergoyz-1991]",
     cannot="minor loops of equal input that differ in shape with the output, outputs beyond its "
     "grid, gaps of other widths than whole levels",
     inverse="numerical, by bracketing, for weights of 0 and above",
@@ -203,79 +193,30 @@ PREISACH = HysteresisModel(
         ModelParameter("weights_mm", "mu", "mm", "output of each cell of relays"),
         ModelParameter("offset_mm", "y_0", "mm", "output with every relay down"),
     ),
-    linear=True,
-    rate_independent=True,
-    unfitted=_preisach_unfitted,
-    bounds=_preisach_bounds,
-    values=_preisach_values,
-    with_values=lambda record, values: preisach.from_factors(
-        record.low_mm, record.high_mm, record.weights_mm.shape[0], values
+    form=LinearForm(
+        initial_guesses=_guess_preisach,
+        penalties=(1e-5, 1e-3),  # cells that the recording hardly visits are pulled to 0
+        nonnegative=True,
+        most_samples=4000,
+        basis=preisach.basis,
+        degree=lambda _record: 0,
+        with_factors=lambda record, factors: preisach.from_factors(
+            record.low_mm, record.high_mm, record.weights_mm.shape[0], factors
+        ),
+        parameters=_name_cells,
     ),
     memory=preisach.start_positions_mm,
-    step=lambda record, place, move_mm: Place(
-        *preisach.step(record, PreisachState(*place), move_mm)
+    step=lambda record, state, move_mm: ModelState(
+        *preisach.step(record, PreisachState(*state), move_mm)
     ),
-    output_mm=lambda record, place: preisach.output_mm(record, PreisachState(*place)),
+    output_mm=lambda record, state: preisach.output_mm(record, PreisachState(*state)),
     simulate=preisach.simulate,
-    basis=preisach.basis,
-    inverse_step=lambda record, place, target_mm: preisach.inverse_step(
-        record, PreisachState(*place), target_mm
+    inverse_step=lambda record, state, target_mm: preisach.inverse_step(
+        record, PreisachState(*state), target_mm
     ),
-    is_well_posed=_preisach_is_well_posed,
+    is_well_posed=lambda record: (
+        record.high_mm > record.low_mm
+        and bool(np.isfinite([*record.weights_mm.ravel(), record.offset_mm]).all())
+    ),
     is_monotone=preisach.is_monotone,
-)
-
-
-def _generalised_unfitted(ranges: Ranges) -> Generalised:
-    return generalised.on_range(
-        ranges.input_low_mm,
-        ranges.input_high_mm,
-        np.array(generalised.DECAY_SHARES) * ranges.input_mm,
-        np.array(WIDTH_SHARES) * ranges.input_mm,
-        generalised.HIGHEST_DEGREE,
-    )
-
-
-def _generalised_inverse(record: Generalised, place: Place, target_mm: float) -> InverseMove:
-    """Refused where the model is not monotone: the root found would be one of several."""
-    if not generalised.is_monotone(record):
-        return InverseMove(move_mm=0.0, reached=False)
-    return generalised.inverse_step(record, GeneralisedState(*place), target_mm)
-
-
-def _generalised_is_well_posed(record: Generalised) -> bool:
-    lengths = bool(np.all(record.decay_lengths_mm > 0.0) and np.all(record.widths_mm >= 0.0))
-    finite = np.isfinite(record.weights).all() and np.isfinite(record.envelope_mm).all()
-    return lengths and bool(finite) and record.half_range_mm > 0.0
-
-
-GENERALISED = HysteresisModel(
-    name="generalised",
-    title="generalised, linear in its parameters",
-    source="Dahl states of [paper] eq. (3) and plays of Fig. 5, with a polynomial envelope",
-    cannot="loops whose height depends on where in the range they lie; noise is fitted where the "
-    "elements are too many",
-    inverse="numerical, by bracketing, where it is monotone",
-    parameters=(
-        ModelParameter("weights", "w_j", "mm/mm", "share of each Dahl state, then of each play"),
-        ModelParameter("envelope_mm", "c_k", "mm", "coefficients of the envelope on -1 to 1"),
-    ),
-    linear=True,
-    rate_independent=True,
-    unfitted=_generalised_unfitted,
-    bounds=lambda record, _ranges: bound_rows(
-        *[(-math.inf, math.inf)] * (record.weights.size + record.envelope_mm.size)
-    ),
-    values=lambda record: np.concatenate([record.weights, record.envelope_mm]),
-    with_values=generalised.with_factors,
-    memory=generalised.start_elements_mm,
-    step=lambda record, place, move_mm: Place(
-        *generalised.step(record, GeneralisedState(*place), move_mm)
-    ),
-    output_mm=lambda record, place: generalised.output_mm(record, GeneralisedState(*place)),
-    simulate=generalised.simulate,
-    basis=generalised.basis,
-    inverse_step=_generalised_inverse,
-    is_well_posed=_generalised_is_well_posed,
-    is_monotone=generalised.is_monotone,
 )

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from opensuction.control.lookup_table import Curves
 from opensuction.hysteresis import play
-from opensuction.identification.record import checked_pair
+from opensuction.identification.record import read_pair
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
@@ -28,27 +28,21 @@ WIDEST_SHARE = 0.5
 """Widest backlash that is looked for, as a share of the head's range."""
 
 
-def _checked(
-    head_mm: ArrayLike, tip_mm: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    head, tip = checked_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
+def _read(head_mm: ArrayLike, tip_mm: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    head, tip = read_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
     if not np.ptp(head) > 0.0:
         raise InputError(f"head_mm: constant at {head[0]:g}, should move")
     every = max(head.size // USED_SAMPLES, 1)
     return head[::every], tip[::every]
 
 
-def _two_points(tip: NDArray[np.float64]) -> tuple[float, float]:
-    return float(tip.min()), float(np.ptp(tip))
-
-
-def parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
+def fit_parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     """One backlash width: the single play that fits the recording best, as two parallel lines.
 
     head_mm, tip_mm: positions at the same instants, shape (n,), from a long retract on.
     Raises InputError for bad records, or a tip that does not follow the head.
     """
-    head, tip = _checked(head_mm, tip_mm)
+    head, tip = _read(head_mm, tip_mm)
     range_mm = float(np.ptp(head))
 
     def line(width_mm: float) -> tuple[float, float, float]:
@@ -66,21 +60,21 @@ def parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     _, gain, offset_mm = line(float(found.x))
     if not gain > 0.0:
         raise InputError("tip_mm: does not follow head_mm; negate one of them")
-    first_mm, spacing_mm = _two_points(tip)
+    first_mm, spacing_mm = float(tip.min()), float(np.ptp(tip))
     heads = (first_mm + np.array([0.0, spacing_mm]) - offset_mm) / gain
     half_mm = 0.5 * float(found.x)
     return Curves(first_mm, spacing_mm, heads + half_mm, heads - half_mm)
 
 
-def table(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
+def fit_table(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     """Head position over tip depth on either branch, from the samples that lie on one.
 
-    head_mm, tip_mm: as for `parallel`. Depths that a branch does not reach are continued with the
-    branch's mean slope. Raises InputError where a branch is not in the recording.
+    head_mm, tip_mm: as for `fit_parallel`. Depths that a branch does not reach are continued with
+    the branch's mean slope. Raises InputError where a branch is not in the recording.
     """
-    head, tip = _checked(head_mm, tip_mm)
+    head, tip = _read(head_mm, tip_mm)
     depths = np.linspace(float(tip.min()), float(tip.max()), ENTRIES)
-    inwards, outwards = (_branch(head, tip, depths, sign) for sign in (1.0, -1.0))
+    inwards, outwards = (_fit_branch(head, tip, depths, sign) for sign in (1.0, -1.0))
     return Curves(
         first_mm=float(depths[0]),
         spacing_mm=float(depths[1] - depths[0]),
@@ -90,7 +84,7 @@ def table(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
 
 
 @compiled
-def _travelled_mm(head: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
+def _travel_mm(head: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
     """How far the head has gone in one direction since it last went the other way."""
     travelled = np.zeros(head.size)
     for k in range(1, head.size):
@@ -99,13 +93,13 @@ def _travelled_mm(head: NDArray[np.float64], sign: float) -> NDArray[np.float64]
     return travelled
 
 
-def _branch(
+def _fit_branch(
     head: NDArray[np.float64],
     tip: NDArray[np.float64],
     depths: NDArray[np.float64],
     sign: float,
 ) -> NDArray[np.float64]:
-    on = _travelled_mm(head, sign) > TURNED_SHARE * float(np.ptp(head))
+    on = _travel_mm(head, sign) > TURNED_SHARE * float(np.ptp(head))
     if np.count_nonzero(on) < 2 or not np.ptp(tip[on]) > 0.0:
         word = "inwards" if sign > 0.0 else "outwards"
         raise InputError(f"head_mm: no long travel {word} to take that branch from")

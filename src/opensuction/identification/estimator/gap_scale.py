@@ -15,11 +15,11 @@ from scipy.optimize import brentq
 
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.identification.record import checked_pair
-from opensuction.safety.limits import GAP_LEAST, GAP_MOST
+from opensuction.identification.record import read_pair
+from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 
 
-class Episode(NamedTuple):
+class ContactEpisode(NamedTuple):
     """One contact, in head travel; the latency of the switch is already taken off."""
 
     travel_mm: float
@@ -29,7 +29,7 @@ class Episode(NamedTuple):
 
 
 class ScaleLimits(NamedTuple):
-    """What the estimator is trusted with."""
+    """Scales that are accepted, and what the switch needs to open."""
 
     least: float
     most: float
@@ -42,35 +42,35 @@ class ScaleRecord(NamedTuple):
 
     old: float
     estimated: float
-    """What the contact says, before the bounds; nan where there was none to learn from."""
+    """From the contact, before the bounds; nan without a usable contact."""
     new: float
-    """What is used from now on: what the contact says, or the old one where that is not trusted."""
+    """What is used from now on: the estimate, or the old scale where that is out of range."""
     limits: ScaleLimits
     in_range: bool
-    """False is an alarm condition: the gap has left the range, or the contact made no sense."""
+    """False is an alarm condition: the gap has left the range, or the contact was misread."""
 
 
 MEASURING_ERROR = 0.03
 """Of a scale from one contact: on the twin up to .025, on a neonate with gaps x 0.7."""
 
 TRUSTED = ScaleLimits(
-    least=GAP_LEAST - MEASURING_ERROR,  # beyond what the governor's bounds on the tip allow for,
-    most=GAP_MOST + MEASURING_ERROR,  # nothing that the machine says of the tip can be trusted
+    least=GAP_LEAST - MEASURING_ERROR,  # beyond this range of gaps, which the governor's bounds on
+    most=GAP_MOST + MEASURING_ERROR,  # the tip allow for, no estimate of the tip is valid
     release_mm=0.037,  # 15 % of 0.08017 N against 0.32 N/mm of catheter and rubber in series
 )
 
 
-def episode(
+def find_contact(
     contact_closed: ArrayLike, head_mm: ArrayLike, period_s: float, latency_s: float
-) -> Episode | None:
-    """The contact in a recording of switch and encoder, or None where there is none to learn from.
+) -> ContactEpisode | None:
+    """The contact in a recording of switch and encoder, or None where there is no usable one.
 
     contact_closed: 0 or 1, shape (n,), as read; a break of bounce is part of the contact. head_mm:
     shape (n,). period_s: of the samples. latency_s: of the switch's line. Usable is a contact that
     the head came upon on its way in and that ended on its way out.
     Raises InputError for records that are not finite rows of equal length.
     """
-    closed, head = checked_pair(("contact_closed", "head_mm"), contact_closed, head_mm, 3)
+    closed, head = read_pair(("contact_closed", "head_mm"), contact_closed, head_mm, 3)
     ticks = np.flatnonzero(closed > 0.0)
     if ticks.size == 0 or ticks[-1] == closed.size - 1 or ticks[0] == 0:
         return None
@@ -82,7 +82,7 @@ def episode(
     travel_mm, pressed_mm = head[turn] - opening_mm, head[turn] - closing_mm
     if not (travel_mm > 0.0 and pressed_mm >= 0.0):
         return None
-    return Episode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
+    return ContactEpisode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
 
 
 def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
@@ -90,7 +90,7 @@ def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
     return float(head[max(tick - delay, 0)])
 
 
-def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float:
+def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: ScaleLimits) -> float:
     """Scale of the model's widths that explains a contact; not bounded.
 
     model: as it was identified, scale 1. The plays must have been saturated inwards at contact.
@@ -113,16 +113,16 @@ def scale(model: PrandtlIshlinskii, seen: Episode, limits: ScaleLimits) -> float
 
 
 def update(
-    model: PrandtlIshlinskii, old: float, seen: Episode | None, limits: ScaleLimits
+    model: PrandtlIshlinskii, old: float, seen: ContactEpisode | None, limits: ScaleLimits
 ) -> ScaleRecord:
     """The scale to use from now on, and whether that is an alarm condition.
 
     model: as it was identified, scale 1. old: the scale in use. Without a contact the old one
     stays, which is no alarm: the travel approach never touches anything. It stays too where the
-    contact says a scale out of range: neither that nor a bound of the range was measured.
+    estimate is out of range: neither that nor a bound of the range was measured.
     """
     if seen is None:
         return ScaleRecord(old, float("nan"), old, limits, in_range=True)
-    estimated = scale(model, seen, limits)
+    estimated = estimate_scale(model, seen, limits)
     in_range = limits.least <= estimated <= limits.most
     return ScaleRecord(old, estimated, estimated if in_range else old, limits, in_range)

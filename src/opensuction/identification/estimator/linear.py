@@ -49,8 +49,6 @@ class LinearFit(NamedTuple):
     offset: float
     cross_validation: float
     """Root mean square error of the blocks left out."""
-    used: int
-    """Factors that are not zero, the offset included."""
 
 
 class Products(NamedTuple):
@@ -64,15 +62,15 @@ class Products(NamedTuple):
     """Shape (blocks,)."""
 
 
-def blocks(samples: int, count: int = BLOCKS) -> list[slice]:
+def cut_blocks(samples: int, count: int = BLOCKS) -> list[slice]:
     """Neighbouring blocks of nearly equal length that together are the recording."""
     edges = np.linspace(0, samples, min(count, samples) + 1).astype(int)
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
-def products(columns: Array, target: Array) -> Products:
+def sum_products(columns: Array, target: Array) -> Products:
     """Sums of products block by block; columns, shape (k, n), and target about their means."""
-    parts = [(columns[:, cut], target[cut]) for cut in blocks(target.size)]
+    parts = [(columns[:, cut], target[cut]) for cut in cut_blocks(target.size)]
     return Products(
         gram=np.array([part @ part.T for part, _ in parts]),
         right=np.array([part @ aim for part, aim in parts]),
@@ -122,11 +120,11 @@ def fit(designs: Iterable[Design], target: Array, solve: Solve) -> LinearFit:
     for place, design in enumerate(designs):
         means = design.columns.mean(axis=1)
         columns = design.columns - means[:, None]
-        sums = products(columns, target - mean)
+        sums = sum_products(columns, target - mean)
         gram, right = sums.gram.sum(axis=0), sums.right.sum(axis=0)
         ridge = design.penalty * np.diag(gram)
         ridge[ridge.size - design.spared :] = 0.0
-        error = _left_out(sums, gram + np.diag(ridge), right, target.size, solve)
+        error = _left_out_error(sums, gram + np.diag(ridge), right, target.size, solve)
         if best is None or error < best.cross_validation:
             factors = solve(gram + np.diag(ridge), right)
             best = LinearFit(
@@ -134,14 +132,13 @@ def fit(designs: Iterable[Design], target: Array, solve: Solve) -> LinearFit:
                 factors=factors,
                 offset=mean - float(factors @ means),
                 cross_validation=error,
-                used=1 + int(np.count_nonzero(factors)),
             )
     if best is None:
         raise ValueError("no design to choose from")
     return best
 
 
-def _left_out(sums: Products, gram: Array, right: Array, samples: int, solve: Solve) -> float:
+def _left_out_error(sums: Products, gram: Array, right: Array, samples: int, solve: Solve) -> float:
     """Root mean square error of every block, predicted from the others."""
     total = 0.0
     for part, aim, power in zip(sums.gram, sums.right, sums.power, strict=True):
@@ -150,7 +147,7 @@ def _left_out(sums: Products, gram: Array, right: Array, samples: int, solve: So
     return math.sqrt(max(total, 0.0) / samples)
 
 
-def linearised(jacobian: Array, rest: Array) -> float:
+def estimate_left_out_error(jacobian: Array, rest: Array) -> float:
     """Cross-validation error of a fitted nonlinear model, one Gauss-Newton step for each block.
 
     jacobian: shape (p, n), without the rows of the state at the first sample: that is known from
@@ -161,7 +158,7 @@ def linearised(jacobian: Array, rest: Array) -> float:
     columns = jacobian[lengths > 0.0] / lengths[lengths > 0.0, None]
     gram: Array = columns @ columns.T
     total = 0.0
-    for cut in blocks(rest.size):
+    for cut in cut_blocks(rest.size):
         part = columns[:, cut]
         change = solve_free(gram - part @ part.T, part @ rest[cut])
         left = rest[cut] + change @ part

@@ -10,37 +10,27 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.identification.estimator.projection import (
+    CentredRecording,
+    DecayTrial,
     Projection,
-    Recording,
-    Trial,
-    centred,
+    centre,
     project,
-    thinned,
-    trial,
-    trials,
+    try_decay,
+    try_decays,
 )
-from opensuction.identification.record import checked_pair
+from opensuction.identification.record import check_motion, read_pair, thin
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 12
 """Fewest samples: five parameters, and something left over to judge them by."""
 
-LEAST_REVERSAL_RATIO = 0.05
-"""Smallest reversal of the head, as a share of its range, that can show a hysteresis."""
-
-SLOWEST_DECAY = 0.05
-"""Bound on decay times range. Below, slope and velocity gain grow and cancel: a flat ridge."""
-
-FASTEST_DECAY = 1000.0
-"""Bound on decay times range. Above, a reversal is over within a thousandth of the range and
-only the quotient of velocity gain and decay still shows: the other flat ridge."""
-
 SEARCH_SAMPLES = 1500
-"""Samples that tell the valleys apart; only the last steps need the full recording."""
+"""Samples that resolve the valleys; only the last steps need the full recording."""
 
 GRID_POINTS = 20
 """Starting points; neighbours differ by a factor of 1.7, valleys are wider than that."""
@@ -84,27 +74,30 @@ class Fit(NamedTuple):
     another along a ridge of equal fits: the curve can be used, the numbers mean little."""
 
 
-def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> Fit:
+def fit(
+    head_mm: ArrayLike, tip_mm: ArrayLike, names: tuple[str, str] = ("head_mm", "tip_mm")
+) -> Fit:
     """Fit the modified Dahl model, initial lag included, in the least-squares sense.
 
     head_mm, tip_mm: positions at the same instants, shape (n,), any length unit if both share
-    it. Timing plays no part: the model is independent of speed.
+    it. Timing plays no part: the model is independent of speed. names: of the two in a refusal.
 
     Velocity gains below zero are excluded: a recording without hysteresis, or whose tip leads
     its head, gets the straight line with a gain of 0, not determined.
     Raises InputError for records that are not finite rows of equal length, too short, constant,
     without a reversal, or with the tip moving against the head.
     """
-    head, tip = checked_pair(("head_mm", "tip_mm"), head_mm, tip_mm, LEAST_SAMPLES)
-    range_mm = _checked_range_mm(head, tip)
-    bounds = (math.log(SLOWEST_DECAY / range_mm), math.log(FASTEST_DECAY / range_mm))
-    valleys, least, at_bounds = _search(centred(*thinned(head, tip, SEARCH_SAMPLES)), bounds)
-    recording = centred(head, tip)
+    head, tip = read_pair(names, head_mm, tip_mm, LEAST_SAMPLES)
+    check_motion(names, head, tip)
+    range_mm = float(np.ptp(head))
+    bounds = (math.log(1.0 / LONGEST / range_mm), math.log(1.0 / SHORTEST / range_mm))
+    valleys, least, at_bounds = _search(centre(*thin(head, tip, SEARCH_SAMPLES)), bounds)
+    recording = centre(head, tip)
     found = min((_polish(recording, each, bounds) for each in valleys), key=lambda it: it.squares)
     slope, velocity_gain, decay_per_mm, offset_mm = found.model
     if slope <= 0.0:
         raise InputError(
-            f"tip_mm: moves against head_mm (slope {slope:.4g}), should follow it; "
+            f"{names[1]}: moves against {names[0]} (slope {slope:.4g}), should follow it; "
             "negate one of them"
         )
     offset_mm += recording.tip_mean_mm - slope * recording.head_mean_mm
@@ -119,30 +112,16 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> Fit:
     )
 
 
-def _checked_range_mm(head: NDArray[np.float64], tip: NDArray[np.float64]) -> float:
-    """Range of the head; InputError where the records cannot show a hysteresis."""
-    range_mm = float(np.ptp(head))
-    for name, record in (("head_mm", head), ("tip_mm", tip)):
-        if not np.ptp(record) > 0.0:
-            raise InputError(f"{name}: constant at {record[0]:g}, should move")
-    back = float(np.max(np.maximum.accumulate(head) - head))
-    forth = float(np.max(head - np.minimum.accumulate(head)))
-    if min(back, forth) < LEAST_REVERSAL_RATIO * range_mm:
-        raise InputError(
-            f"head_mm: reverses by {min(back, forth):.4g} of a range of {range_mm:.4g}, at least "
-            f"{LEAST_REVERSAL_RATIO:.0%} are needed to see a hysteresis"
-        )
-    return range_mm
-
-
-def _search(recording: Recording, bounds: tuple[float, float]) -> tuple[list[float], float, float]:
-    """Where a thinned recording says the optimum may be.
+def _search(
+    recording: CentredRecording, bounds: tuple[float, float]
+) -> tuple[list[float], float, float]:
+    """Where the optimum may be, from a thinned recording.
 
     Returns the log(decay) of every valley nearly as deep as the deepest, the sum of squares there,
     and the lower of those at the two bounds.
     """
     grid = np.linspace(*bounds, GRID_POINTS)
-    heights = trials(recording.head_mm, recording.tip_mm, np.exp(grid))
+    heights = try_decays(recording.head_mm, recording.tip_mm, np.exp(grid))
     starts = {int(np.argmin(heights))}
     inner = heights[1:-1]
     starts.update(1 + np.flatnonzero((inner <= heights[:-2]) & (inner <= heights[2:])))
@@ -156,11 +135,11 @@ def _search(recording: Recording, bounds: tuple[float, float]) -> tuple[list[flo
     return close, least, float(min(heights[0], heights[-1]))
 
 
-def _trial(recording: Recording, log_decay: float) -> Trial:
-    return trial(recording.head_mm, recording.tip_mm, math.exp(log_decay))
+def _trial(recording: CentredRecording, log_decay: float) -> DecayTrial:
+    return try_decay(recording.head_mm, recording.tip_mm, math.exp(log_decay))
 
 
-def _polish(recording: Recording, bottom: float, bounds: tuple[float, float]) -> Projection:
+def _polish(recording: CentredRecording, bottom: float, bounds: tuple[float, float]) -> Projection:
     """The full recording's optimum next to the log(decay) ``bottom``, to ``FINAL_TOLERANCE``."""
     polished = _descend(recording, bottom, bounds, FINAL_TOLERANCE)
     found = project(recording, math.exp(polished))
@@ -171,13 +150,13 @@ def _polish(recording: Recording, bottom: float, bounds: tuple[float, float]) ->
 
 
 def _descend(
-    recording: Recording, start: float, bounds: tuple[float, float], tolerance: float
+    recording: CentredRecording, start: float, bounds: tuple[float, float], tolerance: float
 ) -> float:
     """The log(decay) near the start where the descent ends: a zero of its step, or a bound.
 
     Gauss-Newton, then secants. The sum of squares is flat at its bottom to half the digits of a
-    double; the step crosses zero there with all of them. A bracket keeps every try between the
-    last points from which the descent led back.
+    double; the step crosses zero there with all of them. A bracket keeps every trial between the
+    last points on either side of the zero.
     """
     low, high = bounds
     here, step = start, _trial(recording, start).step

@@ -1,4 +1,4 @@
-"""Variable projection and its relatives for the models of `family`.
+"""Variable projection and its relatives for models that are not linear in their parameters.
 
 Modified Dahl: `modified_dahl.fit`. Dahl: the same without the straight line. Bouc-Wen has three
 parameters that are not linear (length, bend, exponent) and contains the modified Dahl model
@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
+from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
+from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST, ranges_of
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.estimator.projection import least_squares as linear_least_squares
-from opensuction.identification.estimator.projection import thinned
-from opensuction.identification.family import FAMILIES, LONGEST, SHORTEST, squares
+from opensuction.identification.estimator.projection import solve_least_squares
+from opensuction.identification.record import thin
+from opensuction.identification.residual import squares
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
@@ -32,25 +34,28 @@ BENT_STARTS = ((1.0, 0.0), (1.5, 0.5), (2.5, -1.0))
 SEARCH_SAMPLES = 1500
 """Samples for the rough part of that search."""
 
-LEAST_RISE = modified_dahl.LEAST_RISE
+Names = tuple[str, str]
+NAMES = ("input", "output")
 
 
 class NonlinearFit(NamedTuple):
-    """Parameters of a family and whether the recording determines them."""
+    """Parameters in the order of the model's `VectorForm`."""
 
     vector: Array
     determined: bool
+    """Whether the recording determines them, or a longer or shorter memory fits as well."""
 
 
-def fit_modified_dahl(input_: Array, output: Array) -> NonlinearFit:
-    """Modified Dahl by variable projection."""
-    found = modified_dahl.fit(input_, output)
+def fit_modified_dahl(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit:
+    """Modified Dahl by variable projection. names: of the two in a refusal."""
+    found = modified_dahl.fit(input_, output, names)
     return NonlinearFit(np.array([*found.model, found.lag_mm]), found.determined)
 
 
-def fit_dahl(input_: Array, output: Array) -> NonlinearFit:
+def fit_dahl(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit:
     """Dahl by variable projection: stiffness, offset and start are linear for one length.
 
+    names: of the two in a refusal.
     Raises InputError where the output turns against the input.
     """
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(input_)))])
@@ -63,7 +68,7 @@ def fit_dahl(input_: Array, output: Array) -> NonlinearFit:
         columns = np.stack([-simulate(unit, input_, 0.0), np.exp(-path / length)])
         means = columns.mean(axis=1)
         columns -= means[:, None]
-        factors = linear_least_squares(columns, output - mean)
+        factors = solve_least_squares(columns, output - mean)
         rest = output - mean - factors @ columns
         offset = mean - float(factors @ means)
         vector = np.array([factors[0], factors[0] * length, offset, factors[1]])
@@ -82,28 +87,30 @@ def fit_dahl(input_: Array, output: Array) -> NonlinearFit:
     bottom, vector = projected(float(found.x))
     if not vector[0] > 0.0:
         raise InputError(
-            f"output: turns against the input (stiffness {vector[0]:.4g}), should follow it; "
+            f"{names[1]}: turns against {names[0]} (stiffness {vector[0]:.4g}), should follow it; "
             "negate one of them"
         )
-    determined = min(heights[0], heights[-1]) > (1.0 + LEAST_RISE) * bottom
+    determined = min(heights[0], heights[-1]) > (1.0 + modified_dahl.LEAST_RISE) * bottom
     return NonlinearFit(vector, determined)
 
 
-def fit_bouc_wen(input_: Array, output: Array) -> NonlinearFit:
-    """Bouc-Wen by bounded least squares from the modified Dahl optimum and from bent places."""
-    family = FAMILIES["bouc-wen"]
-    first = fit_modified_dahl(input_, output)
+def fit_bouc_wen(input_: Array, output: Array, names: Names = NAMES) -> NonlinearFit:
+    """Bouc-Wen by bounded least squares from the modified Dahl optimum and from bent places.
+
+    names: of the two in a refusal.
+    """
+    first = fit_modified_dahl(input_, output, names)
     slope, gain, decay, offset, lag = (float(value) for value in first.vector)
-    box = family.box(input_, output)
+    box = BOUC_WEN_FORM.bounds(ranges_of(input_, output))
     width = box[:, 1] - box[:, 0]
     start_ratio = -lag * decay / gain if gain > 0.0 else 0.0
-    short_input, short_output = thinned(input_, output, SEARCH_SAMPLES)
+    short_input, short_output = thin(input_, output, SEARCH_SAMPLES)
 
     def polished(start: Array, record: Array, target: Array) -> Array:
         """The vector at the bottom of the valley that the start lies in."""
         inside = np.clip(start, box[:, 0] + 1e-9 * width, box[:, 1] - 1e-9 * width)
         found = least_squares(
-            lambda vector: np.nan_to_num(family.simulate(vector, record) - target, nan=1e9),
+            lambda vector: np.nan_to_num(BOUC_WEN_FORM.simulate(vector, record) - target, nan=1e9),
             inside,
             bounds=(box[:, 0], box[:, 1]),
             x_scale=np.maximum(np.abs(inside), 1e-3 * width),
@@ -120,9 +127,9 @@ def fit_bouc_wen(input_: Array, output: Array) -> NonlinearFit:
         start = plain.copy()
         start[1:3] = bend, exponent
         rough.append(polished(start, short_input, short_output))
-    best = min(rough, key=lambda vector: squares(family, vector, short_input, short_output))
+    best = min(rough, key=lambda vector: squares(BOUC_WEN_FORM, vector, short_input, short_output))
     candidates = [plain, polished(best, input_, output)]
-    vector = min(candidates, key=lambda vector: squares(family, vector, input_, output))
+    vector = min(candidates, key=lambda vector: squares(BOUC_WEN_FORM, vector, input_, output))
     return NonlinearFit(vector, first.determined)
 
 

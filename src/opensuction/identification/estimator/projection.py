@@ -2,7 +2,7 @@
 
 For a fixed decay ``tip = c*head + beta*h + z0*E + y0``, with h the lag of a unit velocity gain
 that starts from 0 and E the forgetting of the initial lag z0: four linear unknowns. Two roads lead
-to them: `trial`, one compiled pass that sums the normal equations and never keeps a column, for
+to them: `try_decay`, one compiled pass that sums the normal equations and never keeps a column, for
 the search; `project`, with columns and residuals, for the last word.
 Source: [Golub-1973] (variable projection).
 """
@@ -25,14 +25,8 @@ LEAST_PIVOT = 1e-13
 SUMS = 7
 """Columns of the normal equations: head, h, E, dh and dE (by log(decay)), 1, tip."""
 
-MOST_KEPT = 4
-"""Turns may make a thinned recording this many times longer than asked for; smaller turns go."""
 
-SMALLEST_TURNS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1)
-"""Turns left out of a thinned recording, as shares of the range: none if possible."""
-
-
-class Recording(NamedTuple):
+class CentredRecording(NamedTuple):
     """A recording, both positions about their means. Arrays of shape (n,)."""
 
     head_mm: NDArray[np.float64]
@@ -43,8 +37,8 @@ class Recording(NamedTuple):
     tip_mean_mm: float
 
 
-class Trial(NamedTuple):
-    """What a decay is worth: `trial`."""
+class DecayTrial(NamedTuple):
+    """What a decay is worth: `try_decay`."""
 
     squares: float
     """Sum of squares left, from the normal equations: without its last digits."""
@@ -67,58 +61,18 @@ class Projection(NamedTuple):
     """Sum of squares of that rest."""
 
 
-def centred(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> Recording:
+def centre(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> CentredRecording:
     """A recording made ready for projection."""
     head_mean_mm, tip_mean_mm = float(head_mm.mean()), float(tip_mm.mean())
     path_mm = np.zeros(head_mm.size)
     np.cumsum(np.abs(np.diff(head_mm)), out=path_mm[1:])
-    return Recording(
+    return CentredRecording(
         head_mm=head_mm - head_mean_mm,
         tip_mm=tip_mm - tip_mean_mm,
         path_mm=path_mm,
         head_mean_mm=head_mean_mm,
         tip_mean_mm=tip_mean_mm,
     )
-
-
-@compiled
-def turns(head_mm: NDArray[np.float64], smallest_mm: float) -> NDArray[np.int64]:
-    """Samples where the head turns, turns smaller than ``smallest_mm`` left out, shape (turns,)."""
-    found = np.empty(head_mm.size, dtype=np.int64)
-    count, extreme, direction = 0, 0, 0.0
-    for k in range(1, head_mm.size):
-        beyond = head_mm[k] - head_mm[extreme]
-        if direction == 0.0:
-            if abs(beyond) > smallest_mm:
-                direction, extreme = math.copysign(1.0, beyond), k
-        elif direction * beyond >= 0.0:
-            extreme = k
-        elif -direction * beyond > smallest_mm:
-            found[count] = extreme
-            count += 1
-            direction, extreme = -direction, k
-    return found[:count].copy()
-
-
-def thinned(
-    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], samples: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The same recording with about as many samples as asked for, and every turn of the head.
-
-    Between turns a move of the head is monotone, in however many samples it was recorded, so
-    the regressors at the samples that stay are those of the full recording. Only where the head
-    trembles at every sample are its smallest turns left out.
-    """
-    regular = np.arange(0, head_mm.size, max(head_mm.size // samples, 1))
-    if 2 * regular.size > head_mm.size:
-        return head_mm, tip_mm
-    range_mm = float(np.ptp(head_mm))
-    for share in SMALLEST_TURNS:
-        kept = turns(head_mm, share * range_mm)
-        if kept.size <= (MOST_KEPT - 1) * samples:
-            break
-    kept = np.union1d(np.append(regular, head_mm.size - 1), kept)
-    return head_mm[kept], tip_mm[kept]
 
 
 class _Lags(NamedTuple):
@@ -133,7 +87,7 @@ class _Lags(NamedTuple):
 
 
 @compiled
-def _moved(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
+def _move_lags(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
     """The columns after a move that is not 0.
 
     ``h <- h e - s (1 - e)/alpha`` and ``E <- E e`` with ``e = exp(-alpha |dx|)``, their derivatives
@@ -152,7 +106,7 @@ def _moved(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
 
 
 @compiled
-def _sums(  # noqa: PLR0915 - one pass, every sum in a register
+def _sum_products(  # noqa: PLR0915 - one pass, every sum in a register
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
 ) -> NDArray[np.float64]:
     """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS)."""
@@ -166,7 +120,7 @@ def _sums(  # noqa: PLR0915 - one pass, every sum in a register
         move_mm = x - last_mm
         last_mm = x
         if move_mm != 0.0:
-            lags = _moved(lags, decay_per_mm, move_mm)
+            lags = _move_lags(lags, decay_per_mm, move_mm)
         h, forgotten, dh, d_forgotten = lags
         s00 += x * x
         s01 += x * h
@@ -207,7 +161,7 @@ def _sums(  # noqa: PLR0915 - one pass, every sum in a register
 
 
 @compiled
-def _cholesky(gram: NDArray[np.float64]) -> NDArray[np.float64]:
+def _factorise(gram: NDArray[np.float64]) -> NDArray[np.float64]:
     """Lower triangle of a matrix with ones on its diagonal; dependent rows get a pivot of 0."""
     lower = np.zeros(gram.shape)
     for i in range(gram.shape[0]):
@@ -223,7 +177,7 @@ def _cholesky(gram: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def _substituted(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def _substitute(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Solution of ``lower @ lower.T @ factors = right``, rows without a pivot left at 0."""
     size = right.size
     forward, factors = np.zeros(size), np.zeros(size)
@@ -256,17 +210,19 @@ def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.f
     for i in range(size):
         for j in range(size):
             scaled[i, j] = gram[i, j] / (lengths[i] * lengths[j])
-    factors = _substituted(_cholesky(scaled), right / lengths)
+    factors = _substitute(_factorise(scaled), right / lengths)
     return factors / lengths
 
 
 @compiled
-def trial(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float) -> Trial:
+def try_decay(
+    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
+) -> DecayTrial:
     """What one decay is worth, and where a better one lies. Positions about their means.
 
     A gain that is not positive makes way for the straight line, whose step is 0.
     """
-    sums = _sums(head_mm, tip_mm, decay_per_mm)
+    sums = _sum_products(head_mm, tip_mm, decay_per_mm)
     samples = sums[5, 5]
     gram = np.empty((SUMS, SUMS))
     for i in range(SUMS):
@@ -278,7 +234,7 @@ def trial(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_m
     factors = solve(gram[:3, :3], gram[:3, 6])
     if not factors[1] > 0.0:
         squares = gram[6, 6] - gram[0, 6] * gram[0, 6] / gram[0, 0]
-        return Trial(squares=max(squares, 0.0), step=0.0)
+        return DecayTrial(squares=max(squares, 0.0), step=0.0)
     squares = gram[6, 6]
     for i in range(3):
         squares -= factors[i] * gram[i, 6]
@@ -298,21 +254,21 @@ def trial(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_m
     for i in range(4):  # the rest's share of each column
         for j in range(3):
             right_side[i] -= normal[i, j] * factors[j]
-    return Trial(squares=max(squares, 0.0), step=solve(normal, right_side)[3])
+    return DecayTrial(squares=max(squares, 0.0), step=solve(normal, right_side)[3])
 
 
 @compiled
-def trials(
+def try_decays(
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decays_per_mm: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Sum of squares for each of some decays, shape (decays,). Positions about their means."""
     squares = np.empty(decays_per_mm.size)
     for k in range(decays_per_mm.size):
-        squares[k] = trial(head_mm, tip_mm, decays_per_mm[k]).squares
+        squares[k] = try_decay(head_mm, tip_mm, decays_per_mm[k]).squares
     return squares
 
 
-def project(recording: Recording, decay_per_mm: float) -> Projection:
+def project(recording: CentredRecording, decay_per_mm: float) -> Projection:
     """Best slope, velocity gain, initial lag and offset for one decay.
 
     A gain that is not positive, or no more than rounding of the tip, makes way for the straight
@@ -325,10 +281,10 @@ def project(recording: Recording, decay_per_mm: float) -> Projection:
     np.exp(-decay_per_mm * recording.path_mm, out=columns[2])
     means = columns.mean(axis=1)
     columns -= means[:, None]
-    factors = least_squares(columns, recording.tip_mm)
+    factors = solve_least_squares(columns, recording.tip_mm)
     lag_range_mm = float(factors[1] * np.ptp(columns[1]))
     if lag_range_mm <= ROUNDING * float(np.ptp(recording.tip_mm)):
-        factors = np.array([least_squares(columns[:1], recording.tip_mm)[0], 0.0, 0.0])
+        factors = np.array([solve_least_squares(columns[:1], recording.tip_mm)[0], 0.0, 0.0])
     slope, velocity_gain, lag_mm = (float(factor) for factor in factors)
     rest_mm = recording.tip_mm - factors @ columns
     return Projection(
@@ -340,7 +296,9 @@ def project(recording: Recording, decay_per_mm: float) -> Projection:
     )
 
 
-def least_squares(columns: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+def solve_least_squares(
+    columns: NDArray[np.float64], target: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Factors that bring ``factors @ columns`` nearest to the target.
 
     columns: shape (factors, n), each about its mean; target: shape (n,), likewise. Normal

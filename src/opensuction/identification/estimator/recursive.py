@@ -21,7 +21,7 @@ from opensuction.kernel.compiled import compiled
 
 
 class RecursiveSettings(NamedTuple):
-    """What the estimator is told beforehand."""
+    """What the estimator assumes."""
 
     decay_per_mm: Annotated[float, Gt(0)]
     """alpha_0, from an identification; it is kept."""
@@ -30,10 +30,10 @@ class RecursiveSettings(NamedTuple):
     noise_mm: Annotated[float, Gt(0)]
     """Standard deviation of the tip's measurement."""
     most_spread: Annotated[float, Gt(0)]
-    """Largest standard deviation of slope or gain that is believed: bounds the covariance where
-    the motion tells nothing."""
+    """Upper bound on the standard deviation of slope and gain: bounds the covariance where the
+    motion does not excite them."""
     least_move_mm: Annotated[float, Ge(0)]
-    """Moves up to this length are added up before they are used: noise of the encoder."""
+    """Moves up to this length are accumulated before they are used: noise of the encoder."""
 
 
 class RecursiveState(NamedTuple):
@@ -82,7 +82,7 @@ def model_of(settings: RecursiveSettings, state: RecursiveState) -> ModifiedDahl
 
 
 @compiled
-def _corrected(
+def _correct(
     settings: RecursiveSettings, covariance: NDArray[np.float64], column: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Gain of one measurement; ``covariance`` is overwritten with the one after it."""
@@ -129,7 +129,7 @@ def step(
     column = np.array([head_mm, unit_lag_mm, 1.0])
     predicted = state.slope * head_mm + state.velocity_gain * unit_lag_mm + state.offset_mm
     error_mm = tip_mm - predicted
-    gain = _corrected(settings, covariance, column)
+    gain = _correct(settings, covariance, column)
     return RecursiveState(
         slope=state.slope + gain[0] * error_mm,
         velocity_gain=state.velocity_gain + gain[1] * error_mm,

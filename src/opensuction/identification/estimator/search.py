@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution, minimize
 
-from opensuction.identification.family import Family, squares
+from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm, ranges_of
+from opensuction.identification.residual import squares
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
@@ -96,18 +97,17 @@ def evolution(cost: Cost, places: int, seed: int = SEED) -> Array:
 SEARCHES = {"genetic-algorithm": genetic_algorithm, "differential-evolution": evolution}
 
 
-def search(method: str, family: Family, input_: Array, output: Array, seed: int = SEED) -> Array:
-    """The vector of a family with the least sum of squares that a search and Nelder-Mead find.
+def search(method: str, form: VectorForm, input_: Array, output: Array, seed: int = SEED) -> Array:
+    """The vector with the least sum of squares that a search and Nelder-Mead find.
 
     method: a name of ``SEARCHES``. input_, output: shape (n,). Returns shape (p,).
     """
     # About their means, so that slope and offset do not hide one another from a search.
     middle = np.array([float(input_.mean()), float(output.mean())])
     moved, target = input_ - middle[0], output - middle[1]
-    box = family.box(moved, target)
-    logarithmic = np.array([parameter.logarithmic for parameter in family.parameters])
-    edges = box.copy()
-    edges[logarithmic] = np.log(box[logarithmic])
+    edges = form.bounds(ranges_of(moved, target))
+    logarithmic = np.array([parameter.logarithmic for parameter in form.parameters])
+    edges[logarithmic] = np.log(edges[logarithmic])
 
     def vector(place: Array) -> Array:
         """Parameters at a place of the unit cube, those outside taken at its face."""
@@ -119,9 +119,9 @@ def search(method: str, family: Family, input_: Array, output: Array, seed: int 
     def cost(place: Array) -> float:
         """Sum of squares, growing with the distance outside the cube."""
         outside = place - np.clip(place, 0.0, 1.0)
-        return squares(family, vector(place), moved, target) * (1.0 + float(outside @ outside))
+        return squares(form, vector(place), moved, target) * (1.0 + float(outside @ outside))
 
-    start = SEARCHES[method](cost, len(family.parameters), seed)
+    start = SEARCHES[method](cost, len(form.parameters), seed)
     options = {
         "xatol": 1e-9,
         "fatol": 1e-12 * float(target @ target),
@@ -129,7 +129,7 @@ def search(method: str, family: Family, input_: Array, output: Array, seed: int 
         "maxfev": SIMPLEX_STEPS,
     }
     found = vector(np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x))
-    names = [parameter.name for parameter in family.parameters]
+    names = [parameter.name for parameter in form.parameters]
     if "slope" in names:
         found[names.index("offset")] -= found[names.index("slope")] * middle[0]
     found[names.index("offset")] += middle[1]

@@ -11,7 +11,7 @@ import numpy as np
 from annotated_types import Ge, Gt
 from numpy.typing import ArrayLike, NDArray
 
-from opensuction.identification.record import checked, checked_pair
+from opensuction.identification.record import read_pair, read_samples
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 10
@@ -44,7 +44,7 @@ def velocity_mm_per_s(
     inside the record is used. Returns mm/s, shape (n,).
     Raises InputError for a bad record, or a period or window that does not fit it.
     """
-    position = checked("position_mm", position_mm, 3)
+    position = read_samples("position_mm", position_mm, 3)
     if not period_s > 0.0 or not np.isfinite(period_s):
         raise InputError(f"period_s: {period_s} s, should be above 0")
     length_s = (position.size - 1) * period_s
@@ -77,7 +77,7 @@ def fit_feedforward(
     Raises InputError for bad records, too few usable samples, speeds too much alike to tell
     velocity from friction, or a voltage that falls with speed.
     """
-    volts, velocity = checked_pair(("volts", "velocity"), volts, velocity, LEAST_SAMPLES)
+    volts, velocity = read_pair(("volts", "velocity"), volts, velocity, LEAST_SAMPLES)
     if not (slowest_mm_per_s > 0.0 and saturation_v > 0.0):
         raise InputError(
             f"slowest_mm_per_s {slowest_mm_per_s} and saturation_v {saturation_v}, "

@@ -5,15 +5,19 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from opensuction.hysteresis.catalogue.hysteresis_model import (
+    Array,
+    HysteresisModel,
+    VectorForm,
+    ranges_of,
+)
 from opensuction.identification.estimator import linear
+from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.superposition import Superposition
-from opensuction.identification.family import Family, jacobian
 from opensuction.identification.judgement import diagnosis
-from opensuction.identification.judgement.confidence import spread
-
-Array = NDArray[np.float64]
+from opensuction.identification.judgement.confidence import estimate_spread
+from opensuction.identification.residual import jacobian
 
 NOT_DETERMINED = (
     "Not determined: the recording fits equally well with a longer or shorter memory (range too "
@@ -30,20 +34,20 @@ GAP = (
 )
 
 
-class Bounded(NamedTuple):
-    """A parameter with its 95 % interval; {in} and {out} stand for the recording's units."""
+class Estimate(NamedTuple):
+    """A parameter and the interval that holds the true value with 95 % confidence."""
 
-    name: str
     value: float
     unit: str
     low: float
+    """Not a number where no interval can be given."""
     high: float
 
 
 class Candidate(NamedTuple):
-    """A fitted model."""
+    """A fitted model; in its units {in} and {out} stand for those of the recording."""
 
-    estimates: tuple[Bounded, ...]
+    parameters: dict[str, Estimate]
     simulate: Callable[[Array], Array]
     """Output for a record that begins as the fitted one did."""
     cross_validation: float
@@ -52,61 +56,56 @@ class Candidate(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def of_superposition(found: Superposition) -> Candidate:
+def judge_superposition(found: Superposition) -> Candidate:
     """A candidate without intervals: weights that were pulled to 0 or held there have none."""
+    well_posed = bool(found.model.is_monotone(found.record))
+    refusal = GAP if found.nonnegative else NOT_INVERTIBLE
     return Candidate(
-        estimates=tuple(
-            Bounded(name, value, unit, math.nan, math.nan)
-            for name, (value, unit) in found.weights.items()
-        ),
+        parameters={
+            name: Estimate(value, unit, math.nan, math.nan)
+            for name, (value, unit) in found.factors.items()
+        },
         simulate=found.simulate,
         cross_validation=found.cross_validation,
-        well_posed=found.well_posed,
-        warnings=() if found.well_posed else (GAP if found.nonnegative else NOT_INVERTIBLE,),
+        well_posed=well_posed,
+        warnings=() if well_posed else (refusal,),
     )
 
 
-def of_vector(
-    family: Family, vector: Array, determined: bool, input_: Array, output: Array
+def judge_vector(
+    model: HysteresisModel, form: VectorForm, found: NonlinearFit, input_: Array, output: Array
 ) -> Candidate:
-    """A candidate of a nonlinear family with intervals by `interval.spread`.
+    """A candidate of a model that is not linear, with intervals by `confidence.estimate_spread`.
 
-    determined: whether the fit found its optimum between its bounds. Arrays of the fitted samples.
+    form: the model's. input_, output: the fitted samples, shape (n,).
     """
-    rest = output - family.simulate(vector, input_)
-    rows = jacobian(family, vector, input_, family.box(input_, output))
+    vector = found.vector
+    rest = output - form.simulate(vector, input_)
+    rows = jacobian(form, vector, input_, form.bounds(ranges_of(input_, output)))
     moving = np.flatnonzero(np.any(rows != 0.0, axis=1))
     half_widths = np.full(vector.size, math.nan)
-    half_widths[moving] = spread(rows[moving], rest).half_widths
-    static = [
-        place
-        for place, parameter in enumerate(family.parameters)
-        if not parameter.name.startswith("initial")
-    ]
-    well_posed = family.is_well_posed(vector)
+    half_widths[moving] = estimate_spread(rows[moving], rest).half_widths
+    parameters = {
+        parameter.name: Estimate(value, parameter.unit, value - half, value + half)
+        for parameter, value, half in zip(
+            form.parameters, vector.tolist(), half_widths.tolist(), strict=True
+        )
+    }
+    well_posed = bool(model.is_monotone(form.record(vector)))
     return Candidate(
-        estimates=tuple(
-            Bounded(parameter.name, value, parameter.unit, value - half, value + half)
-            for parameter, value, half in zip(
-                family.parameters, vector.tolist(), half_widths.tolist(), strict=True
-            )
-        ),
-        simulate=lambda record: family.simulate(vector, record),
-        cross_validation=linear.linearised(rows[static], rest),
+        parameters=parameters,
+        simulate=lambda record: form.simulate(vector, record),
+        # Without the memory at the first sample, which the first block alone knows.
+        cross_validation=linear.estimate_left_out_error(rows[:-1], rest),
         well_posed=well_posed,
-        warnings=_warnings(family, vector, rows, half_widths, determined, well_posed),
+        warnings=_warnings(parameters, rows, found.determined, well_posed),
     )
 
 
 def _warnings(
-    family: Family,
-    vector: Array,
-    rows: Array,
-    half_widths: Array,
-    determined: bool,
-    well_posed: bool,
+    parameters: dict[str, Estimate], rows: Array, determined: bool, well_posed: bool
 ) -> tuple[str, ...]:
-    """What the parameters of a fit cannot carry."""
+    """What the parameters of a fit cannot carry. rows: the Jacobian."""
     said = [] if determined else [NOT_DETERMINED]
     worst = diagnosis.condition(rows)
     if worst > diagnosis.WORST_CONDITION:
@@ -114,18 +113,15 @@ def _warnings(
             f"Ill-conditioned: parameters trade against one another (condition {worst:.1e}); "
             "record larger and more varied strokes."
         )
+    *_, initial_memory = parameters
     vague = [
-        parameter.name
-        for parameter, value, half in zip(family.parameters, vector, half_widths, strict=True)
-        if half > abs(value) and not parameter.name.startswith(("initial", "offset"))
+        name
+        for name, found in parameters.items()
+        if found.low < 0.0 < found.high and name not in ("offset", initial_memory)
     ]
     if vague:
         said.append(f"Uncertain: the interval of {', '.join(vague)} includes 0.")
-    at_bound = [
-        parameter.name
-        for parameter, row in zip(family.parameters, rows, strict=True)
-        if not np.any(row != 0.0)
-    ]
+    at_bound = [name for name, row in zip(parameters, rows, strict=True) if not np.any(row != 0.0)]
     if at_bound:
         said.append(f"At its bound, so without an interval: {', '.join(at_bound)}.")
     if not well_posed:

@@ -42,14 +42,14 @@ class Spread(NamedTuple):
     covariance: Array
     """Shape (p, p)."""
     half_widths: Array
-    """Half of each 95 % interval, shape (p,); not a number where the recording cannot tell."""
+    """Half of each 95 % interval, shape (p,); not a number where it is not determined."""
     correlation: float
     """rho of neighbouring noise samples."""
     freedom: Array
     """Degrees of freedom that each parameter's variance is worth, shape (p,)."""
 
 
-def spread(jacobian: Array, rest: Array) -> Spread:
+def estimate_spread(jacobian: Array, rest: Array) -> Spread:
     """Covariance and 95 % intervals of a least-squares fit.
 
     jacobian: change of the output with each parameter, shape (p, n). rest: residuals, shape (n,).

@@ -1,4 +1,4 @@
-"""What a recording and its residuals cannot carry, said in plain words."""
+"""Weaknesses of a recording and of the residuals of a fit, a sentence each."""
 
 import math
 from typing import NamedTuple
@@ -6,13 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from opensuction.identification.estimator.projection import turns
+from opensuction.identification.record import REVERSAL_SHARE, check_motion, find_turns
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
-
-REVERSAL_SHARE = 0.05
-"""Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
 
 FEWEST_REVERSALS = 3
 """With fewer no branch of the loop is seen twice."""
@@ -31,7 +28,7 @@ CLIPPED_TRAVEL = 0.02
 """Least outward travel of the input during such rests, as a share of its range."""
 
 UNEVEN_SHARE = 0.1
-"""Deviation of a sampling interval from the usual one that is told."""
+"""Deviation of a sampling interval, as a share of the usual one, that gives a warning."""
 
 REVERSED_CORRELATION = -0.2
 """Correlation of input and output below which the sign is taken to be wrong."""
@@ -40,13 +37,13 @@ WORST_CONDITION = 1e4
 """Condition of the scaled Jacobian above which parameters trade against one another."""
 
 EXPLAINED_SHARE = 0.5
-"""A model that explains less of the output's variance explains nothing useful."""
+"""Share of the output's variance explained below which there is a warning."""
 
 ALIKE_SAMPLES = 0.3
-"""Correlation of neighbouring residuals that is told."""
+"""Correlation of neighbouring residuals that gives a warning."""
 
 PREDICTED_FACTOR = 1.5
-"""Error of the held-out part over that of the fitted part which is told."""
+"""Error of the held-out part over that of the fitted part that gives a warning."""
 
 ROUNDING = 1e-9
 """Residuals below this share of the output are rounding, and may be alike."""
@@ -63,23 +60,14 @@ class Names(NamedTuple):
     input_unit: str
 
 
-def check(input_: Array, output: Array, names: Names) -> None:
+def check_recording(input_: Array, output: Array, names: Names) -> None:
     """Refuse what can only be fitted with nonsense.
 
     Raises InputError for a quantity that does not move, an input that never reverses or only
     trembles, and an output whose sign is against the input's.
     """
-    for name, record in ((names.input_name, input_), (names.output_name, output)):
-        if not np.ptp(record) > 0.0:
-            raise InputError(f"{name}: constant at {record[0]:g}, should move")
+    check_motion(names[:2], input_, output, names.input_unit)
     range_ = float(np.ptp(input_))
-    back = float(np.max(np.maximum.accumulate(input_) - input_))
-    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
-    if min(back, forth) < REVERSAL_SHARE * range_:
-        raise InputError(
-            f"{names.input_name}: reverses by {min(back, forth):.4g} of a range of {range_:.4g} "
-            f"{names.input_unit}, at least {REVERSAL_SHARE:.0%} are needed to see a hysteresis"
-        )
     moves = np.diff(input_)
     about = input_ - input_.mean()
     if float(moves @ moves) > TREMBLING * float(about @ about):
@@ -105,13 +93,13 @@ def check_time(time_s: Array, name: str = "time") -> None:
         )
 
 
-def of_recording(
+def judge_recording(
     input_: Array, output: Array, time_s: Array | None, names: Names
 ) -> tuple[str, ...]:
     """What is weak about a recording, a sentence each. Arrays of shape (n,)."""
     range_ = float(np.ptp(input_))
     said = []
-    reversals = turns(input_, REVERSAL_SHARE * range_).size
+    reversals = find_turns(input_, REVERSAL_SHARE * range_).size
     if reversals < FEWEST_REVERSALS:
         said.append(
             f"Too few reversals: {names.input_name} turns {reversals} times by more than "
@@ -124,7 +112,7 @@ def of_recording(
             f"Range too small: {names.input_name} covers {range_ / step:.0f} steps of its "
             f"resolution ({step:.3g} {names.input_unit}), {FEWEST_STEPS} or more are needed."
         )
-    said.extend(_clipped(input_, output, names))
+    said.extend(_find_clipping(input_, output, names))
     if time_s is not None:
         intervals = np.diff(time_s)
         usual = float(np.median(intervals))
@@ -137,7 +125,7 @@ def of_recording(
     return tuple(said)
 
 
-def _clipped(input_: Array, output: Array, names: Names) -> list[str]:
+def _find_clipping(input_: Array, output: Array, names: Names) -> list[str]:
     """Whether the output rests at an extreme while the input travels on outwards.
 
     On the way back it may rest there: that is the gap.
@@ -172,7 +160,7 @@ def autocorrelation(rest: Array) -> Array:
     return np.asarray(products / power, dtype=np.float64)
 
 
-def of_residuals(
+def judge_residuals(
     output: Array, rest: Array, held_out: Array, correlations: Array
 ) -> tuple[str, ...]:
     """What the residuals say about the model, a sentence each.

@@ -5,11 +5,13 @@ transmission, and the valve strokes with the line vented. An item passes when it
 held for a moment, and fails when it does not come in time; the test ends with the first failure.
 """
 
+from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings, is_number
 
@@ -134,6 +136,10 @@ class CheckPlan(NamedTuple):
     leak_share: float
     """Largest share of its vacuum that it may lose in that time."""
     limits_s: ItemLimits
+
+
+item_limit_s: Callable[[ItemLimits, int], float] = straight_line.chooser(len(CheckItem))
+"""``item_limit_s(limits, item)``: longest time for an item, s."""
 
 
 class CheckState(NamedTuple):
@@ -270,7 +276,7 @@ def step(
     if held * dt_s >= _needed_s(plan, item):
         return CheckState(item=FOLLOWING[item], ticks=0, held_ticks=0, vacuum_mmhg=vacuum, failed=0)
     failed = 0
-    if state.ticks * dt_s >= plan.limits_s[item]:
+    if state.ticks * dt_s >= item_limit_s(plan.limits_s, item):
         failed = item
         if not valid:
             failed = CheckItem.READINGS

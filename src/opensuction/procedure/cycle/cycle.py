@@ -5,9 +5,11 @@ withdrawal with the valve open to C, valve closes (D).
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from opensuction.control import profile, staged_path
+from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
@@ -15,7 +17,7 @@ from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
-from opensuction.procedure.cycle.plan import Excitation, Plan
+from opensuction.procedure.cycle.plan import Excitation, PhaseLimits, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
@@ -34,6 +36,9 @@ PUMPED = (
     Phase.CLOSING,
 )
 """Phases in which the pump runs; elsewhere the line vents, so that each check tests it."""
+
+
+_phase_limit_s: Callable[[PhaseLimits, int], float] = straight_line.chooser(len(Phase))
 
 
 class Demand(NamedTuple):
@@ -86,7 +91,7 @@ def _enter(
         phase=phase,
         cause=cause,
         phase_ticks=0,
-        limit_s=plan.limits_s[phase],
+        limit_s=_phase_limit_s(plan.limits_s, phase),
         start_mm=reference_mm,
         reference_mm=reference_mm,
         reference_mm_per_s=0.0,

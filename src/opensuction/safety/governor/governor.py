@@ -12,7 +12,7 @@ from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import LARGEST, Readings
-from opensuction.safety import limits as bounds
+from opensuction.safety import tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
 from opensuction.safety.governor.limiter import ADVANCE_MM
@@ -25,8 +25,10 @@ from opensuction.safety.watch import (
     valve_axis,
     watch,
 )
+from opensuction.safety.watch.duration import extend
+from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.watch.patient_watch import PatientWatch
-from opensuction.safety.watch.watch import INVALID_TICKS, Lasting, Watch
+from opensuction.safety.watch.watch import Durations, Watch
 
 LATE_TICKS = 5
 """Consecutive late ticks of the host that are a fault."""
@@ -69,8 +71,8 @@ class GovernorState(NamedTuple):
 
     last: Setpoints
     """What it let through in the last tick."""
-    turned: bool
-    """It told the valve otherwise than in the tick before."""
+    valve_command_changed: bool
+    """It commanded the valve otherwise than in the tick before."""
     watch: Watch
     patient: PatientWatch
     withdrawal_s: float
@@ -98,7 +100,7 @@ class Verdict(NamedTuple):
 def start(limits: Limits, head_mm: float) -> GovernorState:
     """State at power-up with the head read at ``head_mm``; not a number: as deep as can be."""
     if not abs(head_mm) <= LARGEST:
-        head_mm = float(bounds.head_cap_mm(limits.tip, limits.cap_mm))
+        head_mm = float(tip_bound.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
         last=Setpoints(
             head_mm=head_mm,
@@ -108,7 +110,7 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
             pump_on=False,
             vacuum_mmhg=0.0,
         ),
-        turned=False,
+        valve_command_changed=False,
         watch=watch.start(limits, head_mm),
         patient=patient_watch.UNSEEN,
         withdrawal_s=0.0,
@@ -119,7 +121,7 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
 
 
 @compiled
-def _possible(proposal: Setpoints) -> bool:
+def _is_possible(proposal: Setpoints) -> bool:
     return (
         math.isfinite(proposal.head_mm)
         and math.isfinite(proposal.head_mm_per_s)
@@ -129,67 +131,94 @@ def _possible(proposal: Setpoints) -> bool:
 
 
 @compiled
-def _disagree(lasting: Lasting) -> bool:
+def _is_disagreeing(durations: Durations) -> bool:
     """Whether motor and catheter head have not been at the same place for too long."""
-    limit_s = DISAGREE_SUCKING_S if lasting.sucking > 0.0 else DISAGREE_S
-    return lasting.disagreeing > limit_s
+    limit_s = DISAGREE_SUCKING_S if durations.sucking_s > 0.0 else DISAGREE_S
+    return durations.disagreeing_s > limit_s
 
 
 @compiled
-def _head_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
-    """Bit mask of what is wrong with the insertion axis."""
-    lasting = seen.lasting
-    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
-    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
-    way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
-    runaway_mm = RUNAWAY_SUCKING_MM if lasting.sucking > 0.0 else RUNAWAY_MM
+def _judge_readings(invalid: InvalidTicks) -> int:
+    """Bit mask of the sensors that have given no valid reading for too long."""
+    if invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact == 0:
+        return 0
     return (
-        flag(seen.invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
-        | flag(seen.invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
-        | flag(_disagree(lasting), Condition.HEAD_SENSORS_DISAGREE)
-        | flag(overspeed, Condition.HEAD_OVERSPEED)
-        | flag(lasting.beyond > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
-        | flag(lasting.stalled > STALL_S, Condition.HEAD_STALLED)
-        | flag(seen.head_mm - seen.turn.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
-        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
-        | flag(lasting.jammed > JAM_S, Condition.CATHETER_JAMMED)
-        | flag(lasting.overforce > OVERFORCE_S, Condition.DRIVE_OVERFORCE)
-        | flag(state.withdrawal_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
+        flag(invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
+        | flag(invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
+        | flag(invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
+        | flag(invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
+        | flag(invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
+    )
+
+
+@compiled
+def _judge_durations(durations: Durations) -> int:
+    """Bit mask of what has lasted for too long and on a sound machine hardly begins."""
+    head_s = durations.off_command_s + durations.stalled_s + durations.disagreeing_s
+    drive_s = durations.jammed_s + durations.overforce_s
+    if head_s + drive_s + durations.overpressure_s == 0.0:
+        return 0
+    return (
+        flag(_is_disagreeing(durations), Condition.HEAD_SENSORS_DISAGREE)
+        | flag(durations.off_command_s > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
+        | flag(durations.stalled_s > STALL_S, Condition.HEAD_STALLED)
+        | flag(durations.jammed_s > JAM_S, Condition.CATHETER_JAMMED)
+        | flag(durations.overforce_s > OVERFORCE_S, Condition.DRIVE_OVERFORCE)
+        | flag(durations.overpressure_s > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
+    )
+
+
+@compiled
+def _judge_withdrawal(limits: Limits, state: GovernorState, head_mm: float) -> int:
+    """Bit mask of what is wrong with a withdrawal that the governor forces."""
+    if state.withdrawal_s == 0.0:
+        return 0
+    way_s = max(head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    return (
+        flag(state.withdrawal_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
         | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
         | flag(state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
     )
 
 
 @compiled
-def _contact_trips(limits: Limits, seen: Watch) -> int:
-    """Bit mask of what is wrong with the contact switch, or with what it has touched."""
-    touching = seen.lasting.contact > 0.0
-    away = seen.head_mm > limits.park_head_mm + AWAY_MM
-    allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
-    stuck = seen.window.impossible_s > allowed_s
-    pressing = seen.lasting.contact > limits.contact_s and seen.window.impossible_s == 0.0
-    missed = contact_window.is_missed(limits.tip, limits.window, seen.window, touching)
+def _judge_head(limits: Limits, seen: Watch) -> int:
+    """Bit mask of what is wrong with where the head is and how it moves."""
+    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
+    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
+    runaway_mm = RUNAWAY_SUCKING_MM if seen.durations.sucking_s > 0.0 else RUNAWAY_MM
     return (
-        flag(seen.invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
-        | flag(stuck, Condition.CONTACT_STUCK_CLOSED)
-        | flag(pressing, Condition.CONTACT_TIME)
-        | flag(missed, Condition.CARINA_MISSED)
-        | flag(missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN)
+        flag(overspeed, Condition.HEAD_OVERSPEED)
+        | flag(seen.head_mm - seen.advance.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
+        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
     )
 
 
 @compiled
-def _suction_trips(limits: Limits, state: GovernorState, seen: Watch) -> int:
-    """Bit mask of what is wrong with valve, pump and line."""
-    lasting = seen.lasting
+def _judge_contact(limits: Limits, seen: Watch) -> int:
+    """Bit mask of what is wrong with the contact switch, or with what it has touched."""
+    touching = seen.durations.contact_s > 0.0
+    if not touching:
+        shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
+        missed = contact_window.is_missed(limits.window, shallowest_mm, touching)
+        return flag(missed, Condition.CARINA_MISSED) | flag(
+            missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN
+        )
+    away = seen.head_mm > limits.park_head_mm + AWAY_MM
+    allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
+    stuck = seen.window.impossible_s > allowed_s
+    pressing = seen.durations.contact_s > limits.contact_s and seen.window.impossible_s == 0.0
+    return flag(stuck, Condition.CONTACT_STUCK_CLOSED) | flag(pressing, Condition.CONTACT_TIME)
+
+
+@compiled
+def _judge_suction(limits: Limits, opened: bool, seen: Watch) -> int:
+    """Bit mask of what is wrong with valve, pump and line. opened: what the valve is told."""
     stuck = valve_axis.is_stuck(limits.valve, seen.valve)
-    opened = state.last.valve_open
+    sucking_s = seen.durations.sucking_s
     return (
-        vacuum_signature.trips(limits.line, seen.line, seen.sealed)
-        | flag(seen.invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
-        | flag(seen.invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
-        | flag(lasting.overpressure > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
-        | flag(lasting.sucking > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
+        vacuum_signature.judge(limits.line, seen.line, seen.parked_closed)
+        | flag(sucking_s > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
         | flag(stuck and opened, Condition.VALVE_STUCK_CLOSED)
         | flag(stuck and not opened, Condition.VALVE_STUCK_OPEN)
     )
@@ -200,17 +229,20 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
     """Bit mask of all trips, old and new."""
     return (
         state.trips
-        | _head_trips(limits, state, seen)
-        | _contact_trips(limits, seen)
-        | _suction_trips(limits, state, seen)
-        | flag(not _possible(proposal), Condition.PROPOSAL_INVALID)
-        | flag(seen.lasting.inside > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
+        | _judge_readings(seen.invalid)
+        | _judge_durations(seen.durations)
+        | _judge_withdrawal(limits, state, seen.head_mm)
+        | _judge_head(limits, seen)
+        | _judge_contact(limits, seen)
+        | _judge_suction(limits, state.last.valve_open, seen)
+        | flag(not _is_possible(proposal), Condition.PROPOSAL_INVALID)
+        | flag(seen.durations.inside_s > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
         | flag(seen.late_ticks >= LATE_TICKS, Condition.LATE_TICKS)
     )
 
 
 @compiled
-def _drives_valve(trips: int, opened: bool, resting: bool) -> bool:
+def _is_valve_driven(trips: int, opened: bool, resting: bool) -> bool:
     """Whether the valve's motor is trusted: else its spring closes it.
 
     opened: what the valve is told. A valve that has come home is left to its spring: an encoder
@@ -237,36 +269,38 @@ def step(
 
     Returns the new state, the setpoints for the servos and what was done about them.
     """
-    seen = watch.observe(limits, state.watch, state.last, state.turned, readings, overrun, dt_s)
-    patient = patient_watch.step(
-        limits.patient, state.patient, readings.monitor, seen.lasting.sucking > 0.0, dt_s
+    seen = watch.step(
+        limits, state.watch, state.last, state.valve_command_changed, readings, overrun, dt_s
     )
-    inside = seen.lasting.inside > 0.0
-    trips = judge(limits, state, seen, proposal) | patient_watch.trips(
-        patient.conditions, inside, inside and state.watch.lasting.inside == 0.0
+    patient = patient_watch.step(
+        limits.patient, state.patient, readings.monitor, seen.durations.sucking_s > 0.0, dt_s
+    )
+    inside = seen.durations.inside_s > 0.0
+    trips = judge(limits, state, seen, proposal) | patient_watch.select_trips(
+        patient.conditions, inside, inside and state.watch.durations.inside_s == 0.0
     )
     allowed, reaction = limiter.narrow(limits, state.last, seen, proposal, trips, dt_s)
     verdict = Verdict(
         reaction=reaction,
         trips=trips,
         patient=patient.conditions,
-        deepest_mm=bounds.deepest_mm(limits.tip, seen.foremost_mm),
+        deepest_mm=tip_bound.deepest_mm(limits.tip, seen.tip),
         insertion_on=allowed.insertion_on,
-        valve_on=_drives_valve(trips, allowed.valve_open, seen.valve.resting),
+        valve_on=_is_valve_driven(trips, allowed.valve_open, seen.valve.resting),
     )
     # A motor that is home while the head is not has withdrawn nothing: a hand must.
     out = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
-    forced = reaction == Reaction.WITHDRAW and (not out or _disagree(seen.lasting))
-    held = forced and seen.lasting.jammed > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
-    unseen = forced and (seen.invalid.head > 0 or seen.lasting.stalled > STALL_S)
+    forced = reaction == Reaction.WITHDRAW and (not out or _is_disagreeing(seen.durations))
+    held = forced and seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
+    unseen = forced and (seen.invalid.head > 0 or seen.durations.stalled_s > STALL_S)
     following = GovernorState(
         last=allowed,
-        turned=allowed.valve_open != state.last.valve_open,
+        valve_command_changed=allowed.valve_open != state.last.valve_open,
         watch=seen,
         patient=patient,
-        withdrawal_s=state.withdrawal_s + dt_s if forced else 0.0,
-        blocked_s=state.blocked_s + dt_s if held else 0.0,
-        unseen_s=state.unseen_s + dt_s if unseen else 0.0,
+        withdrawal_s=extend(state.withdrawal_s, forced, dt_s),
+        blocked_s=extend(state.blocked_s, held, dt_s),
+        unseen_s=extend(state.unseen_s, unseen, dt_s),
         trips=trips,
     )
     return following, allowed, verdict
@@ -278,19 +312,11 @@ def reset(limits: Limits, state: GovernorState) -> GovernorState:
 
     A command that was ahead of the head begins again from where the head is.
     """
-    last = state.last
-    return GovernorState(
-        last=Setpoints(
-            head_mm=min(last.head_mm, state.watch.head_mm),
-            head_mm_per_s=0.0,
-            insertion_on=last.insertion_on,
-            valve_open=last.valve_open,
-            pump_on=last.pump_on,
-            vacuum_mmhg=last.vacuum_mmhg,
-        ),
-        turned=False,
-        watch=watch.acknowledged(limits, state.watch),
-        patient=state.patient,
+    head_mm = min(state.last.head_mm, state.watch.head_mm)
+    return state._replace(
+        last=state.last._replace(head_mm=head_mm, head_mm_per_s=0.0),
+        valve_command_changed=False,
+        watch=watch.reset(limits, state.watch),
         withdrawal_s=0.0,
         blocked_s=0.0,
         unseen_s=0.0,

@@ -5,8 +5,7 @@ Nothing here remembers or judges; `opensuction.safety.governor.governor` does.
 
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
-from opensuction.safety import condition_mask
-from opensuction.safety import limits as bounds
+from opensuction.safety import condition_mask, tip_bound
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.watch import Watch
@@ -23,7 +22,7 @@ longer, a sensor's noise does not last."""
 
 
 @compiled
-def _quickened(
+def _limit_rate(
     limits: Limits, origin_mm: float, wanted_mm: float, before_mm_per_s: float, dt_s: float
 ) -> float:
     """Position that may be commanded next: speed and gain of speed are bounded, a stop is not."""
@@ -51,19 +50,19 @@ def _narrow_head(
     go further in at all. A stop takes effect at once: the command drops to where the head is,
     however far it was ahead.
     """
-    highest = bounds.head_cap_mm(limits.tip, limits.cap_mm)
+    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
     if held:
-        highest = min(highest, seen.anchor_mm + ADVANCE_MM)
+        highest = min(highest, seen.suction_start_mm + ADVANCE_MM)
     if stopped:
         highest = min(highest, seen.head_mm, command_mm)
     origin = min(command_mm, max(seen.head_mm, highest))
     wanted_mm = min(wanted_mm, highest)
-    head = _quickened(limits, origin, wanted_mm, before_mm_per_s, dt_s)
+    head = _limit_rate(limits, origin, wanted_mm, before_mm_per_s, dt_s)
     return head, (head - origin) / dt_s
 
 
 @compiled
-def _withdrawn(
+def _withdraw_head(
     limits: Limits, command_mm: float, before_mm_per_s: float, seen: Watch, dt_s: float
 ) -> tuple[float, float]:
     """Head command and velocity on the way out, from where the head is or was told to be."""
@@ -71,12 +70,12 @@ def _withdrawn(
     # Never further ahead than the servo needs: a head slower than its limit still follows.
     lowest = seen.head_mm - LEAD_SHARE * limits.following_mm
     wanted = min(max(limits.park_head_mm, lowest), origin)
-    head = _quickened(limits, origin, wanted, before_mm_per_s, dt_s)
+    head = _limit_rate(limits, origin, wanted, before_mm_per_s, dt_s)
     return head, (head - origin) / dt_s
 
 
 @compiled
-def _valve(
+def _narrow_suction(
     limits: Limits, was_open: bool, seen: Watch, proposal: Setpoints, cut: bool
 ) -> tuple[bool, float]:
     """Whether the valve may be open, and the regulator's set point (mmHg).
@@ -88,8 +87,8 @@ def _valve(
     excessive = seen.line.vacuum_mmhg > limits.vacuum_mmhg
     valve_open = proposal.valve_open and not cut and (was_open or not (advancing or excessive))
     highest = limits.vacuum_mmhg
-    if seen.sealed and not valve_open:
-        highest = max(highest, limits.line.sealed_mmhg)
+    if seen.parked_closed and not valve_open:
+        highest = max(highest, limits.line.parked_closed_mmhg)
     return valve_open, 0.0 if cut else min(proposal.vacuum_mmhg, highest)
 
 
@@ -108,8 +107,8 @@ def narrow(
     """
     reaction = condition_mask.strongest_reaction(trips)
     cut = condition_mask.cuts_vacuum(trips)
-    valve_open, vacuum = _valve(limits, last.valve_open, seen, proposal, cut)
-    held = valve_open or seen.lasting.sucking > 0.0
+    valve_open, vacuum = _narrow_suction(limits, last.valve_open, seen, proposal, cut)
+    held = valve_open or seen.durations.sucking_s > 0.0
     released = not proposal.insertion_on and reaction != Reaction.WITHDRAW
     driven = reaction != Reaction.TORQUE_OFF and not released
     if not driven:
@@ -118,10 +117,10 @@ def narrow(
         if released and reaction == Reaction.PASS and changed:
             reaction = Reaction.CAP
     elif reaction == Reaction.WITHDRAW:
-        head, velocity = _withdrawn(limits, last.head_mm, last.head_mm_per_s, seen, dt_s)
+        head, velocity = _withdraw_head(limits, last.head_mm, last.head_mm_per_s, seen, dt_s)
     else:
         # Where vacuum is lost behind a closed valve, it may be drawing at the tip.
-        stopped = seen.lasting.contact > 0.0 or seen.line.closed_low_s > LOSING_S
+        stopped = seen.durations.contact_s > 0.0 or seen.line.closed_low_s > LOSING_S
         head, velocity = _narrow_head(
             limits, last.head_mm, last.head_mm_per_s, seen, proposal.head_mm, held, stopped, dt_s
         )

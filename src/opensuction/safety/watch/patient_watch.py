@@ -1,9 +1,9 @@
-"""What the patient's monitor says against the patient's limits, and for how long it has said so.
+"""The patient monitor's readings against the patient's limits, and how long each has been outside.
 
-How long something must hold is chosen for what the reading is worth. The saturation is 10 to 30 s
-old when it is shown [K]: in a cycle it can only tell of what began before, so waiting 2 s more for
-an artefact to pass costs nothing, and no abort relies on it alone. Heart rate (an average of
-seconds already) and airway pressure are what act within a cycle.
+How long something must hold is chosen by how far the reading can be relied on. The saturation is
+10 to 30 s old when it is shown [K]: in a cycle it can only tell of what began before, so waiting
+2 s more for an artefact to pass costs nothing, and no abort relies on it alone. Heart rate (an
+average of seconds already) and airway pressure are what act within a cycle.
 
 The airway pressure is read at the connector, against the ventilator's settings: every breath must
 cross a line just above PEEP, both ways. Suction that takes more than the ventilator gives empties
@@ -21,6 +21,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.monitor import Monitor
 from opensuction.safety.condition import Condition
 from opensuction.safety.patient_limit import PatientLimits
+from opensuction.safety.watch.duration import extend
 
 SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""
@@ -60,10 +61,9 @@ UNSEEN = PatientWatch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, raised=False, missing_s=0.0,
 
 
 @compiled
-def _time(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
-    if not known:
-        return seconds
-    return seconds + dt_s if holds else 0.0
+def _extend(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
+    """As `duration.extend`; a value that is missing neither counts nor ends it."""
+    return extend(seconds, holds, dt_s) if known else seconds
 
 
 @compiled
@@ -84,14 +84,16 @@ def step(
     )
     has_pressure = monitor.connected and monitor.airway_pressure_valid and math.isfinite(pressure)
     raised = pressure > limits.breath_cmh2o if has_pressure else watch.raised
-    spo2_low_s = _time(watch.spo2_low_s, has_spo2, monitor.spo2_percent < limits.spo2_percent, dt_s)
+    spo2_low_s = _extend(
+        watch.spo2_low_s, has_spo2, monitor.spo2_percent < limits.spo2_percent, dt_s
+    )
     slow = monitor.heart_rate_per_min < limits.heart_rate_per_min
-    heart_rate_low_s = _time(watch.heart_rate_low_s, has_rate, slow, dt_s)
-    high_s = _time(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
-    low_s = _time(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
-    open_s = _time(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
-    breath_s = _time(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
-    missing_s = _time(watch.missing_s, True, not (has_spo2 and has_rate and has_pressure), dt_s)
+    heart_rate_low_s = _extend(watch.heart_rate_low_s, has_rate, slow, dt_s)
+    high_s = _extend(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
+    low_s = _extend(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
+    open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
+    breath_s = _extend(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
+    missing_s = extend(watch.missing_s, not (has_spo2 and has_rate and has_pressure), dt_s)
     low = low_s > LOW_S
     # What suction took stays its doing while the valve closes.
     taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
@@ -115,8 +117,8 @@ def step(
 
 
 @compiled
-def trips(conditions: int, inside: bool, entering: bool) -> int:
-    """Those conditions that end a cycle: a bit mask of trips.
+def select_trips(conditions: int, inside: bool, entering: bool) -> int:
+    """Those conditions that end a cycle, as a mask of trips.
 
     inside: the tip may be in the airway. entering: since this tick. Outside there is nothing to
     withdraw, and what is wrong is the monitor's affair. Values that stay away inside do not end a

@@ -1,17 +1,19 @@
-"""What the line vacuum says of pump, regulator, valve, canister and catheter.
+"""What the line vacuum tells of pump, regulator, valve, canister and catheter.
 
-Judged against the set point that was let through, whether the pump was told to run, and the cam.
-A sound line holds the set point (and up to 5 mmHg more) behind a closed valve, keeps its vacuum
-while the pump rests for the insertion, falls to what pump and free catheter agree on when the valve
-opens, and vents when it is told to. What looks alike in the canister's vacuum is named by the table
+Judged against the set point and the pump command that were let through, and against the cam. A
+sound line holds the set point (and up to 5 mmHg more) behind a closed valve, keeps its vacuum
+while the pump rests for the insertion, falls to the equilibrium of pump and free catheter when the
+valve opens, and vents on command. What looks alike in the canister's vacuum is named by the table
 in `docs/alarms.md`.
 """
 
 from typing import NamedTuple
 
+from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
+from opensuction.safety.watch.duration import extend
 
 RATE_S = 0.1
 """Window over which the fall of the vacuum is measured; a sensor's noise of 1 mmHg is 10 mmHg/s."""
@@ -73,7 +75,7 @@ class LineWatch(NamedTuple):
     set_mmhg: float
     """Set point in that tick."""
     pumping_s: float
-    """How long the pump has been told to run against a set point that has not been raised."""
+    """How long the pump has been commanded to run against a set point that was not raised."""
     built: bool
     """It has reached its set point since."""
     fall_mmhg_per_s: float
@@ -95,8 +97,30 @@ START = LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 
 
 
 @compiled
-def _time(seconds: float, holds: bool, dt_s: float) -> float:
-    return seconds + dt_s if holds else 0.0
+def _average(
+    state: LineWatch, vacuum_mmhg: float, set_mmhg: float, pumping: bool, dt_s: float
+) -> float:
+    """Vacuum averaged over `RATE_S`; afresh while the regulator brings it down to its set point."""
+    if pumping and vacuum_mmhg >= set_mmhg:
+        return vacuum_mmhg
+    return state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s)
+
+
+@compiled
+def _steepen(state: LineWatch, vacuum_mmhg: float, set_mmhg: float, slow_mmhg: float) -> float:
+    """Steepest fall so far, once the set point has been reached and lost again."""
+    if vacuum_mmhg >= set_mmhg:
+        return 0.0
+    return min(state.fall_mmhg_per_s, (vacuum_mmhg - slow_mmhg) / RATE_S)
+
+
+@compiled
+def _keep(state: LineWatch, slow_mmhg: float, rest_s: float, dt_s: float) -> float:
+    """Vacuum that a sound line has left at rest, once the regulator has settled."""
+    if not rest_s > REST_SETTLE_S:
+        return slow_mmhg
+    # Never below what there is: a loss is noticed by its rate, however long the rest before.
+    return max(state.kept_mmhg - REST_SHARE_PER_S * state.kept_mmhg * dt_s, slow_mmhg)
 
 
 @compiled
@@ -112,108 +136,113 @@ def step(
 ) -> LineWatch:
     """Bring it up to this tick.
 
-    set_mmhg, pump_on: what was let through in the last tick. is_open, is_closed: told so, and the
-    cam there.
+    set_mmhg, pump_on: what was let through in the last tick. is_open, is_closed: the valve is
+    commanded to be, and its cam is there.
     """
     pumping = pump_on and set_mmhg > 0.0
     paused = not pump_on and set_mmhg > 0.0
-    slow = state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s)
-    if pumping and vacuum_mmhg >= set_mmhg:
-        slow = vacuum_mmhg  # how fast it came down to its set point is the regulator's doing
+    vented = not pump_on and set_mmhg == 0.0
     raised = set_mmhg > state.set_mmhg
-    pumping_s = _time(state.pumping_s, pumping and not raised, dt_s)
-    rest_s = _time(state.rest_s, paused and is_closed, dt_s)
-    kept = slow
-    if rest_s > REST_SETTLE_S:
-        # Never below what there is: a loss is noticed by its rate, however long the rest before.
-        kept = max(state.kept_mmhg - REST_SHARE_PER_S * state.kept_mmhg * dt_s, slow)
+    slow = _average(state, vacuum_mmhg, set_mmhg, pumping, dt_s)
+    pumping_s = extend(state.pumping_s, pumping and not raised, dt_s)
     built = (pumping and vacuum_mmhg >= READY_SHARE * set_mmhg) or (
         (pumping or paused) and state.built and not raised
     )
     judged = pumping and (built or pumping_s > BUILD_S)
-    fall = min(state.fall_mmhg_per_s, (vacuum_mmhg - slow) / RATE_S)
-    if vacuum_mmhg >= set_mmhg or not built:
-        fall = 0.0
-    low = judged and is_closed and vacuum_mmhg < CLOSED_SHARE * set_mmhg
+    closed_low = judged and is_closed and vacuum_mmhg < CLOSED_SHARE * set_mmhg
     open_low = judged and is_open and vacuum_mmhg < limits.open_low_share * set_mmhg
     clogged = pumping and is_open and vacuum_mmhg > limits.clogged_share * set_mmhg
+    over = set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + OVER_MMHG
+    rest_s = extend(state.rest_s, paused and is_closed, dt_s)
+    kept = _keep(state, slow, rest_s, dt_s)
     return LineWatch(
         vacuum_mmhg=vacuum_mmhg,
         slow_mmhg=slow,
         set_mmhg=set_mmhg,
         pumping_s=pumping_s,
         built=built,
-        fall_mmhg_per_s=fall,
+        fall_mmhg_per_s=_steepen(state, vacuum_mmhg, set_mmhg, slow) if built else 0.0,
         rest_s=rest_s,
         kept_mmhg=kept,
-        rest_low_s=_time(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
-        closed_low_s=_time(state.closed_low_s, low, dt_s),
-        open_low_s=_time(state.open_low_s, open_low, dt_s),
-        clogged_s=_time(state.clogged_s, clogged, dt_s),
-        over_s=_time(state.over_s, set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + OVER_MMHG, dt_s),
-        unvented_s=_time(
-            state.unvented_s,
-            not pump_on and set_mmhg == 0.0 and vacuum_mmhg > OVER_MMHG,
-            dt_s,
-        ),
+        rest_low_s=extend(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
+        closed_low_s=extend(state.closed_low_s, closed_low, dt_s),
+        open_low_s=extend(state.open_low_s, open_low, dt_s),
+        clogged_s=extend(state.clogged_s, clogged, dt_s),
+        over_s=extend(state.over_s, over, dt_s),
+        unvented_s=extend(state.unvented_s, vented and vacuum_mmhg > OVER_MMHG, dt_s),
     )
 
 
 @compiled
-def _lost(limits: LineLimits, state: LineWatch) -> int:
-    """Which trip a vacuum that is too low behind a closed valve is."""
+def _rate(state: LineWatch) -> float:
+    """Present rate of the vacuum, mmHg/s, over `RATE_S`."""
+    return (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
+
+
+@compiled
+def _judge_closed(limits: LineLimits, state: LineWatch) -> int:
+    """What a vacuum that is lost behind a closed valve, the pump running, is a sign of."""
+    if not state.closed_low_s > CLOSED_LOW_S:
+        return 0
     if state.fall_mmhg_per_s > -SLOW_SHARE_PER_S * state.set_mmhg:
-        return Condition.VACUUM_LOST
+        return 1 << Condition.VACUUM_LOST
     if state.fall_mmhg_per_s >= -STEEP_RATIO * limits.open_fall_mmhg_per_s:
-        return Condition.VALVE_STUCK_OPEN
-    return Condition.LINE_LEAKING
+        return 1 << Condition.VALVE_STUCK_OPEN
+    return 1 << Condition.LINE_LEAKING
 
 
 @compiled
-def trips(limits: LineLimits, state: LineWatch, sealed: bool) -> int:
-    """Bit mask of what is wrong with the line.
+def _judge_rest(limits: LineLimits, state: LineWatch) -> int:
+    """What a vacuum that is lost while the pump rests is a sign of."""
+    if not state.rest_low_s > REST_LOW_S:
+        return 0
+    if _rate(state) < -limits.bore_fall_mmhg_per_s - REST_NOISE_MMHG_PER_S:
+        return 1 << Condition.LINE_LEAKING
+    return 1 << Condition.VALVE_STUCK_OPEN
 
-    sealed: the tip is parked behind a closed valve, where the pre-use test is what looks for leaks.
+
+@compiled
+def _judge_open(limits: LineLimits, state: LineWatch) -> int:
+    """What too much or too little vacuum with the valve open is a sign of."""
+    clogged = flag(state.clogged_s > CLOGGED_S, Condition.LINE_CLOGGED)
+    if not state.open_low_s > OPEN_LOW_S:
+        return clogged
+    if state.fall_mmhg_per_s < -SMALL_RATIO * limits.bore_fall_mmhg_per_s:
+        return clogged | 1 << Condition.CANISTER_FULL
+    return clogged | 1 << Condition.VACUUM_LOST
+
+
+@compiled
+def _judge_vented(state: LineWatch) -> int:
+    """What a vacuum that stays with the pump off is a sign of."""
+    if not state.unvented_s > VENTED_S:
+        return 0
+    if _rate(state) > -DECAY_SHARE_PER_S * state.vacuum_mmhg:
+        return 1 << Condition.PUMP_RUNAWAY
+    return 1 << Condition.VACUUM_EXCEEDED
+
+
+@compiled
+def judge(limits: LineLimits, state: LineWatch, parked_closed: bool) -> int:
+    """Mask of what is wrong with the line.
+
+    parked_closed: the tip is parked behind a closed valve, where the pre-use test looks for leaks.
     """
-    found = 0
-    if state.closed_low_s > CLOSED_LOW_S:
-        found |= 1 << _lost(limits, state)
-    if not sealed and state.rest_low_s > REST_LOW_S:
-        rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
-        leaking = rate < -limits.bore_fall_mmhg_per_s - REST_NOISE_MMHG_PER_S
-        found |= 1 << (Condition.LINE_LEAKING if leaking else Condition.VALVE_STUCK_OPEN)
-    if state.open_low_s > OPEN_LOW_S:
-        small = state.fall_mmhg_per_s < -SMALL_RATIO * limits.bore_fall_mmhg_per_s
-        found |= 1 << (Condition.CANISTER_FULL if small else Condition.VACUUM_LOST)
-    if state.clogged_s > CLOGGED_S:
-        found |= 1 << Condition.LINE_CLOGGED
-    if state.over_s > OVER_S:
-        found |= 1 << Condition.VACUUM_EXCEEDED
-    if state.unvented_s > VENTED_S:
-        rate = (state.vacuum_mmhg - state.slow_mmhg) / RATE_S
-        if rate > -DECAY_SHARE_PER_S * state.vacuum_mmhg:
-            found |= 1 << Condition.PUMP_RUNAWAY
-        else:
-            found |= 1 << Condition.VACUUM_EXCEEDED
-    return found
+    return (
+        _judge_closed(limits, state)
+        | (0 if parked_closed else _judge_rest(limits, state))
+        | _judge_open(limits, state)
+        | flag(state.over_s > OVER_S, Condition.VACUUM_EXCEEDED)
+        | _judge_vented(state)
+    )
 
 
 @compiled
-def afresh(state: LineWatch) -> LineWatch:
-    """After a reset: the vacuum that is there, and nothing held against it."""
-    return LineWatch(
+def reset(state: LineWatch) -> LineWatch:
+    """After a person's reset: the vacuum that is there, and nothing held against it."""
+    return START._replace(
         vacuum_mmhg=state.vacuum_mmhg,
         slow_mmhg=state.slow_mmhg,
         set_mmhg=state.set_mmhg,
-        pumping_s=0.0,
-        built=False,
-        fall_mmhg_per_s=0.0,
-        rest_s=0.0,
         kept_mmhg=state.slow_mmhg,
-        rest_low_s=0.0,
-        closed_low_s=0.0,
-        open_low_s=0.0,
-        clogged_s=0.0,
-        over_s=0.0,
-        unvented_s=0.0,
     )

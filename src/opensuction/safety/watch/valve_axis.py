@@ -1,9 +1,10 @@
-"""Whether the cam does what the valve is told: it must move at once, and arrive in time."""
+"""Whether the cam follows the valve command: it must move at once, and arrive in time."""
 
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.limits import ValveLimits
+from opensuction.safety.watch.duration import extend
 
 CLOSED_RAD = 0.02
 """Cam angle (1.1 degrees) below which the valve's seal holds."""
@@ -19,13 +20,13 @@ SETTLE_S = 0.5
 
 
 class ValveAxis(NamedTuple):
-    """For how long the cam has been away from where it belongs, s."""
+    """For how long the cam has been away from its commanded end, s."""
 
     away_s: float
     still_s: float
-    """And has not moved."""
+    """And has not moved meanwhile."""
     resting: bool
-    """Told to be closed, it has been: the spring alone holds it there."""
+    """Commanded to close, it has closed since: the spring alone holds it there."""
 
 
 START = ValveAxis(away_s=0.0, still_s=0.0, resting=False)
@@ -33,7 +34,7 @@ START = ValveAxis(away_s=0.0, still_s=0.0, resting=False)
 
 @compiled
 def is_open(limits: ValveLimits, cam_rad: float) -> bool:
-    """Whether the valve has opened as far as it shall."""
+    """Whether the valve has opened as far as commanded."""
     return cam_rad >= OPEN_SHARE * limits.open_rad
 
 
@@ -48,24 +49,28 @@ def step(
     limits: ValveLimits,
     state: ValveAxis,
     opened: bool,
-    turned: bool,
+    command_changed: bool,
     cam_rad: float,
     before_rad: float,
     dt_s: float,
 ) -> ValveAxis:
     """Bring it up to this tick.
 
-    opened: what the valve is told. turned: told otherwise than a tick ago.
+    opened: the valve is commanded to be open. command_changed: it was not, or was, a tick ago.
     """
     arrived = is_open(limits, cam_rad) if opened else is_closed(cam_rad)
-    resting = not opened and (arrived or (state.resting and not turned))
-    if arrived or turned:
-        return ValveAxis(away_s=0.0, still_s=0.0, resting=resting)
+    away = not arrived and not command_changed
     return ValveAxis(
-        away_s=state.away_s + dt_s,
-        still_s=state.still_s + dt_s if cam_rad == before_rad else 0.0,
-        resting=resting,
+        away_s=extend(state.away_s, away, dt_s),
+        still_s=extend(state.still_s, away and cam_rad == before_rad, dt_s),
+        resting=not opened and (arrived or (state.resting and not command_changed)),
     )
+
+
+@compiled
+def restart(state: ValveAxis) -> ValveAxis:
+    """Forget for how long the cam has been away."""
+    return state._replace(away_s=0.0, still_s=0.0)
 
 
 @compiled

@@ -13,13 +13,13 @@ from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings import calibration_section, identification_file, plausibility
-from opensuction.settings.calibration_section import Measured, Origin
+from opensuction.settings.calibration_section import Branches, Measured, Origin, Plays
 from opensuction.settings.identification_file import (
     FORMAT_VERSION,
     MODIFIED_DAHL,
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -78,9 +78,10 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
             ),
         ),
         parameters={
-            name: Parameter(model[field], unit, []) for name, (field, unit) in MODIFIED_DAHL.items()
+            name: IdentifiedParameter(model[field], unit, [])
+            for name, (field, unit) in MODIFIED_DAHL.items()
         }
-        | {"initial_lag": Parameter(found.fit.lag_mm, "mm", [])},
+        | {"initial_lag": IdentifiedParameter(found.fit.lag_mm, "mm", [])},
         servo=found.calibration.feedforward,
         measured=Measured(
             machine=Origin(
@@ -90,9 +91,9 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
                 seed=rig.seed,
             ),
             validation=validation,
-            plays=calibration_section.of_plays(found.plays.model),
-            gap_width=calibration_section.of_curves(found.calibration.width),
-            lookup_table=calibration_section.of_curves(found.calibration.table),
+            plays=calibration_section.write_section(Plays, found.plays.model),
+            gap_width=calibration_section.write_section(Branches, found.calibration.width),
+            lookup_table=calibration_section.write_section(Branches, found.calibration.table),
         ),
     )
 
@@ -109,7 +110,7 @@ def confirmed(calibrated: Calibrated, now: datetime) -> Calibrated:
     try:
         file = parameter_file(calibrated, now)
         plausibility.check(
-            identification_file.calibration(file, PARAMETER_FILE), nominal, PARAMETER_FILE
+            identification_file.to_calibration(file, PARAMETER_FILE), nominal, PARAMETER_FILE
         )
     except InputError as refused:
         return calibrated._replace(reasons=(f"A cycle would not take it: {refused}.",))
@@ -157,7 +158,7 @@ def _findings(calibrated: Calibrated, found: Identification) -> Json:
             name: {"value": values[field], "unit": unit, "ci95": None}
             for name, (field, unit) in MODIFIED_DAHL.items()
         },
-        "plays": calibration_section.of_plays(found.plays.model)._asdict()
+        "plays": calibration_section.write_section(Plays, found.plays.model)._asdict()
         | {"gap_mm": prandtl_ishlinskii.gap_mm(found.plays.model)},
         "servo": found.servo._asdict(),
         "gap_mm": gap_mm,

@@ -23,7 +23,7 @@ def resolve(name: str) -> tuple[CompensationKind, Identified | None]:
     if not name.endswith(SUFFIX):
         return choose(name, KIND_OF_NAME, "compensation"), None
     identified = identification_file.load(name)
-    identification_file.calibration(identified, name)
+    identification_file.to_calibration(identified, name)
     return KIND_OF_NAME[identified.about.compensator], identified
 
 
@@ -34,7 +34,7 @@ def calibration(identified: Identified, name: str, kind: MachineKind) -> Calibra
     Raises InputError for a model that cannot be this machine's, and for a machine that was
     calibrated as another kind or with another catheter.
     """
-    found = identification_file.calibration(identified, name)
+    found = identification_file.to_calibration(identified, name)
     if identified.measured is not None:
         _check_origin(identified.measured.machine, name, kind)
     plausibility.check(found, kind.profile.transmission, name)

@@ -11,10 +11,10 @@ from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.simulation.rig import Rig
 from opensuction.twin import preset
-from opensuction.twin.machine.catheter import CATHETERS, ROUTES, laid
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, lay
 from opensuction.twin.patient import patient_kind
 from opensuction.twin.patient.patient_kind import PatientKind
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 
 class Equipment(NamedTuple):
@@ -52,7 +52,7 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
                 raise InputError(f"{option} is the machine file's to say: change it in {name}")
         person_name = _patient_name(choice, machine.preset)
         return Equipment(name, machine, person_name, _patient(person_name), choice.seed)
-    choose(name, preset.TABLES, "machine")
+    choose(name, preset.MACHINE_TABLES, "machine")
     person_name = _patient_name(choice, name)
     person = _patient(person_name)
     machine = machine_kind.of_preset(name, None if person is None else person.age)
@@ -61,7 +61,7 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
         catheter = choose(choice.catheter, CATHETERS, "catheter")
     route = choice.conduit if choice.conduit is not None else "standard"
     choose(route, ROUTES, "conduit")
-    machine = machine_kind.equipped(machine, catheter, laid(route, catheter))
+    machine = machine_kind.equipped(machine, catheter, lay(route, catheter))
     return Equipment(name, machine, person_name, person, choice.seed)
 
 
@@ -79,5 +79,5 @@ def _patient(name: str | None) -> PatientKind | None:
         return None
     if is_file(name):
         return patient_file.load(name)
-    choose(name, TABLES, "patient")
+    choose(name, PATIENT_TABLES, "patient")
     return patient_kind.of_preset(name)

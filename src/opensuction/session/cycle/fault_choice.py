@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.settings.choice import choose
-from opensuction.settings.wording import one_line, shown
+from opensuction.settings.wording import one_line, show
 from opensuction.simulation.injection import injection
-from opensuction.simulation.injection.fault_instant import AT_START, Injection, Instant
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine.catheter import CATHETERS
@@ -43,24 +43,24 @@ def _number(text: str, what: str, whole: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(one_line(f"--fault {shown(whole)}: {what} {shown(text)} is not a number"))
+        raise InputError(one_line(f"--fault {show(whole)}: {what} {show(text)} is not a number"))
     return value
 
 
-def _instant(text: str, whole: str) -> Instant:
+def _instant(text: str, whole: str) -> FaultInstant:
     """The instant after the ``@``."""
     name, plus, after = text.partition("+")
     if not name or not name[0].isalpha():
-        return Instant(None, _number(text, "the instant", whole))
+        return FaultInstant(None, _number(text, "the instant", whole))
     phase = choose(name.replace("-", "_"), PHASES, "phase of a fault")
-    return Instant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
+    return FaultInstant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
 
 
 def parse(text: str) -> Injection:
     """The fault that a person wrote; raises InputError for what cannot be meant."""
     parts = _PARTS.fullmatch(text)
     if parts is None:
-        raise InputError(one_line(f"--fault {shown(text)}: should be {FORM}"))
+        raise InputError(one_line(f"--fault {show(text)}: should be {FORM}"))
     fault = choose(parts["name"], BY_NAME, "fault", LISTED)
     strength = ROWS[fault].default_strength
     if parts["strength"] is not None:

@@ -62,7 +62,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
             f"after {last_s:.1f} s, or that phase after less"
         )
     planned = [
-        Injected(one, 0.0, injection.noticed(found.columns, 0.0))
+        Injected(one, 0.0, injection.find_notice(found.columns, 0.0))
         for one in faults
         if one not in later
     ]

@@ -7,7 +7,7 @@ from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json
 from opensuction.simulation.rig import Identification
-from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, laid
+from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, lay
 
 
 def teaching(prepared: Prepared) -> Json | None:
@@ -85,7 +85,7 @@ def catheter_name(catheter: Catheter) -> str:
 def conduit_name(catheter: Catheter, conduit: Conduit) -> str:
     """Name of a conduit for a catheter, or its measures where it has none."""
     for name in ROUTES:
-        if laid(name, catheter) == conduit:
+        if lay(name, catheter) == conduit:
             return name
     return (
         f"{conduit.length_mm:g} mm, bore {conduit.bore_mm:g} mm, bent by {conduit.bend_rad:g} rad"

@@ -3,6 +3,7 @@
 import numpy as np
 
 from opensuction import __version__
+from opensuction.kernel.constant import HOUR_S
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
@@ -11,7 +12,6 @@ from opensuction.session.day import day_gap
 from opensuction.session.day.day_run import Day, DayCycle
 from opensuction.session.plain import Json, without_nan
 
-HOUR_S = 3600.0
 MINUTE_S = 60.0
 
 

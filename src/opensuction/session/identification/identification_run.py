@@ -6,16 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.identification import workbench
-from opensuction.identification.workbench import METHODS, MODELS, Labels, Progress, Result
+from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Labels, Progress
 from opensuction.kernel.errors import InputError
 from opensuction.recording import pair as recorded
 from opensuction.recording import table
-from opensuction.recording.pair import Pair, Span
-from opensuction.recording.table import Table
+from opensuction.recording.pair import Pair, TimeSpan
+from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
 from opensuction.settings.unit import unit_of_column
-from opensuction.settings.wording import one_line
+from opensuction.settings.wording import refuse
 
 SECONDS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 """Units of time that a column's name may carry; without one it is in seconds."""
@@ -24,7 +24,7 @@ UNKNOWN_UNITS = ("input", "output")
 """What units are called where a column's name has none: a slope is then in output/input."""
 
 
-class Loaded(NamedTuple):
+class LoadedRecording(NamedTuple):
     """A recording ready to be identified."""
 
     choice: RecordingChoice
@@ -32,7 +32,7 @@ class Loaded(NamedTuple):
     """None: all of them are compared."""
     method: str | None
     """None: the model's own."""
-    table: Table
+    table: RecordedTable
     pair: Pair
     labels: Labels
     """Names and units, ``input`` and ``output`` for units that are not known."""
@@ -44,12 +44,7 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
         choose(model, MODELS, "model")
     if method is not None:
         choose(method, METHODS, "method")
-    if not 0.0 <= choice.holdout <= workbench.MOST_HOLDOUT_RATIO:
-        raise InputError(
-            f"--holdout {choice.holdout:g}: should be from 0 to "
-            f"{workbench.MOST_HOLDOUT_RATIO:g}, the share of the recording that is predicted "
-            "instead of fitted"
-        )
+    workbench.check_holdout(choice.holdout, "--holdout")
     _check_span(choice)
     if choice.input == choice.output:
         raise InputError(
@@ -68,21 +63,21 @@ def _check_span(choice: RecordingChoice) -> None:
             raise InputError(f"{option} {end_s}: should be a time in seconds")
 
 
-def load(choice: RecordingChoice, model: str | None, method: str | None) -> Loaded:
+def load(choice: RecordingChoice, model: str | None, method: str | None) -> LoadedRecording:
     """Read the columns that were named, for one model by one method or, with None, for all.
 
     Raises InputError for a file that is no table, columns that it does not have, cells that are
     no numbers, a time that does not rise, and records that cannot show how one follows the other.
     """
     check(choice, model, method)
-    found = table.opened(choice.file)
+    found = table.open_table(choice.file)
     known = dict.fromkeys(found.names)
     wanted = [choice.input, choice.output]
     if choice.time is not None:
         wanted.append(choice.time)
     for name in wanted:
         choose(name, known, f"column in {choice.file}:")
-    columns = table.columns(found, wanted)
+    columns = table.read_columns(found, wanted)
     time_s = None
     try:
         if choice.time is not None:
@@ -90,34 +85,30 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
             recorded.check_time(choice.time, time_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
         pair = recorded.cut(
-            Pair(columns[choice.input], answer, time_s), Span(choice.from_s, choice.to_s)
+            Pair(columns[choice.input], answer, time_s), TimeSpan(choice.from_s, choice.to_s)
         )
         recorded.check(pair, choice.input, choice.output)
     except InputError as refused:
-        raise _of_file(choice, refused) from None
-    return Loaded(choice, model, method, found, pair, labels(choice))
+        raise refuse(choice.file, str(refused)) from None
+    return LoadedRecording(choice, model, method, found, pair, name_columns(choice))
 
 
-def labels(choice: RecordingChoice) -> Labels:
+def name_columns(choice: RecordingChoice) -> Labels:
     """Names and units of the columns, as estimators and reports call them."""
     return Labels(
         input_name=choice.input,
         output_name=f"-{choice.output}" if choice.negate_output else choice.output,
-        input_unit=unit(choice.input_unit, choice.input) or UNKNOWN_UNITS[0],
-        output_unit=unit(choice.output_unit, choice.output) or UNKNOWN_UNITS[1],
+        input_unit=choose_unit(choice.input_unit, choice.input) or UNKNOWN_UNITS[0],
+        output_unit=choose_unit(choice.output_unit, choice.output) or UNKNOWN_UNITS[1],
     )
 
 
-def unit(given: str | None, column: str) -> str:
+def choose_unit(given: str | None, column: str) -> str:
     """The unit that was given, else the one in the column's name; "" where there is none."""
     return unit_of_column(column) if given is None else given
 
 
-def _of_file(choice: RecordingChoice, refused: InputError) -> InputError:
-    return InputError(one_line(f"{choice.file}: {refused}"))
-
-
-def identify(loaded: Loaded) -> Result:
+def identify(loaded: LoadedRecording) -> FittedModel:
     """The chosen model, fitted. Raises InputError where the recording does not allow it."""
     choice, pair = loaded.choice, loaded.pair
     _check_direction(loaded)
@@ -132,11 +123,11 @@ def identify(loaded: Loaded) -> Result:
             loaded.labels,
         )
     except InputError as refused:
-        raise _of_file(choice, refused) from None
+        raise refuse(choice.file, str(refused)) from None
 
 
-def compare(loaded: Loaded, progress: Progress | None = None) -> list[Result]:
-    """Every model, best first. progress: told before each model."""
+def compare(loaded: LoadedRecording, progress: Progress | None = None) -> list[FittedModel]:
+    """Every model, best first. progress: called before each model."""
     choice, pair = loaded.choice, loaded.pair
     _check_direction(loaded)
     try:
@@ -144,12 +135,12 @@ def compare(loaded: Loaded, progress: Progress | None = None) -> list[Result]:
             pair.driven, pair.answer, pair.time_s, choice.holdout, loaded.labels, progress
         )
     except InputError as refused:
-        raise _of_file(choice, refused) from None
+        raise refuse(choice.file, str(refused)) from None
 
 
-def _check_direction(loaded: Loaded) -> None:
+def _check_direction(loaded: LoadedRecording) -> None:
     """Refuse an output that runs against its input, with the option that turns it round."""
-    slope, _ = line(loaded.pair)
+    slope, _ = fit_line(loaded.pair)
     if slope < 0.0:
         choice = loaded.choice
         remedy = "leave out" if choice.negate_output else "add"
@@ -159,7 +150,7 @@ def _check_direction(loaded: Loaded) -> None:
         )
 
 
-def line(pair: Pair) -> tuple[float, float]:
+def fit_line(pair: Pair) -> tuple[float, float]:
     """Slope of the straight line through a recording, and the RMSE that it leaves.
 
     What any model of hysteresis has to beat.

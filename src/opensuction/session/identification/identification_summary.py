@@ -9,9 +9,10 @@ from datetime import datetime
 import numpy as np
 
 from opensuction import __version__
-from opensuction.identification.workbench import METHODS, MODELS, Estimate, Result
+from opensuction.identification.judgement.candidate import Estimate
+from opensuction.identification.workbench import METHODS, MODELS, FittedModel
 from opensuction.session.identification import identification_run
-from opensuction.session.identification.identification_run import Loaded
+from opensuction.session.identification.identification_run import LoadedRecording
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings.identification_file import (
     COMPENSATOR_OF_MODEL,
@@ -19,7 +20,7 @@ from opensuction.settings.identification_file import (
     NO_COMPENSATOR,
     IdentificationFile,
     Identified,
-    Parameter,
+    IdentifiedParameter,
     Quantity,
     Source,
 )
@@ -31,13 +32,13 @@ def _interval(estimate: Estimate) -> list[float]:
     return ends if all(math.isfinite(end) for end in ends) else []
 
 
-def _figures(result: Result) -> Json:
+def _figures(result: FittedModel) -> Json:
     """One model's figures."""
     return {
         "model": result.model,
-        "model_words": MODELS.get(result.model),
+        "model_words": MODELS[result.model].summary,
         "method": result.method,
-        "method_words": METHODS.get(result.method),
+        "method_words": METHODS[result.method],
         "parameters": {
             name: {"value": found.value, "unit": found.unit, "ci95": _interval(found) or None}
             for name, found in result.parameters.items()
@@ -57,7 +58,7 @@ def _figures(result: Result) -> Json:
     }
 
 
-def _provenance(loaded: Loaded, now: datetime, seconds: float) -> Json:
+def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Json:
     """What was identified, by what, and when."""
     choice, pair = loaded.choice, loaded.pair
     range_ = float(np.ptp(pair.answer))
@@ -74,41 +75,43 @@ def _provenance(loaded: Loaded, now: datetime, seconds: float) -> Json:
             "time": choice.time,
         },
         "holdout_ratio": choice.holdout,
-        "line_rmse_percent_of_range": 100.0 * identification_run.line(pair)[1] / range_,
+        "line_rmse_percent_of_range": 100.0 * identification_run.fit_line(pair)[1] / range_,
         "version": __version__,
         "date_utc": now.isoformat(timespec="seconds"),
         "seconds": seconds,
     }
 
 
-def _quantity(loaded: Loaded, output: bool) -> Quantity:
+def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
     choice = loaded.choice
     values = loaded.pair.answer if output else loaded.pair.driven
     column = choice.output if output else choice.input
     given = choice.output_unit if output else choice.input_unit
     return Quantity(
         column=column,
-        unit=identification_run.unit(given, column),
+        unit=identification_run.choose_unit(given, column),
         negated=output and choice.negate_output,
         lowest=float(values.min()),
         highest=float(values.max()),
     )
 
 
-def identified(loaded: Loaded, result: Result, now: datetime, seconds: float) -> Json:
+def summarise(loaded: LoadedRecording, result: FittedModel, now: datetime, seconds: float) -> Json:
     """The JSON object of ``identify``. now: in UTC. seconds: that the fit took."""
     data: Json = without_nan(_figures(result) | _provenance(loaded, now, seconds))
     return data
 
 
-def compared(loaded: Loaded, results: list[Result], now: datetime, seconds: float) -> Json:
+def summarise_comparison(
+    loaded: LoadedRecording, results: list[FittedModel], now: datetime, seconds: float
+) -> Json:
     """The JSON object of ``compare``: models in the order of the workbench, best first."""
     models = [_figures(result) for result in results]
     data: Json = without_nan({"models": models} | _provenance(loaded, now, seconds))
     return data
 
 
-def parameter_file(loaded: Loaded, result: Result, now: datetime) -> Identified:
+def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datetime) -> Identified:
     """The parameter file of one model."""
     return Identified(
         about=IdentificationFile(
@@ -132,7 +135,7 @@ def parameter_file(loaded: Loaded, result: Result, now: datetime) -> Identified:
             ),
         ),
         parameters={
-            name: Parameter(found.value, found.unit, _interval(found))
+            name: IdentifiedParameter(found.value, found.unit, _interval(found))
             for name, found in result.parameters.items()
         },
         servo=None,

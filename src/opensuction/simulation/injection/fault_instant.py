@@ -6,7 +6,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.twin.fault.fault import Fault
 
 
-class Instant(NamedTuple):
+class FaultInstant(NamedTuple):
     """When a fault comes."""
 
     phase: Phase | None
@@ -21,12 +21,12 @@ class Instant(NamedTuple):
         return f"@{self.phase.name.lower()}+{self.after_s:g}"
 
 
-AT_START = Instant(phase=None, after_s=0.0)
+AT_START = FaultInstant(phase=None, after_s=0.0)
 
 
 class Injection(NamedTuple):
     """A fault, when it comes and how strong it is."""
 
     fault: Fault
-    at: Instant
+    at: FaultInstant
     strength: float

@@ -1,8 +1,8 @@
 """One cycle with up to two faults, each at its instant: the trace, and when each was noticed.
 
-The loop runs in pieces; at its instant a fault swaps the machine for the faulty one, or the link
-between controller and machine. Where all faults are in the machine the healthy loop is what runs.
-What is safe is for the one who asks to say: `opensuction.simulation.injection.safe_state`.
+The loop runs in pieces; at the instant of a fault the machine is replaced by the faulty one, or the
+link between controller and machine is. Which state is safe depends on the hazard: see
+`opensuction.simulation.injection.safe_state`.
 """
 
 from collections.abc import Callable, Sequence
@@ -126,7 +126,7 @@ def check(injections: Sequence[Injection]) -> None:
 
 
 Watcher = Callable[[npt.NDArray[np.float64]], None]
-"""Hears of the last row of each piece."""
+"""Called with the last row of each piece."""
 
 
 def run(
@@ -142,21 +142,21 @@ def run(
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. watch: hears of each piece of ``piece_s``. With no fault it gives
-    the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
+    seed: chance of the faults. watch: called after each piece of ``piece_s``. Without a fault it
+    gives the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
     """
     check(injections)
     room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s
     going = FaultyRun(loop, start, injections, trace.rows(room_s), seed)
     most = round(LIMIT_S / DT_S)
-    _until_rest(going, most, watch, piece_s)
+    _run_until_rest(going, most, watch, piece_s)
     for _ in range(resets):
-        _for(going, RESET_S)
+        _run_for(going, RESET_S)
         if not going.is_halted:
             break
         going.requests = RESET
-        _until_rest(going, going.done + most, watch, piece_s)
-    _for(going, after_s)
+        _run_until_rest(going, going.done + most, watch, piece_s)
+    _run_for(going, after_s)
     columns = trace.by_name(going.table[: going.done])
     found = tuple(
         Injected(injection, at_s, _first_sign(columns, at_s, going))
@@ -165,7 +165,7 @@ def run(
     return InjectedRun(going.state, columns, found, going.sent(columns))
 
 
-def _until_rest(going: FaultyRun, last: int, watch: Watcher, piece_s: float) -> None:
+def _run_until_rest(going: FaultyRun, last: int, watch: Watcher, piece_s: float) -> None:
     """Run until the machine rests, or its controller has been gone for long."""
     piece, begun = round(piece_s / DT_S), going.done
     active = False
@@ -180,14 +180,14 @@ def _until_rest(going: FaultyRun, last: int, watch: Watcher, piece_s: float) -> 
             break
 
 
-def _for(going: FaultyRun, seconds: float) -> None:
+def _run_for(going: FaultyRun, seconds: float) -> None:
     """Run for a time."""
     last = going.done + round(seconds / DT_S)
     while going.done < last:
         going.advance(last - going.done)
 
 
-def _trip(columns: Columns, first: int) -> Notice | None:
+def _find_trip(columns: Columns, first: int) -> Notice | None:
     masks = columns["verdict.trips"].astype(np.int64)
     known = int(masks[first - 1]) if first > 0 else 0
     new = np.flatnonzero(masks[first:] & ~known)
@@ -198,7 +198,7 @@ def _trip(columns: Columns, first: int) -> Notice | None:
     return Notice(Detector.TRIP, code, float(columns["time_s"][tick]))
 
 
-def _check(columns: Columns, first: int) -> Notice | None:
+def _find_failed_check(columns: Columns, first: int) -> Notice | None:
     failed = np.flatnonzero(columns["check_failed"][first:])
     if not failed.size or (first > 0 and columns["check_failed"][first - 1] != 0.0):
         return None
@@ -207,7 +207,7 @@ def _check(columns: Columns, first: int) -> Notice | None:
     return Notice(Detector.CHECK, code, float(columns["time_s"][tick]))
 
 
-def _abort(columns: Columns, first: int) -> Notice | None:
+def _find_abort(columns: Columns, first: int) -> Notice | None:
     broken = np.isin(columns["phase"], (Phase.ABORTING, Phase.HALTED))
     began = np.flatnonzero(broken[first:])
     if not began.size or (first > 0 and broken[first - 1]):
@@ -216,29 +216,29 @@ def _abort(columns: Columns, first: int) -> Notice | None:
     return Notice(Detector.ABORT, int(columns["cause"][tick]), float(columns["time_s"][tick]))
 
 
-def noticed(columns: Columns, from_s: float) -> Notice | None:
+def find_notice(columns: Columns, from_s: float) -> Notice | None:
     """The first sign of trouble from an instant on that was not there before; None for none.
 
     A trip, an item of the pre-use test or another event that broke the cycle off, whichever comes
     first; of those of one tick the first named says most.
     """
     first = round(from_s / DT_S)
-    signs = [find(columns, first) for find in (_trip, _check, _abort)]
+    signs = [find(columns, first) for find in (_find_trip, _find_failed_check, _find_abort)]
     found = [sign for sign in signs if sign is not None]
     return min(found, key=lambda sign: sign.time_s, default=None)
 
 
 def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | None:
-    """As `noticed`; the drives' watchdog and a refused start are not in the trace."""
+    """As `find_notice`; the drives' watchdog and a refused start are not in the trace."""
     if np.isnan(at_s):
         return None
-    seen = noticed(columns, at_s)
+    seen = find_notice(columns, at_s)
     if seen is not None and round(seen.time_s / DT_S) == going.stopped_tick:
         seen = None  # a controller that stops notices nothing
     signs = [seen]
     if going.alone_s >= at_s:
         signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
-    refusal = going.state.controller.upkeep.refusal
+    refusal = going.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE:
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]

@@ -1,9 +1,8 @@
-"""What must hold in every tick of a run, whatever is broken: checked on its trace afterwards.
+"""What must hold in every tick of a run under any fault, checked on the trace afterwards.
 
-Two kinds. The *command side* is what the controller sends, judged by what it read itself: no fault
-excuses a breach. The *physical bounds* are what really happens to the patient: they hold without a
-fault and under any single one, but for those of `fault_allowance`, where a
-fault does the harm itself before anything could be read of it.
+There are two kinds. The *command side* is what the controller sends, judged by what it has read: no
+fault excuses a breach. The *physical bounds* are what happens to the patient: they hold without a
+fault and under any single one, raised for some faults by `fault_allowance`.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,16 +18,16 @@ from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.watch import valve_axis, watch
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import fault_allowance
-from opensuction.simulation.injection.fault_allowance import Bound
+from opensuction.simulation.injection.fault_allowance import PhysicalBound
 from opensuction.simulation.outcome import VENTED_MMHG
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 
 Ticks = npt.NDArray[np.bool_]
-Values = npt.NDArray[np.float64]
+Samples = npt.NDArray[np.float64]
 
 SUCTION_PHASES = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING, Phase.ABORTING)
-"""Phases in which the valve may be told to open; in CHECKING with the line vented."""
+"""Phases in which the valve may be commanded open; in CHECKING with the line vented."""
 ROUNDING = 1e-9
 """Positions of about 100 mm are rounded to 1e-14; a tick divides that by 1e-3."""
 
@@ -46,7 +45,7 @@ Check = Callable[[Columns, Settings], Breach | None]
 
 
 def _breach(
-    name: str, columns: Columns, broken: Ticks, values: Values, bound: float
+    name: str, columns: Columns, broken: Ticks, values: Samples, bound: float
 ) -> Breach | None:
     """The breach in the ticks in which it is one; None where there are none."""
     if not broken.any():
@@ -57,11 +56,11 @@ def _breach(
     return Breach(name, first, worst, bound)
 
 
-def _above(name: str, columns: Columns, values: Values, bound: float) -> Breach | None:
+def _above(name: str, columns: Columns, values: Samples, bound: float) -> Breach | None:
     return _breach(name, columns, values > bound, values, bound)
 
 
-def advance_mm(position_mm: Values, counts: Ticks) -> Values:
+def advance_mm(position_mm: Samples, counts: Ticks) -> Samples:
     """Net advance so far within each unbroken stretch in which ``counts`` holds; 0 elsewhere."""
     found = np.zeros_like(position_mm)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8), [0]))))
@@ -71,21 +70,21 @@ def advance_mm(position_mm: Values, counts: Ticks) -> Values:
     return found
 
 
-def lasting_s(counts: Ticks) -> Values:
+def duration_s(counts: Ticks) -> Samples:
     """For how long ``counts`` has held without a break, in each tick."""
     index = np.arange(counts.size)
     last_off = np.maximum.accumulate(np.where(counts, -1, index))
     return np.where(counts, index - last_off, 0) * DT_S
 
 
-def _finite(columns: Columns, _: Settings) -> Breach | None:
+def _finite_commands(columns: Columns, _: Settings) -> Breach | None:
     for name, values in columns.items():
         if name.startswith("commands.") and not np.isfinite(values).all():
             return _breach(f"{name} is a number", columns, ~np.isfinite(values), values, 0.0)
     return None
 
 
-def _volts(columns: Columns, settings: Settings) -> Breach | None:
+def _voltage(columns: Columns, settings: Settings) -> Breach | None:
     volts = np.abs(columns["commands.insertion_v"])
     limit = settings.insertion_servo.voltage_limit_v
     return _above("voltage within the supply", columns, volts, limit)
@@ -111,24 +110,26 @@ def _head_speed(columns: Columns, settings: Settings) -> Breach | None:
     return _above("head command within its speed", columns, speed, limit)
 
 
-def _sealed(columns: Columns, settings: Settings) -> Ticks:
+def _is_parked_closed(columns: Columns, settings: Settings) -> Ticks:
     """Pre-use test with the valve read closed and the head parked: the relief valve's own test."""
     cam, off_mm = columns["readings.cam_rad"], columns["readings.head_mm"]
     off_mm = np.abs(off_mm - settings.limits.park_head_mm)
     closed = (np.abs(cam) <= valve_axis.CLOSED_RAD) & (columns["readings.cam_valid"] > 0.0)
     parked = (off_mm <= watch.PARKED_MM) & (columns["readings.head_valid"] > 0.0)
-    sealed: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
-    return sealed
+    found: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
+    return found
 
 
 def _vacuum_command(columns: Columns, settings: Settings) -> Breach | None:
     wanted, limit = columns["commands.vacuum_mmhg"], settings.limits.vacuum_mmhg
-    highest = np.where(_sealed(columns, settings), settings.limits.line.sealed_mmhg, limit)
+    highest = np.where(
+        _is_parked_closed(columns, settings), settings.limits.line.parked_closed_mmhg, limit
+    )
     return _breach("vacuum command within its limit", columns, wanted > highest, wanted, limit)
 
 
-def _opening(columns: Columns) -> Ticks:
-    """Ticks in which the valve is told to open further."""
+def _is_opening(columns: Columns) -> Ticks:
+    """Ticks in which the valve is commanded to open further."""
     cam = columns["commands.cam_rad"]
     return np.concatenate(([False], np.diff(cam) > 0.0))
 
@@ -137,20 +138,20 @@ def _valve_phase(columns: Columns, _: Settings) -> Breach | None:
     unpowered = columns["commands.pump_on"] == 0.0
     testing = (columns["phase"] == Phase.CHECKING) & unpowered
     allowed = np.isin(columns["phase"], SUCTION_PHASES) | testing
-    broken = _opening(columns) & ~allowed
+    broken = _is_opening(columns) & ~allowed
     return _breach("valve told to open only for suction", columns, broken, columns["phase"], 0.0)
 
 
-def _cut(columns: Columns, _: Settings) -> Breach | None:
+def _cut_by_trip(columns: Columns, _: Settings) -> Breach | None:
     masks = columns["verdict.trips"].astype(np.int64)
     cuts = [mask for mask in np.unique(masks) if condition_mask.cuts_vacuum(int(mask))]
     cut = np.isin(masks, cuts)
-    broken = cut & (_opening(columns) | (columns["commands.pump_on"] > 0.0))
+    broken = cut & (_is_opening(columns) | (columns["commands.pump_on"] > 0.0))
     return _breach("no vacuum where a trip cuts it", columns, broken, masks.astype(float), 0.0)
 
 
 def _command_advance(columns: Columns, settings: Settings) -> Breach | None:
-    """By what was read: the head command does not advance while the valve is told to be open."""
+    """By what was read: the head command does not advance while the valve is commanded open."""
     told_open = columns["commands.cam_rad"] > 0.0
     told_open &= columns["commands.valve_on"] > 0.0
     driven = columns["commands.insertion_on"] > 0.0
@@ -162,13 +163,13 @@ def _command_advance(columns: Columns, settings: Settings) -> Breach | None:
 
 
 COMMAND_SIDE: tuple[Check, ...] = (
-    _finite,
-    _volts,
+    _finite_commands,
+    _voltage,
     _torque_off,
     _head_speed,
     _vacuum_command,
     _valve_phase,
-    _cut,
+    _cut_by_trip,
     _command_advance,
 )
 """Never broken, under any fault."""
@@ -185,12 +186,12 @@ def command_side(columns: Columns, settings: Settings) -> list[Breach]:
 
 
 class Grace(NamedTuple):
-    """What a limit allows on top: the times that the machine needs once it has noticed."""
+    """Times that the machine needs once it has noticed, on top of a limit."""
 
     closing_s: float
     """From the order to close until no vacuum is left at the tip."""
     withdrawal_s: float
-    """From the order to come out until the tip is out, or the catheter is let go."""
+    """From the command to withdraw until the tip is out, or the drive's torque is off."""
 
 
 FORCE_N = 0.3
@@ -206,80 +207,80 @@ def grace(settings: Settings) -> Grace:
     return Grace(closing_s=CLOSING_S, withdrawal_s=settings.limits.withdrawal_s)
 
 
-def _inside(columns: Columns, settings: Settings) -> Ticks:
+def _is_inside(columns: Columns, settings: Settings) -> Ticks:
     inside: Ticks = columns["truth.tip_mm"] > settings.limits.outside_mm
     return inside
 
 
-def _sucking(columns: Columns) -> Ticks:
+def _is_sucking(columns: Columns) -> Ticks:
     sucking: Ticks = columns["truth.tip_vacuum_mmhg"] > VENTED_MMHG
     return sucking
 
 
-def _tip(columns: Columns, _: Settings) -> Values:
+def _tip(columns: Columns, _: Settings) -> Samples:
     return columns["truth.tip_mm"]
 
 
-def _force(columns: Columns, _: Settings) -> Values:
+def _force(columns: Columns, _: Settings) -> Samples:
     return columns["truth.contact_n"]
 
 
-def _advance(columns: Columns, _: Settings) -> Values:
-    return advance_mm(columns["truth.tip_mm"], _sucking(columns))
+def _advance(columns: Columns, _: Settings) -> Samples:
+    return advance_mm(columns["truth.tip_mm"], _is_sucking(columns))
 
 
-def _negative_pressure(columns: Columns, settings: Settings) -> Values:
-    return lasting_s(_sucking(columns) & _inside(columns, settings))
+def _negative_pressure(columns: Columns, settings: Settings) -> Samples:
+    return duration_s(_is_sucking(columns) & _is_inside(columns, settings))
 
 
-def _in_airway(columns: Columns, settings: Settings) -> Values:
-    """A catheter that cannot be drawn out is let go, vented, with an alarm: then a hand must."""
-    let_go = (columns["commands.insertion_on"] == 0.0) & ~_sucking(columns)
-    return lasting_s(_inside(columns, settings) & ~let_go)
+def _in_airway(columns: Columns, settings: Settings) -> Samples:
+    """A catheter that cannot be drawn out is left without torque, vented, to a person's hand."""
+    let_go = (columns["commands.insertion_on"] == 0.0) & ~_is_sucking(columns)
+    return duration_s(_is_inside(columns, settings) & ~let_go)
 
 
-def _excess(columns: Columns, settings: Settings) -> Values:
+def _excess(columns: Columns, settings: Settings) -> Samples:
     """At the tip, in the airway: what the line holds behind a closed valve harms nobody."""
-    felt = np.where(_inside(columns, settings), columns["truth.tip_vacuum_mmhg"], 0.0)
-    return lasting_s(felt > settings.limits.vacuum_mmhg)
+    felt = np.where(_is_inside(columns, settings), columns["truth.tip_vacuum_mmhg"], 0.0)
+    return duration_s(felt > settings.limits.vacuum_mmhg)
 
 
-class Physical(NamedTuple):
+class PhysicalCheck(NamedTuple):
     """A bound of what happens to the patient."""
 
-    bound: Bound
-    values: Callable[[Columns, Settings], Values]
+    bound: PhysicalBound
+    values: Callable[[Columns, Settings], Samples]
     limit: Callable[[Settings], float]
-    """Where no fault states another."""
+    """Where no fault raises it."""
 
 
-PHYSICAL: tuple[Physical, ...] = (
-    Physical(Bound.TIP, _tip, lambda settings: settings.limits.cap_mm),
-    Physical(Bound.FORCE, _force, lambda _: FORCE_N),
-    Physical(Bound.ADVANCE, _advance, lambda _: ADVANCE_MM),
-    Physical(
-        Bound.SUCTION,
+PHYSICAL: tuple[PhysicalCheck, ...] = (
+    PhysicalCheck(PhysicalBound.TIP, _tip, lambda settings: settings.limits.cap_mm),
+    PhysicalCheck(PhysicalBound.FORCE, _force, lambda _: FORCE_N),
+    PhysicalCheck(PhysicalBound.ADVANCE, _advance, lambda _: ADVANCE_MM),
+    PhysicalCheck(
+        PhysicalBound.SUCTION,
         _negative_pressure,
         lambda settings: settings.limits.negative_pressure_s + grace(settings).closing_s,
     ),
-    Physical(
-        Bound.AIRWAY,
+    PhysicalCheck(
+        PhysicalBound.AIRWAY,
         _in_airway,
         lambda settings: settings.limits.in_airway_s + grace(settings).withdrawal_s,
     ),
-    Physical(Bound.VACUUM, _excess, lambda _: EXCESS_S),
+    PhysicalCheck(PhysicalBound.VACUUM, _excess, lambda _: EXCESS_S),
 )
-"""What the patient must be spared, also under any single fault."""
+"""Bounds that hold under any single fault, too."""
 
 
 def physical(columns: Columns, settings: Settings, faults: Iterable[Fault] = ()) -> list[Breach]:
-    """Bounds of what really happened that were broken.
+    """Physical bounds that were broken.
 
-    faults: those that came; where they state a higher bound, or more on top of it, that counts.
+    faults: those that came; the bound is raised by what the worst of them adds.
     """
     came = tuple(faults)
     found = []
     for one in PHYSICAL:
-        limit = fault_allowance.allowed(one.bound, one.limit(settings), came)
+        limit = fault_allowance.raise_limit(one.bound, one.limit(settings), came)
         found.append(_above(one.bound.value, columns, one.values(columns, settings), limit))
     return [breach for breach in found if breach is not None]

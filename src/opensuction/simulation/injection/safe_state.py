@@ -1,7 +1,7 @@
-"""What can be called safe: predicates over the truth of a trace, by name.
+"""What a safe state is put together from: predicates on a trace, by name.
 
-Each says of every tick whether it holds. What the controller believes does not count: the twin's
-own columns are asked, and the commands that the drives obeyed.
+Each is true or false in every tick. They are judged on the truth of the twin and on the commands
+that the drives obeyed, not on what the controller has read.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +25,7 @@ STANDING_S = 0.05
 
 
 class SafeBounds(NamedTuple):
-    """What the predicates go by; none has a default."""
+    """Limits of the predicates; none has a default."""
 
     boundary_mm: float
     """Tip here or above is outside the patient."""
@@ -37,84 +37,79 @@ class SafeBounds(NamedTuple):
     """Force up to this is no contact."""
 
 
-def _tip_outside(columns: Columns, bounds: SafeBounds) -> Holds:
+def _is_tip_outside(columns: Columns, bounds: SafeBounds) -> Holds:
+    """The tip is outside the patient."""
     return columns["truth.tip_mm"] <= bounds.boundary_mm
 
 
-def _valve_closed(columns: Columns, _bounds: SafeBounds) -> Holds:
+def _is_valve_closed(columns: Columns, _bounds: SafeBounds) -> Holds:
+    """The suction valve is closed."""
     return np.equal(columns["truth.valve_open_ratio"], 0.0)
 
 
-def _no_suction(columns: Columns, bounds: SafeBounds) -> Holds:
+def _is_without_suction(columns: Columns, bounds: SafeBounds) -> Holds:
+    """No vacuum reaches the tip."""
     return columns["truth.tip_vacuum_mmhg"] <= bounds.vented_mmhg
 
 
-def _vented(columns: Columns, bounds: SafeBounds) -> Holds:
+def _is_vented(columns: Columns, bounds: SafeBounds) -> Holds:
+    """The line is vented."""
     return columns["truth.line_vacuum_mmhg"] <= bounds.vented_mmhg
 
 
-def _vacuum_limited(columns: Columns, bounds: SafeBounds) -> Holds:
+def _is_vacuum_limited(columns: Columns, bounds: SafeBounds) -> Holds:
+    """The line's vacuum is within its limit."""
     return columns["truth.line_vacuum_mmhg"] <= bounds.vacuum_mmhg
 
 
-def _torque_off(columns: Columns, _bounds: SafeBounds) -> Holds:
+def _is_torque_off(columns: Columns, _bounds: SafeBounds) -> Holds:
+    """The insertion drive has no torque."""
     return np.equal(columns["commands.insertion_on"], 0.0)
 
 
-def _pump_off(columns: Columns, _bounds: SafeBounds) -> Holds:
+def _is_pump_off(columns: Columns, _bounds: SafeBounds) -> Holds:
+    """The pump is commanded off."""
     return np.equal(columns["commands.pump_on"], 0.0)
 
 
-def _standing(columns: Columns, _bounds: SafeBounds) -> Holds:
+def _is_standing(columns: Columns, _bounds: SafeBounds) -> Holds:
+    """The catheter head stands still."""
     ticks = round(STANDING_S / DT_S)
     head = columns["truth.head_mm"]
     before = np.concatenate((np.full(min(ticks, head.size), head[0]), head[:-ticks]))
     return np.asarray(np.abs(head - before) <= STANDING_MM_PER_S * STANDING_S)
 
 
-def _untouched(columns: Columns, bounds: SafeBounds) -> Holds:
+def _is_untouched(columns: Columns, bounds: SafeBounds) -> Holds:
+    """The tip touches nothing."""
     return columns["truth.contact_n"] <= bounds.contact_n
 
 
-def _resting(columns: Columns, _bounds: SafeBounds) -> Holds:
+def _is_resting(columns: Columns, _bounds: SafeBounds) -> Holds:
+    """The controller waits for a person."""
     return np.isin(columns["phase"], (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE))
 
 
-def _not_started(columns: Columns, _bounds: SafeBounds) -> Holds:
+def _is_not_started(columns: Columns, _bounds: SafeBounds) -> Holds:
     """At every tick whether insertion has not begun yet."""
     begun = np.isin(columns["phase"], (Phase.PRELOADING, Phase.INSERTING))
     return ~np.logical_or.accumulate(begun)
 
 
 PREDICATES: dict[str, Callable[[Columns, SafeBounds], Holds]] = {
-    "tip-outside": _tip_outside,
-    "valve-closed": _valve_closed,
-    "no-suction": _no_suction,
-    "vented": _vented,
-    "vacuum-limited": _vacuum_limited,
-    "torque-off": _torque_off,
-    "pump-off": _pump_off,
-    "standing": _standing,
-    "untouched": _untouched,
-    "resting": _resting,
-    "not-started": _not_started,
+    "tip-outside": _is_tip_outside,
+    "valve-closed": _is_valve_closed,
+    "no-suction": _is_without_suction,
+    "vented": _is_vented,
+    "vacuum-limited": _is_vacuum_limited,
+    "torque-off": _is_torque_off,
+    "pump-off": _is_pump_off,
+    "standing": _is_standing,
+    "untouched": _is_untouched,
+    "resting": _is_resting,
+    "not-started": _is_not_started,
 }
 """Predicates by name."""
-
-MEANINGS = {
-    "tip-outside": "the tip is outside the patient",
-    "valve-closed": "the suction valve is closed",
-    "no-suction": "no vacuum reaches the tip",
-    "vented": "the line is vented",
-    "vacuum-limited": "the line's vacuum is within its limit",
-    "torque-off": "the insertion drive has no torque",
-    "pump-off": "the pump is told to stand still",
-    "standing": "the catheter head stands still",
-    "untouched": "the tip touches nothing",
-    "resting": "the controller waits for a person",
-    "not-started": "no insertion has begun",
-}
-"""Predicates in words."""
 
 
 def holds(columns: Columns, names: Sequence[str], bounds: SafeBounds) -> Holds:

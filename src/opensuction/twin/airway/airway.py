@@ -8,7 +8,7 @@ through the bore. What has been taken up counts as removed; its way through the 
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin.airway import tip as tips
+from opensuction.twin.airway import tip as tip_model
 from opensuction.twin.airway.tip import Tip
 
 
@@ -54,7 +54,7 @@ def step(
     free_tip_mm: unhindered tip position. tip_vacuum_mmhg: vacuum that reaches the tip.
     reachable_ml: secretions within reach of it.
     """
-    touched = tips.touch(airway.tip, airway.carina_mm, free_tip_mm)
+    touched = tip_model.touch(airway.tip, airway.carina_mm, free_tip_mm)
     wanted = airway.uptake_ml_per_s_per_mmhg * tip_vacuum_mmhg * dt_s
     taken = min(wanted, reachable_ml)
     free = 1.0

@@ -1,7 +1,7 @@
 """Secretions along the trachea, in bins: what lies where, what is near the tip, what is taken.
 
-Stepped with the patient: the machine learns how much lies within reach of its tip and says how
-much of it it took.
+It is stepped with the patient. The machine gets the volume within reach of its tip, and gives back
+the volume that it took.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What happens where the catheter's tip meets the carina.
+"""Contact of the catheter's tip with the carina.
 
 Catheter and tissue are two springs in series; beyond its buckling load the slender tip gives way
 sideways and adds little force. That limits what a soft catheter can do to the carina, and makes a

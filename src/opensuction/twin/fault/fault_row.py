@@ -18,7 +18,7 @@ from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient.patient import Patient
 
 
-class Part(IntEnum):
+class FaultSite(IntEnum):
     """What a fault attacks, in the order of the documentation."""
 
     SWITCH = 0
@@ -80,7 +80,7 @@ class ReadingEffect(NamedTuple):
     """For `Mode.SCALED`; None where it is 1 less the strength."""
 
 
-class Onset(NamedTuple):
+class FaultOnset(NamedTuple):
     """How strong a fault of the link is, and when it begins."""
 
     strength: float
@@ -96,12 +96,12 @@ class Onset(NamedTuple):
 class LinkEffect(NamedTuple):
     """Power, the controller or the messages between it and the drives fail."""
 
-    change: Callable[[Link, Onset], Link]
+    change: Callable[[Link, FaultOnset], Link]
     """From a link to the link with the fault."""
 
 
 class SetupEffect(NamedTuple):
-    """The machine was set up wrongly: whoever sets up a run has to do so."""
+    """The machine was set up wrongly; the session that sets up a run does it."""
 
     is_planned: bool
     """Whether it is there before the cycle is planned, or only when it is requested."""
@@ -111,14 +111,14 @@ class FaultRow(NamedTuple):
     """A fault that can be injected."""
 
     fault: Fault
-    part: Part
+    site: FaultSite
     meaning: str
     """In one sentence: what is broken, and what that does."""
     effect: MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
     strength: Strength | None = None
     """None where there is no more or less of it."""
     detected_by: str = ""
-    """What can detect it; empty where nothing in this machine can as long as it is alone."""
+    """What can detect it; empty where nothing in this machine can while it is the only fault."""
 
     @property
     def default_strength(self) -> float:
@@ -179,7 +179,7 @@ class FaultRow(NamedTuple):
             strength = 1.0 - strength if factor is None else factor
         return reading_fault.begin(channel, mode, strength, readings, seed, self.fault)
 
-    def change_link(self, link: Link, onset: Onset) -> Link:
+    def change_link(self, link: Link, onset: FaultOnset) -> Link:
         """The same link with the fault. Raises TypeError where the fault does not change it."""
         if not isinstance(self.effect, LinkEffect):
             raise TypeError(f"fault '{self.fault.title}' does not change the link")

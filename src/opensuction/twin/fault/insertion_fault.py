@@ -2,18 +2,18 @@
 
 from typing import Any
 
+from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultRow,
+    FaultSite,
     MachineEffect,
-    Part,
     ReadingEffect,
     Strength,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.fault.suction_fault import narrow_bore
-from opensuction.twin.machine.catheter import BLASIUS_POWER
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.machine.transmission import bundle
 
@@ -74,7 +74,7 @@ def _wear_gear(machine: Machine, more_mm: float) -> Machine:
 ROWS = (
     FaultRow(
         Fault.CATHETER_KINKED,
-        Part.CATHETER,
+        FaultSite.CATHETER,
         "the catheter is kinked: it rubs in its conduit, gives way there, and its bore is narrower",
         MachineEffect(_kink),
         share("share of the bore's diameter that is lost", 0.6, 0.1, 0.95),
@@ -82,7 +82,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.CATHETER_JAMMED,
-        Part.CATHETER,
+        FaultSite.CATHETER,
         "the catheter is held fast",
         MachineEffect(_add_friction),
         Strength("force that holds it", "N", 1.0, 50.0, 8.0),
@@ -90,7 +90,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.CONDUIT_REROUTED,
-        Part.CATHETER,
+        FaultSite.CATHETER,
         "the conduit has been laid otherwise since the identification: its gap is another",
         MachineEffect(_reroute),
         Strength("gap over the identified one", "1", 0.3, 3.0, 1.5),
@@ -98,21 +98,21 @@ ROWS = (
     ),
     FaultRow(
         Fault.MOTOR_STALLED,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "the insertion motor is seized",
         MachineEffect(lambda machine, _: _with_axis(machine, friction_v=SEIZED_V)),
         detected_by="head reading, current",
     ),
     FaultRow(
         Fault.MOTOR_LOST,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "the insertion motor's winding is broken: no current, no torque, no braking",
         MachineEffect(lambda machine, _: _with_axis(machine, force_v=0.0)),
         detected_by="head reading, current",
     ),
     FaultRow(
         Fault.MOTOR_WEAK,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "the insertion drive gives less current than it should",
         MachineEffect(_weaken),
         share("share of its force that is lost", 0.8, 0.05, 0.99),
@@ -120,21 +120,21 @@ ROWS = (
     ),
     FaultRow(
         Fault.MOTOR_REVERSED,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "the insertion motor's wires are swapped: it turns the wrong way",
         MachineEffect(_swap_wires),
         detected_by="head against its command",
     ),
     FaultRow(
         Fault.GEAR_LOST,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "the gear has parted: the motor turns, and the catheter head stays where it is",
         MachineEffect(_part_gear),
         detected_by="the head's two sensors",
     ),
     FaultRow(
         Fault.GEAR_WORN,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "gear and rack have more play than they should",
         MachineEffect(_wear_gear),
         Strength("play in addition", "mm", 0.1, 30.0, 5.0),
@@ -143,14 +143,14 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_FROZEN,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder's value no longer changes",
         ReadingEffect(Channel.HEAD, Mode.SCALED, factor=0.0),
         detected_by="head reading",
     ),
     FaultRow(
         Fault.ENCODER_SLIPPING,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder's wheel slips: it counts less than the head moves",
         ReadingEffect(Channel.HEAD, Mode.SCALED),
         share("share of the motion that is not counted", 0.2),
@@ -158,7 +158,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_JUMPING,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder's value jumps about, anew every 50 ms",
         ReadingEffect(Channel.HEAD, Mode.JUMPING),
         Strength("largest jump", "mm", 0.1, 50.0, 5.0),
@@ -166,7 +166,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_OFFSET,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder has lost counts: it is off by a constant",
         ReadingEffect(Channel.HEAD, Mode.OFFSET),
         Strength("reading less truth", "mm", -50.0, 50.0, -5.0),
@@ -174,7 +174,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_NOISY,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder's value is noisy",
         ReadingEffect(Channel.HEAD, Mode.NOISY),
         Strength("standard deviation", "mm", 0.005, 10.0, 0.5),
@@ -182,35 +182,35 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_INVALID,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder gives no valid reading",
         ReadingEffect(Channel.HEAD, Mode.INVALID),
         detected_by="its flag",
     ),
     FaultRow(
         Fault.ENCODER_REVERSED,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the head encoder counts the wrong way",
         ReadingEffect(Channel.HEAD, Mode.SCALED, factor=-1.0),
         detected_by="the head's two sensors, head not following",
     ),
     FaultRow(
         Fault.CARRIAGE_SENSOR_FROZEN,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the value of the sensor on the catheter head no longer changes",
         ReadingEffect(Channel.CARRIAGE, Mode.SCALED, factor=0.0),
         detected_by="the head's two sensors",
     ),
     FaultRow(
         Fault.CARRIAGE_SENSOR_INVALID,
-        Part.HEAD_ENCODER,
+        FaultSite.HEAD_ENCODER,
         "the sensor on the catheter head gives no valid reading",
         ReadingEffect(Channel.CARRIAGE, Mode.INVALID),
         detected_by="its flag",
     ),
     FaultRow(
         Fault.CURRENT_SENSOR_DEAD,
-        Part.INSERTION_DRIVE,
+        FaultSite.INSERTION_DRIVE,
         "the motor current always reads 0",
         ReadingEffect(Channel.CURRENT, Mode.DEAD),
     ),

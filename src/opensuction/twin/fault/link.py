@@ -1,8 +1,8 @@
-"""What lies between controller and machine: sensors' wires, messages, power; healthy or not.
+"""What lies between controller and machine: sensors' wires, messages and power, sound or not.
 
-A healthy run does without it. A run with faults of this kind sends every reading and every command
-through here; what comes out is what controller and drives get. Both ways are kept in rings of
-rows, so that a message can come late.
+A run without such faults does not use it. A run with one passes every reading and every command
+through here, and controller and drives get what comes out. Recent messages of both directions are
+kept in rings of rows, so that one can come late.
 """
 
 from typing import NamedTuple
@@ -95,28 +95,22 @@ def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
 
 
 @compiled
-def sensed(link: Link, true: Readings, tick: int) -> Readings:
+def sense(link: Link, true: Readings, tick: int) -> Readings:
     """What the sensors report of the true readings."""
-    once = reading_fault.applied(link.first, true, tick)
-    return reading_fault.applied(link.second, once, tick)
+    once = reading_fault.apply(link.first, true, tick)
+    return reading_fault.apply(link.second, once, tick)
 
 
 @compiled
-def _unmarked(readings: Readings) -> Readings:
+def _invalidate(readings: Readings) -> Readings:
     """The same readings as a lost message leaves them: not valid."""
-    return Readings(
-        head_mm=readings.head_mm,
+    # The monitor has a link of its own.
+    return readings._replace(
         head_valid=False,
-        carriage_mm=readings.carriage_mm,
         carriage_valid=False,
-        cam_rad=readings.cam_rad,
         cam_valid=False,
-        line_vacuum_mmhg=readings.line_vacuum_mmhg,
         vacuum_valid=False,
-        contact_closed=readings.contact_closed,
         contact_valid=False,
-        insertion_current_a=readings.insertion_current_a,
-        monitor=readings.monitor,  # it has a link of its own
     )
 
 
@@ -124,12 +118,12 @@ def _unmarked(readings: Readings) -> Readings:
 def _chances(link: Link, tick: int) -> tuple[float, float]:
     if link.reading_lost_share == 0.0 and link.command_lost_share == 0.0:
         return 1.0, 1.0
-    first, second, _ = random_stream.uniform_pair(reading_fault.at(link.stream, tick))
+    first, second, _ = random_stream.uniform_pair(reading_fault.stream_at(link.stream, tick))
     return first, second
 
 
 @compiled
-def reading_message(
+def receive_readings(
     link: Link, state: LinkState, reported: Readings, ring: Ring, tick: int
 ) -> Readings:
     """What the controller gets in a tick. ring: of readings, written."""
@@ -137,7 +131,7 @@ def reading_message(
     if link.readings_repeated:
         return state.readings
     if _chances(link, tick)[0] < link.reading_lost_share:
-        return _unmarked(state.readings)
+        return _invalidate(state.readings)
     if link.reading_delay_ticks == 0:
         return reported
     arrived: Readings = _read_readings(ring[(tick - link.reading_delay_ticks) % RING_TICKS])
@@ -145,7 +139,7 @@ def reading_message(
 
 
 @compiled
-def command_message(
+def receive_commands(
     link: Link, state: LinkState, sent: Commands, ring: Ring, tick: int
 ) -> tuple[Commands, bool]:
     """What the drives get in a tick, and whether it is new. ring: of commands, written."""

@@ -3,8 +3,8 @@
 from typing import Any
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import FaultRow, Part, PatientEffect, Strength
-from opensuction.twin.patient.patient import L_PER_MIN, Patient
+from opensuction.twin.fault.fault_row import FaultRow, FaultSite, PatientEffect, Strength
+from opensuction.twin.patient.patient import L_PER_MIN_PER_ML_PER_S, Patient
 
 
 def _with_ventilator(patient: Patient, **values: Any) -> Patient:
@@ -26,14 +26,14 @@ def _unlink_monitor(patient: Patient, _strength: float) -> Patient:
 ROWS = (
     FaultRow(
         Fault.CIRCUIT_DISCONNECTED,
-        Part.PATIENT,
+        FaultSite.PATIENT,
         "the breathing circuit has come off the tube",
         PatientEffect(lambda patient, _: _with_ventilator(patient, connected=False)),
         detected_by="pressure at the connector on the patient monitor",
     ),
     FaultRow(
         Fault.VENTILATOR_PRESSURE,
-        Part.PATIENT,
+        FaultSite.PATIENT,
         "the ventilator gives a multiple of the pressures it is set to",
         PatientEffect(lambda patient, ratio: _with_ventilator(patient, pressure_ratio=ratio)),
         Strength("of the pressures it is set to", "1", 0.0, 4.0, 3.0),
@@ -41,7 +41,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.DESATURATION,
-        Part.PATIENT,
+        FaultSite.PATIENT,
         "blood passes the lung without oxygen",
         PatientEffect(_with_shunt),
         Strength("share of the blood that does", "1", 0.3, 0.9, 0.7),
@@ -49,7 +49,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.BRADYCARDIA,
-        Part.PATIENT,
+        FaultSite.PATIENT,
         "the heart slows when the airway is touched",
         PatientEffect(_with_vagal_ratio),
         Strength("share of the rate that the strongest stimulus takes", "1", 0.5, 0.9, 0.8),
@@ -57,11 +57,11 @@ ROWS = (
     ),
     FaultRow(
         Fault.LUNG_VOLUME_LOST,
-        Part.PATIENT,
+        FaultSite.PATIENT,
         "the ventilator makes up for less gas than suction takes",
         PatientEffect(
             lambda patient, l_per_min: _with_ventilator(
-                patient, compensation_ml_per_s=l_per_min / L_PER_MIN
+                patient, compensation_ml_per_s=l_per_min / L_PER_MIN_PER_ML_PER_S
             )
         ),
         Strength("flow that it makes up for", "L/min", 0.0, 30.0, 0.0),
@@ -69,7 +69,7 @@ ROWS = (
     ),
     FaultRow(
         Fault.MONITOR_LOST,
-        Part.PATIENT,
+        FaultSite.PATIENT,
         "nothing of the patient monitor arrives",
         PatientEffect(_unlink_monitor),
         detected_by="the link's own silence",

@@ -1,7 +1,7 @@
-"""A sensor at fault, tick by tick: what is read changes on its way, what is does not.
+"""A sensor at fault, tick by tick: the reading changes on its way, what it measures does not.
 
-Nothing is remembered from tick to tick: what a fault needs of the past, the value at its instant,
-is among its parameters, and chance is drawn from the number of the tick.
+There is no state: what a fault needs of the past, the reading at its instant, is one of its
+parameters, and chance is drawn from the number of the tick.
 """
 
 import math
@@ -83,13 +83,13 @@ def begin(
 
 
 @compiled
-def at(stream: RandomStream, block: int) -> RandomStream:
+def stream_at(stream: RandomStream, block: int) -> RandomStream:
     """The stream at a block, whatever was drawn before."""
     return RandomStream(stream.key_0, stream.key_1, block)
 
 
 @compiled
-def value(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
+def distort(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
     """What is read of a channel where ``true`` is right."""
     if fault.channel != channel:
         return true
@@ -102,7 +102,7 @@ def value(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
     if fault.mode == Mode.INVALID:
         return math.nan
     block = tick if fault.mode == Mode.NOISY else tick // JUMP_TICKS
-    first, second, _ = random_stream.uniform_pair(at(fault.stream, block))
+    first, second, _ = random_stream.uniform_pair(stream_at(fault.stream, block))
     if fault.mode == Mode.JUMPING:
         return true + fault.strength * (2.0 * first - 1.0)
     radius = math.sqrt(-2.0 * math.log(first))
@@ -110,24 +110,22 @@ def value(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
 
 
 @compiled
-def _valid(fault: ReadingFault, channel: int, valid: bool) -> bool:
+def _is_valid(fault: ReadingFault, channel: int, valid: bool) -> bool:
     return valid and not (fault.channel == channel and fault.mode == Mode.INVALID)
 
 
 @compiled
-def applied(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
+def apply(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
     """What the sensors report in a tick, one of them at fault."""
-    return Readings(
-        head_mm=value(fault, Channel.HEAD, readings.head_mm, tick),
-        head_valid=_valid(fault, Channel.HEAD, readings.head_valid),
-        carriage_mm=value(fault, Channel.CARRIAGE, readings.carriage_mm, tick),
-        carriage_valid=_valid(fault, Channel.CARRIAGE, readings.carriage_valid),
-        cam_rad=value(fault, Channel.CAM, readings.cam_rad, tick),
-        cam_valid=_valid(fault, Channel.CAM, readings.cam_valid),
-        line_vacuum_mmhg=value(fault, Channel.VACUUM, readings.line_vacuum_mmhg, tick),
-        vacuum_valid=_valid(fault, Channel.VACUUM, readings.vacuum_valid),
-        contact_closed=readings.contact_closed,
-        contact_valid=_valid(fault, Channel.CONTACT, readings.contact_valid),
-        insertion_current_a=value(fault, Channel.CURRENT, readings.insertion_current_a, tick),
-        monitor=readings.monitor,
+    return readings._replace(
+        head_mm=distort(fault, Channel.HEAD, readings.head_mm, tick),
+        head_valid=_is_valid(fault, Channel.HEAD, readings.head_valid),
+        carriage_mm=distort(fault, Channel.CARRIAGE, readings.carriage_mm, tick),
+        carriage_valid=_is_valid(fault, Channel.CARRIAGE, readings.carriage_valid),
+        cam_rad=distort(fault, Channel.CAM, readings.cam_rad, tick),
+        cam_valid=_is_valid(fault, Channel.CAM, readings.cam_valid),
+        line_vacuum_mmhg=distort(fault, Channel.VACUUM, readings.line_vacuum_mmhg, tick),
+        vacuum_valid=_is_valid(fault, Channel.VACUUM, readings.vacuum_valid),
+        contact_valid=_is_valid(fault, Channel.CONTACT, readings.contact_valid),
+        insertion_current_a=distort(fault, Channel.CURRENT, readings.insertion_current_a, tick),
     )

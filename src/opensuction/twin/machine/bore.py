@@ -1,17 +1,18 @@
-"""Mucus in the catheter's bore: it lies there, takes pressure, and travels to the canister.
+"""Mucus in the catheter's bore: where it lies, the pressure that it takes, its way to the canister.
 
 What the tip has taken lies as plugs, gas between them, evenly from a tail to a front; both move
 with the flow, and what passes the bore's end is in the canister. The plugs fill the bore over
 their length, so they take pressure as a thick fluid in a pipe does: below its yield stress it
 does not move at all, above it the loss grows with the flow, but less than in proportion, for
 mucus thins as it is sheared (Herschel and Bulkley, the yield simply added).
-With the valve closed nothing flows, and mucus stays where it is until the next suction or a rinse.
+With the valve closed nothing flows, and mucus stays where it is until the next suction.
 """
 
 import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.constant import PA_PER_MMHG
 
 FLOW_INDEX = 0.35
 """Loss grows with this power of the flow; [K] .2 to .5 for mucus."""
@@ -23,7 +24,6 @@ PROFILE = math.pow((3.0 * FLOW_INDEX + 1.0) / (4.0 * FLOW_INDEX), FLOW_INDEX)
 """Steeper flow profile of a thinning fluid at the wall (Rabinowitsch)."""
 UPTAKE_MM = 50.0
 """Plug whose drag the uptake at the tip already holds [calc-plug]."""
-PA_PER_MMHG = 133.322
 MM3_PER_ML = 1000.0
 
 
@@ -139,15 +139,4 @@ def step(
         tail_ml=tail,
         front_ml=front,
         canister_ml=state.canister_ml + left,
-    )
-
-
-@compiled
-def rinsed(state: BoreState, saline_ml: float) -> BoreState:
-    """After a rinse between cycles: mucus and saline are in the canister, the bore is empty."""
-    return BoreState(
-        mucus_ml=0.0,
-        tail_ml=0.0,
-        front_ml=0.0,
-        canister_ml=state.canister_ml + state.mucus_ml + saline_ml,
     )

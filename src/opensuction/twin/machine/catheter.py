@@ -12,23 +12,20 @@ from typing import Annotated, NamedTuple
 from annotated_types import Ge, Gt, Le
 
 from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.constant import BLASIUS_POWER, PA_PER_MMHG
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.meaning import Meaning
 from opensuction.twin.airway.tube import DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S
-from opensuction.twin.parameter import BENCH
+from opensuction.twin.parameter import BENCH, ParameterValues
 from opensuction.twin.patient.patient import Patient
 
 LENGTH_M = 2.0
 """Of every catheter [paper]."""
 BORE_MMHG = 100.0
 """Vacuum at which the flow of the bore is given."""
-PA_PER_MMHG = 133.322
-L_PER_MIN = 6.0e4
-"""L/min for each m3/s."""
+L_PER_MIN_PER_M3_PER_S = 6.0e4
 CRITICAL_REYNOLDS = 2300.0
 """Flow in a pipe is laminar up to here."""
-BLASIUS_POWER = 19.0 / 7.0
-"""Turbulent flow at a given pressure loss grows with this power of the bore."""
 
 
 class Catheter(NamedTuple):
@@ -99,12 +96,12 @@ BY_AGE_GROUP = {AgeGroup.ADULT: "12fr", AgeGroup.CHILD: "6fr", AgeGroup.NEONATE:
 """Which catheter a patient is suctioned with where none is chosen."""
 
 
-def suited(patient: Patient | None) -> Catheter:
+def for_patient(patient: Patient | None) -> Catheter:
     """The catheter for a patient's age; the paper's on the bench."""
     return CATHETERS[BY_AGE_GROUP[AgeGroup(patient.age_group)]] if patient is not None else PAPER
 
 
-def laid(route: str, catheter: Catheter) -> Conduit:
+def lay(route: str, catheter: Catheter) -> Conduit:
     """A conduit by the name of its route, in the bore that leaves the paper's clearance."""
     chosen = ROUTES[route]
     return Conduit(catheter.outer_mm + CLEARANCE_MM, chosen.length_mm, chosen.bend_rad)
@@ -162,10 +159,10 @@ def free_flow_l_per_min(catheter: Catheter, paper_l_per_min: float) -> float:
     viscosity_pa_s = VISCOSITY_M2_PER_S * DENSITY_KG_PER_M3
     laminar = math.pi * bore_m**4 * BORE_MMHG * PA_PER_MMHG / (128.0 * viscosity_pa_s * LENGTH_M)
     critical = 0.25 * math.pi * bore_m * VISCOSITY_M2_PER_S * CRITICAL_REYNOLDS
-    return min(laminar * L_PER_MIN, max(turbulent, critical * L_PER_MIN))
+    return min(laminar * L_PER_MIN_PER_M3_PER_S, max(turbulent, critical * L_PER_MIN_PER_M3_PER_S))
 
 
-def fitted(values: dict[str, float], catheter: Catheter, conduit: Conduit) -> dict[str, float]:
+def adapt(values: ParameterValues, catheter: Catheter, conduit: Conduit) -> ParameterValues:
     """A machine's parameters with another catheter and conduit; unchanged with the paper's.
 
     Stretch does not depend on the catheter: friction falls with its weight as axial stiffness does.

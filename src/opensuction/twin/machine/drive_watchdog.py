@@ -1,9 +1,9 @@
 """The drives' own watchdog: without new commands they bring the catheter out by themselves.
 
-It sits in the drives and knows nothing of the controller but whether a command with a new number
-came. When none has come for a while, or the mains is gone, the drives close the valve, stop the
-pump, vent the line and, as long as there is energy, draw the head home; one that goes in instead
-they let go of. They obey no commands until a controller has started anew.
+It is part of the drives, and all that it knows of the controller is whether a command with a new
+number has come. When none comes for some time, or the mains fails, the drives close the valve, stop
+the pump, vent the line and, while they have energy, draw the head home. If the head moves inwards
+instead, its torque is switched off. They obey no command until a controller has started anew.
 """
 
 from typing import NamedTuple
@@ -19,11 +19,11 @@ SPEED_SHARE = 0.5
 GAIN_V_PER_MM = 10.0
 """[paper] P of the insertion servo, here the drive's own."""
 LEAD_MM = 2.0
-"""[assumed] The drive's ramp is at most this far ahead of the head: one that is held is pulled
-with at most this times the gain."""
+"""[assumed] The drive's ramp is at most this far ahead of the head, which limits the voltage on a
+head that is blocked."""
 INWARDS_MM = 3.0
-"""[computed] A head that was going in at 30 mm/s coasts 2.3 mm at 200 mm/s2; one that goes further
-is driven in by what should draw it out, and is let go."""
+"""[computed] A head that was moving in at 30 mm/s coasts 2.3 mm at 200 mm/s2; further than that it
+is the drive that pushes it in, and its torque is switched off."""
 HOME_MM = 0.5
 """[assumed] This near to home the drive is done."""
 
@@ -48,11 +48,11 @@ class WatchdogState(NamedTuple):
     alone_s: float
     """For how long they have."""
     ramp_mm: float
-    """Where they want the head, as long as they do."""
+    """Set point of the head while they do."""
     from_mm: float
     """Where the head was when they began."""
     astray: bool
-    """It has gone in instead of out: they let go of it."""
+    """It has moved in instead of out: no torque any more."""
 
 
 LISTENING = WatchdogState(
@@ -115,7 +115,7 @@ def step(
 def commands(
     watchdog: DriveWatchdog, state: WatchdogState, powered: bool, head_mm: float, cam_rad: float
 ) -> Commands:
-    """What the drives do on their own. powered: from the mains or from reserve energy."""
+    """Commands of the drives themselves. powered: by the mains or by reserve energy."""
     pulling = powered and not state.astray and head_mm > watchdog.home_mm + HOME_MM
     return Commands(
         head_mm=state.ramp_mm,

@@ -14,12 +14,10 @@ from typing import NamedTuple
 from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
 from opensuction.twin.machine.dc_axis import AxisMotion
-from opensuction.twin.parameter import Parameter
+from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
 
 HAND_PURPOSE = 2_000_000
 """Streams from here on draw the hands of run 0, 1, 2, ..."""
-SPREAD_LIMIT = 2.5
-"""Draws are cut off at this many standard deviations, as machines are."""
 
 PARAMETERS: dict[str, Parameter] = {
     "quick_mm_per_s": Parameter(25.0, 2.0, "mm/s", "speed inside the tube", "[assumed]", 5.0, 60.0),
@@ -118,7 +116,7 @@ AWAY = HandState(stage=0, stage_s=0.0, felt_s=0.0)
 PUSHING = HandState(stage=1, stage_s=0.0, felt_s=0.0)
 
 
-def drawn(park_head_mm: float, quick_mm: float, seed: int, run: int) -> Hand:
+def draw(park_head_mm: float, quick_mm: float, seed: int, run: int) -> Hand:
     """A person's hand. park_head_mm: where the head is parked. quick_mm: length of the tube way.
 
     seed, run: draw the person.
@@ -166,7 +164,7 @@ def _wanted_mm_per_s(hand: Hand, stage: int, head_mm: float) -> float:
 
 
 @compiled
-def _following(hand: Hand, state: HandState, head_mm: float, felt_s: float) -> int:
+def _next_stage(hand: Hand, state: HandState, head_mm: float, felt_s: float) -> int:
     stage = state.stage
     if stage == HandStage.PUSHING and felt_s > hand.reaction_s:
         return HandStage.HOLDING
@@ -188,7 +186,7 @@ def step(
     felt_s = state.felt_s
     if state.stage == HandStage.PUSHING and (contact_n >= hand.felt_n or felt_s > 0.0):
         felt_s += dt_s
-    stage = _following(hand, state, motion.position, felt_s)
+    stage = _next_stage(hand, state, motion.position, felt_s)
     stage_s = state.stage_s + dt_s if stage == state.stage else 0.0
     reach = hand.acceleration_mm_per_s2 * dt_s
     wanted = _wanted_mm_per_s(hand, stage, motion.position)

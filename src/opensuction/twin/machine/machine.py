@@ -86,7 +86,7 @@ class MachineState(NamedTuple):
     hand: HandState
 
 
-class Observation(NamedTuple):
+class Truth(NamedTuple):
     """The truth that only the twin knows, for trace and scoring."""
 
     head_mm: float
@@ -128,7 +128,7 @@ def read(machine: Machine, state: MachineState) -> Readings:
         contact_closed=state.switch.reading,
         contact_valid=True,
         insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
-        monitor=state.coupling.shown.monitor,
+        monitor=state.coupling.signs.monitor,
     )
 
 
@@ -145,7 +145,9 @@ def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
 
 
 @compiled
-def _turned(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> AxisMotion:
+def _step_valve(
+    machine: Machine, state: MachineState, commands: Commands, dt_s: float
+) -> AxisMotion:
     """The valve's axis a tick on, against its spring and its end stop."""
     turned = dc_axis.step(
         machine.valve_axis,
@@ -159,11 +161,11 @@ def _turned(machine: Machine, state: MachineState, commands: Commands, dt_s: flo
 
 
 @compiled
-def observe(machine: Machine, state: MachineState) -> Observation:
-    """What really is."""
-    shown = state.coupling.shown
+def truth(machine: Machine, state: MachineState) -> Truth:
+    """The truth in a state."""
+    signs = state.coupling.signs
     opened = valve_mechanism.open_ratio(machine.valve, state.valve.position)
-    return Observation(
+    return Truth(
         head_mm=state.head_mm,
         tip_mm=state.airway.tip_mm,
         laser_mm=state.laser.reading_mm,
@@ -175,11 +177,11 @@ def observe(machine: Machine, state: MachineState) -> Observation:
         bore_ml=state.bore.mucus_ml,
         canister_ml=state.bore.canister_ml,
         line_vacuum_mmhg=state.line.vacuum_mmhg,
-        airway_pressure_cmh2o=shown.airway_pressure_cmh2o,
-        lung_volume_ml=shown.lung_volume_ml,
-        lung_volume_loss_ml=shown.lung_volume_loss_ml,
-        spo2_percent=shown.spo2_percent,
-        heart_rate_per_min=shown.heart_rate_per_min,
+        airway_pressure_cmh2o=signs.airway_pressure_cmh2o,
+        lung_volume_ml=signs.lung_volume_ml,
+        lung_volume_loss_ml=signs.lung_volume_loss_ml,
+        spo2_percent=signs.spo2_percent,
+        heart_rate_per_min=signs.heart_rate_per_min,
     )
 
 
@@ -202,7 +204,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     insertion = dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm)
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
-    valve = _turned(machine, state, commands, dt_s)
+    valve = _step_valve(machine, state, commands, dt_s)
     opened = valve_mechanism.open_ratio(machine.valve, valve.position)
     lost = _lost_mmhg(machine, state, opened)
     line = suction_line.step(
@@ -236,22 +238,4 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
         coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
         hand=held,
-    )
-
-
-@compiled
-def met(state: MachineState, coupling: CouplingState) -> MachineState:
-    """The same machine after the bedside's step: with another coupling."""
-    return MachineState(
-        insertion=state.insertion,
-        head_mm=state.head_mm,
-        transmission=state.transmission,
-        valve=state.valve,
-        line=state.line,
-        bore=state.bore,
-        airway=state.airway,
-        switch=state.switch,
-        laser=state.laser,
-        coupling=coupling,
-        hand=state.hand,
     )

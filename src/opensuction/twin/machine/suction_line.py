@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 
-ATMOSPHERE_MMHG = 760.0
-
 
 class SuctionLine(NamedTuple):
     """Parameters of the suction line."""
@@ -32,7 +30,7 @@ class SuctionLine(NamedTuple):
     """Free-air flow through valve and open catheter for each root of the vacuum in mmHg."""
     leak_ml_per_s_per_mmhg: float
     pump_runs_away: bool
-    """Whether the pump runs whatever it is told."""
+    """Whether the pump runs whatever is commanded."""
 
 
 class SuctionState(NamedTuple):

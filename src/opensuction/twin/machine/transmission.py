@@ -62,7 +62,7 @@ def bundle(values: Iterable[float]) -> Bundle:
     return cast(Bundle, found)
 
 
-def retracted(transmission: Transmission, head_mm: float) -> TransmissionState:
+def after_retract(transmission: Transmission, head_mm: float) -> TransmissionState:
     """State at rest after a long retract that ended with the head at ``head_mm``."""
     plays = bundle(play.retracted_positions_mm(np.array(transmission.widths_mm), head_mm))
     behind = float(np.mean(plays)) + 0.5 * transmission.stretch_mm

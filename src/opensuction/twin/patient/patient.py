@@ -28,8 +28,7 @@ from opensuction.twin.patient.oximeter import Oximeter, OximeterState
 from opensuction.twin.patient.patient_monitor import PatientMonitor
 from opensuction.twin.patient.ventilator import Ventilator, VentilatorState
 
-L_PER_MIN = 0.06
-"""L/min for each mL/s."""
+L_PER_MIN_PER_ML_PER_S = 0.06
 LOSS_SMOOTHING = 0.25
 """Time constant of the shown loss of lung volume, in breaths."""
 
@@ -98,7 +97,7 @@ class PatientState(NamedTuple):
     breath: BreathState
 
 
-class PatientObservation(NamedTuple):
+class PatientTruth(NamedTuple):
     """The patient from outside."""
 
     airway_pressure_cmh2o: float
@@ -127,12 +126,12 @@ def is_inside(patient: Patient, tip_mm: float) -> bool:
 
 
 @compiled
-def _breath(patient: Patient, state: PatientState, inspires: bool, dt_s: float) -> BreathState:
+def _step_breath(patient: Patient, state: PatientState, inspires: bool, dt_s: float) -> BreathState:
     """Volumes at the turns of the breath that the state before the step stood in."""
     breath = state.breath
     end_expiratory = breath.end_expiratory_ml
     tidal = breath.tidal_ml
-    inspired = ventilator.inspiring(patient.ventilator, state.ventilator)
+    inspired = ventilator.is_inspiring(patient.ventilator, state.ventilator)
     if inspires and not inspired:
         end_expiratory = state.lung.volume_ml
     elif inspired and not inspires:
@@ -189,17 +188,19 @@ def step(
         gas=gas,
         oximeter=oximeter.step(patient.oximeter, state.oximeter, gas.arterial_saturation, dt_s),
         heart=beating,
-        shown_per_min=patient_monitor.averaged(
+        shown_per_min=patient_monitor.average(
             patient.monitor, state.shown_per_min, beating.rate_per_min, dt_s
         ),
-        breath=_breath(patient, state, ventilator.inspiring(patient.ventilator, machine), dt_s),
+        breath=_step_breath(
+            patient, state, ventilator.is_inspiring(patient.ventilator, machine), dt_s
+        ),
     )
 
 
 @compiled
-def observe(patient: Patient, state: PatientState) -> PatientObservation:
+def truth(patient: Patient, state: PatientState) -> PatientTruth:
     """What monitors would show, and what only the twin knows."""
-    return PatientObservation(
+    return PatientTruth(
         airway_pressure_cmh2o=state.airflow.trachea_cmh2o,
         ventilator_pressure_cmh2o=state.airflow.connector_cmh2o,
         lung_volume_ml=state.lung.volume_ml - patient.lung.residual_ml,
@@ -208,13 +209,13 @@ def observe(patient: Patient, state: PatientState) -> PatientObservation:
         sao2_percent=100.0 * state.gas.arterial_saturation,
         alveolar_o2_mmhg=state.gas.alveolar_mmhg,
         heart_rate_per_min=state.heart.rate_per_min,
-        ventilator_flow_l_per_min=L_PER_MIN * state.airflow.tube_ml_per_s,
+        ventilator_flow_l_per_min=L_PER_MIN_PER_ML_PER_S * state.airflow.tube_ml_per_s,
         tidal_volume_ml=state.breath.tidal_ml,
     )
 
 
 @compiled
-def monitored(patient: Patient, state: PatientState) -> Monitor:
+def read_monitor(patient: Patient, state: PatientState) -> Monitor:
     """What the patient's monitor passes on to the machine."""
     return patient_monitor.read(
         patient.monitor,

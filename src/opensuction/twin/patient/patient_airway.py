@@ -1,5 +1,6 @@
 """The patient's trachea in the place of the bench's rubber one."""
 
+from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient.patient import Patient
 
 UPTAKE_PA_S = 1.0
@@ -32,14 +33,14 @@ def free_length_mm(patient: Patient) -> float:
     return patient.carina_mm + HOLDING_SHARE * patient.tube_length_mm
 
 
-def _chosen_n(buckling_n: float) -> float:
+def _soften_n(buckling_n: float) -> float:
     """Buckling load of the hardest tip that spares the carina."""
     while buckling_n > FIRM_MOST_N:
         buckling_n *= SOFT_SHARE
     return buckling_n
 
 
-def fitted(values: dict[str, float], patient: Patient) -> dict[str, float]:
+def adapt(values: ParameterValues, patient: Patient) -> ParameterValues:
     """A machine's parameters with a patient's carina and secretions in place of the bench's.
 
     Uptake falls with viscosity (a viscous plug), the buckling load with the square of the free
@@ -52,7 +53,7 @@ def fitted(values: dict[str, float], patient: Patient) -> dict[str, float]:
         **values,
         "carina_mm": patient.carina_mm,
         "carina_n_per_mm": patient.carina_n_per_mm,
-        "buckling_n": _chosen_n(free * free * values["buckling_n"]),
+        "buckling_n": _soften_n(free * free * values["buckling_n"]),
         "secretion_ml": secretion.volume_ml,
         "mucus_pa_s": secretion.viscosity_pa_s,
         "mucus_yield_pa": secretion.yield_pa,

@@ -9,13 +9,11 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
-from opensuction.twin.parameter import Parameter
+from opensuction.twin.parameter import Parameter, ParameterValues
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.gas_exchange import DRY_MMHG
 from opensuction.twin.patient.patient import Patient
-from opensuction.twin.patient.patient_parameter import TABLES
-
-Values = dict[str, float]
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 
 class Anatomy(NamedTuple):
@@ -64,9 +62,9 @@ class PatientKind(NamedTuple):
 
 def of_preset(name: str) -> PatientKind:
     """A preset by name; raises InputError for an unknown one."""
-    if name not in TABLES:
-        raise InputError(f"patient '{name}' is not known: one of {', '.join(TABLES)}")
-    return PatientKind(TABLES[name], patient_preset.AGE_GROUPS[name])
+    if name not in PATIENT_TABLES:
+        raise InputError(f"patient '{name}' is not known: one of {', '.join(PATIENT_TABLES)}")
+    return PatientKind(PATIENT_TABLES[name], patient_preset.AGE_GROUPS[name])
 
 
 def check(kind: PatientKind) -> None:
@@ -76,12 +74,12 @@ def check(kind: PatientKind) -> None:
     _check_lung(values)  # a draw with more is cut to what can close
 
 
-def drawn(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
+def draw(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
     """A patient drawn by the seed, or exactly nominal.
 
     Raises InputError where the spread draws values that do not fit together.
     """
-    values = parameter.nominal(kind.table) if nominal else parameter.drawn(kind.table, seed)
+    values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed)
     try:
         _check_body(values, kind.age)
     except InputError as refused:
@@ -90,13 +88,13 @@ def drawn(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
     return patient_preset.assemble(values, kind.age)
 
 
-def _check_body(values: Values, age: AgeGroup) -> None:
+def _check_body(values: ParameterValues, age: AgeGroup) -> None:
     _check_anatomy(values, age)
     _check_ventilator(values)
     _check_oxygen(values)
 
 
-def _check_anatomy(values: Values, age: AgeGroup) -> None:
+def _check_anatomy(values: ParameterValues, age: AgeGroup) -> None:
     allowed, who = ANATOMY[age], age.name.lower()
     for name, (low, high), unit in (
         ("weight_kg", allowed.weight_kg, "kg"),
@@ -117,7 +115,7 @@ def _check_anatomy(values: Values, age: AgeGroup) -> None:
         )
 
 
-def _check_ventilator(values: Values) -> None:
+def _check_ventilator(values: ParameterValues) -> None:
     breath_s = 60.0 / values["rate_per_min"]
     inspiration_s = breath_s * values["inspiration_ratio"]
     for name, lasts_s, part in (
@@ -145,7 +143,7 @@ def _check_ventilator(values: Values) -> None:
         )
 
 
-def _check_lung(values: Values) -> None:
+def _check_lung(values: ParameterValues) -> None:
     relaxed, residual = values["relaxed_ml_per_kg"], values["residual_ml_per_kg"]
     can_close = patient_preset.OPENABLE * (relaxed - residual)
     if values["closable_ml_per_kg"] > can_close:
@@ -156,7 +154,7 @@ def _check_lung(values: Values) -> None:
         )
 
 
-def _check_oxygen(values: Values) -> None:
+def _check_oxygen(values: ParameterValues) -> None:
     tidal, dead = values["tidal_ml_per_kg"], values["dead_space_ml_per_kg"]
     ventilation = (tidal - dead) * values["rate_per_min"]
     used = values["oxygen_ml_per_min_per_kg"]

@@ -24,7 +24,7 @@ class PatientMonitor(NamedTuple):
 
 
 @compiled
-def averaged(
+def average(
     monitor: PatientMonitor, shown_per_min: float, rate_per_min: float, dt_s: float
 ) -> float:
     """Heart rate shown after a step, from the one shown before and the true one."""

@@ -285,7 +285,7 @@ ROWS: dict[str, tuple[Parameter, ...]] = {
     ),
 }
 
-TABLES: dict[str, dict[str, Parameter]] = {
+PATIENT_TABLES: dict[str, dict[str, Parameter]] = {
     name: {key: row[i] for key, row in ROWS.items()} for i, name in enumerate(PRESETS)
 }
 """Parameters of every preset by name."""

@@ -5,10 +5,12 @@ from functools import lru_cache
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.constant import ML_PER_S
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
 from opensuction.twin.airway import tube
 from opensuction.twin.airway.tube import Tube
+from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient import airflow, gas_exchange, heart, oximeter, ventilator
 from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient.gas_exchange import DRY_MMHG, GasExchange, GasState
@@ -16,15 +18,13 @@ from opensuction.twin.patient.heart import Heart
 from opensuction.twin.patient.lung import Lung, LungState
 from opensuction.twin.patient.patient import BreathState, Patient, PatientState, Secretion
 from opensuction.twin.patient.patient_monitor import PatientMonitor
-from opensuction.twin.patient.patient_parameter import TABLES
+from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 from opensuction.twin.patient.ventilator import Ventilator
 
 DT_S = 0.01
 """Step of the patient: also the resolution of the ventilator's clock."""
 SETTLE_S = 600.0
 """Breathing before a patient counts as at rest: twelve times the slowest store of oxygen."""
-ML_PER_S = 1000.0 / 60.0
-"""mL/s for each L/min."""
 LITRE_ML = 1000.0
 OXYGEN_ML_PER_G = 1.34
 """Oxygen bound by a gram of haemoglobin."""
@@ -39,10 +39,8 @@ AGE_GROUPS = {
     "neonate": AgeGroup.NEONATE,
 }
 
-Values = dict[str, float]
 
-
-def _lung(values: Values) -> Lung:
+def _lung(values: ParameterValues) -> Lung:
     weight = values["weight_kg"]
     relaxed = values["relaxed_ml_per_kg"] * weight
     residual = values["residual_ml_per_kg"] * weight
@@ -60,14 +58,14 @@ def _lung(values: Values) -> Lung:
     )
 
 
-def _tube(values: Values) -> Tube:
+def _tube(values: ParameterValues) -> Tube:
     """Tube with its friction taken at the mean inspiratory flow."""
     tidal = values["tidal_ml_per_kg"] * values["weight_kg"]
     inspiration_s = 60.0 / values["rate_per_min"] * values["inspiration_ratio"]
     return tube.of_size(values["tube_id_mm"], values["tube_length_mm"], tidal / inspiration_s)
 
 
-def driving_cmh2o(values: Values, inspiration_s: float) -> float:
+def driving_cmh2o(values: ParameterValues, inspiration_s: float) -> float:
     """Driving pressure that gives the wanted tidal volume, as the bedside would set it.
 
     The lung fills exponentially after the rise; resistance is taken at the mean flow.
@@ -86,7 +84,7 @@ def driving_cmh2o(values: Values, inspiration_s: float) -> float:
     return tidal / compliance / share
 
 
-def _ventilator(values: Values) -> Ventilator:
+def _ventilator(values: ParameterValues) -> Ventilator:
     # A whole number of steps in a breath and in its inspiration, so that every breath is the same.
     period_s = round(60.0 / values["rate_per_min"] / DT_S) * DT_S
     inspiration_s = (round(period_s * values["inspiration_ratio"] / DT_S) - 0.5) * DT_S
@@ -108,7 +106,7 @@ def _ventilator(values: Values) -> Ventilator:
     )
 
 
-def _gas_exchange(values: Values) -> GasExchange:
+def _gas_exchange(values: ParameterValues) -> GasExchange:
     weight = values["weight_kg"]
     end_expiratory_ml = weight * (
         values["relaxed_ml_per_kg"]
@@ -128,7 +126,7 @@ def _gas_exchange(values: Values) -> GasExchange:
     )
 
 
-def assemble(values: Values, age_group: AgeGroup) -> Patient:
+def assemble(values: ParameterValues, age_group: AgeGroup) -> Patient:
     """A patient from a full set of parameters."""
     return Patient(
         age_group=int(age_group),
@@ -168,10 +166,10 @@ def patient(name: str, seed: int, nominal: bool = False) -> Patient:
 
     Raises InputError for an unknown name.
     """
-    if name not in TABLES:
-        raise InputError(f"patient '{name}' is not known: one of {', '.join(TABLES)}")
-    table = TABLES[name]
-    values = parameter.nominal(table) if nominal else parameter.drawn(table, seed)
+    if name not in PATIENT_TABLES:
+        raise InputError(f"patient '{name}' is not known: one of {', '.join(PATIENT_TABLES)}")
+    table = PATIENT_TABLES[name]
+    values = parameter.nominal(table) if nominal else parameter.draw(table, seed)
     return assemble(values, AGE_GROUPS[name])
 
 
@@ -183,7 +181,7 @@ def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> P
     return state
 
 
-def unsettled(patient: Patient) -> PatientState:
+def near_rest(patient: Patient) -> PatientState:
     """Near rest: end of expiration, ventilation and circulation roughly in balance."""
     gas = patient.gas_exchange
     peep = patient.ventilator.peep_cmh2o
@@ -220,6 +218,6 @@ def at_rest(patient: Patient) -> PatientState:
     """
     breath_steps = round(patient.ventilator.period_s / DT_S)
     breaths = round(SETTLE_S / patient.ventilator.period_s)
-    state = breathe(patient, unsettled(patient), breaths * breath_steps, DT_S)
+    state = breathe(patient, near_rest(patient), breaths * breath_steps, DT_S)
     ends = state.breath.end_expiratory_ml
     return state._replace(breath=state.breath._replace(reference_ml=ends, loss_ml=0.0))

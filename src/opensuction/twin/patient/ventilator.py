@@ -72,7 +72,7 @@ def at_rest(ventilator: Ventilator) -> VentilatorState:
 
 
 @compiled
-def inspiring(ventilator: Ventilator, state: VentilatorState) -> bool:
+def is_inspiring(ventilator: Ventilator, state: VentilatorState) -> bool:
     """Whether the ventilator is in its inspiration."""
     return state.breath_s < ventilator.inspiration_s
 
@@ -108,7 +108,7 @@ def supply(ventilator: Ventilator, state: VentilatorState) -> Supply:
         )
     source = ventilator.droop_cmh2o_s_per_ml
     limit = ventilator.compensation_ml_per_s
-    if inspiring(ventilator, state):
+    if is_inspiring(ventilator, state):
         source = ventilator.source_cmh2o_s_per_ml
         limit = ventilator.peak_ml_per_s
     return Supply(

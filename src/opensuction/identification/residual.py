@@ -1,0 +1,34 @@
+"""How far a model's output is from a recording, and how it changes with each parameter."""
+
+import math
+
+import numpy as np
+
+from opensuction.hysteresis.catalogue.hysteresis_model import Array, VectorForm
+
+DIFFERENCE = 1e-5
+"""Step of the central differences, as a share of the parameter."""
+
+
+def squares(form: VectorForm, vector: Array, input_: Array, output: Array) -> float:
+    """Sum of squares of a vector, shape (p,); infinite where the model has no answer."""
+    rest = form.simulate(vector, input_) - output
+    total = float(rest @ rest)
+    return total if math.isfinite(total) else math.inf
+
+
+def jacobian(form: VectorForm, vector: Array, input_: Array, bounds: Array) -> Array:
+    """Change of the output with each parameter, central differences inside the bounds.
+
+    Returns shape (p, n). A parameter at its bound is taken as given: a row of zeros.
+    """
+    rows = np.zeros((vector.size, input_.size))
+    for place, (low, high) in enumerate(bounds):
+        step = DIFFERENCE * max(abs(float(vector[place])), 1e-3 * (high - low))
+        if vector[place] - step < low or vector[place] + step > high:
+            continue
+        ahead, behind = vector.copy(), vector.copy()
+        ahead[place] += step
+        behind[place] -= step
+        rows[place] = (form.simulate(ahead, input_) - form.simulate(behind, input_)) / (2.0 * step)
+    return rows

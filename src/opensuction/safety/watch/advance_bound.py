@@ -1,0 +1,37 @@
+"""How far in the head can be by what was commanded: beyond it, it runs away."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.compiled import compiled
+
+
+class AdvanceBound(NamedTuple):
+    """How far in the head may be, and how fast it may still go there."""
+
+    head_mm: float
+    """Raised by the command and the braking distance beyond it, lowered again by the reading."""
+    coast_mm_per_s: float
+    """Speed inwards that a head may still have after its command has stopped."""
+
+
+@compiled
+def step(
+    braking_mm_per_s2: float,
+    state: AdvanceBound,
+    last: Setpoints,
+    head_mm: float,
+    unseen: bool,
+    dt_s: float,
+) -> AdvanceBound:
+    """Bring it up to this tick.
+
+    last: what was let through in the last tick. unseen: the head may have moved without a reading;
+    where it is read again is then taken for granted.
+    """
+    braked_mm_per_s = state.coast_mm_per_s - braking_mm_per_s2 * dt_s
+    coast_mm_per_s = max(braked_mm_per_s, last.head_mm_per_s, 0.0)
+    allowed_mm = max(state.head_mm + coast_mm_per_s * dt_s, last.head_mm)
+    if unseen:
+        return AdvanceBound(head_mm, coast_mm_per_s)
+    return AdvanceBound(min(allowed_mm, head_mm), coast_mm_per_s)

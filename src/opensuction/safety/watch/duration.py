@@ -1,0 +1,15 @@
+"""For how long something has held without a break, in seconds or in ticks."""
+
+from opensuction.kernel.compiled import compiled
+
+
+@compiled
+def extend(seconds: float, holds: bool, dt_s: float) -> float:
+    """Duration after another tick: longer by it while something holds, else 0 s."""
+    return seconds + dt_s if holds else 0.0
+
+
+@compiled
+def count(ticks: int, holds: bool) -> int:
+    """Ticks after another one: one more while something holds, else 0."""
+    return ticks + 1 if holds else 0
