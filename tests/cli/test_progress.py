@@ -1,4 +1,4 @@
-"""What is told while a person waits: that something is compiled, how far it is, how long it took."""
+"""What is told while a person waits: that something is compiled, how far and how long it took."""
 
 import threading
 from typing import Any
