@@ -15,7 +15,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import cycle, progress, upkeep
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep

@@ -7,7 +7,7 @@ from opensuction.controller.record import CoreState, Settings
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ControlFeedback
 
 

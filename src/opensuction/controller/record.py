@@ -9,7 +9,7 @@ from opensuction.control.valve import ValveMotion
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.upkeep import Service, Upkeep
@@ -79,7 +79,7 @@ class Outputs(NamedTuple):
     cause: int
     """Event that led into the phase."""
     check_item: int
-    """Item of the pre-use test that is being tested; see `check.CheckItem`."""
+    """Item of the pre-use test that is being tested; see `check_item.CheckItem`."""
     check_failed: int
     """Item of the last pre-use test that failed."""
     taught: int

@@ -19,7 +19,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.twin import plant

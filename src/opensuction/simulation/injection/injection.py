@@ -15,7 +15,7 @@ import numpy.typing as npt
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import RESET
-from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety import condition_mask
