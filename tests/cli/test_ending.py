@@ -77,7 +77,7 @@ def test_a_signal_ends_the_processes_of_a_safety_case(tmp_path: Path) -> None:
 def test_a_signal_that_is_ignored_stays_so() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with interruption.heard():
+        with interruption.hear():
             assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)
@@ -87,17 +87,17 @@ def test_the_folder_is_put_in_place_whole_before_a_signal_is_heard(tmp_path: Pat
     done = []
 
     def place() -> None:
-        with interruption.unbroken():
+        with interruption.postpone():
             os.kill(os.getpid(), signal.SIGTERM)
             done.append("whole")
         done.append("after the signal")
 
     def break_off(folder: Path) -> None:
-        with output_folder.whole(folder, force=False) as staging:
+        with output_folder.stage(folder, force=False) as staging:
             output_folder.write(staging, {"half.txt": "half"})
             os.kill(os.getpid(), signal.SIGTERM)
 
-    with interruption.heard():
+    with interruption.hear():
         with pytest.raises(Stopped):
             place()
         with pytest.raises(Stopped):

@@ -1,4 +1,4 @@
-"""What is told while a person waits: what is compiled, how far it is, how long it took."""
+"""What is told while a person waits: that something is compiled, how far and how long it took."""
 
 import threading
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from opensuction.cli import progress
-from opensuction.cli.progress import Progress
+from opensuction.cli.progress import ProgressTeller
 from opensuction.kernel import compilation
 from opensuction.kernel.compilation import Compilation, Stage
 
@@ -41,14 +41,14 @@ def compiler(monkeypatch: pytest.MonkeyPatch) -> Compiler:
 def test_a_compilation_is_told_with_how_far_it_is(
     compiler: Compiler, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def tell(self: Progress, line: str) -> None:
+    def tell(self: ProgressTeller, line: str) -> None:
         original(self, line)
         if "functions" in line:
             compiler.told.set()
 
-    original = Progress.tell
-    monkeypatch.setattr(Progress, "tell", tell)
-    assert Progress().wait(compiler.work, "Preparing") == "done"
+    original = ProgressTeller.tell
+    monkeypatch.setattr(ProgressTeller, "tell", tell)
+    assert ProgressTeller().wait(compiler.work, "Preparing") == "done"
     said = capsys.readouterr()
     assert said.out == ""
     lines = said.err.splitlines()
@@ -58,7 +58,7 @@ def test_a_compilation_is_told_with_how_far_it_is(
 
 
 def test_what_compiles_nothing_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    assert Progress().wait(lambda: 42, "Preparing") == 42
+    assert ProgressTeller().wait(lambda: 42, "Preparing") == 42
     assert capsys.readouterr() == ("", "")
 
 
@@ -67,4 +67,4 @@ def test_what_the_work_raises_is_raised_here() -> None:
         raise ValueError("as it is")
 
     with pytest.raises(ValueError, match="as it is"):
-        Progress().wait(work)
+        ProgressTeller().wait(work)

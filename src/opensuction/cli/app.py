@@ -81,7 +81,7 @@ for command in COMMANDS:
     entry.add(app, command)
 
 
-def _misused(error: typer.TyperException) -> str:
+def _explain(error: typer.TyperException) -> str:
     """What was wrong with the command line, and where its help is."""
     words = error.format_message().rstrip(".")
     alike = getattr(error, "possibilities", None)
@@ -92,7 +92,7 @@ def _misused(error: typer.TyperException) -> str:
     return f"{words}{' See' if words.endswith('?') else '; see'} '{path} --help'"
 
 
-def _status() -> int:
+def _carry_out() -> int:
     """Carry out the command line; returns the exit status."""
     try:
         code = app(prog_name="opensuction", standalone_mode=False)
@@ -105,7 +105,7 @@ def _status() -> int:
     except InputError as refused:
         return _refuse(str(refused))
     except typer.TyperException as misused:
-        return _refuse(_misused(misused))
+        return _refuse(_explain(misused))
     return code if isinstance(code, int) else exit_status.DONE
 
 
@@ -116,25 +116,27 @@ def _refuse(message: str) -> int:
 
 def main() -> None:
     """Entry point of the console script; never ends in a traceback for what a person did."""
-    with interruption.heard():
-        try:
-            code = _status()
-        except interruption.Stopped as stopped:
-            status = exit_status.SIGNALLED + stopped.number
-            interruption.leave(status, f"{interruption.words(stopped)}; {_left(stopped)}")
-        except BrokenPipeError as closed:
-            line = f"nobody reads the output any more; {_left(closed)}"
-            interruption.leave(exit_status.PIPE_CLOSED, line)
-        except OSError as failed:
-            if failed.errno not in UNWRITABLE:
-                raise
-            where = f"{failed.filename or UNNAMED}: "
-            line = f"{where}{(failed.strerror or str(failed)).lower()}; {_left(failed)}"
-            interruption.leave(exit_status.NOT_WRITTEN, line)
+    try:
+        with interruption.hear():
+            code = _carry_out()
+    except interruption.Stopped as stopped:
+        status = exit_status.SIGNALLED + stopped.number
+        interruption.leave(
+            status, f"{interruption.describe(stopped)}; {_say_what_is_left(stopped)}"
+        )
+    except BrokenPipeError as closed:
+        line = f"nobody reads the output any more; {_say_what_is_left(closed)}"
+        interruption.leave(exit_status.PIPE_CLOSED, line)
+    except OSError as failed:
+        if failed.errno not in UNWRITABLE:
+            raise
+        where = f"{failed.filename or UNNAMED}: "
+        line = f"{where}{(failed.strerror or str(failed)).lower()}; {_say_what_is_left(failed)}"
+        interruption.leave(exit_status.NOT_WRITTEN, line)
     sys.exit(code)
 
 
-def _left(ending: BaseException) -> str:
+def _say_what_is_left(ending: BaseException) -> str:
     """What a command that ended early leaves."""
     notes: list[str] = getattr(ending, "__notes__", ["nothing was written"])
     return notes[0]

@@ -42,7 +42,7 @@ METHODS = (
 FAULTS = tuple(BY_NAME)
 
 
-def of(names: Iterable[str]) -> Callable[[str], list[str]]:
+def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:
     """What completes the beginning of one of these names; a shell offers files where none does."""
 
     def complete(incomplete: str) -> list[str]:

@@ -12,12 +12,12 @@ from opensuction.cli.interruption import Stopped
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
 
 Json = dict[str, Any]
 
 
-class Output(NamedTuple):
+class OutputChoice(NamedTuple):
     """Where a person wants the results."""
 
     out: Path | None = None
@@ -25,7 +25,7 @@ class Output(NamedTuple):
     as_json: bool = False
 
 
-class Done(NamedTuple):
+class CommandResult(NamedTuple):
     """What a command has found."""
 
     data: Json
@@ -40,7 +40,7 @@ class Done(NamedTuple):
     """Files that an earlier run may have left in the folder and that would now tell a lie."""
 
 
-def text(data: Json) -> str:
+def to_text(data: Json) -> str:
     """A JSON object as its file holds it."""
     return json.dumps(data, indent=2) + "\n"
 
@@ -62,17 +62,19 @@ def show(as_json: bool, data: Json, summarise: "Callable[[Console], None]") -> N
         raise OSError(error.errno, error.strerror, "stdout") from None
 
 
-def deliver(output: Output, name: int | str, work: "Callable[[Progress, Path], Done]") -> int:
+def deliver(
+    output: OutputChoice, name: int | str, work: "Callable[[ProgressTeller, Path], CommandResult]"
+) -> int:
     """Carry out the work of a command; returns the exit status.
 
     name: of the folder where none was named. work: takes the folder in which its files will be.
     Raises InputError for a folder that cannot be written and for what the work refuses.
     """
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
 
-    folder = output_folder.chosen(output.out, name)
-    with output_folder.whole(folder, output.force) as staging:
-        done = work(Progress(), folder)
+    folder = output_folder.choose(output.out, name)
+    with output_folder.stage(folder, output.force) as staging:
+        done = work(ProgressTeller(), folder)
         output_folder.write(staging, done.files)
     for stale in done.stale:
         (folder / stale).unlink(missing_ok=True)

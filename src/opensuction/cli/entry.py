@@ -30,9 +30,9 @@ def add(app: typer.Typer, command: Command) -> None:
     """Let an application take a command; its options are those of `option.OPTIONS`."""
 
     def call(**given: Any) -> int:
-        return command.run(_filled(command.options, given))
+        return command.run(_fill(command.options, given))
 
-    parameters = list(_parameters(command.options))
+    parameters = list(_list_parameters(command.options))
     # What typer reads; each option is written once, in its table.
     call.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {one.name: one.annotation for one in parameters}
@@ -53,11 +53,11 @@ def _is_repeated(candidate: Any) -> bool:
     return bool(candidate == tuple[str, ...])
 
 
-def _parameters(record: Any) -> Iterator[Parameter]:
+def _list_parameters(record: Any) -> Iterator[Parameter]:
     """What a command takes, in the order of the record's fields."""
     for name, hint in get_type_hints(record).items():
         if _is_record(hint):
-            yield from _parameters(hint)
+            yield from _list_parameters(hint)
             continue
         kind, default = hint, record._field_defaults.get(name, Parameter.empty)
         if _is_repeated(hint):
@@ -67,12 +67,12 @@ def _parameters(record: Any) -> Iterator[Parameter]:
         )
 
 
-def _filled(record: Any, given: dict[str, Any]) -> Any:
+def _fill(record: Any, given: dict[str, Any]) -> Any:
     """The record with what was given."""
     values = {}
     for name, kind in get_type_hints(record).items():
         if _is_record(kind):
-            values[name] = _filled(kind, given)
+            values[name] = _fill(kind, given)
         else:
             values[name] = tuple(given[name] or ()) if _is_repeated(kind) else given[name]
     return record(**values)

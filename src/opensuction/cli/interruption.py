@@ -36,7 +36,7 @@ def _stop(number: int, _: FrameType | None) -> None:
 
 
 @contextlib.contextmanager
-def unbroken() -> Iterator[None]:
+def postpone() -> Iterator[None]:
     """What is done in here is done whole; a signal is heard afterwards."""
     _Postponed.depth += 1
     try:
@@ -49,7 +49,7 @@ def unbroken() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def heard() -> Iterator[None]:
+def hear() -> Iterator[None]:
     """Signals raise Stopped in the main thread in here; those that are ignored stay so."""
     before = {}
     if threading.current_thread() is threading.main_thread():
@@ -64,7 +64,7 @@ def heard() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def words(stopped: Stopped) -> str:
+def describe(stopped: Stopped) -> str:
     """What is said of a signal."""
     return WORDS[signal.Signals(stopped.number).name]
 

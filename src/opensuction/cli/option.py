@@ -10,51 +10,54 @@ from opensuction.cli import completion
 NAME_OR_FILE = "NAME|FILE"
 
 
-def _named(words: str, names: Sequence[str], metavar: str = "NAME") -> Any:
+def _take_name(words: str, names: Sequence[str], metavar: str = "NAME") -> Any:
     """An option that takes one of these names, completed by the shell."""
     return typer.Option(
-        help=words, metavar=metavar, autocompletion=completion.of(names), show_default=False
+        help=words,
+        metavar=metavar,
+        autocompletion=completion.complete_from(names),
+        show_default=False,
     )
 
 
-def _and(names: Sequence[str], joint: str = "or") -> str:
+def _join(names: Sequence[str], joint: str = "or") -> str:
     return f"{', '.join(names[:-1])} {joint} {names[-1]}"
 
 
 OPTIONS: dict[str, Any] = {
-    "machine": _named(
-        f"Machine: {_and(completion.MACHINES)}, or a TOML file. Default: clinical, but bench for "
+    "machine": _take_name(
+        f"Machine: {_join(completion.MACHINES)}, or a TOML file. Default: clinical, but bench for "
         "the protocol paper.",
         completion.MACHINES,
         NAME_OR_FILE,
     ),
-    "patient": _named(
-        f"Patient for whom a clinical machine is set up: {_and(completion.PATIENTS)}, or a TOML "
+    "patient": _take_name(
+        f"Patient for whom a clinical machine is set up: {_join(completion.PATIENTS)}, or a TOML "
         "file. Default: adult-icu.",
         completion.PATIENTS,
         NAME_OR_FILE,
     ),
-    "protocol": _named(
+    "protocol": _take_name(
         "Protocol: adult, paediatric, paper (bench only), or a TOML file. Default: by the "
         "patient's age; paper on the bench.",
         completion.PROTOCOLS,
         NAME_OR_FILE,
     ),
-    "catheter": _named(
-        f"Catheter: {_and(completion.CATHETERS)}. Default: 12fr for adults and the bench, 6fr for "
+    "catheter": _take_name(
+        f"Catheter: {_join(completion.CATHETERS)}. Default: 12fr for adults and the bench, 6fr for "
         "children and neonates.",
         completion.CATHETERS,
     ),
-    "conduit": _named(
-        f"How the conduit is laid: {_and(completion.CONDUITS)}. Default: standard.",
+    "conduit": _take_name(
+        f"How the conduit is laid: {_join(completion.CONDUITS)}. Default: standard.",
         completion.CONDUITS,
     ),
-    "approach": _named(
+    "approach": _take_name(
         "How the stopping point is found: travel (a taught length) or contact (the switch at the "
         "tip closes on the carina). Default: travel.",
         completion.APPROACHES,
     ),
-    "compensation": _named(
+    "compensation": _take_name(
         "Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
         "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii or preview, identified on the "
         "twin before use; or, for a cycle, a parameter file (TOML) that opensuction identify or "
@@ -73,7 +76,7 @@ OPTIONS: dict[str, Any] = {
         help="What goes wrong, up to twice: from the start on, or at an instant (@S or @PHASE+S), "
         "with a strength or its default. See below for names.",
         metavar="NAME[@S][=STRENGTH]",
-        autocompletion=completion.of(completion.FAULTS),
+        autocompletion=completion.complete_from(completion.FAULTS),
     ),
     "repeat": typer.Option(
         help="Cycles of one simulated day: the first on request, the others by the controller's "
@@ -127,13 +130,13 @@ OPTIONS: dict[str, Any] = {
     "negate_output": typer.Option(
         "--negate-output", help="Turn the output's sign round, where it falls as the input rises."
     ),
-    "model": _named(
+    "model": _take_name(
         "Model of the hysteresis: modified-dahl (the paper's; the only one that a cycle can be "
         "compensated with), dahl, bouc-wen, prandtl-ishlinskii, preisach or generalised. Default: "
         "modified-dahl.",
         completion.MODELS,
     ),
-    "method": _named(
+    "method": _take_name(
         "Way to fit it: variable-projection, genetic-algorithm (the paper's), "
         "differential-evolution, non-negative or regularised. Default: the model's own.",
         completion.METHODS,

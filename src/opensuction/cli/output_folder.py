@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
-from opensuction.cli.interruption import unbroken
+from opensuction.cli.interruption import postpone
 from opensuction.kernel.errors import InputError
 
 RUNS = Path("runs")
 """Where runs go when no folder is named."""
 
 
-def chosen(out: Path | None, name: int | str) -> Path:
+def choose(out: Path | None, name: int | str) -> Path:
     """The named folder, or ``runs/<time>-<name>`` in UTC; a cycle's name is its seed."""
     if out is not None:
         return out
@@ -72,7 +72,7 @@ def write(staging: Path, files: Mapping[str, str | bytes]) -> None:
 
 
 @contextmanager
-def whole(folder: Path, force: bool) -> Iterator[Path]:
+def stage(folder: Path, force: bool) -> Iterator[Path]:
     """A folder to write into; it becomes ``folder`` at the end, or vanishes on any exception.
 
     With ``force`` the files of a folder that is not empty are replaced one by one; others in it
@@ -82,13 +82,13 @@ def whole(folder: Path, force: bool) -> Iterator[Path]:
     parents = [parent for parent in folder.parents if not parent.exists()]
     staging = None
     try:
-        with unbroken():
+        with postpone():
             staging = _staging(folder)
         yield staging
-        with unbroken():
+        with postpone():
             _put_in_place(staging, folder)
     except BaseException:
-        with unbroken():
+        with postpone():
             if staging is not None:
                 shutil.rmtree(staging, ignore_errors=True)
             for parent in parents:

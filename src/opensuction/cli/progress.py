@@ -73,7 +73,7 @@ class _Compilations:
         return f"Compiling: {self._stage}, {self._functions} functions, {self.seconds:.0f} s"
 
 
-class Progress:
+class ProgressTeller:
     """Tells on stderr how the work goes on; stdout is for the result."""
 
     def __init__(self) -> None:

@@ -4,42 +4,42 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
 
 
-class Options(NamedTuple):
+class BenchmarkOptions(NamedTuple):
     """What the command takes."""
 
     seeds: int = 5
-    output: Output = Output()
+    output: OutputChoice = OutputChoice()
 
 
-def run(options: Options) -> int:
+def run(options: BenchmarkOptions) -> int:
     """Carry the command out; returns the exit status."""
     began_s = time.monotonic()
 
-    def work(progress: "Progress", _: Path) -> Done:
+    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         progress.tell(f"Compensators on twins and models, {options.seeds} seeds each")
-        return progress.wait(lambda: _done(options.seeds, progress, began_s), "Comparing")
+        return progress.wait(lambda: _compute(options.seeds, progress, began_s), "Comparing")
 
     return deliver(options.output, "benchmark", work)
 
 
-def _done(seeds: int, progress: "Progress", began_s: float) -> Done:
+def _compute(seeds: int, progress: "ProgressTeller", began_s: float) -> CommandResult:
     from opensuction.evidence.benchmark import benchmark, benchmark_page
     from opensuction.report import sheet
 
     found = benchmark.run(seeds, progress.tell)
     data = benchmark.plain(found, time.monotonic() - began_s)
     html = sheet.render(benchmark_page.sheet(found))
-    files = {"report.html": html, "benchmark.json": text(data)}
-    return Done(data, files, lambda console, folder: _summarise(console, data, folder))
+    files = {"report.html": html, "benchmark.json": to_text(data)}
+    return CommandResult(data, files, lambda console, folder: _summarise(console, data, folder))
 
 
 def _summarise(console: "Console", data: Json, folder: Path) -> None:
@@ -63,7 +63,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 
 COMMAND = Command(
     name="benchmark",
-    options=Options,
+    options=BenchmarkOptions,
     run=run,
     sentence="Every compensator on every plant with fixed seeds: error, peak and head speed of "
     "each pair.",

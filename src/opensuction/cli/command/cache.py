@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 MB = 1e6
 
 
-class Options(NamedTuple):
+class CacheOptions(NamedTuple):
     """What the command takes."""
 
     clear: bool = False
     as_json: bool = False
 
 
-def run(options: Options) -> int:
+def run(options: CacheOptions) -> int:
     """Show or clear the cache; returns the exit status. Raises OSError where it stays."""
     # The import makes the folder of this version.
     from opensuction.kernel import compiled
@@ -63,7 +63,7 @@ def _summarise(console: "Console", data: Json) -> None:
 
 COMMAND = Command(
     name="cache",
-    options=Options,
+    options=CacheOptions,
     run=run,
     sentence="Where the compiled core is kept and how much of it; --clear removes it.",
     details="The first command of a version compiles the control core and keeps the machine code "

@@ -5,42 +5,44 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import CalibrationChoice, RigChoice
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
     from opensuction.session.calibration.calibration_run import Calibrated
 
 
-class Options(NamedTuple):
+class CalibrateOptions(NamedTuple):
     """What the command takes."""
 
     choice: CalibrationChoice = CalibrationChoice()
-    output: Output = Output()
+    output: OutputChoice = OutputChoice()
 
 
-def run(options: Options) -> int:
+def run(options: CalibrateOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for bad names and files."""
     began_s = time.monotonic()
 
-    def work(progress: "Progress", folder: Path) -> Done:
-        found = progress.wait(lambda: _calibrated(options.choice, progress), "Calibrating")
-        return _done(options.choice, found, folder, began_s)
+    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
+        found = progress.wait(lambda: _calibrate(options.choice, progress), "Calibrating")
+        return _write_up(options.choice, found, folder, began_s)
 
     return deliver(options.output, "calibrate", work)
 
 
-def _calibrated(choice: CalibrationChoice, progress: "Progress") -> "Calibrated":
+def _calibrate(choice: CalibrationChoice, progress: "ProgressTeller") -> "Calibrated":
     from opensuction.session.calibration import calibration_run
 
     return calibration_run.run(choice, progress.tell)
 
 
-def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float) -> Done:
+def _write_up(
+    choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float
+) -> CommandResult:
     from opensuction.report import sheet
     from opensuction.session.calibration import calibration_file, calibration_page
     from opensuction.settings import identification_file
@@ -55,9 +57,9 @@ def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s:
         path = str(folder / name)
     data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
     files["report.html"] = sheet.render(calibration_page.page(found, data))
-    files["calibrate.json"] = text(data)
+    files["calibrate.json"] = to_text(data)
     next_command = _next_command(choice.rig, data)
-    return Done(
+    return CommandResult(
         data,
         files,
         lambda console, folder: _summarise(console, data, folder, next_command),
@@ -116,7 +118,7 @@ def _sentences(data: Json) -> list[str]:
 
 COMMAND = Command(
     name="calibrate",
-    options=Options,
+    options=CalibrateOptions,
     run=run,
     sentence="Calibrate a machine: excite it over its stroke, fit, confirm, write the parameter "
     "file.",

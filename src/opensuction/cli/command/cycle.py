@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.command import cycle_help
-from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
 from opensuction.session.choice import CycleChoice, DayChoice
@@ -14,7 +14,7 @@ from opensuction.session.choice import CycleChoice, DayChoice
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
     from opensuction.session.cycle.cycle_run import Prepared
     from opensuction.simulation.injection.injection import InjectedRun
 
@@ -24,13 +24,13 @@ SOUND = "alarm.wav"
 """File that lets a person hear the most urgent alarm of a run."""
 
 
-class Options(NamedTuple):
+class CycleOptions(NamedTuple):
     """What the command takes."""
 
     choice: CycleChoice = CycleChoice()
     day: DayChoice = DayChoice()
     pace: float | None = None
-    output: Output = Output()
+    output: OutputChoice = OutputChoice()
 
 
 class Pacer:
@@ -49,7 +49,7 @@ class Pacer:
                 time.sleep(ahead)
 
 
-def run(options: Options) -> int:
+def run(options: CycleOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for bad input."""
     from opensuction.cli.progress import PlainConsole
 
@@ -57,16 +57,16 @@ def run(options: Options) -> int:
     console = PlainConsole(stderr=options.output.as_json)
     pace = _pace(options, console)
 
-    def work(progress: "Progress", _: Path) -> Done:
-        prepared = progress.wait(lambda: _prepared(options, progress), "Preparing")
+    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
+        prepared = progress.wait(lambda: _prepare(options, progress), "Preparing")
         if options.day.every_min is None:
-            return _cycle(prepared, console, Pacer(pace), began_s)
-        return _day(prepared, options.day, console, progress, began_s)
+            return _run_cycle(prepared, console, Pacer(pace), began_s)
+        return _run_day(prepared, options.day, console, progress, began_s)
 
     return deliver(options.output, options.choice.rig.seed, work)
 
 
-def _pace(options: Options, console: "Console") -> float:
+def _pace(options: CycleOptions, console: "Console") -> float:
     """Simulated seconds a second; 0 is unpaced. Raises InputError for an impossible pace."""
     if options.pace is None:
         return TERMINAL_PACE if console.is_terminal and not options.output.as_json else 0.0
@@ -75,7 +75,7 @@ def _pace(options: Options, console: "Console") -> float:
     return options.pace
 
 
-def _prepared(options: Options, progress: "Progress") -> "Prepared":
+def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
     """The cycle ready to run and compiled; refused before anything slow where it cannot be."""
     from opensuction.session.cycle import cycle_run, resolution
     from opensuction.session.day import day_check
@@ -87,7 +87,7 @@ def _prepared(options: Options, progress: "Progress") -> "Prepared":
     return prepared
 
 
-def _played(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
+def _play(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
     """The cycle, shown as it goes."""
     from opensuction.kernel.phase import Phase
     from opensuction.report import terminal
@@ -109,26 +109,28 @@ def _played(prepared: "Prepared", console: "Console", pacer: Pacer) -> "Injected
         return fault_run.play(prepared, watch)
 
 
-def _cycle(prepared: "Prepared", console: "Console", pacer: Pacer, began_s: float) -> Done:
+def _run_cycle(
+    prepared: "Prepared", console: "Console", pacer: Pacer, began_s: float
+) -> CommandResult:
     """One cycle."""
     from opensuction.report.cycle import page
     from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
 
-    played = _played(prepared, console, pacer)
+    found = _play(prepared, console, pacer)
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(prepared, played.columns, time.monotonic() - began_s, factor)
-    data["faults"] = fault_run.plain(played)
-    html = page.render(data, played.columns, machine_summary.sections(prepared))
-    return _done(data, {"report.html": html}, began_s)
+    data = cycle_summary.summary(prepared, found.columns, time.monotonic() - began_s, factor)
+    data["faults"] = fault_run.plain(found)
+    html = page.render(data, found.columns, machine_summary.sections(prepared))
+    return _write_up(data, {"report.html": html}, began_s)
 
 
-def _day(
+def _run_day(
     prepared: "Prepared",
     asked: DayChoice,
     console: "Console",
-    progress: "Progress",
+    progress: "ProgressTeller",
     began_s: float,
-) -> Done:
+) -> CommandResult:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
     from opensuction.report import sheet
     from opensuction.report.cycle import page
@@ -158,14 +160,14 @@ def _day(
         "day.html": sheet.render(day_summary.page(day)),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
     }
-    return _done(data, files, began_s)
+    return _write_up(data, files, began_s)
 
 
-def _done(data: Json, pages: dict[str, str], began_s: float) -> Done:
+def _write_up(data: Json, pages: dict[str, str], began_s: float) -> CommandResult:
     data["wall_s"] = time.monotonic() - began_s
-    files: dict[str, str | bytes] = {**pages, "cycle.json": text(data), **_sound(data)}
+    files: dict[str, str | bytes] = {**pages, "cycle.json": to_text(data), **_sound(data)}
     refused = data.get("day", {}).get("refusal") is not None
-    return Done(
+    return CommandResult(
         data,
         files,
         lambda console, folder: _summarise(console, data, [folder / name for name in files]),
@@ -194,7 +196,7 @@ def _summarise(console: "Console", data: Json, files: list[Path]) -> None:
 
 COMMAND = Command(
     name="cycle",
-    options=Options,
+    options=CycleOptions,
     run=run,
     sentence="One automated suction cycle on the digital twin: live phases, summary, report.",
     details="Identifies the drawn machine where the compensation needs it, runs the cycle under "

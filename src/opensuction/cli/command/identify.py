@@ -5,12 +5,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import RecordingChoice
 
 if TYPE_CHECKING:
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
     from opensuction.identification.workbench import FittedModel
     from opensuction.session.identification.identification_run import LoadedRecording
 
@@ -22,14 +22,14 @@ class IdentifyOptions(NamedTuple):
     model: str = "modified-dahl"
     """The paper's model, which the compensators use."""
     method: str | None = None
-    results: Output = Output()
+    results: OutputChoice = OutputChoice()
 
 
 class CompareOptions(NamedTuple):
     """What ``compare`` takes."""
 
     recording: RecordingChoice
-    results: Output = Output()
+    results: OutputChoice = OutputChoice()
 
 
 def identify(options: IdentifyOptions) -> int:
@@ -43,9 +43,13 @@ def compare(options: CompareOptions) -> int:
 
 
 def _run(
-    name: str, recording: RecordingChoice, model: str | None, method: str | None, results: Output
+    name: str,
+    recording: RecordingChoice,
+    model: str | None,
+    method: str | None,
+    results: OutputChoice,
 ) -> int:
-    def work(progress: "Progress", folder: Path) -> Done:
+    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
         sign = "-" if recording.negate_output else ""
         progress.tell(
             f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
@@ -53,8 +57,8 @@ def _run(
         )
         loaded = progress.wait(lambda: _load(recording, model, method), "Reading")
         began_s = time.perf_counter()
-        found = progress.wait(lambda: _fitted(loaded, progress), "Identifying")
-        return _done(loaded, found, folder, time.perf_counter() - began_s)
+        found = progress.wait(lambda: _fit(loaded, progress), "Identifying")
+        return _write_up(loaded, found, folder, time.perf_counter() - began_s)
 
     return deliver(results, name, work)
 
@@ -65,7 +69,7 @@ def _load(recording: RecordingChoice, model: str | None, method: str | None) -> 
     return identification_run.load(recording, model, method)
 
 
-def _fitted(loaded: "LoadedRecording", progress: "Progress") -> "list[FittedModel]":
+def _fit(loaded: "LoadedRecording", progress: "ProgressTeller") -> "list[FittedModel]":
     """One result, or those of every model."""
     from opensuction.session.identification import identification_run
 
@@ -78,9 +82,9 @@ def _fitted(loaded: "LoadedRecording", progress: "Progress") -> "list[FittedMode
     return identification_run.compare(loaded, tell)
 
 
-def _done(
+def _write_up(
     loaded: "LoadedRecording", results: "list[FittedModel]", folder: Path, seconds: float
-) -> Done:
+) -> CommandResult:
     from opensuction.report.identification import identification_page, identification_series
     from opensuction.report.identification import identification_terminal as terminal
     from opensuction.session.identification import identification_summary
@@ -111,10 +115,10 @@ def _done(
     )
     files = {
         "report.html": identification_page.render(data, curves),
-        "comparison.json" if compared else "identification.json": text(data),
+        "comparison.json" if compared else "identification.json": to_text(data),
         **parameters,
     }
-    return Done(
+    return CommandResult(
         data,
         files,
         lambda console, folder: terminal.print_summary(

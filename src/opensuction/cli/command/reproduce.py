@@ -4,41 +4,41 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
 
 
-class Options(NamedTuple):
+class ReproduceOptions(NamedTuple):
     """What the command takes."""
 
-    output: Output = Output()
+    output: OutputChoice = OutputChoice()
 
 
-def run(options: Options) -> int:
+def run(options: ReproduceOptions) -> int:
     """Carry the command out; returns the exit status."""
     began_s = time.monotonic()
 
-    def work(progress: "Progress", _: Path) -> Done:
+    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         progress.tell("The paper reproduced on the digital twin: some ten seconds")
-        return progress.wait(lambda: _done(progress, began_s), "Reproducing")
+        return progress.wait(lambda: _compute(progress, began_s), "Reproducing")
 
     return deliver(options.output, "reproduce", work)
 
 
-def _done(progress: "Progress", began_s: float) -> Done:
+def _compute(progress: "ProgressTeller", began_s: float) -> CommandResult:
     from opensuction.evidence.paper import reproduction
     from opensuction.report import sheet
 
     found = reproduction.run(progress.tell)
     data = reproduction.plain(found, time.monotonic() - began_s)
-    return Done(
+    return CommandResult(
         data,
-        {"report.html": sheet.render(found.sheet), "reproduce.json": text(data)},
+        {"report.html": sheet.render(found.sheet), "reproduce.json": to_text(data)},
         lambda console, folder: _summarise(console, data, folder),
         is_good=all(entry["verdict"] != "differs" for entry in data["claims"]),
     )
@@ -72,7 +72,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 
 COMMAND = Command(
     name="reproduce",
-    options=Options,
+    options=ReproduceOptions,
     run=run,
     sentence="The paper's figures 5 to 11 and tables I and II on the twin, each number beside its "
     "own.",

@@ -4,13 +4,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import Done, Json, Output, deliver, text
+from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from opensuction.cli.progress import Progress
+    from opensuction.cli.progress import ProgressTeller
     from opensuction.evidence.safety_case.hazard import Hazard
     from opensuction.evidence.safety_case.hazard_result import HazardResult
 
@@ -18,19 +18,19 @@ EVERY_RUNS = 50
 """A line of progress after so many runs."""
 
 
-class Options(NamedTuple):
+class SafetyCaseOptions(NamedTuple):
     """What the command takes."""
 
     table: Path | None = None
     seeds: int = 1
-    output: Output = Output()
+    output: OutputChoice = OutputChoice()
 
 
-def run(options: Options) -> int:
+def run(options: SafetyCaseOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for a bad table."""
     began_s = time.monotonic()
 
-    def work(progress: "Progress", _: Path) -> Done:
+    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         from opensuction.evidence.safety_case import hazard
 
         hazards = hazard.load(options.table)
@@ -38,12 +38,14 @@ def run(options: Options) -> int:
             f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
             "at its instants and strengths"
         )
-        return progress.wait(lambda: _done(hazards, options.seeds, progress, began_s), "Running")
+        return progress.wait(lambda: _compute(hazards, options.seeds, progress, began_s), "Running")
 
     return deliver(options.output, "safety-case", work)
 
 
-def _done(hazards: "tuple[Hazard, ...]", count: int, progress: "Progress", began_s: float) -> Done:
+def _compute(
+    hazards: "tuple[Hazard, ...]", count: int, progress: "ProgressTeller", began_s: float
+) -> CommandResult:
     from opensuction.evidence.safety_case import safety_case, safety_case_page
     from opensuction.report import sheet
 
@@ -57,9 +59,9 @@ def _done(hazards: "tuple[Hazard, ...]", count: int, progress: "Progress", began
     found = safety_case.run(hazards, safety_case.seeds_of(count), tell)
     data = safety_case.plain(found, time.monotonic() - began_s)
     html = sheet.render(safety_case_page.sheet(found))
-    return Done(
+    return CommandResult(
         data,
-        {"report.html": html, "safety-case.json": text(data)},
+        {"report.html": html, "safety-case.json": to_text(data)},
         lambda console, folder: _summarise(console, data, folder),
         is_good=found.ok,
     )
@@ -105,7 +107,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 
 COMMAND = Command(
     name="safety-case",
-    options=Options,
+    options=SafetyCaseOptions,
     run=run,
     sentence="Every hazard on the twin: its faults injected, alarm and safe state timed against "
     "bounds.",

@@ -38,7 +38,7 @@ from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
-from opensuction.session.cycle.resolution import Resolved
+from opensuction.session.cycle.resolution import ResolvedCycle
 from opensuction.simulation import ideal_loop, outcome, self_calibration
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
@@ -95,7 +95,7 @@ def _run(error_mm: Array, head_mm: Array, completed: bool, trips: int) -> Run:
 @lru_cache(maxsize=KEPT)
 def _drawn(
     machine: str, protocol: str, conduit: str, seed: int
-) -> tuple[Resolved, Rig, Identification]:
+) -> tuple[ResolvedCycle, Rig, Identification]:
     """A drawn machine, identified and, where its protocol wants it, taught."""
     equipment = RigChoice(machine, conduit=conduit, seed=seed)
     resolved = resolution.resolve(CycleChoice(equipment, protocol, compensation="none"))
@@ -113,7 +113,7 @@ def _on_twin(twin: Twin, seed: int) -> Carried:
     return lambda kind: _cycle(resolved._replace(compensation=kind), rig, twin.scale, identified)
 
 
-def _cycle(resolved: Resolved, rig: Rig, scale: float, identified: Identification) -> Run:
+def _cycle(resolved: ResolvedCycle, rig: Rig, scale: float, identified: Identification) -> Run:
     """One cycle; the controller goes by what was identified, the conduit may be laid otherwise."""
     kind, calibration = resolved.compensation, identified.calibration
     if kind == CompensationKind.NONE:

@@ -19,7 +19,7 @@ from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.session.cycle import compensation_choice, fault_choice
-from opensuction.session.cycle.resolution import Resolved
+from opensuction.session.cycle.resolution import ResolvedCycle
 from opensuction.simulation import closed_loop, self_calibration, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import teaching as by_hand
@@ -45,7 +45,7 @@ PIECE_S = 0.05
 class Prepared(NamedTuple):
     """A cycle ready to run."""
 
-    resolved: Resolved
+    resolved: ResolvedCycle
     rig: Rig
     protocol: Protocol
     """As it was fitted to patient and machine."""
@@ -69,7 +69,7 @@ class Progress(NamedTuple):
     vacuum_mmhg: float
 
 
-def teach(resolved: Resolved, rig: Rig, calibration: Calibration) -> float:
+def teach(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> float:
     """Depth of the carina as a person measured it, or as a hand teaches it on the rig.
 
     A fault may make it too long. Raises InputError where what was taught is not taken.
@@ -90,7 +90,7 @@ def teach(resolved: Resolved, rig: Rig, calibration: Calibration) -> float:
     return found.taught_mm
 
 
-def _fit(resolved: Resolved, rig: Rig, calibration: Calibration) -> Protocol:
+def _fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol:
     """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
     protocol, by_contact = resolved.protocol, resolved.by_contact
     able = setup.abilities(rig.profile, resolved.compensation, calibration, rig.site)
@@ -103,7 +103,7 @@ def _fit(resolved: Resolved, rig: Rig, calibration: Calibration) -> Protocol:
     return protocol
 
 
-def _refuse_early(resolved: Resolved, rig: Rig, calibration: Calibration) -> None:
+def _refuse_early(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> None:
     """Refuse before the slow part what no taught depth can make possible.
 
     Nothing is easier to fit than the least depth at which a tip can stop short of the carina.
@@ -118,7 +118,7 @@ def _refuse_early(resolved: Resolved, rig: Rig, calibration: Calibration) -> Non
     setup.planned(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
-def prepare(resolved: Resolved, tell: Callable[[str], None] = lambda _: None) -> Prepared:
+def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: None) -> Prepared:
     """Draw the machine, identify it and teach it where that is needed, and plan the cycle.
 
     tell: called with a line of progress. Raises InputError for what cannot be planned.

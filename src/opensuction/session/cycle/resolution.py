@@ -24,7 +24,7 @@ GAP_SCALES = (0.5, 1.5)
 """Least and most: more than what self-calibration is trusted with, either way."""
 
 
-class Resolved(NamedTuple):
+class ResolvedCycle(NamedTuple):
     """What a choice means; everything is there and fits together."""
 
     choice: CycleChoice
@@ -77,7 +77,7 @@ def _is_for_bench(protocol: Protocol | Template | None) -> bool:
     return isinstance(protocol, Protocol) and protocol.bench_only
 
 
-def resolve(choice: CycleChoice) -> Resolved:
+def resolve(choice: CycleChoice) -> ResolvedCycle:
     """Find what was chosen; raises InputError for bad names and files and for what does not fit."""
     faults = fault_choice.resolve(choice.faults, choice.approach)
     resolved = _resolve(choice, faults)
@@ -95,14 +95,14 @@ def _set_up(choice: CycleChoice, faults: tuple[Injection, ...]) -> CycleChoice:
     return choice
 
 
-def _resolve(choice: CycleChoice, faults: tuple[Injection, ...]) -> Resolved:
+def _resolve(choice: CycleChoice, faults: tuple[Injection, ...]) -> ResolvedCycle:
     named = None if choice.protocol is None else find_protocol(choice.protocol)
     by_contact = choose(choice.approach, APPROACHES, "approach")
     usual_machine = "bench" if _is_for_bench(named) else "clinical"
     found = equipment.resolve(choice.rig, usual_machine)
     name = choice.protocol or _usual_protocol(found.patient)
     kind, file = compensation_choice.resolve(choice.compensation)
-    resolved = Resolved(
+    resolved = ResolvedCycle(
         choice=choice,
         equipment=found,
         protocol_name=name,
@@ -116,7 +116,7 @@ def _resolve(choice: CycleChoice, faults: tuple[Injection, ...]) -> Resolved:
     return resolved
 
 
-def _check(resolved: Resolved) -> None:
+def _check(resolved: ResolvedCycle) -> None:
     """Refuse what does not fit together; raises InputError."""
     name, protocol = resolved.protocol_name, resolved.protocol
     person, taught_mm = resolved.equipment.patient, resolved.choice.taught_mm

@@ -5,13 +5,13 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.session.choice import DayChoice
-from opensuction.session.cycle.resolution import Resolved
+from opensuction.session.cycle.resolution import ResolvedCycle
 
 MOST_CYCLES = 500
 """More would be weeks: a trial, not a day."""
 
 
-def check(day: DayChoice, resolved: Resolved) -> None:
+def check(day: DayChoice, resolved: ResolvedCycle) -> None:
     """Refuse what is no day of this cycle; raises InputError."""
     repeat, every_min = day.repeat, day.every_min
     if resolved.faults and repeat > 1:
@@ -32,7 +32,7 @@ def check(day: DayChoice, resolved: Resolved) -> None:
         _check_learning(day, resolved)
 
 
-def _check_learning(day: DayChoice, resolved: Resolved) -> None:
+def _check_learning(day: DayChoice, resolved: ResolvedCycle) -> None:
     """Refuse self-calibration where nothing could be learned or used; raises InputError."""
     if not resolved.by_contact:
         raise InputError(
