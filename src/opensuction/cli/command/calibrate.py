@@ -42,7 +42,8 @@ def _calibrated(choice: CalibrationChoice, progress: "Progress") -> "Calibrated"
 
 def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float) -> Done:
     from opensuction.report import sheet
-    from opensuction.session.calibration import calibration_file, calibration_page
+    from opensuction.report.calibration import calibration_page
+    from opensuction.session.calibration import calibration_file
     from opensuction.settings import identification_file
 
     now = datetime.now(tz=UTC)
@@ -54,7 +55,7 @@ def _done(choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s:
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
     data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
-    files["report.html"] = sheet.render(calibration_page.page(found, data))
+    files["report.html"] = sheet.render(calibration_page.page(data, calibration_file.runs(found)))
     files["calibrate.json"] = text(data)
     next_command = _next_command(choice.rig, data)
     return Done(
