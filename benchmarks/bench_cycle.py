@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from opensuction.session.cycle.cycle_choice import Choice
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmarks import reference
@@ -14,7 +13,8 @@ from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.controller import machine_profile
 from opensuction.kernel.requests import NO_REQUESTS, START
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.session.cycle import cycle_run
+from opensuction.session.choice import CycleChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
@@ -23,7 +23,7 @@ from opensuction.twin.machine import machine
 EXCITED_S = machine_profile.EXCITATION.duration_s
 
 
-ADULT = Choice(None, "adult", "travel", "preview", seed=1)
+ADULT = CycleChoice()
 
 
 class Case(NamedTuple):
@@ -47,7 +47,7 @@ def cases() -> dict[str, Case]:
         f"bench, {name}": Case(*rigs.assemble(rig, PAPER, kind, calibration, run=2), table)
         for name, kind in KIND_OF_NAME.items()
     }
-    prepared = cycle_run.prepare(ADULT)
+    prepared = cycle_run.prepare(resolution.resolve(ADULT))
     return {**found, "adult, preview": Case(prepared.loop, prepared.start, table)}
 
 
@@ -89,4 +89,4 @@ def test_one_tick_from_python(benchmark: BenchmarkFixture) -> None:
     rig = rigs.rig("bench", seed=1)
     kind = KIND_OF_NAME["none"]
     loop, state = rigs.assemble(rig, PAPER, kind, rigs.uncalibrated(rig.profile), run=2)
-    benchmark(closed_loop.step, loop, state, NO_REQUESTS)
+    benchmark(closed_loop.run, loop, state, NO_REQUESTS, trace.rows(DT_S))

@@ -16,12 +16,12 @@ TICKS = 40_000
 """About as many as a cycle has."""
 CHECKSUM = 1274.0944823112652
 """What `run` returns: sums, products and quotients only, so equal on every computer."""
-_WIDTHS_MM = 14.0 + 1.0 * np.arange(12)
+_WIDTHS_MM: npt.NDArray[np.float64] = 14.0 + np.arange(12, dtype=np.float64)
 _TABLE = np.zeros((TICKS, 64))
 """As much memory as a trace touches."""
 
 
-@numba.njit(nogil=True, boundscheck=True, error_model="python")  # type: ignore[untyped-decorator]
+@numba.njit(nogil=True, boundscheck=True, error_model="python")
 def _run(widths: npt.NDArray[np.float64], table: npt.NDArray[np.float64]) -> float:
     """Ticks of a servo, plays and a xorshift generator (Marsaglia 2003), row by row."""
     plays = np.zeros(widths.size)

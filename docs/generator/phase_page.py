@@ -1,7 +1,7 @@
 """The page on phases, made from the table of transitions."""
 
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check import ITEMS, ORDER
+from opensuction.procedure.cycle.check_item import ITEMS, ORDER
 from opensuction.procedure.cycle.transition import ACTIVE, BROKEN_OFF, NORMAL, Event
 
 Table = dict[tuple[Phase, Event], Phase]

@@ -10,13 +10,12 @@ from opensuction.control.head_path import HeadLimits
 from opensuction.control.profile import Profile
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
+from opensuction.hysteresis.play_sum import NONE_MM
 
 DT_S = 0.001
 LIMITS = HeadLimits(speed_mm_per_s=17.0, acceleration_mm_per_s2=200.0)
 MONOTONE = ModifiedDahl(slope=0.95, velocity_gain=0.1, decay_per_mm=0.05, offset_mm=-2.0)
 LINE = ModifiedDahl(slope=0.95, velocity_gain=0.0, decay_per_mm=0.1, offset_mm=0.5)
-NO_PLAYS_MM = np.empty(0)
-"""This compensator is on the modified Dahl model."""
 
 PRELOADED_S, ARRIVED_S, TURNED_S, LEFT_S, END_S = 1.5, 12.0, 18.0, 20.0, 31.0
 """Insertion begins, is over; the direction turns; withdrawal begins; all is over."""
@@ -44,7 +43,7 @@ def wanted(time_s: float) -> tuple[float, float, float]:
 
 def cycle(model: ModifiedDahl) -> Cycle:
     lag = modified_dahl.saturation_mm(model)
-    state = HeadState((0.0 - lag - model.offset_mm) / model.slope, 0.0, lag, NO_PLAYS_MM)
+    state = HeadState((0.0 - lag - model.offset_mm) / model.slope, 0.0, lag, NONE_MM)
     rows = []
     for tick in range(round(END_S / DT_S)):
         reference, speed, direction = wanted(tick * DT_S)
@@ -118,7 +117,7 @@ def test_the_published_gap_is_crossed_in_the_dwell_within_a_second_and_a_tenth()
 
 def test_turning_while_moving_stops_at_once_and_then_crosses_the_gap() -> None:
     lag = modified_dahl.saturation_mm(PUBLISHED)
-    moving = HeadState(60.0, 9.0, -lag, NO_PLAYS_MM)
+    moving = HeadState(60.0, 9.0, -lag, NONE_MM)
     tip = modified_dahl.output_mm(PUBLISHED, 60.0, -lag)
     stopped = exact_inverse.step(PUBLISHED, LIMITS, moving, tip, 0.0, -1.0, DT_S)
     assert (stopped.head_mm, stopped.head_mm_per_s) == (60.0, 0.0)
@@ -127,7 +126,7 @@ def test_turning_while_moving_stops_at_once_and_then_crosses_the_gap() -> None:
 
 
 def test_a_reference_that_is_behind_is_waited_for() -> None:
-    state = HeadState(60.0, 0.0, 0.0, NO_PLAYS_MM)
+    state = HeadState(60.0, 0.0, 0.0, NONE_MM)
     tip = modified_dahl.output_mm(LINE, 60.0, 0.0)
     waiting = exact_inverse.step(LINE, LIMITS, state, tip - 5.0, 0.0, 1.0, DT_S)
     assert waiting[:3] == state[:3]

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.control import lookup_table
-from opensuction.control.exact_inverse import HeadState
+from opensuction.control.exact_inverse import AT_REST
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.lookup_table import Curves
 
@@ -29,7 +29,7 @@ def test_the_entries_are_met_exactly() -> None:
 
 def test_the_branch_changes_when_the_reference_turns_and_not_before() -> None:
     inner, outer = lookup_table.branches_mm(CURVES, 30.0)
-    state = HeadState(inner, 0.0, -1.0, np.empty(0))
+    state = AT_REST._replace(head_mm=inner, lag_mm=-1.0)
     for _ in range(100):  # standing still says nothing about the way back
         state = lookup_table.step(CURVES, LIMITS, state, 30.0, 0.0, DT_S)
     assert state.head_mm == pytest.approx(inner)

@@ -13,18 +13,19 @@ from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.preview import EARLY_MM, TOUCH_MM, RunIn
 from opensuction.control.profile import Profile
-from opensuction.hysteresis import prandtl_ishlinskii
+from opensuction.hysteresis import play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 
 DT_S = 0.001
 LIMITS = HeadLimits(speed_mm_per_s=17.0, acceleration_mm_per_s2=200.0)
-MODEL = PrandtlIshlinskii(
+ARRAYS = PrandtlIshlinskii(
     thresholds_mm=np.array([8.0, 9.0, 9.5, 10.0, 11.0]),
     weights=np.array([0.1, 0.25, 0.25, 0.25, 0.1]),
     slope=0.0,
     offset_mm=-6.0,
     curvature_per_mm=2e-5,
 )
+MODEL = play_sum.bundle(ARRAYS)
 MOVE = Profile(0.0, 90.0, 9.0, 200.0)
 RUN_INS_S = [0.01 * step for step in range(26)]
 COSTS = [
@@ -57,17 +58,18 @@ def wanted(time_s: float) -> tuple[tuple[float, float], tuple[float, float]]:
 
 @cache
 def cycle(ahead: bool) -> Cycle:
-    head = float(prandtl_ishlinskii.saturated_head_mm(MODEL, 0.0, -1.0))
-    plays = prandtl_ishlinskii.retracted_positions_mm(MODEL, head)
+    head = float(prandtl_ishlinskii.saturated_head_mm(ARRAYS, 0.0, -1.0))
+    plays = play_sum.retracted_positions_mm(MODEL, head)
     state = HeadState(head, 0.0, 0.0, plays)
     rows = []
     for tick in range(round(END_S / DT_S)):
         reference, announced = wanted(tick * DT_S)
         if ahead:
-            state = preview.lead(MODEL, LIMITS, RUN_IN, state, reference, announced, DT_S)
+            goal = preview.aim_ahead(RUN_IN, *reference, *announced)
         else:
-            state = preview.follow(MODEL, LIMITS, state, *reference, DT_S)
-        tip = prandtl_ishlinskii.output_mm(MODEL, state.plays_mm, state.head_mm)
+            goal = preview.aim_now(MODEL, state, *reference)
+        state = preview.step(MODEL, LIMITS, state, goal, DT_S)
+        tip = play_sum.output_mm(MODEL, state.plays_mm, state.head_mm)
         rows.append((reference[0], state.head_mm, state.head_mm_per_s, tip))
     return Cycle(*np.array(rows).T)
 
@@ -107,12 +109,13 @@ def test_the_tip_stands_still_while_the_gap_is_crossed() -> None:
 
 
 def test_a_start_that_does_not_come_moves_the_tip_no_further_than_allowed() -> None:
-    head = float(prandtl_ishlinskii.saturated_head_mm(MODEL, 0.0, -1.0))
-    plays = prandtl_ishlinskii.retracted_positions_mm(MODEL, head)
+    head = float(prandtl_ishlinskii.saturated_head_mm(ARRAYS, 0.0, -1.0))
+    plays = play_sum.retracted_positions_mm(MODEL, head)
     state, tips = HeadState(head, 0.0, 0.0, plays), []
     for _ in range(4000):
-        state = preview.lead(MODEL, LIMITS, RUN_IN, state, (0.0, 0.0), (1.0, 0.01), DT_S)
-        tips.append(prandtl_ishlinskii.output_mm(MODEL, state.plays_mm, state.head_mm))
+        goal = preview.aim_ahead(RUN_IN, 0.0, 0.0, 1.0, 0.01)
+        state = preview.step(MODEL, LIMITS, state, goal, DT_S)
+        tips.append(play_sum.output_mm(MODEL, state.plays_mm, state.head_mm))
     assert max(tips) == pytest.approx(EARLY_MM, abs=0.02)
 
 

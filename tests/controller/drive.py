@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.controller.record import Inputs
-from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
@@ -23,7 +22,7 @@ from opensuction.kernel.requests import Host, Requests
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace
-from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, TraceRow
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, record, write_row
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
 from opensuction.twin import plant
@@ -99,19 +98,15 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
         contact = True
     if fault == Fault.CONTACT_BOUNCING:
         contact = tick % 3 > 0
-    return Readings(
+    return true._replace(
         head_mm=head,
         head_valid=fault != Fault.HEAD_FLAGGED,
-        carriage_mm=true.carriage_mm,
-        carriage_valid=True,
         cam_rad=cam,
         cam_valid=fault != Fault.CAM_FLAGGED,
         line_vacuum_mmhg=vacuum,
         vacuum_valid=fault != Fault.VACUUM_FLAGGED,
         contact_closed=contact,
         contact_valid=fault != Fault.CONTACT_FLAGGED,
-        insertion_current_a=true.insertion_current_a,
-        monitor=true.monitor,
     )
 
 
@@ -121,42 +116,22 @@ def _drive(fault: int, wanted: Commands) -> Commands:
     volts = wanted.insertion_v
     if fault == Fault.DRIVE_INWARDS and wanted.insertion_on:
         volts = 24.0
-    return Commands(
-        head_mm=wanted.head_mm,
-        insertion_v=volts,
-        insertion_on=wanted.insertion_on,
-        cam_rad=wanted.cam_rad,
-        valve_v=wanted.valve_v,
-        valve_on=wanted.valve_on,
-        pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD,
-        vacuum_mmhg=wanted.vacuum_mmhg,
-    )
+    return wanted._replace(insertion_v=volts, pump_on=wanted.pump_on and fault != Fault.PUMP_DEAD)
 
 
 @compiled
 def _break(fault: int, before: MachineState, after: MachineState) -> MachineState:
     """Mechanics under a fault."""
-    insertion, head = after.insertion, after.head_mm
-    transmission, valve = after.transmission, after.valve
-    airway = after.airway
     if fault == Fault.HEAD_JAMMED:
-        insertion, head = before.insertion, before.head_mm
-        transmission, airway = before.transmission, before.airway
+        return after._replace(
+            insertion=before.insertion,
+            head_mm=before.head_mm,
+            transmission=before.transmission,
+            airway=before.airway,
+        )
     if fault == Fault.VALVE_OPEN:
-        valve = before.valve
-    return MachineState(
-        insertion=insertion,
-        head_mm=head,
-        transmission=transmission,
-        valve=valve,
-        line=after.line,
-        bore=after.bore,
-        airway=airway,
-        switch=after.switch,
-        coupling=after.coupling,
-        hand=after.hand,
-        laser=after.laser,
-    )
+        return after._replace(valve=before.valve)
+    return after
 
 
 @compiled
@@ -179,9 +154,6 @@ def _requests(pressed: int) -> Requests:
     )
 
 
-write = row.writer(TraceRow)
-
-
 @compiled
 def run(
     loop: Loop,
@@ -199,9 +171,8 @@ def run(
         requests = _requests(buttons[i])
         host = Host(overrun=fault == Fault.OVERRUN, conditions=0)
         truth = machine.truth(loop.machine, state.machine)
-        decided, outputs = controller.step(
-            loop.controller, state.controller, Inputs(state.tick, DT_S, readings, requests, host)
-        )
+        inputs = Inputs(state.tick, DT_S, readings, requests, host)
+        decided, outputs = controller.step(loop.controller, loop.heads_mm, state.controller, inputs)
         commands = _drive(fault, outputs.commands)
         moved = _break(
             fault, state.machine, machine.step(loop.machine, state.machine, commands, DT_S)
@@ -209,26 +180,9 @@ def run(
         bedside = state.bedside
         if plant.is_due(moved):
             moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
-        record = TraceRow(
-            time_s=i * DT_S,
-            phase=outputs.phase,
-            cause=outputs.cause,
-            check_item=outputs.check_item,
-            check_failed=outputs.check_failed,
-            readings=readings,
-            demand=outputs.demand,
-            verdict=outputs.verdict,
-            commands=outputs.commands,
-            signals=outputs.signals,
-            truth=truth,
-        )
-        write(table[i], record)
-        state = LoopState(
-            tick=state.tick + 1,
-            controller=decided,
-            machine=moved,
-            bedside=bedside,
-        )
+        seen = record(i * DT_S, outputs.phase, readings, outputs, outputs.commands, truth)
+        write_row(table[i], seen)
+        state = LoopState(state.tick + 1, decided, moved, bedside)
     return state
 
 

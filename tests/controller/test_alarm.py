@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
+from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle import schedule, upkeep
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
@@ -184,8 +185,8 @@ def test_a_cycle_that_is_due_after_an_abort_is_missed_aloud() -> None:
     timed = loop._replace(controller=loop.controller._replace(service=service))
     aborted, columns = simulate(EXACT, 25.0, {0.0: START, 15.0: ABORT}, start=start, loop=timed)
     assert told(columns) == []
-    kept = aborted.controller.upkeep._replace(schedule=ScheduleState(3599.0, 3599.0))
-    later = aborted._replace(controller=aborted.controller._replace(upkeep=kept))
+    kept = aborted.controller.core.upkeep._replace(schedule=ScheduleState(3599.0, 3599.0))
+    later = aborted._replace(controller=controller.with_upkeep(aborted.controller, kept))
     _, columns = simulate(EXACT, 2.0, {1.5: RESET}, start=later, loop=timed)
     assert [(alarm.condition, alarm.priority) for alarm in told(columns)] == [
         (C.AUTOMATION_STOPPED, Priority.MEDIUM)
@@ -216,7 +217,7 @@ def test_what_a_person_left_sounding_waits_latched_until_the_work_is_done() -> N
 def aged(age_s: float) -> LoopState:
     """The bench with a catheter that has been in use."""
     _, start = at_rest(EXACT)
-    return start._replace(controller=start.controller._replace(upkeep=upkeep.start(age_s)))
+    return start._replace(controller=controller.with_upkeep(start.controller, upkeep.start(age_s)))
 
 
 def test_a_spent_catheter_is_an_alarm_until_it_is_changed() -> None:

@@ -13,7 +13,7 @@ from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.procedure.cycle import check, cycle, schedule, upkeep
-from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
 from opensuction.procedure.cycle.upkeep import Refusal

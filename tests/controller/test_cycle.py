@@ -192,7 +192,8 @@ def test_powered_up_away_from_home_it_waits_and_a_reset_brings_it_out(head_mm: f
 def test_powered_up_blind_it_halts(head_mm: float) -> None:
     loop, _ = at_rest(EXACT)
     assert (
-        controller.start(loop.controller, head_mm, NEW_CATHETER_S).procedure.phase == Phase.HALTED
+        controller.start(loop.controller, head_mm, NEW_CATHETER_S).core.procedure.phase
+        == Phase.HALTED
     )
 
 

@@ -18,22 +18,20 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
-from opensuction.controller.record import Outputs
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.procedure.cycle.transition import TRANSITIONS
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.handling import Reaction
-from opensuction.simulation import linked_loop, trace
+from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, Wiring
 from opensuction.simulation.injection import invariant as held
-from opensuction.simulation.linked_loop import Between, Linked
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import Link, LinkState
+from opensuction.twin.fault.link import Link
 from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
 from opensuction.twin.machine import drive_watchdog, machine
 
@@ -112,22 +110,17 @@ class Exploration(RuleBasedStateMachine):
         self.link: Link = link.healthy(1)
         home_mm = loop.controller.limits.park_head_mm
         self.watchdog = drive_watchdog.of(loop.machine, home_mm)
-        outputs: Outputs = linked_loop.silent(linked_loop.blank(Outputs))
-        readings = machine.read(loop.machine, start.machine)
-        self.between = Between(
-            LinkState(readings, outputs.commands), drive_watchdog.LISTENING, outputs
-        )
-        self.rings = link.rings(self.between.link)
+        self.messages = closed_loop.messages(machine.read(loop.machine, start.machine))
         self.trace: Columns = {}
-        self.phase = int(start.controller.procedure.phase)
+        self.phase = int(start.controller.core.procedure.phase)
 
     def play(self, ticks: int, requests: Requests = NO_REQUESTS) -> None:
         table = trace.rows(ticks * DT_S)
-        linked = Linked(self.loop, self.link, self.watchdog)
+        wiring = Wiring(link=self.link, watchdog=self.watchdog)
         done = 0
         while done < ticks:
-            self.state, self.between, ran = linked_loop.run(
-                linked, self.state, self.between, requests, table[done:], *self.rings
+            self.state, ran = closed_loop.run_linked(
+                self.loop, wiring, self.state, requests, table[done:], self.messages
             )
             requests = NO_REQUESTS
             done += ran
@@ -186,7 +179,7 @@ class Exploration(RuleBasedStateMachine):
             head_mm = machine.read(self.loop.machine, self.state.machine).head_mm
         fresh = controller.start(self.loop.controller, head_mm, 0.0)
         self.state = self.state._replace(controller=fresh)
-        self.phase = int(fresh.procedure.phase)
+        self.phase = int(fresh.core.procedure.phase)
         self.trace = {}
 
     @precondition(lambda self: bool(self.trace))

@@ -149,7 +149,7 @@ def test_a_fault_of_the_patient_during_suction_ends_it(name: str, change: Change
     if name == "adult-icu":
         assert trips
     if trips:
-        assert state.controller.procedure.phase == Phase.HALTED
+        assert state.controller.core.procedure.phase == Phase.HALTED
         # Suction off in the tick of the trip, and the valve closes.
         after = columns["verdict.trips"] > 0.0
         assert first_s(after) == pytest.approx(known_s)
@@ -175,10 +175,10 @@ def test_a_monitor_lost_during_suction_ends_no_cycle_but_refuses_the_next(
 ) -> None:
     loop, state, columns = broken(name, change, begins_s(name, Phase.SUCTIONING) + 0.2)
     assert tripped(columns) == set()
-    assert state.controller.procedure.phase == Phase.PARKED
+    assert state.controller.core.procedure.phase == Phase.PARKED
     assert decode_trips(int(columns["verdict.patient"][-1])) == [Condition.MONITOR_LINK_LOST]
     state, columns = ran(loop, state, 0.1, START)
-    assert state.controller.upkeep.refusal == Refusal.MONITOR_LINK_LOST
+    assert state.controller.core.upkeep.refusal == Refusal.MONITOR_LINK_LOST
     assert set(columns["phase"]) == {Phase.PARKED}
 
 
@@ -189,7 +189,7 @@ def test_a_monitor_lost_before_the_catheter_is_in_keeps_it_out() -> None:
     # Others may follow: a stop from 34 mm/s overshoots by more than what counts as a runaway.
     assert decode_trips(int(first)) == [Condition.MONITOR_LINK_LOST]
     assert out_s("child-10kg", columns) == 0.0
-    assert state.controller.procedure.phase == Phase.HALTED
+    assert state.controller.core.procedure.phase == Phase.HALTED
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
@@ -204,7 +204,7 @@ def test_a_desaturation_is_seen_late_and_ends_the_cycle_it_falls_into(name: str)
     assert late_s > machine.patient.oximeter.delay_samples * oximeter.SAMPLE_S
     assert tripped(columns) == set()
     state, columns = ran(loop, state, 0.1, START)
-    assert state.controller.upkeep.refusal == Refusal.PATIENT_UNSAFE
+    assert state.controller.core.upkeep.refusal == Refusal.PATIENT_UNSAFE
     assert set(columns["phase"]) == {Phase.PARKED}
     # Begun before the cycle so that it shows during suction.
     state, _ = ran(loop, ready.start, late_s - begins_s(name, Phase.SUCTIONING) - 0.5)
@@ -213,7 +213,7 @@ def test_a_desaturation_is_seen_late_and_ends_the_cycle_it_falls_into(name: str)
     trip_s = first_s(columns["verdict.trips"] > 0.0)
     assert Phase.SUCTIONING in columns["phase"][: round(trip_s / DT_S)]
     assert out_s(name, columns) <= trip_s + WITHDRAWAL_S[name]
-    assert state.controller.procedure.phase == Phase.HALTED
+    assert state.controller.core.procedure.phase == Phase.HALTED
 
 
 @pytest.mark.parametrize("name", [*PROTOCOLS, "adult-ards"])

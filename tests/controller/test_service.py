@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import setup
+from opensuction.controller import controller, setup
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle import schedule, upkeep
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
@@ -31,17 +31,17 @@ EXACT = CompensationKind.EXACT_INVERSE
 def aged(age_s: float) -> LoopState:
     """The bench with a catheter that has been in use."""
     _, start = at_rest(EXACT)
-    return start._replace(controller=start.controller._replace(upkeep=upkeep.start(age_s)))
+    return start._replace(controller=controller.with_upkeep(start.controller, upkeep.start(age_s)))
 
 
 def clocked(mode: ScheduleMode, waited_s: float) -> tuple[Loop, LoopState]:
     """The bench on a schedule of an hour, of which some has passed."""
     loop, start = at_rest(EXACT)
     hourly: Schedule = schedule.schedule(mode, 3600.0)
-    kept = start.controller.upkeep._replace(schedule=ScheduleState(waited_s, waited_s))
+    kept = start.controller.core.upkeep._replace(schedule=ScheduleState(waited_s, waited_s))
     return (
         loop._replace(controller=setup.scheduled(loop.controller, hourly)),
-        start._replace(controller=start.controller._replace(upkeep=kept)),
+        start._replace(controller=controller.with_upkeep(start.controller, kept)),
     )
 
 
@@ -57,8 +57,8 @@ def test_a_catheter_at_its_end_starts_nothing_until_it_is_changed(left_s: float)
         Phase.PARKED,
         Phase.CHECKING,
     ]
-    assert state.controller.upkeep.catheter_age_s == pytest.approx(1.5, abs=0.01)
-    assert state.controller.upkeep.refusal == Refusal.NONE
+    assert state.controller.core.upkeep.catheter_age_s == pytest.approx(1.5, abs=0.01)
+    assert state.controller.core.upkeep.refusal == Refusal.NONE
 
 
 def test_out_of_service_everything_is_off_whatever_breaks() -> None:
@@ -71,7 +71,7 @@ def test_out_of_service_everything_is_off_whatever_breaks() -> None:
         assert np.ptp(columns["truth.head_mm"][serviced]) < 0.01
         # A person has ended it: what tripped meanwhile is acknowledged.
         assert phases(columns) == [Phase.OUT_OF_SERVICE, Phase.PARKED, Phase.CHECKING]
-        assert state.controller.upkeep.refusal == Refusal.NONE
+        assert state.controller.core.upkeep.refusal == Refusal.NONE
 
 
 def test_service_begins_only_with_the_tip_out() -> None:
@@ -87,17 +87,17 @@ def test_a_timed_cycle_begins_by_itself_and_the_next_an_interval_later() -> None
     assert columns["time_s"][np.argmax(columns["phase"] == Phase.CHECKING)] == pytest.approx(
         2.0, abs=0.01
     )
-    assert state.controller.upkeep.schedule.since_cycle_s == pytest.approx(48.0, abs=0.01)
+    assert state.controller.core.upkeep.schedule.since_cycle_s == pytest.approx(48.0, abs=0.01)
     assert_held(columns, loop)
 
 
 def test_the_clock_starts_nothing_halted_out_of_service_or_with_a_spent_catheter() -> None:
     loop, start = clocked(ScheduleMode.TIMED, 3601.0)
-    spent = start.controller.upkeep._replace(catheter_age_s=LIFE_S)
-    old = start._replace(controller=start.controller._replace(upkeep=spent))
+    spent = start.controller.core.upkeep._replace(catheter_age_s=LIFE_S)
+    old = start._replace(controller=controller.with_upkeep(start.controller, spent))
     state, columns = simulate(EXACT, 1.0, {}, start=old, loop=loop)
     assert phases(columns) == [Phase.PARKED]
-    assert state.controller.upkeep.refusal == Refusal.CATHETER_LIFE_OVER
+    assert state.controller.core.upkeep.refusal == Refusal.CATHETER_LIFE_OVER
     _, columns = simulate(EXACT, 20.0, {0.0: SERVICE, 9.0: RETURN_TO_SERVICE}, start=start)
     # Without the schedule of the loop: a request for service comes before any clock.
     assert phases(columns) == [Phase.OUT_OF_SERVICE, Phase.PARKED]
@@ -110,7 +110,7 @@ def test_a_prompt_waits_for_a_person() -> None:
     loop, start = clocked(ScheduleMode.PROMPT, 3601.0)
     state, columns = simulate(EXACT, 2.0, {}, start=start, loop=loop)
     assert phases(columns) == [Phase.PARKED]
-    service, kept = loop.controller.service, state.controller.upkeep
+    service, kept = loop.controller.service, state.controller.core.upkeep
     assert upkeep.is_prompting(service, kept, int(Phase.PARKED))
     state, _ = simulate(EXACT, 1.0, {0.5: NOT_NEEDED}, start=state, loop=loop)
-    assert not upkeep.is_prompting(service, state.controller.upkeep, int(Phase.PARKED))
+    assert not upkeep.is_prompting(service, state.controller.core.upkeep, int(Phase.PARKED))

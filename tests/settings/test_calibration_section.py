@@ -60,6 +60,10 @@ def test_plays_need_a_file_that_has_them(tmp_path: Path) -> None:
 WRONG_PLAYS = [
     (MEASURED.plays._replace(weights=[0.5, 0.5]), "3 thresholds_mm and 2 weights"),
     (MEASURED.plays._replace(weights=[], thresholds_mm=[]), "0 thresholds_mm"),
+    (
+        MEASURED.plays._replace(weights=[0.05] * 17, thresholds_mm=[*range(1, 18)]),
+        "17 thresholds_mm and 17 weights, should have as many of one as of the other, 1 to 16",
+    ),
     (MEASURED.plays._replace(thresholds_mm=[6.0, 6.0, 12.5]), "should rise"),
     (MEASURED.plays._replace(thresholds_mm=[-1.0, 6.0, 12.5]), "from above 0"),
     (MEASURED.plays._replace(weights=[0.5, -0.1, 0.5]), "none should be below 0"),

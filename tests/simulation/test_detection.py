@@ -58,7 +58,7 @@ def broken(
     while done < len(table) and not at_rest:
         state, ticks = closed_loop.run(loop, state, requests, table[done : done + PIECE])
         requests, done = NO_REQUESTS, done + ticks
-        now = state.controller.procedure
+        now = state.controller.core.procedure
         if since < 0 and now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
             loop, since = loop._replace(machine=fault(loop.machine)), done
         over = since >= 0 and (done - since) * DT_S > AFTER_S

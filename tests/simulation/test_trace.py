@@ -32,8 +32,8 @@ def test_the_controller_powers_up_on_the_encoder_not_on_the_truth() -> None:
     calibration = rigs.uncalibrated(rig.profile)
     for kind in CompensationKind:
         loop, start = rigs.assemble(rig, PAPER, kind, calibration, run=2)
-        known = start.controller.governor.last.head_mm
+        known = start.controller.core.governor.last.head_mm
         park = loop.controller.plan.motion.park_head_mm
         assert known == pytest.approx(park, abs=0.0025 + 1e-9)
         assert start.machine.head_mm - known == pytest.approx(0.05, abs=0.0025 + 1e-9)
-        assert start.controller.procedure.phase == Phase.PARKED
+        assert start.controller.core.procedure.phase == Phase.PARKED

@@ -35,10 +35,10 @@ class _Compilations:
     """Those of one wait; written by the thread that compiles, read by the one that waits."""
 
     def __init__(self) -> None:
-        self.is_running = False
+        self._is_running = False
         self._stage = "translating"
         self._functions = self._earlier_functions = 0
-        self._began_s = self._earlier_s = 0.0
+        self._began_s = self._ended_s = self._earlier_s = 0.0
 
     def hear(self, news: "Compilation") -> None:
         """Note how one goes on."""
@@ -48,18 +48,24 @@ class _Compilations:
         if news.stage == Stage.BEGUN:
             self._began_s = time.monotonic()
             self._stage = "translating"
-            self.is_running = True
+            self._is_running = True
         elif news.stage == Stage.OPTIMISING:
             self._stage = "making machine code"
         elif news.stage == Stage.FINISHED:
-            self._earlier_s += time.monotonic() - self._began_s
+            self._ended_s = time.monotonic()
+            self._earlier_s += self._ended_s - self._began_s
             self._earlier_functions = self._functions
-            self.is_running = False
+            self._is_running = False
+
+    @property
+    def are_running(self) -> bool:
+        """Whether something is compiled, or was a moment ago: one function follows another."""
+        return self._is_running or time.monotonic() - self._ended_s < SHORT_S
 
     @property
     def seconds(self) -> float:
         """Spent on compiling so far."""
-        return self._earlier_s + (time.monotonic() - self._began_s if self.is_running else 0.0)
+        return self._earlier_s + (time.monotonic() - self._began_s if self._is_running else 0.0)
 
     @property
     def state(self) -> str:
@@ -123,7 +129,7 @@ class Progress:
                 if slow and not announced:
                     self._announce()
                     announced = True
-                status.update(compilations.state if slow and compilations.is_running else doing)
+                status.update(compilations.state if slow and compilations.are_running else doing)
 
     def _watch(self, worker: threading.Thread, compilations: _Compilations) -> None:
         """Wait; a line now and then while there is something to compile."""

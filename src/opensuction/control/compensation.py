@@ -16,8 +16,9 @@ from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.lookup_table import Curves
 from opensuction.control.preview import RunIn
-from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play_sum import NO_PLAYS, PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.compiled import compiled
 
@@ -61,12 +62,10 @@ FED_FORWARD = (*LOOKS_AHEAD, CompensationKind.PRANDTL_ISHLINSKII)
 """Kinds whose servo gets velocity and friction feedforward; the others keep the paper's PD."""
 
 
-class PlaysLine(NamedTuple):
-    """Scalars of a `PrandtlIshlinskii` model."""
-
-    slope: float
-    offset_mm: float
-    curvature_per_mm: float
+Branches = NDArray[np.float64]
+"""Heads inwards and outwards of the curves, shape (2, n); a kind that is on none has None, and then
+nothing of them is compiled. Apart from the `Compensation`, for a reference to an array in a record
+is counted at every hand."""
 
 
 class CurvesGrid(NamedTuple):
@@ -82,11 +81,9 @@ class Compensation(NamedTuple):
     kind: int
     limits: HeadLimits
     model: ModifiedDahl
-    table: NDArray[np.float64]
-    """What the kind has of arrays, in one, shape (2, n): thresholds and weights of the plays, or
-    heads inwards and outwards of the curves. Every array carried costs each tick of each kind."""
-    plays: PlaysLine
+    plays: PlaySum
     curves: CurvesGrid
+    """Where the entries of the branches are; the heads there go apart: see `Branches`."""
     run_in: RunIn
 
 
@@ -105,73 +102,62 @@ def chosen(
     curves: Curves,
     run_in: RunIn,
 ) -> Compensation:
-    """A compensation with the arrays that its kind needs.
+    """A compensation of a kind; its `branches` go with it.
 
     curves: of the kind that uses them: parallel lines for `GAP_WIDTH`.
+    Raises InputError for more plays than there is room for, where the kind is on them.
     """
-    table = np.empty((2, 0))
-    if kind in ON_PLAYS:
-        table = np.array([plays.thresholds_mm, plays.weights])
-    elif kind in ON_CURVES:
-        table = np.array([curves.inwards_mm, curves.outwards_mm])
     return Compensation(
         kind=int(kind),
         limits=limits,
         model=model,
-        table=table,
-        plays=PlaysLine(plays.slope, plays.offset_mm, plays.curvature_per_mm),
+        plays=play_sum.bundle(plays) if kind in ON_PLAYS else NO_PLAYS,
         curves=CurvesGrid(curves.first_mm, curves.spacing_mm),
         run_in=run_in,
     )
 
 
-@compiled
-def plays_of(compensation: Compensation) -> PrandtlIshlinskii:
-    """The plays of a kind that is on them."""
-    line = compensation.plays
-    return PrandtlIshlinskii(
-        compensation.table[0],
-        compensation.table[1],
-        line.slope,
-        line.offset_mm,
-        line.curvature_per_mm,
-    )
+def branches(kind: CompensationKind, curves: Curves) -> Branches | None:
+    """The heads that go with a compensation of a kind; see `chosen`."""
+    if kind in ON_CURVES:
+        return np.array([curves.inwards_mm, curves.outwards_mm])
+    return None
 
 
 @compiled
-def curves_of(compensation: Compensation) -> Curves:
+def curves_of(compensation: Compensation, heads_mm: Branches) -> Curves:
     """The curves of a kind that is on them."""
     grid = compensation.curves
-    return Curves(grid.first_mm, grid.spacing_mm, compensation.table[0], compensation.table[1])
+    return Curves(grid.first_mm, grid.spacing_mm, heads_mm[0], heads_mm[1])
 
 
-def rest(compensation: Compensation, reference_mm: float) -> Rest:
+def rest(compensation: Compensation, heads_mm: Branches | None, reference_mm: float) -> Rest:
     """Head and lag after a long retract that ended with the tip on ``reference_mm``."""
     lag = float(modified_dahl.saturation_mm(compensation.model))
     head = reference_mm
     if compensation.kind in ON_PLAYS:
-        head = float(
-            prandtl_ishlinskii.saturated_head_mm(plays_of(compensation), reference_mm, -1.0)
-        )
-    elif compensation.kind in ON_CURVES:
-        inner, head = lookup_table.branches_mm(curves_of(compensation), reference_mm)
+        plays = play_sum.unbundle(compensation.plays)
+        head = float(prandtl_ishlinskii.saturated_head_mm(plays, reference_mm, -1.0))
+    elif heads_mm is not None:
+        inner, head = lookup_table.branches_mm(curves_of(compensation, heads_mm), reference_mm)
         lag = 0.5 * (inner - head)
     elif compensation.kind != CompensationKind.NONE:
         head = (reference_mm - lag - compensation.model.offset_mm) / compensation.model.slope
     return Rest(head_mm=head, lag_mm=lag)
 
 
-def parked(compensation: Compensation, at: Rest) -> HeadState:
+def park(compensation: Compensation, at: Rest) -> HeadState:
     """State of a head at rest after a long retract."""
-    return rested(compensation, at, HeadState(0.0, 0.0, 0.0, np.empty(0)), at.head_mm, 0.0)
+    return after_retract(compensation, at, at.head_mm, 0.0)
 
 
-def inserted_head_mm(compensation: Compensation, tip_mm: float) -> float:
+def inserted_head_mm(compensation: Compensation, heads_mm: Branches | None, tip_mm: float) -> float:
     """Head with the tip at a depth that was reached by a long way in."""
     if compensation.kind in ON_PLAYS:
-        return float(prandtl_ishlinskii.saturated_head_mm(plays_of(compensation), tip_mm, 1.0))
-    if compensation.kind in ON_CURVES:
-        return float(lookup_table.branches_mm(curves_of(compensation), tip_mm)[0])
+        plays = play_sum.unbundle(compensation.plays)
+        return float(prandtl_ishlinskii.saturated_head_mm(plays, tip_mm, 1.0))
+    if heads_mm is not None:
+        return float(lookup_table.branches_mm(curves_of(compensation, heads_mm), tip_mm)[0])
     if compensation.kind == CompensationKind.NONE:
         return tip_mm
     lag = float(modified_dahl.saturation_mm(compensation.model))
@@ -181,6 +167,7 @@ def inserted_head_mm(compensation: Compensation, tip_mm: float) -> float:
 @compiled
 def step(
     compensation: Compensation,
+    heads_mm: Branches | None,
     state: HeadState,
     reference_mm: float,
     reference_mm_per_s: float,
@@ -190,9 +177,9 @@ def step(
 ) -> HeadState:
     """Head command of one tick.
 
-    reference_mm, reference_mm_per_s: desired tip motion (y_r). direction: +1.0 when the tip's
-    next motion is towards the carina, -1.0 when it is back. starts_in_s: time until it begins, 0
-    while it lasts, below 0 where none is announced.
+    heads_mm: the compensation's branches. reference_mm, reference_mm_per_s: desired tip motion
+    (y_r). direction: +1.0 when the tip's next motion is towards the carina, -1.0 when it is back.
+    starts_in_s: time until it begins, 0 while it lasts, below 0 where none is announced.
     """
     if compensation.kind == CompensationKind.EXACT_INVERSE:
         return exact_inverse.step(
@@ -204,22 +191,21 @@ def step(
             direction,
             dt_s,
         )
-    if compensation.kind == CompensationKind.PREVIEW:
-        return preview.lead(
-            plays_of(compensation),
-            compensation.limits,
-            compensation.run_in,
-            state,
-            (reference_mm, reference_mm_per_s),
-            (direction, starts_in_s),
-            dt_s,
-        )
-    return _unprepared(compensation, state, reference_mm, reference_mm_per_s, dt_s)
+    if compensation.kind in ON_PLAYS:
+        if compensation.kind == CompensationKind.PREVIEW:
+            goal = preview.aim_ahead(
+                compensation.run_in, reference_mm, reference_mm_per_s, direction, starts_in_s
+            )
+        else:
+            goal = preview.aim_now(compensation.plays, state, reference_mm, reference_mm_per_s)
+        return preview.step(compensation.plays, compensation.limits, state, goal, dt_s)
+    return _unprepared(compensation, heads_mm, state, reference_mm, reference_mm_per_s, dt_s)
 
 
 @compiled
 def _unprepared(
     compensation: Compensation,
+    heads_mm: Branches | None,
     state: HeadState,
     reference_mm: float,
     reference_mm_per_s: float,
@@ -231,58 +217,48 @@ def _unprepared(
             compensation.model, EstimatedLag(state.head_mm, state.lag_mm), reference_mm
         )
         velocity = (printed.head_mm - state.head_mm) / dt_s
-        return HeadState(printed.head_mm, velocity, printed.lag_mm, state.plays_mm)
-    if compensation.kind == CompensationKind.PRANDTL_ISHLINSKII:
-        return preview.follow(
-            plays_of(compensation),
-            compensation.limits,
-            state,
-            reference_mm,
-            reference_mm_per_s,
-            dt_s,
+        return state._replace(
+            head_mm=printed.head_mm, head_mm_per_s=velocity, lag_mm=printed.lag_mm
         )
-    if compensation.kind != CompensationKind.NONE:
+    if heads_mm is not None:
         return lookup_table.step(
-            curves_of(compensation),
+            curves_of(compensation, heads_mm),
             compensation.limits,
             state,
             reference_mm,
             reference_mm_per_s,
             dt_s,
         )
-    return HeadState(reference_mm, reference_mm_per_s, state.lag_mm, state.plays_mm)
+    return state._replace(head_mm=reference_mm, head_mm_per_s=reference_mm_per_s)
 
 
 @compiled
-def rested(
-    compensation: Compensation, at: Rest, state: HeadState, head_mm: float, head_mm_per_s: float
+def after_retract(
+    compensation: Compensation, at: Rest, head_mm: float, head_mm_per_s: float
 ) -> HeadState:
-    """State with the memory of a long retract, wherever the head is said to be.
-
-    state: gives the plays' positions of a kind that has none.
-    """
-    plays = state.plays_mm
-    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII:
-        plays = prandtl_ishlinskii.retracted_positions_mm(plays_of(compensation), at.head_mm)
+    """State with the memory of a long retract, the head being commanded to some position."""
+    plays = play_sum.retracted_positions_mm(compensation.plays, at.head_mm)
     return HeadState(head_mm, head_mm_per_s, at.lag_mm, plays)
 
 
 @compiled
-def held(state: HeadState, head_mm: float, head_mm_per_s: float) -> HeadState:
+def relocate(state: HeadState, head_mm: float, head_mm_per_s: float) -> HeadState:
     """The same memory with the head elsewhere: where it was let through or read to be."""
-    return HeadState(head_mm, head_mm_per_s, state.lag_mm, state.plays_mm)
+    return state._replace(head_mm=head_mm, head_mm_per_s=head_mm_per_s)
 
 
 @compiled
-def moved(compensation: Compensation, state: HeadState, head_mm: float, speed: float) -> HeadState:
+def advance(
+    compensation: Compensation, state: HeadState, head_mm: float, speed: float
+) -> HeadState:
     """State once the head has gone somewhere for another reason than the tip, at a speed, mm/s."""
+    there = state._replace(head_mm=head_mm, head_mm_per_s=speed)
+    if compensation.kind in ON_PLAYS:
+        return there._replace(plays_mm=play_sum.step(compensation.plays, state.plays_mm, head_mm))
+    if compensation.kind in ON_CURVES:
+        return there
     move = head_mm - state.head_mm
-    lag, plays = state.lag_mm, state.plays_mm
-    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII:
-        plays = prandtl_ishlinskii.step(plays_of(compensation), plays, head_mm)
-    elif compensation.kind <= CompensationKind.EXACT_INVERSE:
-        lag = modified_dahl.step(compensation.model, lag, move)
-    return HeadState(head_mm, speed, lag, plays)
+    return there._replace(lag_mm=modified_dahl.step(compensation.model, state.lag_mm, move))
 
 
 @compiled
@@ -305,11 +281,11 @@ def home(
         acceleration_mm_per_s2=compensation.limits.acceleration_mm_per_s2,
     )
     velocity = head_path.step(limits, distance, 0.0, velocity, dt_s)
-    return moved(compensation, state, state.head_mm + velocity * dt_s, velocity)
+    return advance(compensation, state, state.head_mm + velocity * dt_s, velocity)
 
 
 @compiled
-def pushed_mm(compensation: Compensation, parked_head_mm: float, reading_mm: float) -> float:
+def loading_tip_mm(compensation: Compensation, parked_head_mm: float, reading_mm: float) -> float:
     """Tip that the model gives for a head pushed in to ``reading_mm`` from where it parks, mm.
 
     The loading branch after a retract: the gap is taken up on the way. Of every compensation,
@@ -321,16 +297,16 @@ def pushed_mm(compensation: Compensation, parked_head_mm: float, reading_mm: flo
 
 
 @compiled
-def stopped(
-    compensation: Compensation, state: HeadState, reading_mm: float
+def at_contact(
+    compensation: Compensation, heads_mm: Branches | None, state: HeadState, reading_mm: float
 ) -> tuple[HeadState, float]:
     """State with the head stopped where it was measured, and the tip position this gives, mm."""
-    there = moved(compensation, state, reading_mm, 0.0)
+    there = advance(compensation, state, reading_mm, 0.0)
     tip = reading_mm
-    if compensation.kind >= CompensationKind.PRANDTL_ISHLINSKII:
-        tip = prandtl_ishlinskii.output_mm(plays_of(compensation), there.plays_mm, reading_mm)
-    elif compensation.kind >= CompensationKind.GAP_WIDTH:
-        tip = lookup_table.tip_mm(curves_of(compensation), reading_mm, there.lag_mm > 0.0)
+    if compensation.kind in ON_PLAYS:
+        tip = play_sum.output_mm(compensation.plays, there.plays_mm, reading_mm)
+    elif heads_mm is not None:
+        tip = lookup_table.tip_mm(curves_of(compensation, heads_mm), reading_mm, there.lag_mm > 0.0)
     elif compensation.kind != CompensationKind.NONE:
         tip = modified_dahl.output_mm(compensation.model, reading_mm, there.lag_mm)
     return there, tip

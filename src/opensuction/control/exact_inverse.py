@@ -1,6 +1,6 @@
 """The modified Dahl model inverted exactly, its reversal treated as a gap to be crossed.
 
-The procedure says in which direction the tip will move next. The head is then led, within its
+The procedure says in which direction the tip will move next. The head then goes, within its
 speed and acceleration limits, to the point on that branch of the loop where the model puts the
 tip on the reference: before insertion and at the end of the dwell this crosses the gap while the
 tip stands still.
@@ -8,13 +8,11 @@ tip stands still.
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from opensuction.control import head_path
 from opensuction.control.head_path import HeadLimits
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play_sum import NONE_MM, Sixteen
 from opensuction.kernel.compiled import compiled
 
 STEEPEST = 4.0
@@ -29,8 +27,12 @@ class HeadState(NamedTuple):
     head_mm_per_s: float
     lag_mm: float
     """Of the modified Dahl model; of the curves half the gap, above 0 on the way out."""
-    plays_mm: NDArray[np.float64]
-    """Positions of the Prandtl-Ishlinskii plays, shape (n,); never written, only replaced."""
+    plays_mm: Sixteen
+    """Positions of the Prandtl-Ishlinskii plays."""
+
+
+AT_REST = HeadState(0.0, 0.0, 0.0, NONE_MM)
+"""A head at 0 with nothing to remember."""
 
 
 @compiled
@@ -62,9 +64,8 @@ def step(
     if velocity * direction < 0.0:
         velocity = 0.0  # turning back would open the gap again
     move = velocity * dt_s
-    return HeadState(
+    return state._replace(
         head_mm=state.head_mm + move,
         head_mm_per_s=velocity,
         lag_mm=modified_dahl.step(model, state.lag_mm, move),
-        plays_mm=state.plays_mm,
     )

@@ -80,9 +80,8 @@ def step(
         dt_s,
     )
     half_mm = max(0.5 * (inner_mm - outer_mm), 1e-9)  # its sign carries the branch
-    return HeadState(
+    return state._replace(
         head_mm=state.head_mm + velocity * dt_s,
         head_mm_per_s=velocity,
         lag_mm=half_mm if outwards else -half_mm,
-        plays_mm=state.plays_mm,
     )

@@ -14,8 +14,8 @@ from opensuction.control import head_path, profile
 from opensuction.control.exact_inverse import STEEPEST, HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.profile import Profile
-from opensuction.hysteresis import prandtl_ishlinskii
-from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.hysteresis import play_sum
+from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.kernel.compiled import compiled
 
 TOUCH_MM = 0.05
@@ -35,103 +35,86 @@ class RunIn(NamedTuple):
     outwards_s: float
 
 
-@compiled
-def _towards(
-    model: PrandtlIshlinskii,
-    limits: HeadLimits,
-    state: HeadState,
-    target_mm: float,
-    target_mm_per_s: float,
-    direction: float,
-    dt_s: float,
-) -> HeadState:
-    """Head led to a target in one direction; it never moves against it but waits."""
-    plays, head = state.plays_mm, state.head_mm
-    missing_mm = target_mm - prandtl_ishlinskii.output_mm(model, plays, head)
-    if missing_mm * direction >= 0.0:
-        distance = prandtl_ishlinskii.inverse_step(model, plays, head, target_mm)
-        ahead_mm = target_mm + target_mm_per_s * dt_s
-        further = prandtl_ishlinskii.inverse_step(model, plays, head, ahead_mm)
-        head_mm_per_s = (further - distance) / dt_s
-        if head_mm_per_s * direction < 0.0:
-            head_mm_per_s = 0.0  # the next instant lies across the gap
-    else:
-        # The target is behind: let it catch up, by the distance the head is early.
-        slope = prandtl_ishlinskii.advance_slope(model, plays, head, direction)
-        per_tip = min(1.0 / slope, STEEPEST) if slope > 0.0 else STEEPEST
-        distance = missing_mm * per_tip
-        head_mm_per_s = target_mm_per_s * per_tip
-    velocity = head_path.step(limits, distance, head_mm_per_s, state.head_mm_per_s, dt_s)
-    if velocity * direction < 0.0:
-        velocity = 0.0  # turning back would open the gap again
-    return moved(model, state, velocity, dt_s)
+class Goal(NamedTuple):
+    """Where the modelled tip shall go, and which way it comes there."""
+
+    target_mm: float
+    target_mm_per_s: float
+    direction: float
+    """+1.0 towards the carina, -1.0 back, 0.0: the head stays where it is."""
 
 
 @compiled
-def moved(
-    model: PrandtlIshlinskii, state: HeadState, velocity_mm_per_s: float, dt_s: float
-) -> HeadState:
-    """State after one tick at a head velocity."""
-    head = state.head_mm + velocity_mm_per_s * dt_s
-    return HeadState(
-        head_mm=head,
-        head_mm_per_s=velocity_mm_per_s,
-        lag_mm=state.lag_mm,
-        plays_mm=prandtl_ishlinskii.step(model, state.plays_mm, head),
-    )
-
-
-@compiled
-def follow(
-    model: PrandtlIshlinskii,
-    limits: HeadLimits,
-    state: HeadState,
-    reference_mm: float,
-    reference_mm_per_s: float,
-    dt_s: float,
-) -> HeadState:
-    """Head command of one tick that knows only where the reference is and goes now."""
+def aim_now(
+    model: PlaySum, state: HeadState, reference_mm: float, reference_mm_per_s: float
+) -> Goal:
+    """The goal of a tick that knows only where the reference is and goes now."""
     direction = 0.0
     if reference_mm_per_s != 0.0:
         direction = 1.0 if reference_mm_per_s > 0.0 else -1.0
     else:
-        tip = prandtl_ishlinskii.output_mm(model, state.plays_mm, state.head_mm)
+        tip = play_sum.output_mm(model, state.plays_mm, state.head_mm)
         if abs(reference_mm - tip) > STILL_MM:
             direction = 1.0 if reference_mm > tip else -1.0
-    if direction == 0.0:
-        return moved(model, state, 0.0, dt_s)
-    return _towards(model, limits, state, reference_mm, reference_mm_per_s, direction, dt_s)
+    return Goal(reference_mm, reference_mm_per_s, direction)
 
 
 @compiled
-def lead(
-    model: PrandtlIshlinskii,
-    limits: HeadLimits,
+def aim_ahead(
     run_in: RunIn,
-    state: HeadState,
-    reference: tuple[float, float],
-    next_motion: tuple[float, float],
-    dt_s: float,
-) -> HeadState:
-    """Head command of one tick under a reference that is known ahead.
+    reference_mm: float,
+    reference_mm_per_s: float,
+    direction: float,
+    starts_in_s: float,
+) -> Goal:
+    """The goal of a tick under a reference that is known ahead.
 
-    reference: where it is (mm) and its velocity (mm/s). next_motion: direction of the tip's next
-    motion (+1.0 towards the carina, -1.0 back) and the time until it begins (s): 0 while it moves,
-    below 0 where none is announced.
+    direction: of the tip's next motion, +1.0 towards the carina, -1.0 back. starts_in_s: time until
+    it begins, 0 while it lasts, below 0 where none is announced.
     """
-    reference_mm, reference_mm_per_s = reference
-    direction, starts_in_s = next_motion
     target_mm = reference_mm
     if reference_mm_per_s == 0.0 and starts_in_s > 0.0:
         run_in_s = run_in.inwards_s if direction > 0.0 else run_in.outwards_s
         early_mm = EARLY_MM if starts_in_s <= run_in_s else TOUCH_MM
         target_mm += direction * early_mm
-    return _towards(model, limits, state, target_mm, reference_mm_per_s, direction, dt_s)
+    return Goal(target_mm, reference_mm_per_s, direction)
+
+
+@compiled
+def step(
+    model: PlaySum, limits: HeadLimits, state: HeadState, goal: Goal, dt_s: float
+) -> HeadState:
+    """Head on its way to a goal in one direction; it never moves against it but waits."""
+    plays, head, direction = state.plays_mm, state.head_mm, goal.direction
+    velocity = 0.0
+    if direction != 0.0:
+        missing_mm = goal.target_mm - play_sum.output_mm(model, plays, head)
+        if missing_mm * direction >= 0.0:
+            distance = play_sum.inverse_step(model, plays, head, goal.target_mm)
+            ahead_mm = goal.target_mm + goal.target_mm_per_s * dt_s
+            further = play_sum.inverse_step(model, plays, head, ahead_mm)
+            # At rest where the next instant lies across the gap.
+            follow_mm_per_s = (further - distance) / dt_s
+            if follow_mm_per_s * direction < 0.0:
+                follow_mm_per_s = 0.0
+        else:
+            # The target is behind: let it catch up, by the distance the head is early.
+            slope = play_sum.advance_slope(model, plays, head, direction)
+            per_tip = min(1.0 / slope, STEEPEST) if slope > 0.0 else STEEPEST
+            distance = missing_mm * per_tip
+            follow_mm_per_s = goal.target_mm_per_s * per_tip
+        velocity = head_path.step(limits, distance, follow_mm_per_s, state.head_mm_per_s, dt_s)
+        if velocity * direction < 0.0:
+            velocity = 0.0  # turning back would open the gap again
+    head = head + velocity * dt_s
+    return state._replace(
+        head_mm=head, head_mm_per_s=velocity, plays_mm=play_sum.step(model, plays, head)
+    )
 
 
 @compiled
 def rehearse(
-    model: PrandtlIshlinskii,
+    model: PlaySum,
     limits: HeadLimits,
     move: Profile,
     run_in_s: float,
@@ -143,24 +126,18 @@ def rehearse(
     move: the reference, inwards. The head has crossed the gap and begins ``run_in_s`` early.
     most: above it the sum is not carried to its end; infinite for all of it.
     """
-    plays = prandtl_ishlinskii.retracted_positions_mm(model, 0.0)
-    start_mm = prandtl_ishlinskii.output_mm(model, plays, 0.0)
-    travel = prandtl_ishlinskii.inverse_step(model, plays, 0.0, start_mm + TOUCH_MM)
-    state = HeadState(travel, 0.0, 0.0, prandtl_ishlinskii.step(model, plays, travel))
+    plays = play_sum.retracted_positions_mm(model, 0.0)
+    start_mm = play_sum.output_mm(model, plays, 0.0)
+    travel = play_sum.inverse_step(model, plays, 0.0, start_mm + TOUCH_MM)
+    state = HeadState(travel, 0.0, 0.0, play_sum.step(model, plays, travel))
     squares = 0.0
     for tick in range(int((run_in_s + REHEARSED_S) / dt_s)):
         time_s = tick * dt_s - run_in_s
         moved_mm, velocity = profile.at(move, time_s)
-        state = lead(
-            model,
-            limits,
-            RunIn(run_in_s, run_in_s),
-            state,
-            (start_mm + moved_mm - move.start_mm, velocity),
-            (1.0, max(-time_s, 0.0)),
-            dt_s,
-        )
-        tip = prandtl_ishlinskii.output_mm(model, state.plays_mm, state.head_mm)
+        reference_mm = start_mm + moved_mm - move.start_mm
+        goal = aim_ahead(RunIn(run_in_s, run_in_s), reference_mm, velocity, 1.0, max(-time_s, 0.0))
+        state = step(model, limits, state, goal, dt_s)
+        tip = play_sum.output_mm(model, state.plays_mm, state.head_mm)
         error_mm = tip - start_mm - moved_mm + move.start_mm
         squares += error_mm * error_mm * dt_s
         if squares > most:

@@ -15,7 +15,8 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.procedure.cycle import progress, schedule
-from opensuction.procedure.cycle.check import CheckItem, CheckPlan
+from opensuction.procedure.cycle.check import CheckPlan
+from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.transition import Event

@@ -5,16 +5,17 @@ servos come after the governor because its own reactions, hold and withdraw, nee
 """
 
 from opensuction.control import compensation, servo, valve
+from opensuction.control.compensation import Branches
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.servo import ServoState
-from opensuction.controller import alarm_source, leading
-from opensuction.controller.record import Axes, Inputs, Memory, Outputs, Settings, State
+from opensuction.controller import alarm_source, head_command
+from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, State
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import cycle, progress, upkeep
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
@@ -23,7 +24,6 @@ from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
 from opensuction.safety.handling import Reaction
-from opensuction.safety.limits import Limits
 from opensuction.safety.watch.watch import Watch
 
 
@@ -37,14 +37,13 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
     procedure = cycle.begin(settings.plan, Phase.PARKED if parked else Phase.HALTED)
-    led = compensation.parked(settings.compensation, settings.parked)
+    head = compensation.park(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:
-        led = led._replace(head_mm=watch.last.head_mm)
-    return State(
+        head = head._replace(head_mm=watch.last.head_mm)
+    core = CoreState(
         procedure=procedure,
         upkeep=upkeep.start(catheter_age_s),
-        compensation=led,
         insertion_servo=ServoState(error=0.0, velocity=0.0),
         valve_servo=ServoState(error=0.0, velocity=0.0),
         cam_rad=0.0,
@@ -52,8 +51,13 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
         tripped=False,
         powerless=False,
         reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
-        alarms=alarm_state.START,
     )
+    return State(core=core, compensation=head, alarms=alarm_state.START)
+
+
+def with_upkeep(state: State, kept: Upkeep) -> State:
+    """The same controller with another upkeep: an older catheter, clocks that went on."""
+    return state._replace(core=state.core._replace(upkeep=kept))
 
 
 def pass_idle_time(state: State, duration_s: float) -> State:
@@ -61,13 +65,13 @@ def pass_idle_time(state: State, duration_s: float) -> State:
 
     Nothing else of it changes by itself while it is parked.
     """
-    return state._replace(upkeep=upkeep.pass_idle_time(state.upkeep, duration_s))
+    return with_upkeep(state, upkeep.pass_idle_time(state.core.upkeep, duration_s))
 
 
 @compiled
 def _actuate(
-    axes: Axes,
-    state: Memory,
+    settings: Settings,
+    state: CoreState,
     allowed: Setpoints,
     insertion_on: bool,
     valve_on: bool,
@@ -78,9 +82,9 @@ def _actuate(
 
     insertion_on, valve_on: which may have torque.
     """
-    cam, cam_speed = valve.step(axes.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
+    cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
-        axes.insertion,
+        settings.insertion_servo,
         state.insertion_servo,
         allowed.head_mm,
         allowed.head_mm_per_s,
@@ -88,7 +92,7 @@ def _actuate(
         dt_s,
     )
     valve_state, valve_v = servo.step(
-        axes.valve, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
+        settings.valve_servo, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
     )
     commands = Commands(
         head_mm=allowed.head_mm,
@@ -104,42 +108,6 @@ def _actuate(
 
 
 @compiled
-def _acknowledged(limits: Limits, state: Memory) -> Memory:
-    """A person has dealt with what halted the machine: the head begins again from where it is."""
-    return Memory(
-        procedure=state.procedure,
-        upkeep=state.upkeep,
-        insertion_servo=state.insertion_servo,
-        valve_servo=state.valve_servo,
-        cam_rad=state.cam_rad,
-        governor=governor.reset(limits, state.governor),
-        tripped=False,
-        powerless=False,
-        reasons=state.reasons,
-    )
-
-
-@compiled
-def _granted(requests: Requests, start: bool) -> Requests:
-    """The same requests with the start that was granted, a person's or the clock's."""
-    return Requests(
-        start=start,
-        identify=requests.identify,
-        abort=requests.abort,
-        reset=requests.reset,
-        teach=requests.teach,
-        confirm=requests.confirm,
-        home=requests.home,
-        service=requests.service,
-        changed=requests.changed,
-        return_to_service=requests.return_to_service,
-        not_needed=requests.not_needed,
-        acknowledge=requests.acknowledge,
-        audio_pause=requests.audio_pause,
-    )
-
-
-@compiled
 def _is_attended(before: int, requests: Requests) -> bool:
     """Whether a person resets the machine or returns it to service in this tick."""
     cleared = (before == Phase.HALTED and requests.reset) or (
@@ -149,11 +117,11 @@ def _is_attended(before: int, requests: Requests) -> bool:
 
 
 @compiled
-def _proposal(led: HeadState, demand: Demand) -> Setpoints:
+def _proposal(head: HeadState, demand: Demand) -> Setpoints:
     """What procedure and control want together."""
     return Setpoints(
-        head_mm=led.head_mm,
-        head_mm_per_s=led.head_mm_per_s,
+        head_mm=head.head_mm,
+        head_mm_per_s=head.head_mm_per_s,
         insertion_on=demand.insertion_on,
         valve_open=demand.valve_open,
         pump_on=demand.pump_on,
@@ -169,14 +137,13 @@ def _outputs(
     commands: Commands,
     demand: Demand,
     verdict: Verdict,
-    signals: Signals,
 ) -> Outputs:
-    """What leaves the controller, with procedure and upkeep as the tick ended."""
+    """What leaves the controller, its alarms silent; procedure and upkeep as the tick ended."""
     return Outputs(
         commands=commands,
         demand=demand,
         verdict=verdict,
-        signals=signals,
+        signals=SILENT,
         phase=procedure.phase,
         cause=procedure.cause,
         check_item=procedure.check.item,
@@ -193,7 +160,7 @@ def _outputs(
 def _wrong(
     plan: Plan,
     service: Service,
-    state: Memory,
+    state: CoreState,
     procedure: ProcedureState,
     kept: Upkeep,
     inputs: Inputs,
@@ -225,60 +192,37 @@ def _buttons(requests: Requests) -> alarm_state.Buttons:
 
 
 @compiled
-def memory(state: State) -> Memory:
-    """The state without alarms and compensation."""
-    return Memory(
-        procedure=state.procedure,
-        upkeep=state.upkeep,
-        insertion_servo=state.insertion_servo,
-        valve_servo=state.valve_servo,
-        cam_rad=state.cam_rad,
-        governor=state.governor,
-        tripped=state.tripped,
-        powerless=state.powerless,
-        reasons=state.reasons,
-    )
-
-
-@compiled
 def _decide(
-    settings: Settings, state: Memory, led: HeadState, inputs: Inputs, start: bool
+    settings: Settings,
+    heads_mm: Branches | None,
+    state: CoreState,
+    head: HeadState,
+    inputs: Inputs,
+    start: bool,
 ) -> tuple[ProcedureState, Demand, HeadState]:
-    """Procedure and control: the cycle one tick on, what it asks for, and where the head goes."""
-    readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
-    inserting = state.procedure.phase == Phase.INSERTING
-    touched = inserting and progress.is_contact(readings)
-    here, around = leading.surroundings(settings, state, led, readings, touched, requests.confirm)
+    """Procedure and control: the cycle one tick on, what it asks for, and the head's command.
+
+    start: of a cycle that was granted, a person's or the clock's.
+    """
+    readings, dt_s = inputs.readings, inputs.dt_s
+    requests = inputs.requests._replace(start=start)
+    touched = state.procedure.phase == Phase.INSERTING and progress.is_contact(readings)
+    here, feedback = head_command.feedback(
+        settings, heads_mm, state, head, readings, touched, requests.confirm
+    )
     procedure, demand = cycle.step(
-        settings.plan, state.procedure, readings, _granted(requests, start), around, dt_s
+        settings.plan, state.procedure, readings, requests, feedback, dt_s
     )
-    from_here = touched and procedure.phase == Phase.BACKING_OFF
-    origin = here if from_here else led
+    origin = here if touched and procedure.phase == Phase.BACKING_OFF else head
     let_through_mm = state.governor.last.head_mm
-    led = leading.lead(settings, led, origin, let_through_mm, demand, procedure.phase, dt_s)
-    return procedure, demand, led
-
-
-@compiled
-def joined(memory: Memory, led: HeadState, alarms: alarm_state.State) -> State:
-    """The whole state of its parts."""
-    return State(
-        procedure=memory.procedure,
-        upkeep=memory.upkeep,
-        compensation=led,
-        insertion_servo=memory.insertion_servo,
-        valve_servo=memory.valve_servo,
-        cam_rad=memory.cam_rad,
-        governor=memory.governor,
-        tripped=memory.tripped,
-        powerless=memory.powerless,
-        reasons=memory.reasons,
-        alarms=alarms,
+    head = head_command.step(
+        settings, heads_mm, head, origin, let_through_mm, demand, procedure.phase, dt_s
     )
+    return procedure, demand, head
 
 
 @compiled
-def announce(
+def alarm_step(
     settings: Settings,
     alarms: alarm_state.State,
     wrong: int,
@@ -286,7 +230,7 @@ def announce(
     requests: Requests,
     dt_s: float,
 ) -> tuple[alarm_state.State, Signals]:
-    """The other half of a tick: what people are told of what is wrong.
+    """The last part of a tick: what people are told of what is wrong.
 
     wrong: mask of alarm conditions. phase: as the tick ended.
     """
@@ -295,43 +239,47 @@ def announce(
 
 
 @compiled
-def act(
-    settings: Settings, state: Memory, led: HeadState, inputs: Inputs
-) -> tuple[Memory, HeadState, Outputs, int]:
-    """One half of a tick, without the alarms: all that moves anything.
+def control_step(
+    settings: Settings, heads_mm: Branches | None, state: CoreState, head: HeadState, inputs: Inputs
+) -> tuple[CoreState, HeadState, Outputs, int]:
+    """A tick without its alarms: all that moves anything.
 
-    led: the compensation's state. Returns what is remembered, where the head is led, what leaves
-    (its signals silent), and the mask of alarm conditions that `announce` must hear of. A loop that
-    carries the parts of the state apart spares itself the alarms' arrays in every tick: a sixth of
-    it.
+    head: the compensation's state. Returns what is remembered, the head's command, what leaves
+    (its signals silent), and the mask of alarm conditions that `alarm_step` must hear of.
     """
     readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
     plan, service, before = settings.plan, settings.service, state.procedure.phase
     if _is_attended(before, requests):
-        state = _acknowledged(settings.limits, state)
-        led = compensation.rested(
-            settings.compensation, settings.parked, led, state.governor.last.head_mm, 0.0
+        # A person has dealt with what halted the machine: the head begins again from where it is.
+        released = governor.reset(settings.limits, state.governor)
+        state = state._replace(governor=released, tripped=False, powerless=False)
+        head = compensation.after_retract(
+            settings.compensation, settings.parked, released.last.head_mm, 0.0
         )
     patient = state.governor.patient.conditions
     asked = upkeep.is_asked(service, state.upkeep, before, requests)
     refused = upkeep.refusal(service, state.upkeep, before, plan.travel_known, patient)
     start = asked and refused == Refusal.NONE
-    procedure, demand, led = _decide(settings, state, led, inputs, start)
+    procedure, demand, head = _decide(settings, heads_mm, state, head, inputs, start)
     watch, allowed, verdict = governor.step(
-        settings.limits, state.governor, _proposal(led, demand), readings, inputs.host.overrun, dt_s
+        settings.limits,
+        state.governor,
+        _proposal(head, demand),
+        readings,
+        inputs.host.overrun,
+        dt_s,
     )
     # Out of service hands are in the machine: nothing moves, not even to withdraw.
     in_service = procedure.phase != Phase.OUT_OF_SERVICE
     insertion_on = verdict.insertion_on and in_service
     valve_on = verdict.valve_on and demand.valve_on and in_service
-    axes = Axes(settings.insertion_servo, settings.valve_servo, settings.valve_motion)
     insertion, valve_state, commands = _actuate(
-        axes, state, allowed, insertion_on, valve_on, watch.watch, dt_s
+        settings, state, allowed, insertion_on, valve_on, watch.watch, dt_s
     )
     kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
     trips = verdict.trips | verdict.patient
     reasons, wrong = _wrong(plan, service, state, procedure, kept, inputs, trips)
-    following = Memory(
+    following = CoreState(
         procedure=procedure,
         upkeep=kept,
         insertion_servo=insertion,
@@ -342,35 +290,22 @@ def act(
         powerless=verdict.reaction == Reaction.TORQUE_OFF,
         reasons=reasons,
     )
-    silent = _outputs(service, procedure, kept, commands, demand, verdict, SILENT)
-    return following, led, silent, wrong
+    outputs = _outputs(service, procedure, kept, commands, demand, verdict)
+    return following, head, outputs, wrong
 
 
 @compiled
-def told(outputs: Outputs, signals: Signals) -> Outputs:
-    """The same outputs with these signals."""
-    return Outputs(
-        commands=outputs.commands,
-        demand=outputs.demand,
-        verdict=outputs.verdict,
-        signals=signals,
-        phase=outputs.phase,
-        cause=outputs.cause,
-        check_item=outputs.check_item,
-        check_failed=outputs.check_failed,
-        taught=outputs.taught,
-        taught_mm=outputs.taught_mm,
-        refusal=outputs.refusal,
-        assessment_due=outputs.assessment_due,
-        catheter_age_s=outputs.catheter_age_s,
+def step(
+    settings: Settings, heads_mm: Branches | None, state: State, inputs: Inputs
+) -> tuple[State, Outputs]:
+    """One tick of the controller; no clock, no I/O, nothing hidden.
+
+    heads_mm: branches of the compensation's curves, apart from its settings: see `Branches`.
+    """
+    core, head, outputs, wrong = control_step(
+        settings, heads_mm, state.core, state.compensation, inputs
     )
-
-
-@compiled
-def step(settings: Settings, state: State, inputs: Inputs) -> tuple[State, Outputs]:
-    """One tick of the controller; no clock, no I/O, nothing hidden."""
-    following, led, outputs, wrong = act(settings, memory(state), state.compensation, inputs)
-    alarms, signals = announce(
+    alarms, signals = alarm_step(
         settings, state.alarms, wrong, outputs.phase, inputs.requests, inputs.dt_s
     )
-    return joined(following, led, alarms), told(outputs, signals)
+    return State(core, head, alarms), outputs._replace(signals=signals)

@@ -9,7 +9,7 @@ from opensuction.control.valve import ValveMotion
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Host, Requests
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.cycle.upkeep import Service, Upkeep
@@ -34,20 +34,11 @@ class Settings(NamedTuple):
     alarms: alarm_state.Settings
 
 
-class Axes(NamedTuple):
-    """How both axes are driven."""
-
-    insertion: Servo
-    valve: Servo
-    valve_motion: ValveMotion
-
-
-class State(NamedTuple):
-    """Everything the controller remembers."""
+class CoreState(NamedTuple):
+    """What everything but compensation and alarms remembers."""
 
     procedure: ProcedureState
     upkeep: Upkeep
-    compensation: HeadState
     insertion_servo: ServoState
     valve_servo: ServoState
     cam_rad: float
@@ -56,25 +47,14 @@ class State(NamedTuple):
     powerless: bool
     reasons: int
     """Alarm conditions for which it halts; see `alarm_source.reasons`."""
+
+
+class State(NamedTuple):
+    """Everything the controller remembers."""
+
+    core: CoreState
+    compensation: HeadState
     alarms: alarm_state.State
-
-
-class Memory(NamedTuple):
-    """State without alarms and compensation: no array is in it, so handing it on costs nothing.
-
-    Whoever takes a record with an array in it counts a reference to it, every tick: so here
-    records with arrays go only where the arrays are used.
-    """
-
-    procedure: ProcedureState
-    upkeep: Upkeep
-    insertion_servo: ServoState
-    valve_servo: ServoState
-    cam_rad: float
-    governor: GovernorState
-    tripped: bool
-    powerless: bool
-    reasons: int
 
 
 class Inputs(NamedTuple):
@@ -99,7 +79,7 @@ class Outputs(NamedTuple):
     cause: int
     """Event that led into the phase."""
     check_item: int
-    """Item of the pre-use test that is being tested; see `check.CheckItem`."""
+    """Item of the pre-use test that is being tested; see `check_item.CheckItem`."""
     check_failed: int
     """Item of the last pre-use test that failed."""
     taught: int

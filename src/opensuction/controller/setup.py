@@ -9,8 +9,8 @@ from opensuction.control import compensation, preview
 from opensuction.control.compensation import (
     FED_FORWARD,
     LOOKS_AHEAD,
-    ON_CURVES,
     ON_PLAYS,
+    Branches,
     Compensation,
     CompensationKind,
 )
@@ -23,8 +23,9 @@ from opensuction.control.valve import ValveMotion
 from opensuction.controller.governor_limit import limits
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
-from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.plan import TUBE_END_MM
@@ -96,16 +97,15 @@ def _plays_gap_mm(plays: PrandtlIshlinskii) -> float:
     return float(prandtl_ishlinskii.inverse_step(plays, positions, 0.0, touched_mm))
 
 
-def _gap_mm(chosen: Compensation) -> float:
+def _gap_mm(chosen: Compensation, heads_mm: Branches | None) -> float:
     """Head travel across the gap, the same both ways: by the model that the kind is on."""
     if chosen.kind in ON_PLAYS:
-        return _plays_gap_mm(compensation.plays_of(chosen))
+        return _plays_gap_mm(play_sum.unbundle(chosen.plays))
     if chosen.kind == CompensationKind.EXACT_INVERSE:
         full = float(modified_dahl.saturation_mm(chosen.model))
         return abs(float(modified_dahl.gap_move(chosen.model, full, 1.0)))
-    if chosen.kind in ON_CURVES:
-        curves = compensation.curves_of(chosen)
-        return float(np.max(curves.inwards_mm - curves.outwards_mm))
+    if heads_mm is not None:
+        return float(np.max(heads_mm[0] - heads_mm[1]))
     return 0.0
 
 
@@ -144,10 +144,12 @@ def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tup
     return insertion, valve
 
 
-def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> None:
+def _check_cap(
+    chosen: Compensation, heads_mm: Branches | None, protocol: Protocol, highest_mm: float
+) -> None:
     """Refuse a cap that would stop the head short of the target."""
     model = chosen.model
-    needed_mm = compensation.inserted_head_mm(chosen, protocol.travel_mm)
+    needed_mm = compensation.inserted_head_mm(chosen, heads_mm, protocol.travel_mm)
     if needed_mm > highest_mm:
         least_mm = protocol.cap_mm + model.slope * (needed_mm - highest_mm)
         raise InputError(
@@ -158,7 +160,7 @@ def _check_cap(chosen: Compensation, protocol: Protocol, highest_mm: float) -> N
         )
 
 
-def _run_in_s(plays: PrandtlIshlinskii, limits: HeadLimits, move: Profile) -> float:
+def _run_in_s(plays: PlaySum, limits: HeadLimits, move: Profile) -> float:
     """Run-in of `preview` that leaves the smallest tip error at the start of a move."""
     best = (math.inf, 0.0)
     for run_in_s in sorted(RUN_INS_S, key=lambda run_in_s: abs(run_in_s - LIKELY_RUN_IN_S)):
@@ -166,6 +168,15 @@ def _run_in_s(plays: PrandtlIshlinskii, limits: HeadLimits, move: Profile) -> fl
         cost = preview.rehearse(plays, limits, move, run_in_s, REHEARSAL_TICK_S, best[0])
         best = min(best, (float(cost), run_in_s))
     return best[1]
+
+
+def _curves(kind: CompensationKind, calibration: Calibration) -> Curves:
+    return calibration.width if kind == CompensationKind.GAP_WIDTH else calibration.table
+
+
+def branches(kind: CompensationKind, calibration: Calibration) -> Branches | None:
+    """The heads of the curves that a compensation of a kind is on; they go with its settings."""
+    return compensation.branches(kind, _curves(kind, calibration))
 
 
 def compensator(
@@ -189,13 +200,14 @@ def compensator(
             Profile(0.0, REHEARSED_MM, speed, profile.acceleration_mm_per_s2)
             for speed in speeds_mm_per_s
         ]
-        run_in = RunIn(*(_run_in_s(calibration.plays, limits, move) for move in moves))
+        plays = play_sum.bundle(calibration.plays)
+        run_in = RunIn(*(_run_in_s(plays, limits, move) for move in moves))
     return compensation.chosen(
         kind,
         limits,
         calibration.model,
         calibration.plays,
-        calibration.width if kind == CompensationKind.GAP_WIDTH else calibration.table,
+        _curves(kind, calibration),
         run_in,
     )
 
@@ -204,8 +216,8 @@ def abilities(
     profile: MachineProfile, kind: CompensationKind, calibration: Calibration, site: Site
 ) -> Abilities:
     """What the planner must know of a machine with its compensation."""
-    chosen = compensator(profile, kind, calibration)
-    turn_mm = _gap_mm(chosen)
+    chosen, heads_mm = compensator(profile, kind, calibration), branches(kind, calibration)
+    turn_mm = _gap_mm(chosen, heads_mm)
     ahead_mm = turn_mm if kind in LOOKS_AHEAD else 0.0
     if kind == CompensationKind.PREVIEW:
         # Room for the run-in, wherever its best length turns out to lie.
@@ -213,7 +225,7 @@ def abilities(
     return Abilities(
         head_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
-        park_head_mm=compensation.rest(chosen, site.park_mm).head_mm,
+        park_head_mm=compensation.rest(chosen, heads_mm, site.park_mm).head_mm,
         settle_mm=profile.settle_mm,
         cam_open_rad=profile.cam_open_rad,
         cam_rad_per_s=profile.cam_rad_per_s,
@@ -255,13 +267,13 @@ def planned(
     planner.check_numbers(protocol)
     if by_contact:
         _check_back_off(kind, protocol)
-    chosen = compensator(profile, kind, calibration)
-    parked = compensation.rest(chosen, site.park_mm)
+    chosen, heads_mm = compensator(profile, kind, calibration), branches(kind, calibration)
+    parked = compensation.rest(chosen, heads_mm, site.park_mm)
     able = abilities(profile, kind, calibration, site)
     insertion, valve = _servos(profile, kind, calibration.feedforward)
     held = limits(profile, protocol, calibration.model, parked.head_mm, site, by_contact)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
-    _check_cap(chosen, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
+    _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,
         cycle_s=planner.longest_cycle_s(plan.limits_s),

@@ -12,12 +12,27 @@ Source: [Krasnoselskii-1989]; [Kuhnen-2003] for weights on a threshold grid and 
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.compiled import compiled
+
+ENGAGED_MM = 1e-9
+"""A play counts as engaged once so little of its slot is left."""
+
+
+class Curved(Protocol):
+    """What both forms of the model have besides their plays."""
+
+    @property
+    def offset_mm(self) -> float:
+        """y_0."""
+
+    @property
+    def curvature_per_mm(self) -> float:
+        """Kappa."""
 
 
 class PrandtlIshlinskii(NamedTuple):
@@ -66,13 +81,13 @@ def _inner_mm(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_
 
 
 @compiled
-def _bent_mm(model: PrandtlIshlinskii, inner_mm: float) -> float:
+def bent_mm(model: Curved, inner_mm: float) -> float:
     """Tip position for a sum v."""
     return model.offset_mm + inner_mm * (1.0 + model.curvature_per_mm * inner_mm)
 
 
 @compiled
-def _straight_mm(model: PrandtlIshlinskii, tip_mm: float) -> float:
+def straight_mm(model: Curved, tip_mm: float) -> float:
     """The sum v for a tip position: root of the parabola next to the straight line."""
     above_mm = tip_mm - model.offset_mm
     # Beyond the vertex there is no root: its position is the nearest there is.
@@ -83,7 +98,7 @@ def _straight_mm(model: PrandtlIshlinskii, tip_mm: float) -> float:
 @compiled
 def output_mm(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float) -> float:
     """Tip position for a head position and positions of the plays, shape (n,)."""
-    return _bent_mm(model, _inner_mm(model, positions_mm, head_mm))
+    return bent_mm(model, _inner_mm(model, positions_mm, head_mm))
 
 
 @compiled
@@ -106,14 +121,11 @@ def simulate(
 def advance_slope(
     model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float, direction: float
 ) -> float:
-    """Slope dy/dx when the head moves on from here in one direction (+1.0 carina, -1.0 back).
-
-    A play counts once its slot is used up to a billionth of a millimetre.
-    """
+    """Slope dy/dx when the head moves on from here in one direction (+1.0 carina, -1.0 back)."""
     slope = model.slope
     for j in range(model.weights.size):
         left_mm = model.thresholds_mm[j] + direction * (positions_mm[j] - head_mm)
-        if left_mm <= 1e-9:
+        if left_mm <= ENGAGED_MM:
             slope += model.weights[j]
     inner_mm = _inner_mm(model, positions_mm, head_mm)
     return slope * (1.0 + 2.0 * model.curvature_per_mm * inner_mm)
@@ -138,7 +150,7 @@ def inverse_step(
     no move: the gap of a reversal is crossed for the first target beyond it. Needs a positive
     `total_slope`; a target beyond the vertex of the curvature is taken as the vertex.
     """
-    gain_mm = _straight_mm(model, target_mm) - _inner_mm(model, positions_mm, head_mm)
+    gain_mm = straight_mm(model, target_mm) - _inner_mm(model, positions_mm, head_mm)
     if gain_mm == 0.0:
         return 0.0
     direction = math.copysign(1.0, gain_mm)
@@ -171,7 +183,7 @@ def saturated_head_mm(model: PrandtlIshlinskii, tip_mm: float, direction: float)
     behind_mm = 0.0
     for j in range(model.weights.size):
         behind_mm += model.weights[j] * model.thresholds_mm[j]
-    return (_straight_mm(model, tip_mm) + direction * behind_mm) / total_slope(model)
+    return (straight_mm(model, tip_mm) + direction * behind_mm) / total_slope(model)
 
 
 def gap_mm(model: PrandtlIshlinskii) -> float:

@@ -23,6 +23,16 @@ def define(lines: Iterable[str], about: str, **scope: Any) -> Any:
     return compiled_generated(names[name])
 
 
+def chooser(count: int) -> Any:
+    """``choose(values, index)``: one of so many numbers of a tuple, index from 0 to below count.
+
+    A chain of comparisons: a tuple that is indexed by a variable is kept in memory as a whole.
+    """
+    lines = ["def choose(values, index):", "    value = values[0]"]
+    lines += [f"    value = values[{i}] if index == {i} else value" for i in range(1, count)]
+    return define([*lines, "    return value"], "one of some numbers")
+
+
 def listed(elements: Iterable[str]) -> str:
     """Source of a tuple of these elements."""
     return f"({', '.join(elements)},)"

@@ -14,13 +14,12 @@ from annotated_types import Ge, Gt
 
 from opensuction.control.lookup_table import Curves
 from opensuction.hysteresis import prandtl_ishlinskii
+from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
 
 Section = TypeVar("Section", bound=tuple[object, ...])
 
-MOST_PLAYS = 100
-"""More than the 80 widths of the estimator's grid."""
 MOST_ENTRIES = 1000
 """Of a curve; the estimator makes 40."""
 
@@ -89,10 +88,10 @@ def read_plays(section: Plays, lowest_mm: float, highest_mm: float) -> PrandtlIs
     negative weights, and a model without a continuous inverse.
     """
     thresholds, weights = section.thresholds_mm, section.weights
-    if len(thresholds) != len(weights) or not 1 <= len(weights) <= MOST_PLAYS:
+    if len(thresholds) != len(weights) or not 1 <= len(weights) <= PLAYS:
         raise InputError(
             f"plays has {len(thresholds)} thresholds_mm and {len(weights)} weights, should have "
-            f"as many of one as of the other, 1 to {MOST_PLAYS}"
+            f"as many of one as of the other, 1 to {PLAYS}"
         )
     if not _rises([0.0, *thresholds]):
         raise InputError("plays.thresholds_mm should rise from each to the next, from above 0")

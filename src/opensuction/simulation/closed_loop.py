@@ -1,24 +1,33 @@
-"""Controller and twin in a closed loop, a row of trace for each tick."""
+"""Controller and twin in a closed loop, a row of trace for each tick.
+
+Between the two lies a link with drives that watch over it (`opensuction.twin.fault.link`,
+`drive_watchdog`). It is played only where a fault of sensors, messages, power or controller is
+injected; while no controller runs, the rows say that the machine has halted.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.control.compensation import Branches
 from opensuction.controller import controller
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import RESTING
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
-from opensuction.twin.machine import machine
+from opensuction.twin.fault import link
+from opensuction.twin.fault.link import Link, LinkState, Ring
+from opensuction.twin.machine import drive_watchdog, machine
+from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
 from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
@@ -29,6 +38,8 @@ class Loop(NamedTuple):
     """Both sides of the loop."""
 
     controller: Settings
+    heads_mm: Branches | None
+    """Branches of the compensation's curves; they go with the controller's settings."""
     machine: Machine
 
 
@@ -39,6 +50,36 @@ class LoopState(NamedTuple):
     controller: State
     machine: MachineState
     bedside: BedsideState
+
+
+class Wiring(NamedTuple):
+    """What lies between the two sides."""
+
+    link: Link
+    watchdog: DriveWatchdog
+
+
+class LinkedState(NamedTuple):
+    """State of what lies between the two sides."""
+
+    link: LinkState
+    watchdog: WatchdogState
+    outputs: Outputs
+    """The controller's last."""
+
+
+class Messages(NamedTuple):
+    """What the link remembers, as rows that it writes.
+
+    Without them it is not played, and nothing of it is compiled.
+    """
+
+    got: Ring
+    """Last readings."""
+    sent: Ring
+    """Last commands."""
+    state: row.Row
+    """The `LinkedState`."""
 
 
 class TraceRow(NamedTuple):
@@ -53,63 +94,165 @@ class TraceRow(NamedTuple):
     check_failed: int
     """Item of the last pre-use test that failed."""
     readings: Readings
+    """As the controller gets them."""
     demand: Demand
     verdict: Verdict
     commands: Commands
+    """As the drives obey them."""
     signals: Signals
     truth: Truth
 
 
 COLUMNS = row.columns(TraceRow)
 """Columns of the trace, in order."""
-_write = row.writer(TraceRow)
+write_row = row.writer(TraceRow)
+_read_link = row.reader(LinkedState)
+_write_link = row.writer(LinkedState)
 
 
 @compiled
-def _inputs(loop: Loop, tick: int, body: MachineState, requests: Requests) -> Inputs:
-    return Inputs(
-        tick=tick,
-        dt_s=DT_S,
-        readings=machine.read(loop.machine, body),
-        requests=requests,
-        host=Host(overrun=False, conditions=0),
-    )
-
-
-@compiled
-def _record(
-    loop: Loop, inputs: Inputs, body: MachineState, outputs: Outputs, signals: Signals
+def record(
+    time_s: float,
+    phase: int,
+    readings: Readings,
+    outputs: Outputs,
+    commands: Commands,
+    truth: Truth,
 ) -> TraceRow:
-    """The row of a tick; ``body``: before the machine moved."""
+    """The row of a tick. truth: before the machine moved."""
     return TraceRow(
-        time_s=inputs.tick * DT_S,
-        phase=outputs.phase,
+        time_s=time_s,
+        phase=phase,
         cause=outputs.cause,
         check_item=outputs.check_item,
         check_failed=outputs.check_failed,
-        readings=inputs.readings,
+        readings=readings,
         demand=outputs.demand,
         verdict=outputs.verdict,
-        commands=outputs.commands,
-        signals=signals,
-        truth=machine.truth(loop.machine, body),
+        commands=commands,
+        signals=outputs.signals,
+        truth=truth,
     )
 
 
 @compiled
-def step(loop: Loop, state: LoopState, requests: Requests) -> tuple[LoopState, TraceRow]:
-    """One tick: read, decide, act. The row holds what was read before the machine moved."""
-    inputs = _inputs(loop, state.tick, state.machine, requests)
-    decided, outputs = controller.step(loop.controller, state.controller, inputs)
-    record = _record(loop, inputs, state.machine, outputs, outputs.signals)
-    moved = machine.step(loop.machine, state.machine, outputs.commands, DT_S)
-    bedside = state.bedside
-    if plant.is_due(moved):
-        moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
-    return LoopState(state.tick + 1, decided, moved, bedside), record
+def _drive(
+    wiring: Wiring,
+    messages: Messages,
+    reported: Readings,
+    readings: Readings,
+    outputs: Outputs,
+    tick: int,
+) -> Commands:
+    """Commands that the drives obey, on their own where no new ones come.
+
+    reported: by the sensors. readings: as the controller got them. messages: written.
+    """
+    wires, before = wiring.link, _read_link(messages.state)
+    obeyed, heard = link.receive_commands(wires, before.link, outputs.commands, messages.sent, tick)
+    received = LinkState(readings=readings, commands=obeyed)
+    alone = drive_watchdog.step(
+        wiring.watchdog, before.watchdog, heard, wires.mains, reported.head_mm, DT_S
+    )
+    _write_link(messages.state, LinkedState(received, alone, outputs))
+    if alone.alone:
+        powered = wires.mains or wires.reserve
+        obeyed = drive_watchdog.commands(
+            wiring.watchdog, alone, powered, reported.head_mm, reported.cam_rad
+        )
+    return obeyed
+
+
+class _Sides(NamedTuple):
+    """What a tick is set to, without an array: a reference to one is counted at every hand."""
+
+    controller: Settings
+    machine: Machine
+    wiring: Wiring
+
+
+class _SidesState(NamedTuple):
+    """What a tick changes; the bedside stands still."""
+
+    tick: int
+    controller: State
+    machine: MachineState
 
 
 @compiled
+def _tick(
+    sides: _Sides,
+    heads_mm: Branches | None,
+    state: _SidesState,
+    requests: Requests,
+    messages: Messages | None,
+) -> tuple[_SidesState, int, TraceRow]:
+    """One tick: read, decide, act.
+
+    Returns the state after it, the controller's phase, and what is recorded: the truth is that
+    before the machine moved.
+    """
+    tick, wires = state.tick, sides.wiring.link
+    reported = machine.read(sides.machine, state.machine)
+    truth = machine.truth(sides.machine, state.machine)
+    readings, runs, late = reported, True, False
+    if messages is not None:
+        reported = link.sense(wires, reported, tick)
+        before = _read_link(messages.state).link
+        readings = link.receive_readings(wires, before, reported, messages.got, tick)
+        runs, late = wires.controller_runs, tick < wires.late_until_tick
+    decided = state.controller
+    if messages is not None and not runs:
+        outputs = _read_link(messages.state).outputs
+    else:
+        host = Host(overrun=late, conditions=0)
+        inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
+        decided, outputs = controller.step(sides.controller, heads_mm, decided, inputs)
+    commands = outputs.commands
+    if messages is not None:
+        commands = _drive(sides.wiring, messages, reported, readings, outputs, tick)
+    moved = machine.step(sides.machine, state.machine, commands, DT_S)
+    phase = outputs.phase if runs else Phase.HALTED
+    seen = record(tick * DT_S, phase, readings, outputs, commands, truth)
+    return _SidesState(tick + 1, decided, moved), outputs.phase, seen
+
+
+@compiled
+def run_linked(
+    loop: Loop,
+    wiring: Wiring,
+    state: LoopState,
+    requests: Requests,
+    trace: npt.NDArray[np.float64],
+    messages: Messages | None,
+) -> tuple[LoopState, int]:
+    """`run` with what lies between the two sides."""
+    sides, heads_mm = _Sides(loop.controller, loop.machine, wiring), loop.heads_mm
+    now, bedside = _SidesState(state.tick, state.controller, state.machine), state.bedside
+    active = state.controller.core.procedure.phase not in RESTING
+    done, at_rest = 0, False
+    while done < trace.shape[0] and not at_rest:
+        # Ticks up to the bedside's next step: an inner loop that does not carry its state.
+        while done < trace.shape[0] and not at_rest and not plant.is_due(now.machine):
+            now, phase, seen = _tick(sides, heads_mm, now, requests, messages)
+            write_row(trace[done], seen)
+            requests = NO_REQUESTS
+            done += 1
+            at_rest = active and phase in RESTING
+            active = phase not in RESTING
+        if plant.is_due(now.machine):
+            moved, bedside = plant.settle(loop.machine, now.machine, bedside, DT_S)
+            now = now._replace(machine=moved)
+    return LoopState(now.tick, now.controller, now.machine, bedside), done
+
+
+HEALTHY = Wiring(
+    link=link.healthy(0),
+    watchdog=DriveWatchdog(silence_s=0.0, home_mm=0.0, out_mm_per_s=0.0),
+)
+"""Where the link is not played."""
+
+
 def run(
     loop: Loop, state: LoopState, requests: Requests, trace: npt.NDArray[np.float64]
 ) -> tuple[LoopState, int]:
@@ -119,28 +262,34 @@ def run(
     Returns the state and how many rows were written; it stops early after the first tick at rest
     (parked or halted) that follows a tick of activity. Run in pieces it gives the same rows.
     """
-    active = state.controller.procedure.phase not in RESTING
-    tick, body, bedside = state.tick, state.machine, state.bedside
-    # What moves and what is told are carried apart: alarms are touched only when there are some.
-    memory, led = controller.memory(state.controller), state.controller.compensation
-    alarms = state.controller.alarms
-    done, at_rest = 0, False
-    while done < trace.shape[0] and not at_rest:
-        # Ticks up to the bedside's next step: an inner loop that does not carry its state.
-        while done < trace.shape[0] and not at_rest and not plant.is_due(body):
-            inputs = _inputs(loop, tick, body, requests)
-            memory, led, outputs, wrong = controller.act(loop.controller, memory, led, inputs)
-            alarms, signals = controller.announce(
-                loop.controller, alarms, wrong, outputs.phase, requests, DT_S
-            )
-            record = _record(loop, inputs, body, outputs, signals)
-            _write(trace[done], record)
-            body = machine.step(loop.machine, body, outputs.commands, DT_S)
-            requests = NO_REQUESTS
-            tick += 1
-            done += 1
-            at_rest = active and record.phase in RESTING
-            active = record.phase not in RESTING
-        if plant.is_due(body):
-            body, bedside = plant.settle(loop.machine, body, bedside, DT_S)
-    return LoopState(tick, controller.joined(memory, led, alarms), body, bedside), done
+    return run_linked(loop, HEALTHY, state, requests, trace, None)
+
+
+def messages(reading: Readings) -> Messages:
+    """Messages of a link that has always carried these readings and no command."""
+    last = np.zeros(len(row.columns(LinkedState)))
+    commands = _begin_link(last, reading)
+    return Messages(*link.rings(LinkState(reading, commands)), last)
+
+
+@compiled
+def _begin_link(last: row.Row, reading: Readings) -> Commands:
+    """Write the state of a link before anything was commanded; returns its empty commands."""
+    blank: LinkedState = _read_link(last)
+    received = blank.link._replace(readings=reading)
+    _write_link(last, LinkedState(received, drive_watchdog.LISTENING, blank.outputs))
+    return received.commands
+
+
+@compiled
+def drives(last: row.Row) -> WatchdogState:
+    """What the drives remember; last: of `Messages`."""
+    linked: LinkedState = _read_link(last)
+    return linked.watchdog
+
+
+@compiled
+def release_drives(last: row.Row) -> None:
+    """A controller has started anew: the drives obey it. last: of `Messages`, written."""
+    linked: LinkedState = _read_link(last)
+    _write_link(last, linked._replace(watchdog=drive_watchdog.LISTENING))

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.control import compensation, head_path, profile, staged_path
-from opensuction.control.compensation import Compensation
+from opensuction.control.compensation import Branches, Compensation
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.kernel.compiled import compiled
-from opensuction.procedure.cycle import cycle
 from opensuction.procedure.cycle import plan as plans
+from opensuction.procedure.cycle.demand import INWARDS, NOT_ANNOUNCED_S, OUTWARDS
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.simulation.closed_loop import DT_S
 
@@ -52,7 +52,7 @@ def _fill(plan: Plan, arrived_s: float, demand: Array) -> None:
     leaving_s = arrived_s + plan.dwell_s
     for tick in range(demand.shape[0]):
         now_s = tick * DT_S
-        direction, starts_in_s = cycle.INWARDS, 0.0
+        direction, starts_in_s = INWARDS, 0.0
         reference, velocity = motion.park_mm, 0.0
         if now_s < plan.preload_s:
             starts_in_s = plan.preload_s - now_s
@@ -60,12 +60,12 @@ def _fill(plan: Plan, arrived_s: float, demand: Array) -> None:
             reference, velocity = staged_path.at(way_in, now_s - plan.preload_s)
             left_s = leaving_s - now_s
             if now_s >= arrived_s:
-                starts_in_s = cycle.NOT_ANNOUNCED_S
+                starts_in_s = NOT_ANNOUNCED_S
             if left_s <= plan.gap_lead_s:
-                direction, starts_in_s = cycle.OUTWARDS, left_s
+                direction, starts_in_s = OUTWARDS, left_s
         else:
             reference, velocity = profile.at(way_out, now_s - leaving_s)
-            direction = cycle.OUTWARDS
+            direction = OUTWARDS
         demand[tick, 0] = reference
         demand[tick, 1] = velocity
         demand[tick, 2] = direction
@@ -74,17 +74,24 @@ def _fill(plan: Plan, arrived_s: float, demand: Array) -> None:
 
 @compiled
 def lead(
-    chosen: Compensation, limits: HeadLimits, start: HeadState, demand: Array, dt_s: float
+    chosen: Compensation,
+    heads_mm: Branches | None,
+    limits: HeadLimits,
+    start: HeadState,
+    demand: Array,
+    dt_s: float,
 ) -> Array:
     """Head positions under a compensator, mm, shape (n,).
 
-    limits: of the head, which follows the command no faster. demand: as `Course.demand`.
+    heads_mm: branches of the compensation. limits: of the head, which follows the command no
+    faster. demand: as `Course.demand`.
     """
     heads = np.empty(demand.shape[0])
     state, head, velocity = start, start.head_mm, 0.0
     for tick in range(demand.shape[0]):
         state = compensation.step(
             chosen,
+            heads_mm,
             state,
             demand[tick, 0],
             demand[tick, 1],

@@ -9,32 +9,11 @@ creeps by tenths of a millimetre more, and the tip stays where it is.
 from opensuction.kernel.compiled import compiled
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.twin import bedside
-from opensuction.twin.coupling import TICKS, CouplingState
+from opensuction.twin.coupling import TICKS
 from opensuction.twin.machine import suction_line
-from opensuction.twin.machine.machine import MachineState
 
 STEP_S = TICKS * DT_S
 """Time passes in steps of the bedside."""
-
-
-@compiled
-def _rested(
-    loop: Loop, state: MachineState, coupling: CouplingState, span_s: float
-) -> MachineState:
-    """The machine afterwards: pump off, valve closed, air let in; only the line changes."""
-    return MachineState(
-        insertion=state.insertion,
-        head_mm=state.head_mm,
-        transmission=state.transmission,
-        valve=state.valve,
-        line=suction_line.step(loop.machine.line, state.line, False, 0.0, 0.0, 0.0, span_s),
-        bore=state.bore,
-        airway=state.airway,
-        switch=state.switch,
-        laser=state.laser,
-        coupling=coupling,
-        hand=state.hand,
-    )
 
 
 @compiled
@@ -55,19 +34,12 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     for _ in range(steps):
         around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
         coupling = bedside.couple(loop.machine, around, tip_mm)
-    # As far between two steps of the bedside as before.
-    coupling = CouplingState(
-        ticks=ticks,
-        gas_ml=0.0,
-        mucus_ml=0.0,
-        reachable_ml=coupling.reachable_ml,
-        from_mm=tip_mm,
-        signs=coupling.signs,
+    machine = state.machine._replace(
+        # Pump off, valve closed, air let in: of the machine only the line changes.
+        line=suction_line.step(
+            loop.machine.line, state.machine.line, False, 0.0, 0.0, 0.0, steps * span_s
+        ),
+        # As far between two steps of the bedside as before.
+        coupling=coupling._replace(ticks=ticks, gas_ml=0.0, mucus_ml=0.0, from_mm=tip_mm),
     )
-    body = _rested(loop, state.machine, coupling, steps * span_s)
-    return LoopState(
-        tick=state.tick + steps * TICKS,
-        controller=state.controller,
-        machine=body,
-        bedside=around,
-    )
+    return state._replace(tick=state.tick + steps * TICKS, machine=machine, bedside=around)

@@ -152,7 +152,7 @@ def assemble(
     Raises InputError where the protocol cannot be done.
     """
     settings = setup.settings(chosen.profile, protocol, kind, calibration, by_contact, chosen.site)
-    loop = Loop(controller=settings, machine=chosen.machine)
+    loop = Loop(settings, setup.branches(kind, calibration), chosen.machine)
     state = preset.park(chosen.machine, chosen.values, settings.parked.head_mm, chosen.seed, run)
     return loop, trace.power_up(loop, state, NEW_CATHETER_S)
 

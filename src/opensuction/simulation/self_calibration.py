@@ -90,7 +90,7 @@ def bounded(learned: Settings, identified: Settings) -> Settings:
 def parked_anew(loop: Loop, state: LoopState) -> LoopState:
     """A parked loop under new settings: it begins again from a retract to where its head is."""
     settings = loop.controller
-    here = settings.parked._replace(head_mm=state.controller.governor.last.head_mm)
-    led = compensation.parked(settings.compensation, here)
-    state = state._replace(controller=state.controller._replace(compensation=led))
+    here = settings.parked._replace(head_mm=state.controller.core.governor.last.head_mm)
+    head = compensation.park(settings.compensation, here)
+    state = state._replace(controller=state.controller._replace(compensation=head))
     return closed_loop.run(loop, state, NO_REQUESTS, trace.rows(PARKING_S))[0]

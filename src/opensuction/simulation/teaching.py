@@ -90,13 +90,13 @@ def teach(chosen: Rig, calibration: Calibration, names: Sequence[str] = ()) -> T
         state, ticks = closed_loop.run(loop, state, requests, table[:piece])
         requests = NO_REQUESTS
         parts.append(trace.by_name(table[:ticks], names))
-        if state.controller.procedure.phase in RESTING:
+        if state.controller.core.procedure.phase in RESTING:
             break
-    found = state.controller.procedure.teaching
+    found = state.controller.core.procedure.teaching
     taken = found.taught == Taught.TAKEN
     return Teaching(
         taught=Taught(found.taught),
         taught_mm=float(found.taught_mm) if taken else float(np.nan),
         columns=trace.joined(parts),
-        home=state.controller.procedure.phase == Phase.PARKED,
+        home=state.controller.core.procedure.phase == Phase.PARKED,
     )

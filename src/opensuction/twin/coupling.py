@@ -47,11 +47,9 @@ class CouplingState(NamedTuple):
 @compiled
 def accumulate(state: CouplingState, gas_ml: float, mucus_ml: float) -> CouplingState:
     """The coupling after one tick in which the tip took this much."""
-    return CouplingState(
+    return state._replace(
         ticks=state.ticks + 1,
         gas_ml=state.gas_ml + gas_ml,
         mucus_ml=state.mucus_ml + mucus_ml,
         reachable_ml=max(state.reachable_ml - mucus_ml, 0.0),
-        from_mm=state.from_mm,
-        signs=state.signs,
     )

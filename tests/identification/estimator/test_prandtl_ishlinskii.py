@@ -3,6 +3,7 @@ import pytest
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as pi
+from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import prandtl_ishlinskii as estimator
 from opensuction.kernel.errors import InputError
@@ -27,6 +28,17 @@ def test_a_model_on_the_grid_is_found_exactly() -> None:
     assert found.model.offset_mm == pytest.approx(-6.0, abs=1e-4)
     assert found.model.curvature_per_mm == pytest.approx(2e-5, rel=1e-3)
     assert found.well_posed
+
+
+def test_more_plays_than_a_compensation_has_room_for_are_fitted_on_a_coarser_grid() -> None:
+    thresholds = 0.25 * np.arange(24.0, 54.0)
+    truth = PrandtlIshlinskii(thresholds, np.linspace(0.02, 0.04, 30), 0.05, -6.0, 0.0)
+    tip = simulated(truth)
+    found = estimator.fit(HEAD_MM, tip)
+    assert PLAYS // 2 < found.model.weights.size <= PLAYS
+    # Every second width: a play stands for its neighbour a quarter of a millimetre away.
+    np.testing.assert_allclose(np.diff(found.model.thresholds_mm), 0.5, atol=1e-9)
+    assert found.rmse_mm < 0.01
 
 
 def test_the_paper_s_plant_is_fitted_to_its_noise() -> None:

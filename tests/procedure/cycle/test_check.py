@@ -8,14 +8,8 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.readings import Readings
 from opensuction.procedure.cycle import check
-from opensuction.procedure.cycle.check import (
-    ITEMS,
-    ORDER,
-    SENTENCES,
-    CheckItem,
-    CheckSeen,
-    CheckState,
-)
+from opensuction.procedure.cycle.check import CheckSeen, CheckState
+from opensuction.procedure.cycle.check_item import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.planning import planner
 from tests.procedure.cycle.test_progress import AT_HOME
 from tests.procedure.planning.test_planner import BENCH

@@ -5,7 +5,7 @@ import pytest
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS
 from opensuction.procedure.cycle import cycle
-from opensuction.procedure.cycle.cycle import Demand
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ProcedureState
 from tests.procedure.cycle.test_progress import AT_HOME, DT_S, PLAN, QUIET
 

@@ -7,7 +7,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.procedure.cycle import check, cycle, progress
-from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import Event

@@ -158,8 +158,9 @@ def on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> 
     chosen = setup.compensator(profile, kind, calibration, speeds)
     course = ideal_loop.course(plan)
     limits = HeadLimits(profile.head_limit_mm_per_s, profile.acceleration_mm_per_s2)
-    parked = compensation.parked(chosen, compensation.rest(chosen, BENCH_SITE.park_mm))
-    heads = ideal_loop.lead(chosen, limits, parked, course.demand, DT_S)
+    branches_mm = setup.branches(kind, calibration)
+    parked = compensation.park(chosen, compensation.rest(chosen, branches_mm, BENCH_SITE.park_mm))
+    heads = ideal_loop.lead(chosen, branches_mm, limits, parked, course.demand, DT_S)
     tips = plant(np.concatenate(([parked.head_mm], heads)))[1:]
     scored = slice(course.insertion_tick, None)
     return _run((tips - course.demand[:, 0])[scored], heads[scored], True, 0)

@@ -22,6 +22,7 @@ from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as model_of
+from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.record import find_turns, read_pair
 from opensuction.kernel.errors import InputError
@@ -55,6 +56,7 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
 
     head_mm, tip_mm: positions at the same instants, shape (n,). The head must have come from a
     long retract: its plays are taken to be at the far end of their slots at the first sample.
+    Returns at most `play_sum.PLAYS` plays.
     Raises InputError for records that are not finite rows of equal length, too short, or whose
     tip does not follow the head.
     """
@@ -65,12 +67,17 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
     used = np.arange(0, head.size, max(head.size // USED_SAMPLES, 1))
     widths = np.arange(GRID_SHARE, WIDEST_SHARE + 0.5 * GRID_SHARE, GRID_SHARE) * range_mm
     columns = np.vstack([head[None, used], play_positions_mm(head, 0.5 * widths, used)])
-    weights, offset_mm, curvature = _solve(columns, tip[used])
-    if not weights.sum() > 0.0:
-        raise InputError("tip_mm: does not follow head_mm; negate one of them")
-    kept = weights[1:] > LEAST_SHARE * weights.sum()
+    # A compensation has room for so many plays: where more are found, the grid is made coarser.
+    for every in range(1, widths.size):
+        grid = np.arange(0, widths.size, every)
+        weights, offset_mm, curvature = _solve(columns[[0, *(1 + grid)]], tip[used])
+        if not weights.sum() > 0.0:
+            raise InputError("tip_mm: does not follow head_mm; negate one of them")
+        kept = weights[1:] > LEAST_SHARE * weights.sum()
+        if np.count_nonzero(kept) <= PLAYS:
+            break
     model = PrandtlIshlinskii(
-        thresholds_mm=np.ascontiguousarray(0.5 * widths[kept]),
+        thresholds_mm=np.ascontiguousarray(0.5 * widths[grid[kept]]),
         weights=np.ascontiguousarray(weights[1:][kept]),
         slope=float(weights[0]),
         offset_mm=offset_mm,

@@ -7,7 +7,8 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, teaching
-from opensuction.procedure.cycle.check import CheckItem, CheckSeen, CheckState
+from opensuction.procedure.cycle.check import CheckSeen, CheckState
+from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event

@@ -7,7 +7,8 @@ from opensuction.control import profile, staged_path
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle import teaching
-from opensuction.procedure.cycle.check import CheckPlan, ItemLimits
+from opensuction.procedure.cycle.check import CheckPlan
+from opensuction.procedure.cycle.check_item import ItemLimits
 from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site

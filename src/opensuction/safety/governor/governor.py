@@ -26,7 +26,7 @@ from opensuction.safety.watch import (
     watch,
 )
 from opensuction.safety.watch.duration import extend
-from opensuction.safety.watch.invalid_ticks import INVALID_TICKS
+from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.watch import Durations, Watch
 
@@ -138,27 +138,59 @@ def _is_disagreeing(durations: Durations) -> bool:
 
 
 @compiled
-def _judge_head(limits: Limits, state: GovernorState, seen: Watch) -> int:
-    """Bit mask of what is wrong with the insertion axis."""
-    durations = seen.durations
-    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
-    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
-    way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
-    runaway_mm = RUNAWAY_SUCKING_MM if durations.sucking_s > 0.0 else RUNAWAY_MM
+def _judge_readings(invalid: InvalidTicks) -> int:
+    """Bit mask of the sensors that have given no valid reading for too long."""
+    if invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact == 0:
+        return 0
     return (
-        flag(seen.invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
-        | flag(seen.invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
-        | flag(_is_disagreeing(durations), Condition.HEAD_SENSORS_DISAGREE)
-        | flag(overspeed, Condition.HEAD_OVERSPEED)
+        flag(invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
+        | flag(invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
+        | flag(invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
+        | flag(invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
+        | flag(invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
+    )
+
+
+@compiled
+def _judge_durations(durations: Durations) -> int:
+    """Bit mask of what has lasted for too long and on a sound machine hardly begins."""
+    head_s = durations.off_command_s + durations.stalled_s + durations.disagreeing_s
+    drive_s = durations.jammed_s + durations.overforce_s
+    if head_s + drive_s + durations.overpressure_s == 0.0:
+        return 0
+    return (
+        flag(_is_disagreeing(durations), Condition.HEAD_SENSORS_DISAGREE)
         | flag(durations.off_command_s > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
         | flag(durations.stalled_s > STALL_S, Condition.HEAD_STALLED)
-        | flag(seen.head_mm - seen.advance.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
-        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
         | flag(durations.jammed_s > JAM_S, Condition.CATHETER_JAMMED)
         | flag(durations.overforce_s > OVERFORCE_S, Condition.DRIVE_OVERFORCE)
-        | flag(state.withdrawal_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
+        | flag(durations.overpressure_s > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
+    )
+
+
+@compiled
+def _judge_withdrawal(limits: Limits, state: GovernorState, head_mm: float) -> int:
+    """Bit mask of what is wrong with a withdrawal that the governor forces."""
+    if state.withdrawal_s == 0.0:
+        return 0
+    way_s = max(head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    return (
+        flag(state.withdrawal_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
         | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
         | flag(state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
+    )
+
+
+@compiled
+def _judge_head(limits: Limits, seen: Watch) -> int:
+    """Bit mask of what is wrong with where the head is and how it moves."""
+    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
+    highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
+    runaway_mm = RUNAWAY_SUCKING_MM if seen.durations.sucking_s > 0.0 else RUNAWAY_MM
+    return (
+        flag(overspeed, Condition.HEAD_OVERSPEED)
+        | flag(seen.head_mm - seen.advance.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
+        | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
     )
 
 
@@ -166,33 +198,27 @@ def _judge_head(limits: Limits, state: GovernorState, seen: Watch) -> int:
 def _judge_contact(limits: Limits, seen: Watch) -> int:
     """Bit mask of what is wrong with the contact switch, or with what it has touched."""
     touching = seen.durations.contact_s > 0.0
+    if not touching:
+        shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
+        missed = contact_window.is_missed(limits.window, shallowest_mm, touching)
+        return flag(missed, Condition.CARINA_MISSED) | flag(
+            missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN
+        )
     away = seen.head_mm > limits.park_head_mm + AWAY_MM
     allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
     stuck = seen.window.impossible_s > allowed_s
     pressing = seen.durations.contact_s > limits.contact_s and seen.window.impossible_s == 0.0
-    shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
-    missed = contact_window.is_missed(limits.window, shallowest_mm, touching)
-    return (
-        flag(seen.invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
-        | flag(stuck, Condition.CONTACT_STUCK_CLOSED)
-        | flag(pressing, Condition.CONTACT_TIME)
-        | flag(missed, Condition.CARINA_MISSED)
-        | flag(missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN)
-    )
+    return flag(stuck, Condition.CONTACT_STUCK_CLOSED) | flag(pressing, Condition.CONTACT_TIME)
 
 
 @compiled
-def _judge_suction(limits: Limits, state: GovernorState, seen: Watch) -> int:
-    """Bit mask of what is wrong with valve, pump and line."""
-    durations = seen.durations
+def _judge_suction(limits: Limits, opened: bool, seen: Watch) -> int:
+    """Bit mask of what is wrong with valve, pump and line. opened: what the valve is told."""
     stuck = valve_axis.is_stuck(limits.valve, seen.valve)
-    opened = state.last.valve_open
+    sucking_s = seen.durations.sucking_s
     return (
         vacuum_signature.judge(limits.line, seen.line, seen.parked_closed)
-        | flag(seen.invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
-        | flag(seen.invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
-        | flag(durations.overpressure_s > PERSISTENCE_S, Condition.VACUUM_EXCEEDED)
-        | flag(durations.sucking_s > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
+        | flag(sucking_s > limits.negative_pressure_s, Condition.NEGATIVE_PRESSURE_TIME)
         | flag(stuck and opened, Condition.VALVE_STUCK_CLOSED)
         | flag(stuck and not opened, Condition.VALVE_STUCK_OPEN)
     )
@@ -203,9 +229,12 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
     """Bit mask of all trips, old and new."""
     return (
         state.trips
-        | _judge_head(limits, state, seen)
+        | _judge_readings(seen.invalid)
+        | _judge_durations(seen.durations)
+        | _judge_withdrawal(limits, state, seen.head_mm)
+        | _judge_head(limits, seen)
         | _judge_contact(limits, seen)
-        | _judge_suction(limits, state, seen)
+        | _judge_suction(limits, state.last.valve_open, seen)
         | flag(not _is_possible(proposal), Condition.PROPOSAL_INVALID)
         | flag(seen.durations.inside_s > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
         | flag(seen.late_ticks >= LATE_TICKS, Condition.LATE_TICKS)

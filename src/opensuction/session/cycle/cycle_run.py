@@ -182,7 +182,7 @@ def played(
         requests = NO_REQUESTS
         done += ticks
         watch(progress(table[done - 1]))
-        resting = state.controller.procedure.phase in RESTING
+        resting = state.controller.core.procedure.phase in RESTING
         if resting and active:
             break
         active = active or not resting

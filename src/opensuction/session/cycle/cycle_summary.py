@@ -12,7 +12,7 @@ from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check import ITEMS, ORDER, SENTENCES, CheckItem
+from opensuction.procedure.cycle.check_item import ITEMS, ORDER, SENTENCES, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.safety.alarm.alarm_episode import Episode

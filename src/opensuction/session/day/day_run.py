@@ -130,7 +130,7 @@ class _Diary:
 def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: _Diary) -> LoopState:
     """The loop parked until the schedule is about to act."""
     while True:
-        left_s = until_s - state.controller.upkeep.schedule.since_cycle_s
+        left_s = until_s - state.controller.core.upkeep.schedule.since_cycle_s
         span_s = min(SAMPLE_S, left_s)
         if span_s < idle_time.STEP_S:
             return state
@@ -150,10 +150,10 @@ def _is_worn(prepared: Prepared, state: LoopState) -> bool:
     settings = prepared.loop.controller
     refusal = upkeep.refusal(
         settings.service,
-        state.controller.upkeep,
+        state.controller.core.upkeep,
         Phase.PARKED.value,
         settings.plan.travel_known,
-        state.controller.governor.patient.conditions,
+        state.controller.core.governor.patient.conditions,
     )
     return refusal in WORN
 
@@ -204,7 +204,7 @@ def play(
         cycles.append(done)
         tell(done)
         refusal = None if learning is None else learning.refusal
-        if state.controller.procedure.phase != Phase.PARKED or refusal is not None:
+        if state.controller.core.procedure.phase != Phase.PARKED or refusal is not None:
             break
         if learning is not None and len(cycles) < asked.repeat:
             prepared, state, learning = day_calibration.applied(learning, prepared, state)
@@ -241,7 +241,7 @@ def _cycle(
         outcome=cycle_run.figures(prepared, columns),
         secretion_before_ml=float(np.sum(prepared.start.bedside.secretion_ml)),
         bore_ml=state.machine.bore.mucus_ml,
-        catheter_age_s=state.controller.upkeep.catheter_age_s,
+        catheter_age_s=state.controller.core.upkeep.catheter_age_s,
         catheter_changed=changed,
         gap=None,
     )

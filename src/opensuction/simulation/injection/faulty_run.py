@@ -6,17 +6,22 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.controller.record import Outputs
 from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.simulation import closed_loop, linked_loop
-from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation import closed_loop
+from opensuction.simulation.closed_loop import (
+    COLUMNS,
+    DT_S,
+    Loop,
+    LoopState,
+    Messages,
+    Wiring,
+)
 from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.simulation.linked_loop import Between, Linked
 from opensuction.simulation.trace import Columns
 from opensuction.twin import preset
 from opensuction.twin.fault import link
@@ -29,7 +34,6 @@ from opensuction.twin.fault.fault_row import (
     ReadingEffect,
 )
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.link import LinkState
 from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.machine import Machine
 
@@ -69,39 +73,42 @@ class FaultyRun:
         self._began: dict[int, int] = {}
         """First tick of each phase, as far as the rows have been looked through for good."""
         self._noted = 0
-        self._is_linked = is_linked(injections)
-        self._commands = np.zeros((len(table) if self._is_linked else 0, len(_COMMANDS)))
+        self._messages: Messages | None = None
+        """Of a run whose link is played."""
+        if is_linked(injections):
+            self._messages = closed_loop.messages(machine.read(loop.machine, start.machine))
+        linked_ticks = 0 if self._messages is None else len(table)
+        self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
-        self._linked = Linked(loop, link.healthy(seed), drive_watchdog.of(loop.machine, home_mm))
-        outputs: Outputs = linked_loop.silent(linked_loop.blank(Outputs))
-        self._between = Between(
-            link=LinkState(machine.read(loop.machine, start.machine), outputs.commands),
-            watchdog=drive_watchdog.LISTENING,
-            outputs=outputs,
+        self._loop = loop
+        self._wiring = Wiring(
+            link=link.healthy(seed),
+            watchdog=drive_watchdog.of(loop.machine, home_mm),
         )
-        self._got, self._sent = link.rings(self._between.link)
 
     @property
     def is_abandoned(self) -> bool:
         """Whether the controller has stopped and none will start."""
-        return not self._linked.link.controller_runs and self._restart_tick is None
+        return not self._wiring.link.controller_runs and self._restart_tick is None
 
     @property
     def is_resting(self) -> bool:
         """Whether the machine waits for a person."""
-        runs = self._linked.link.controller_runs
-        return runs and self.state.controller.procedure.phase in RESTING
+        runs = self._wiring.link.controller_runs
+        return runs and self.state.controller.core.procedure.phase in RESTING
 
     @property
     def is_halted(self) -> bool:
         """Whether a reset is what it waits for."""
-        return self.is_resting and self.state.controller.procedure.phase == Phase.HALTED
+        return self.is_resting and self.state.controller.core.procedure.phase == Phase.HALTED
 
     @property
     def alone_s(self) -> float:
         """When the drives' watchdog acted; nan where it did not, or no longer does."""
-        watchdog = self._between.watchdog
+        if self._messages is None:
+            return self._first_alone_s
+        watchdog = closed_loop.drives(self._messages.state)
         if not watchdog.alone:
             return self._first_alone_s
         return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
@@ -112,41 +119,38 @@ class FaultyRun:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
         self._note()
         self._change()
-        most = min(most, link.RING_TICKS) if self._is_linked else most
-        begun, state, between = self.done, self.state, self._between
-        rings = self._got.copy(), self._sent.copy()
+        begun, state, messages = self.done, self.state, self._messages
+        if messages is not None:
+            most = min(most, link.RING_TICKS)
+            messages = Messages(*(rows.copy() for rows in messages))
         due = self._next_due()
         self._play(most if due is None else min(most, due - begun))
         due = self._next_due()
         if due is not None and due < self.done:  # a phase that it waits for began meanwhile
-            self.done, self.state, self._between = begun, state, between
-            self._got, self._sent = rings
+            self.done, self.state, self._messages = begun, state, messages
             self._play(due - begun)
         self.requests = NO_REQUESTS
 
     def _play(self, ticks: int) -> None:
         piece = self.table[self.done : self.done + ticks]
         first = self.state.tick
-        if self._is_linked:
-            self.state, self._between, ran = linked_loop.run(
-                self._linked,
-                self.state,
-                self._between,
-                self.requests,
-                piece,
-                self._got,
-                self._sent,
-            )
-            self._keep_sent(first, ran)
-        else:
-            self.state, ran = closed_loop.run(self._linked.loop, self.state, self.requests, piece)
+        self.state, ran = closed_loop.run_linked(
+            self._loop,
+            self._wiring,
+            self.state,
+            self.requests,
+            piece,
+            self._messages,
+        )
+        if self._messages is not None:
+            self._keep_sent(self._messages, first, ran)
         self.done += ran
 
-    def _keep_sent(self, first: int, ran: int) -> None:
+    def _keep_sent(self, messages: Messages, first: int, ran: int) -> None:
         """Copy what the controller sent from the ring; none sends nothing."""
         kept = self._commands[self.done : self.done + ran]
-        if self._linked.link.controller_runs:
-            kept[:] = self._sent[np.arange(first, first + ran) % link.RING_TICKS]
+        if self._wiring.link.controller_runs:
+            kept[:] = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
         else:
             kept[:] = 0.0
 
@@ -156,7 +160,7 @@ class FaultyRun:
         columns: of the trace, in which they are those that the drives obeyed. A healthy link makes
         no difference.
         """
-        if not self._is_linked:
+        if self._messages is None:
             return columns
         own = {
             f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
@@ -214,14 +218,16 @@ class FaultyRun:
         elif isinstance(row.effect, ReadingEffect):
             readings = machine.read(self._machine, self.state.machine)
             sensor = row.change_reading(strength, readings, self._seed)
-            self._relink(link.with_reading_fault(self._linked.link, sensor))
+            self._relink(link.with_reading_fault(self._wiring.link, sensor))
         elif isinstance(row.effect, LinkEffect):
             onset = FaultOnset(strength, self.done, DT_S)
-            self._relink(row.change_link(self._linked.link, onset))
+            self._relink(row.change_link(self._wiring.link, onset))
             self._after_link_fault(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:
-            kept = self.state.controller.upkeep._replace(catheter_age_s=strength * HOUR_S)
-            self.state = self.state._replace(controller=self.state.controller._replace(upkeep=kept))
+            kept = self.state.controller.core.upkeep._replace(catheter_age_s=strength * HOUR_S)
+            self.state = self.state._replace(
+                controller=controller.with_upkeep(self.state.controller, kept)
+            )
         else:
             raise InputError(
                 f"fault '{fault.title}' is one of the set-up: it is injected before the cycle is "
@@ -229,7 +235,7 @@ class FaultyRun:
             )
 
     def _after_link_fault(self, fault: Fault, strength: float) -> None:
-        if not self._linked.link.controller_runs:
+        if not self._wiring.link.controller_runs:
             self.stopped_tick = self.done
         if fault == Fault.CONTROLLER_STOPPED:
             self._restart_tick = self.done + round(strength / DT_S)
@@ -239,26 +245,27 @@ class FaultyRun:
 
     @property
     def _machine(self) -> Machine:
-        return self._linked.loop.machine
+        return self._loop.machine
 
     def _swap(self, faulty: Machine) -> None:
-        self._linked = self._linked._replace(loop=self._linked.loop._replace(machine=faulty))
+        self._loop = self._loop._replace(machine=faulty)
 
     def _relink(self, faulty: link.Link) -> None:
-        self._linked = self._linked._replace(link=faulty)
+        self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
         """A new controller starts: it knows what its encoder reads and how old the catheter is."""
         self._first_alone_s = self.alone_s
         readings = link.sense(
-            self._linked.link, machine.read(self._machine, self.state.machine), self.done
+            self._wiring.link, machine.read(self._machine, self.state.machine), self.done
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")
-        age_s = self.state.controller.upkeep.catheter_age_s + self._restart_gap_s
-        settings = self._linked.loop.controller
+        age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
+        settings = self._loop.controller
         self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
-        self._between = self._between._replace(watchdog=drive_watchdog.LISTENING)
-        self._relink(self._linked.link._replace(controller_runs=True))
+        if self._messages is not None:
+            closed_loop.release_drives(self._messages.state)
+        self._relink(self._wiring.link._replace(controller_runs=True))
         self._restart_tick = None
 
     @property

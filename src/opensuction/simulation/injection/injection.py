@@ -15,7 +15,7 @@ import numpy.typing as npt
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import RESET
-from opensuction.procedure.cycle.check import CheckItem
+from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety import condition_mask
@@ -238,7 +238,7 @@ def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | Non
     signs = [seen]
     if going.alone_s >= at_s:
         signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
-    refusal = going.state.controller.upkeep.refusal
+    refusal = going.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE:
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]

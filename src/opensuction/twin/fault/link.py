@@ -104,19 +104,13 @@ def sense(link: Link, true: Readings, tick: int) -> Readings:
 @compiled
 def _invalidate(readings: Readings) -> Readings:
     """The same readings as a lost message leaves them: not valid."""
-    return Readings(
-        head_mm=readings.head_mm,
+    # The monitor has a link of its own.
+    return readings._replace(
         head_valid=False,
-        carriage_mm=readings.carriage_mm,
         carriage_valid=False,
-        cam_rad=readings.cam_rad,
         cam_valid=False,
-        line_vacuum_mmhg=readings.line_vacuum_mmhg,
         vacuum_valid=False,
-        contact_closed=readings.contact_closed,
         contact_valid=False,
-        insertion_current_a=readings.insertion_current_a,
-        monitor=readings.monitor,  # it has a link of its own
     )
 
 

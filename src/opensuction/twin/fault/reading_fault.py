@@ -117,7 +117,7 @@ def _is_valid(fault: ReadingFault, channel: int, valid: bool) -> bool:
 @compiled
 def apply(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
     """What the sensors report in a tick, one of them at fault."""
-    return Readings(
+    return readings._replace(
         head_mm=distort(fault, Channel.HEAD, readings.head_mm, tick),
         head_valid=_is_valid(fault, Channel.HEAD, readings.head_valid),
         carriage_mm=distort(fault, Channel.CARRIAGE, readings.carriage_mm, tick),
@@ -126,8 +126,6 @@ def apply(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
         cam_valid=_is_valid(fault, Channel.CAM, readings.cam_valid),
         line_vacuum_mmhg=distort(fault, Channel.VACUUM, readings.line_vacuum_mmhg, tick),
         vacuum_valid=_is_valid(fault, Channel.VACUUM, readings.vacuum_valid),
-        contact_closed=readings.contact_closed,
         contact_valid=_is_valid(fault, Channel.CONTACT, readings.contact_valid),
         insertion_current_a=distort(fault, Channel.CURRENT, readings.insertion_current_a, tick),
-        monitor=readings.monitor,
     )

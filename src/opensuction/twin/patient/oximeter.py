@@ -63,13 +63,7 @@ def step(oximeter: Oximeter, state: OximeterState, saturation: float, dt_s: floa
     sum_s = state.sum_s + saturation * dt_s
     elapsed_s = state.elapsed_s + dt_s
     if elapsed_s < SAMPLE_S - 0.5 * dt_s:
-        return OximeterState(
-            history=state.history,
-            latest=state.latest,
-            sum_s=sum_s,
-            elapsed_s=elapsed_s,
-            shown_percent=state.shown_percent,
-        )
+        return state._replace(sum_s=sum_s, elapsed_s=elapsed_s)
     history = state.history.copy()
     latest = (state.latest + 1) % MEMORY
     history[latest] = sum_s / elapsed_s

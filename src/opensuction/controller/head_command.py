@@ -1,0 +1,106 @@
+"""The commanded head position, and what the procedure learns of it."""
+
+from opensuction.control import compensation
+from opensuction.control.compensation import Branches
+from opensuction.control.exact_inverse import HeadState
+from opensuction.controller.record import CoreState, Settings
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings, is_number
+from opensuction.procedure.cycle.demand import Demand
+from opensuction.procedure.cycle.progress import ControlFeedback
+
+
+@compiled
+def _head_mm(known_mm: float, readings: Readings) -> float:
+    """Head as it is read in this tick; the last that was known where it is not."""
+    if readings.head_valid and is_number(readings.head_mm):
+        return readings.head_mm
+    return known_mm
+
+
+@compiled
+def _home(
+    settings: Settings, let_through: HeadState, demand: Demand, phase: int, dt_s: float
+) -> HeadState:
+    """Head on its way to its park position, or to the jog of the pre-use test."""
+    home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
+    speed = settings.plan.motion.abort_mm_per_s
+    if phase == Phase.TEACHING:
+        speed = settings.plan.teaching.home_mm_per_s
+    sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
+    if phase == Phase.CHECKING:
+        # The jog stays within the gap: it moves no tip, though the model has none so sharp.
+        return compensation.after_retract(
+            settings.compensation, settings.parked, sent.head_mm, sent.head_mm_per_s
+        )
+    return sent
+
+
+@compiled
+def step(
+    settings: Settings,
+    heads_mm: Branches | None,
+    head: HeadState,
+    origin: HeadState,
+    let_through_mm: float,
+    demand: Demand,
+    phase: int,
+    dt_s: float,
+) -> HeadState:
+    """Head as the cycle wants it: home, kept where it is, or on its way from ``origin`` to the tip.
+
+    head: as the last tick commanded it. let_through_mm: what the governor let through of that.
+    """
+    by_hand = not demand.insertion_on
+    if phase == Phase.HALTED or by_hand:
+        return compensation.relocate(head, let_through_mm, 0.0)
+    if demand.homing:
+        # From what was let through: the compensation may be far ahead of what the head can do.
+        let_through = compensation.relocate(head, let_through_mm, head.head_mm_per_s)
+        return _home(settings, let_through, demand, phase, dt_s)
+    return compensation.step(
+        settings.compensation,
+        heads_mm,
+        origin,
+        demand.reference_mm,
+        demand.reference_mm_per_s,
+        demand.direction,
+        demand.starts_in_s,
+        dt_s,
+    )
+
+
+@compiled
+def feedback(
+    settings: Settings,
+    heads_mm: Branches | None,
+    state: CoreState,
+    head: HeadState,
+    readings: Readings,
+    touched: bool,
+    confirm: bool,
+) -> tuple[HeadState, ControlFeedback]:
+    """What the procedure learns of the rest, and the head as it is commanded from where it touched.
+
+    touched: the tip has met something on its way in. confirm: a person says where the tip is.
+    """
+    here, contact_tip_mm, tip_mm = head, 0.0, 0.0
+    if touched or confirm:
+        head_mm = _head_mm(state.governor.watch.head_mm, readings)
+        tip_mm = compensation.loading_tip_mm(
+            settings.compensation, settings.parked.head_mm, head_mm
+        )
+        if touched:
+            here, contact_tip_mm = compensation.at_contact(
+                settings.compensation, heads_mm, head, head_mm
+            )
+    learned = ControlFeedback(
+        head_wanted_mm=head.head_mm,
+        head_wanted_mm_per_s=head.head_mm_per_s,
+        tripped=state.tripped,
+        powerless=state.powerless,
+        contact_tip_mm=contact_tip_mm,
+        tip_mm=tip_mm,
+    )
+    return here, learned

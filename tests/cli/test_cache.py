@@ -1,0 +1,36 @@
+"""``opensuction cache``: where the compiled core is, how much of it, and away with it."""
+
+import json
+from pathlib import Path
+
+from tests.cli.command import opensuction_process
+
+OLD = "0123456789abcdef"
+"""A folder named as those of an earlier version are."""
+
+
+def test_the_cache_is_shown_cleared_and_used_again(tmp_path: Path) -> None:
+    root = tmp_path / "kept here"
+    (root / OLD / "inner").mkdir(parents=True)
+    (root / OLD / "inner" / "loop.nbc").write_bytes(bytes(2_000_000))
+    (root / "mine").mkdir()
+    (root / "mine" / "notes.txt").write_text("not machine code")
+    environment = {"OPENSUCTION_CACHE_DIR": str(root)}
+
+    def ran(*options: str) -> str:
+        done = opensuction_process("cache", *options, cwd=tmp_path, environment=environment)
+        assert (done.returncode, done.stderr) == (0, "")
+        return done.stdout
+
+    shown = json.loads(ran("--json"))
+    assert (shown["folder"], shown["size_bytes"], shown["cleared"]) == (str(root), 2_000_000, False)
+    assert [version["is_current"] for version in shown["versions"]].count(True) == 1
+    words = " ".join(ran().split())
+    assert f"Compiled core: {root}" in words
+    assert f"{OLD} 2.0 MB" in words
+    assert "OPENSUCTION_CACHE_DIR=DIR" in words
+    assert "Removed 2.0 MB" in ran("--clear")
+    assert not (root / OLD).exists()
+    assert (root / "mine" / "notes.txt").read_text() == "not machine code"
+    after = json.loads(ran("--clear", "--json"))
+    assert (after["size_bytes"], after["cleared"]) == (0, True)

@@ -1,0 +1,70 @@
+"""What is told while a person waits: what is compiled, how far it is, how long it took."""
+
+import threading
+from typing import Any
+
+import pytest
+
+from opensuction.cli import progress
+from opensuction.cli.progress import Progress
+from opensuction.kernel import compilation
+from opensuction.kernel.compilation import Compilation, Stage
+
+
+class Compiler:
+    """Tells of a compilation as the kernel does, until it may go on."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.hear: Any = None
+        self.told = threading.Event()
+        monkeypatch.setattr(compilation, "listen", self.listen)
+
+    def listen(self, listener: Any) -> None:
+        self.hear = listener or self.hear
+
+    def work(self) -> str:
+        self.hear(Compilation("a.root", Stage.BEGUN, 0))
+        self.hear(Compilation("a.root", Stage.TRANSLATED, 41))
+        assert self.told.wait(20.0)
+        self.hear(Compilation("a.root", Stage.OPTIMISING, 41))
+        self.hear(Compilation("a.root", Stage.FINISHED, 42))
+        return "done"
+
+
+@pytest.fixture
+def compiler(monkeypatch: pytest.MonkeyPatch) -> Compiler:
+    monkeypatch.setattr(progress, "SHORT_S", 0.0)
+    monkeypatch.setattr(progress, "NEWS_S", 0.01)
+    return Compiler(monkeypatch)
+
+
+def test_a_compilation_is_told_with_how_far_it_is(
+    compiler: Compiler, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def tell(self: Progress, line: str) -> None:
+        original(self, line)
+        if "functions" in line:
+            compiler.told.set()
+
+    original = Progress.tell
+    monkeypatch.setattr(Progress, "tell", tell)
+    assert Progress().wait(compiler.work, "Preparing") == "done"
+    said = capsys.readouterr()
+    assert said.out == ""
+    lines = said.err.splitlines()
+    assert lines[0] == "Compiling the control core: once for this version, up to a minute"
+    assert lines[1] == "Compiling: translating, 41 functions, 0 s"
+    assert lines[-1] == "Compiled in 0 s, and kept for the next time"
+
+
+def test_what_compiles_nothing_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert Progress().wait(lambda: 42, "Preparing") == 42
+    assert capsys.readouterr() == ("", "")
+
+
+def test_what_the_work_raises_is_raised_here() -> None:
+    def work() -> None:
+        raise ValueError("as it is")
+
+    with pytest.raises(ValueError, match="as it is"):
+        Progress().wait(work)
