@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from opensuction.report import html
 from opensuction.report.identification import identification_series, identification_words
-from opensuction.report.identification.identification_series import Curves
+from opensuction.report.identification.identification_series import FittedCurves
 from opensuction.report.summary import Summary, flattened, number, text, value
 
 SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
@@ -64,7 +64,7 @@ def _tables(summary: Summary) -> dict[str, list[tuple[str, Any]]]:
     }
 
 
-def render(summary: Summary, curves: Curves) -> str:
+def render(summary: Summary, curves: FittedCurves) -> str:
     """The report of ``identify`` or ``compare`` as a self-contained HTML page.
 
     summary: the JSON object of the command. curves: the samples that were used and what each

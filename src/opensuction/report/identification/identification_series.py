@@ -27,7 +27,7 @@ DIGITS = 4
 """Digits of a value that a plot can show, the first counted at the range of its quantity."""
 
 
-class Curves(NamedTuple):
+class FittedCurves(NamedTuple):
     """A recording and what each model makes of it, arrays of shape (samples,)."""
 
     time_s: Array | None
@@ -71,7 +71,7 @@ def _rounded(values: Array, rows: npt.NDArray[np.int64], decimals: int) -> list[
     return listed(values[rows], decimals)
 
 
-def _loop(curves: Curves, decimals: tuple[int, int]) -> dict[str, Any]:
+def _loop(curves: FittedCurves, decimals: tuple[int, int]) -> dict[str, Any]:
     """Rows of the loop plot: consecutive in time, so that its lines are motions."""
     end = loop_end(curves.driven)
     shown = [curves.driven[:end], curves.answer[:end]]
@@ -89,7 +89,7 @@ def _loop(curves: Curves, decimals: tuple[int, int]) -> dict[str, Any]:
     }
 
 
-def _autocorrelation(curves: Curves) -> dict[str, Any]:
+def _autocorrelation(curves: FittedCurves) -> dict[str, Any]:
     """Autocorrelation by lag, in seconds where the samples are evenly spaced in time."""
     most = max((values.size for values in curves.autocorrelation.values()), default=0)
     most = min(most, LAGS)
@@ -109,7 +109,7 @@ def _autocorrelation(curves: Curves) -> dict[str, Any]:
     }
 
 
-def plots(curves: Curves) -> dict[str, Any]:
+def plots(curves: FittedCurves) -> dict[str, Any]:
     """What the page's script draws, ready for JSON."""
     size = curves.answer.size
     time = np.arange(size, dtype=np.float64) if curves.time_s is None else curves.time_s

@@ -22,7 +22,7 @@ MOST_PLAIN = 1e7
 """Numbers with more decimals, or larger ones, are written with an exponent."""
 
 
-class Row(NamedTuple):
+class ParameterRow(NamedTuple):
     """A parameter in the table: value and interval in as many digits as the interval supports."""
 
     name: str
@@ -157,7 +157,7 @@ def figures(summary: Summary) -> list[Figure]:
     return shown
 
 
-def parameters(model: Summary) -> list[Row]:
+def parameters(model: Summary) -> list[ParameterRow]:
     """Parameters of a model as rows of a table."""
     entries = value(model, "parameters")
     shown = []
@@ -165,7 +165,7 @@ def parameters(model: Summary) -> list[Row]:
         at, ends = number(entry, "value"), value(entry, "ci95")
         decimals = _decimals(ends)
         shown.append(
-            Row(
+            ParameterRow(
                 name=name,
                 value="-" if at is None else _written(at, decimals),
                 unit=text(entry, "unit") or "",
