@@ -112,7 +112,7 @@ def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:
     assert rows[1]["gap"]["used_scale"] == rows[0]["gap"]["next_scale"]
     assert {row["gap"]["least_scale"] for row in rows} == {TRUSTED.least}
     (section,) = day_page.gap_sections(rows)
-    drawn = sheet.plotted(section.plots[0])
+    drawn = sheet.to_plain(section.plots[0])
     bounds = {curve["label"]: set(curve["y"]) for curve in drawn["curves"]}
     # The same in every cycle; a page rounds what it draws.
     assert [*bounds["least"], *bounds["most"]] == pytest.approx([TRUSTED.least, TRUSTED.most])

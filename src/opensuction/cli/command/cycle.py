@@ -182,7 +182,7 @@ def _sound(data: Json) -> dict[str, bytes]:
     if not data["alarms"]:
         return {}
     loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
-    return {SOUND: alarm_sound.encoded(loudest)}
+    return {SOUND: alarm_sound.encode(loudest)}
 
 
 def _summarise(console: "Console", data: Json, files: list[Path]) -> None:

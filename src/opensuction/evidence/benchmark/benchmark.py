@@ -213,7 +213,7 @@ def run(
     return Benchmark(seeds, results)
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     """To a tenth of a micrometre: further digits are the arithmetic of one processor."""
     return round(value, 4)
 
@@ -227,10 +227,10 @@ def figures(result: BenchmarkResult) -> dict[str, Any]:
         "plant": result.plant,
         "compensation": result.compensation,
         "seeds": len(result.runs),
-        "rmse_mm": _rounded(float(np.mean(rmse))) if rmse else None,
-        "rmse_worst_mm": _rounded(max(rmse)) if rmse else None,
-        "peak_mm": _rounded(max(peaks)) if peaks else None,
-        "head_mm_per_s": _rounded(max(speeds)) if speeds else None,
+        "rmse_mm": _round(float(np.mean(rmse))) if rmse else None,
+        "rmse_worst_mm": _round(max(rmse)) if rmse else None,
+        "peak_mm": _round(max(peaks)) if peaks else None,
+        "head_mm_per_s": _round(max(speeds)) if speeds else None,
         "completed": sum(run.completed for run in result.runs),
         "trips": sum(run.trips for run in result.runs),
         "refused": result.refused or None,
@@ -243,7 +243,7 @@ def _first_seed_rmse_mm(found: Benchmark) -> dict[str, dict[str, float]]:
     for result in found.results:
         if result.runs:
             rmse = float(np.sqrt(np.mean(np.square(result.runs[0].error_mm))))
-            first.setdefault(result.plant, {})[result.compensation] = _rounded(rmse)
+            first.setdefault(result.plant, {})[result.compensation] = _round(rmse)
     return first
 
 

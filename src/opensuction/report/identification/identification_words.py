@@ -7,7 +7,7 @@ the object of ``identify`` itself.
 import math
 from typing import Any, NamedTuple
 
-from opensuction.report.figures import Figure, Verdict
+from opensuction.report.figures import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value
 
 DISCLAIMER = (
@@ -143,16 +143,16 @@ def figures(summary: Summary) -> list[Figure]:
         ),
     ]
     shown = [
-        Figure(name, percent(known), limit, Verdict.NEUTRAL, "")
+        Figure(name, percent(known), limit, FigureVerdict.NEUTRAL, "")
         for name, known, limit in listed
         if known is not None
     ]
     posed = value(found, "well_posed")
     if posed is not None:
         shown.append(
-            Figure("Continuous inverse", "yes", "", Verdict.GOOD, "")
+            Figure("Continuous inverse", "yes", "", FigureVerdict.GOOD, "")
             if posed
-            else Figure("Continuous inverse", "no", "", Verdict.NOTICE, "reversals are gaps")
+            else Figure("Continuous inverse", "no", "", FigureVerdict.NOTICE, "reversals are gaps")
         )
     return shown
 
