@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.identification.identification_series import Curves
+from opensuction.report.identification.identification_series import FittedCurves
 
 SAMPLES = 4000
 FITTED = 2800
@@ -14,7 +14,9 @@ MODELS = ("modified-dahl", "prandtl-ishlinskii", "bouc-wen")
 Array = npt.NDArray[np.float64]
 
 
-def curves(models: tuple[str, ...] = MODELS, samples: int = SAMPLES, timed: bool = True) -> Curves:
+def curves(
+    models: tuple[str, ...] = MODELS, samples: int = SAMPLES, timed: bool = True
+) -> FittedCurves:
     """Four cycles of a loop; each model misses it in a way of its own."""
     phase = np.linspace(0.0, 8.0 * np.pi, samples)
     driven = 50.0 - 50.0 * np.cos(phase)
@@ -24,7 +26,7 @@ def curves(models: tuple[str, ...] = MODELS, samples: int = SAMPLES, timed: bool
         for place, name in enumerate(models)
     }
     lags = np.arange(200.0)
-    return Curves(
+    return FittedCurves(
         time_s=0.01 * np.arange(samples, dtype=np.float64) if timed else None,
         driven=driven,
         answer=answer,

@@ -2,7 +2,7 @@ from typing import Any
 
 import pytest
 
-from opensuction.report.figures import Figure, Verdict, figures
+from opensuction.report.figures import Figure, FigureVerdict, figures
 from tests.report import example
 
 
@@ -12,10 +12,15 @@ def _figure(summary: dict[str, Any], name: str) -> Figure:
 
 @pytest.mark.parametrize(
     ("lasted_s", "verdict"),
-    [(12.0, Verdict.GOOD), (15.0, Verdict.GOOD), (20.4, Verdict.NOTICE), (24.1, Verdict.BAD)],
+    [
+        (12.0, FigureVerdict.GOOD),
+        (15.0, FigureVerdict.GOOD),
+        (20.4, FigureVerdict.NOTICE),
+        (24.1, FigureVerdict.BAD),
+    ],
 )
 def test_suction_time_is_held_against_guideline_and_protocol(
-    lasted_s: float, verdict: Verdict
+    lasted_s: float, verdict: FigureVerdict
 ) -> None:
     timing = example.summary()["timing"] | {"negative_pressure_s": lasted_s}
     figure = _figure(example.summary(timing=timing), "Time under negative pressure")
@@ -24,9 +29,12 @@ def test_suction_time_is_held_against_guideline_and_protocol(
 
 
 @pytest.mark.parametrize(
-    ("deepest_mm", "verdict"), [(95.0, Verdict.GOOD), (95.01, Verdict.BAD), (None, Verdict.ABSENT)]
+    ("deepest_mm", "verdict"),
+    [(95.0, FigureVerdict.GOOD), (95.01, FigureVerdict.BAD), (None, FigureVerdict.ABSENT)],
 )
-def test_deepest_tip_is_held_against_the_cap(deepest_mm: float | None, verdict: Verdict) -> None:
+def test_deepest_tip_is_held_against_the_cap(
+    deepest_mm: float | None, verdict: FigureVerdict
+) -> None:
     tip = example.summary()["tip"] | {"deepest_mm": deepest_mm}
     assert _figure(example.summary(tip=tip), "Deepest tip position").verdict is verdict
 
@@ -34,18 +42,18 @@ def test_deepest_tip_is_held_against_the_cap(deepest_mm: float | None, verdict: 
 def test_a_verdict_that_needs_a_look_is_also_in_words() -> None:
     tip = example.summary()["tip"] | {"stop_error_mm": -20.0, "deepest_mm": 99.0}
     for figure in figures(example.summary(tip=tip)):
-        if figure.verdict in (Verdict.GOOD, Verdict.NOTICE, Verdict.BAD):
+        if figure.verdict in (FigureVerdict.GOOD, FigureVerdict.NOTICE, FigureVerdict.BAD):
             assert figure.remark
 
 
 def test_what_was_not_simulated_is_no_number() -> None:
     figure = _figure(example.summary(), "Lowest oxygen saturation")
     assert figure.value == "not simulated"
-    assert figure.verdict is Verdict.ABSENT
+    assert figure.verdict is FigureVerdict.ABSENT
 
 
 def test_summary_without_anything_has_only_absent_figures() -> None:
-    assert {figure.verdict for figure in figures({})} == {Verdict.ABSENT}
+    assert {figure.verdict for figure in figures({})} == {FigureVerdict.ABSENT}
 
 
 @pytest.mark.parametrize(
@@ -58,19 +66,20 @@ def test_summary_without_anything_has_only_absent_figures() -> None:
 )
 def test_what_suction_did_to_the_patient_is_a_key_figure(name: str, value: str) -> None:
     figure = _figure(example.on_patient(), name)
-    assert (figure.value, figure.verdict) == (value, Verdict.NEUTRAL)
+    assert (figure.value, figure.verdict) == (value, FigureVerdict.NEUTRAL)
 
 
 def test_touching_the_carina_needs_a_look_only_where_it_was_not_wanted() -> None:
     wanted = _figure(example.on_patient(), "Force on the carina")
     unwanted = _figure(example.on_patient(approach="travel"), "Force on the carina")
-    assert (wanted.verdict, unwanted.verdict) == (Verdict.NEUTRAL, Verdict.NOTICE)
+    assert (wanted.verdict, unwanted.verdict) == (FigureVerdict.NEUTRAL, FigureVerdict.NOTICE)
 
 
 @pytest.mark.parametrize(
-    ("error_mm", "verdict"), [(0.4, Verdict.GOOD), (10.5, Verdict.BAD), (-10.5, Verdict.NOTICE)]
+    ("error_mm", "verdict"),
+    [(0.4, FigureVerdict.GOOD), (10.5, FigureVerdict.BAD), (-10.5, FigureVerdict.NOTICE)],
 )
-def test_suction_on_the_carina_is_no_good_stop(error_mm: float, verdict: Verdict) -> None:
+def test_suction_on_the_carina_is_no_good_stop(error_mm: float, verdict: FigureVerdict) -> None:
     tip = example.on_patient()["tip"] | {"stop_error_mm": error_mm}
     figure = _figure(example.on_patient(tip=tip), "Stopping error")
     assert figure.verdict is verdict

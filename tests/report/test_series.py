@@ -17,7 +17,7 @@ from tests.report import example
 def test_thinning_keeps_the_extremes_and_both_ends(
     values: np.ndarray[tuple[int], np.dtype[np.float64]], buckets: int
 ) -> None:
-    kept = series.kept_rows([values], [], buckets)
+    kept = series.keep_rows([values], [], buckets)
     assert np.all(np.diff(kept) > 0)
     assert kept[0] == 0
     assert kept[-1] == values.size - 1

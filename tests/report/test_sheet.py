@@ -45,7 +45,7 @@ def test_extremes_and_ends_of_every_curve_survive_thinning() -> None:
     spiked[33_333] = 7.0
     spiked[12_345] = -5.0
     plot = Plot("", "", "", (Curve("a", spiked), Curve("b", np.cos(x))), x)
-    data = sheet.plotted(plot)
+    data = sheet.to_plain(plot)
     assert len(data["x"]) < 3000
     assert data["x"][0] == 0.0
     assert data["x"][-1] == 10.0
@@ -56,19 +56,21 @@ def test_extremes_and_ends_of_every_curve_survive_thinning() -> None:
 def test_a_loop_keeps_its_own_abscissa() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 5001)
     plot = Plot("", "", "", (Curve("loop", np.sin(angle), x=np.cos(angle)),))
-    curve = sheet.plotted(plot)["curves"][0]
+    curve = sheet.to_plain(plot)["curves"][0]
     assert np.hypot(curve["x"], curve["y"]) == pytest.approx(1.0, abs=1e-3)
     assert min(curve["x"]) == pytest.approx(-1.0, abs=1e-3)
 
 
 def test_a_curve_without_abscissa_is_a_mistake_of_the_caller() -> None:
     with pytest.raises(ValueError, match="curve 'lost' of 'here' has no abscissa"):
-        sheet.plotted(Plot("here", "", "", (Curve("lost", np.zeros(3)),)))
+        sheet.to_plain(Plot("here", "", "", (Curve("lost", np.zeros(3)),)))
 
 
 def test_missing_values_are_null_and_the_rest_is_exact_to_the_eye() -> None:
     y = np.array([0.123456789, np.nan, 2.0, np.inf])
-    data = sheet.plotted(Plot("", "", "", (Curve("", y),), np.arange(4.0), levels=(Level(1, "l"),)))
+    data = sheet.to_plain(
+        Plot("", "", "", (Curve("", y),), np.arange(4.0), levels=(Level(1, "l"),))
+    )
     assert data["curves"][0]["y"] == [0.1235, None, 2.0, None]
     assert data["levels"] == [{"value": 1, "name": "l"}]
 

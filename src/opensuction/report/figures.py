@@ -7,7 +7,7 @@ from opensuction.report.summary import Summary, number, text
 from opensuction.report.wording import quantity
 
 
-class Verdict(Enum):
+class FigureVerdict(Enum):
     """How a figure stands against its limit."""
 
     GOOD = "good"
@@ -19,7 +19,7 @@ class Verdict(Enum):
     ABSENT = "absent"
 
 
-ATTENTION = (Verdict.NOTICE, Verdict.BAD)
+ATTENTION = (FigureVerdict.NOTICE, FigureVerdict.BAD)
 """Verdicts that a person should look at."""
 
 
@@ -30,20 +30,20 @@ class Figure(NamedTuple):
     value: str
     limit: str
     """What it is held against, or what else there is to say; may be empty."""
-    verdict: Verdict
+    verdict: FigureVerdict
     remark: str
     """The verdict in words; may be empty."""
 
 
-def _against(value: float | None, limit: float | None, words: str) -> tuple[Verdict, str]:
+def _against(value: float | None, limit: float | None, words: str) -> tuple[FigureVerdict, str]:
     """Verdict on a value that shall not exceed a limit; ``words`` names the limit."""
     if value is None:
-        return Verdict.ABSENT, ""
+        return FigureVerdict.ABSENT, ""
     if limit is None:
-        return Verdict.NEUTRAL, ""
+        return FigureVerdict.NEUTRAL, ""
     if value > limit:
-        return Verdict.BAD, f"over the {words}"
-    return Verdict.GOOD, f"within the {words}"
+        return FigureVerdict.BAD, f"over the {words}"
+    return FigureVerdict.GOOD, f"within the {words}"
 
 
 def deepest_tip(summary: Summary) -> Figure:
@@ -65,19 +65,19 @@ def stop_error(summary: Summary) -> Figure:
     name, shown = "Stopping error", quantity(error, "mm", signed=True)
     limit = "" if target is None else f"target {quantity(target, 'mm')}"
     if error is None:
-        return Figure(name, shown, limit, Verdict.ABSENT, "")
+        return Figure(name, shown, limit, FigureVerdict.ABSENT, "")
     if target is None or cap is None:
-        return Figure(name, shown, limit, Verdict.NEUTRAL, "")
+        return Figure(name, shown, limit, FigureVerdict.NEUTRAL, "")
     tolerance, whose = cap - target, "cap"
     carina = number(summary, "anatomy", "carina_mm")
     if text(summary, "approach") == "contact" and carina is not None and carina > target:
         tolerance, whose = carina - target, "carina"
     limit += f", margin to the {whose} {quantity(tolerance, 'mm')}"
     if error < -tolerance:
-        return Figure(name, shown, limit, Verdict.NOTICE, "short of the target")
+        return Figure(name, shown, limit, FigureVerdict.NOTICE, "short of the target")
     if error > tolerance:
-        return Figure(name, shown, limit, Verdict.BAD, "beyond the target")
-    return Figure(name, shown, limit, Verdict.GOOD, "at the target")
+        return Figure(name, shown, limit, FigureVerdict.BAD, "beyond the target")
+    return Figure(name, shown, limit, FigureVerdict.GOOD, "at the target")
 
 
 def negative_pressure(summary: Summary) -> Figure:
@@ -87,8 +87,8 @@ def negative_pressure(summary: Summary) -> Figure:
     guideline = number(summary, "timing", "guideline_s")
     verdict, remark = _against(lasted, budget, "protocol's limit")
     beyond = lasted is not None and guideline is not None and lasted > guideline
-    if beyond and verdict is not Verdict.BAD:
-        verdict, remark = Verdict.NOTICE, "over the guideline"
+    if beyond and verdict is not FigureVerdict.BAD:
+        verdict, remark = FigureVerdict.NOTICE, "over the guideline"
     limits = [] if budget is None else [f"limit {quantity(budget, 's')}"]
     limits += [] if guideline is None else [f"guideline {quantity(guideline, 's')}"]
     return Figure(
@@ -120,7 +120,7 @@ def secretion(summary: Summary) -> Figure:
     removed = number(summary, "secretion", "removed_ml")
     percent = number(summary, "secretion", "removed_percent")
     limit = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
-    verdict = Verdict.ABSENT if removed is None else Verdict.NEUTRAL
+    verdict = FigureVerdict.ABSENT if removed is None else FigureVerdict.NEUTRAL
     return Figure("Secretions removed", quantity(removed, "mL"), limit, verdict, "")
 
 
@@ -129,13 +129,13 @@ def carina_force(summary: Summary) -> Figure:
     force = number(summary, "carina_force_peak_n")
     name, shown = "Force on the carina", quantity(force, "N", 2)
     if force is None:
-        return Figure(name, shown, "", Verdict.ABSENT, "")
+        return Figure(name, shown, "", FigureVerdict.ABSENT, "")
     bound = number(summary, "carina_force_limit_n")
     limit = "" if bound is None else f"limit {quantity(bound, 'N', 2)}"
     if force == 0.0:
-        return Figure(name, shown, limit, Verdict.GOOD, "no contact")
+        return Figure(name, shown, limit, FigureVerdict.GOOD, "no contact")
     if text(summary, "approach") == "travel":
-        return Figure(name, shown, limit, Verdict.NOTICE, "contact, and none was wanted")
+        return Figure(name, shown, limit, FigureVerdict.NOTICE, "contact, and none was wanted")
     verdict, remark = _against(force, bound, "limit")
     return Figure(name, shown, limit, verdict, remark or "contact, as wanted")
 
@@ -144,7 +144,7 @@ def tracking(summary: Summary) -> Figure:
     """How closely the tip followed the desired position."""
     rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
     limit = "" if peak is None else f"largest {quantity(peak, 'mm', 2)}"
-    verdict = Verdict.ABSENT if rmse is None else Verdict.NEUTRAL
+    verdict = FigureVerdict.ABSENT if rmse is None else FigureVerdict.NEUTRAL
     return Figure("Tracking error (RMS)", quantity(rmse, "mm", 2), limit, verdict, "")
 
 
@@ -152,9 +152,9 @@ DECIMALS = {"s": 1, "%": 1, "cmH2O": 1, "mL": 0}
 """Decimals of the figures that have no limit, by unit."""
 
 
-def _unlimited(summary: Summary, name: str, unit: str, *path: str) -> Figure:
+def _without_limit(summary: Summary, name: str, unit: str, *path: str) -> Figure:
     value = number(summary, *path)
-    verdict = Verdict.ABSENT if value is None else Verdict.NEUTRAL
+    verdict = FigureVerdict.ABSENT if value is None else FigureVerdict.NEUTRAL
     return Figure(name, quantity(value, unit, DECIMALS[unit]), "", verdict, "")
 
 
@@ -165,12 +165,12 @@ def figures(summary: Summary) -> list[Figure]:
         negative_pressure(summary),
         in_airway(summary),
         peak_vacuum(summary),
-        _unlimited(summary, "Lowest oxygen saturation", "%", "spo2_nadir_percent"),
-        _unlimited(summary, "Lung volume lost", "mL", "lung_volume_loss_ml"),
-        _unlimited(summary, "Lowest airway pressure", "cmH2O", "airway_pressure_least_cmh2o"),
+        _without_limit(summary, "Lowest oxygen saturation", "%", "spo2_nadir_percent"),
+        _without_limit(summary, "Lung volume lost", "mL", "lung_volume_loss_ml"),
+        _without_limit(summary, "Lowest airway pressure", "cmH2O", "airway_pressure_least_cmh2o"),
         secretion(summary),
         carina_force(summary),
         stop_error(summary),
         tracking(summary),
-        _unlimited(summary, "Whole cycle", "s", "timing", "cycle_s"),
+        _without_limit(summary, "Whole cycle", "s", "timing", "cycle_s"),
     ]

@@ -26,7 +26,7 @@ def _environment() -> jinja2.Environment:
     )
     environment.filters["event"] = narrative.event
     environment.filters["alarm_span"] = narrative.alarm_span
-    environment.filters["capitalised"] = wording.capitalised
+    environment.filters["capitalise"] = wording.capitalise
     environment.filters["plain"] = wording.plain
     environment.filters["quantity"] = wording.quantity
     return environment

@@ -1,8 +1,8 @@
 """What happened in a cycle, in a few plain sentences for a person at the bedside."""
 
 from opensuction.report import figures
-from opensuction.report.figures import Verdict
-from opensuction.report.summary import Summary, completed, number, rows, text, value
+from opensuction.report.figures import FigureVerdict
+from opensuction.report.summary import Summary, is_completed, number, rows, text, value
 from opensuction.report.wording import quantity
 
 ON_REQUEST = "a person asked for it, no safety limit tripped"
@@ -52,7 +52,7 @@ def aborted_at_s(summary: Summary) -> float | None:
 
 def outcome(summary: Summary) -> str:
     """Outcome in a word or two: ``Completed``, ``Aborted at 17.0 s``."""
-    if completed(summary):
+    if is_completed(summary):
         return "Completed"
     name = (text(summary, "outcome") or "unknown outcome").capitalize()
     start = aborted_at_s(summary)
@@ -63,7 +63,7 @@ def lead(summary: Summary) -> str:
     """The one line under the outcome: why it ended early, or which figures need a look."""
     names = [f.name.lower() for f in figures.figures(summary) if f.verdict in figures.ATTENTION]
     look = f"Look at: {', '.join(names)}." if names else ""
-    if completed(summary):
+    if is_completed(summary):
         return look or "Every figure that has a limit is within it."
     reason = _reason(summary)
     return f"{_with_stop(reason[0].upper() + reason[1:])} {look}".strip()
@@ -81,7 +81,7 @@ def _reason(summary: Summary) -> str:
 
 def _ending(summary: Summary) -> str:
     """Why and when the cycle ended before its time; empty where it was completed."""
-    if completed(summary):
+    if is_completed(summary):
         return ""
     start = aborted_at_s(summary)
     when = "" if start is None else f" after {quantity(start, 's')}"
@@ -135,7 +135,7 @@ def _stop(summary: Summary) -> str:
     error, target = number(summary, "tip", "stop_error_mm"), number(summary, "tip", "target_mm")
     if error is None or target is None:
         return ""
-    if figures.stop_error(summary).verdict is Verdict.GOOD:
+    if figures.stop_error(summary).verdict is FigureVerdict.GOOD:
         return f"It stopped within {quantity(abs(error), 'mm')} of its target ({target:.1f} mm)."
     side = "short of" if error < 0 else "beyond"
     return f"It stopped {quantity(abs(error), 'mm')} {side} its target ({target:.1f} mm)."
@@ -217,7 +217,7 @@ def _faults(summary: Summary) -> str:
     trips, alarms = rows(summary, "trips"), rows(summary, "alarms")
     if not trips and not alarms:
         return "No safety limit tripped and no alarm was raised."
-    others = trips if completed(summary) else trips[1:]
+    others = trips if is_completed(summary) else trips[1:]
     said = [f"Safety limit: {text(trip, 'sentence') or text(trip, 'name')}" for trip in others]
     if len(alarms) == 1:
         said.append("One alarm was raised")
@@ -248,14 +248,14 @@ def _injected_fault(entry: Summary) -> str:
     return f"{said}. It was noticed {quantity(after_s, 's', 3)} later: {sentence}"
 
 
-def _injected(summary: Summary) -> str:
+def _describe_faults(summary: Summary) -> str:
     return " ".join(_with_stop(_injected_fault(entry)) for entry in rows(summary, "faults"))
 
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
     told = (
-        _injected,
+        _describe_faults,
         _ending,
         _check,
         _teaching,

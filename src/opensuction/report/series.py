@@ -60,7 +60,7 @@ MEASURED = ("truth.laser_mm", "truth.tip_mm")
 """Tip position that the tracking error is taken from: the first of these that the trace has."""
 
 
-def extracted(trace: Trace, columns: Sequence[Column]) -> Series:
+def extract(trace: Trace, columns: Sequence[Column]) -> Series:
     """Series by short name, full length."""
     return {
         entry.name: np.asarray(trace[entry.column], dtype=np.float64)
@@ -71,14 +71,14 @@ def extracted(trace: Trace, columns: Sequence[Column]) -> Series:
 
 def _machine(trace: Trace) -> Series:
     """Series of the machine, and the tracking error as measured."""
-    series = extracted(trace, MACHINE)
+    series = extract(trace, MACHINE)
     measured = next((name for name in MEASURED if name in trace), None)
     if measured is not None and "reference" in series:
         series["error"] = np.asarray(trace[measured], dtype=np.float64) - series["reference"]
     return series
 
 
-def kept_rows(
+def keep_rows(
     series: Sequence[npt.NDArray[np.float64]], edges: Sequence[int], buckets: int = BUCKETS
 ) -> npt.NDArray[np.int64]:
     """Rows to keep: of each bucket its first row and the extremes of every series.
@@ -122,7 +122,7 @@ def _edges(summary: Summary, time_s: npt.NDArray[np.float64]) -> list[int]:
     return [int(row) for row in np.searchsorted(time_s, known)]
 
 
-def listed(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]:
+def to_list(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]:
     """Values rounded for JSON; what is not finite becomes null."""
     rounded = np.round(values, decimals) + 0.0  # adding zero turns -0.0 into 0.0
     if np.all(np.isfinite(rounded)):
@@ -130,17 +130,17 @@ def listed(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]
     return [value if np.isfinite(value) else None for value in rounded.tolist()]
 
 
-def _thinned(
+def _thin(
     summary: Summary, time_s: npt.NDArray[np.float64], series: Series, buckets: int
 ) -> dict[str, list[Any]]:
     """Series and ``time``, thinned and ready for JSON; empty where there is nothing."""
     if time_s.size == 0 or not series:
         return {}
-    kept = kept_rows(list(series.values()), _edges(summary, time_s), buckets)
+    kept = keep_rows(list(series.values()), _edges(summary, time_s), buckets)
     decimals = {entry.name: entry.decimals for entry in (*MACHINE, *PATIENT)}
-    columns: dict[str, list[Any]] = {"time": listed(time_s[kept], 3)}
+    columns: dict[str, list[Any]] = {"time": to_list(time_s[kept], 3)}
     for name, values in series.items():
-        columns[name] = listed(values[kept], decimals.get(name, 3))
+        columns[name] = to_list(values[kept], decimals.get(name, 3))
     if "head" in series:
         columns["inward"] = directions(series["head"][kept]).astype(int).tolist()
     return columns
@@ -158,7 +158,7 @@ def machine(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
     if cycle_s is not None:
         end = int(np.searchsorted(time_s, cycle_s + AFTER_CYCLE_S, side="right"))
     series = {name: values[:end] for name, values in _machine(trace).items()}
-    return _thinned(summary, time_s[:end], series, BUCKETS)
+    return _thin(summary, time_s[:end], series, BUCKETS)
 
 
 def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
@@ -169,4 +169,4 @@ def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
     if text(summary, "patient") is None:
         return {}
     time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
-    return _thinned(summary, time_s, extracted(trace, PATIENT), BREATHS_BUCKETS)
+    return _thin(summary, time_s, extract(trace, PATIENT), BREATHS_BUCKETS)

@@ -80,7 +80,7 @@ class Sheet(NamedTuple):
     sections: tuple[Section, ...]
 
 
-def _rounded(values: Values, reach: float) -> list[float | None]:
+def _round(values: Values, reach: float) -> list[float | None]:
     """Values for JSON, to a ten-thousandth of what the plot spans; null where not finite."""
     decimals = 4 if reach <= 0.0 else max(0, 4 - int(np.floor(np.log10(reach))))
     return [
@@ -101,7 +101,7 @@ def _looks(curve: Curve) -> dict[str, Any]:
     return {"label": curve.label, "hue": curve.hue, "dashed": curve.dashed}
 
 
-def plotted(plot: Plot) -> dict[str, Any]:
+def to_plain(plot: Plot) -> dict[str, Any]:
     """A plot thinned and ready for JSON: extremes of every curve are kept."""
     data: dict[str, Any] = {
         "x_label": plot.x_label,
@@ -111,10 +111,10 @@ def plotted(plot: Plot) -> dict[str, Any]:
     }
     y_reach = _reach([curve.y for curve in plot.curves])
     if plot.x is not None and all(curve.x is None for curve in plot.curves):
-        kept = series.kept_rows([curve.y for curve in plot.curves], [], BUCKETS)
-        data["x"] = _rounded(plot.x[kept], _reach([plot.x]))
+        kept = series.keep_rows([curve.y for curve in plot.curves], [], BUCKETS)
+        data["x"] = _round(plot.x[kept], _reach([plot.x]))
         data["curves"] = [
-            _looks(curve) | {"y": _rounded(curve.y[kept], y_reach)} for curve in plot.curves
+            _looks(curve) | {"y": _round(curve.y[kept], y_reach)} for curve in plot.curves
         ]
         return data
     data["curves"] = []
@@ -122,10 +122,9 @@ def plotted(plot: Plot) -> dict[str, Any]:
         x = curve.x if curve.x is not None else plot.x
         if x is None:
             raise ValueError(f"curve '{curve.label}' of '{plot.title}' has no abscissa")
-        kept = series.kept_rows([x, curve.y], [], BUCKETS)
+        kept = series.keep_rows([x, curve.y], [], BUCKETS)
         data["curves"].append(
-            _looks(curve)
-            | {"x": _rounded(x[kept], _reach([x])), "y": _rounded(curve.y[kept], y_reach)}
+            _looks(curve) | {"x": _round(x[kept], _reach([x])), "y": _round(curve.y[kept], y_reach)}
         )
     return data
 
@@ -151,7 +150,7 @@ def render(sheet: Sheet) -> str:
         drawn = []
         for i, plot in enumerate(section.plots, start=1):
             name = f"plot-{number}-{i}"
-            plots[name] = plotted(plot)
+            plots[name] = to_plain(plot)
             drawn.append({"id": name, "title": plot.title, "caption": plot.caption})
         sections.append(
             {

@@ -58,22 +58,22 @@ def warnings(summary: Summary) -> list[str]:
     return [str(entry) for entry in found]
 
 
-def completed(summary: Summary) -> bool:
+def is_completed(summary: Summary) -> bool:
     """Whether the cycle ran to its planned end."""
     return text(summary, "outcome") == "completed"
 
 
-def flattened(entries: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+def flatten(entries: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
     """Leaves of nested mappings as (dotted name, value), in order.
 
-    >>> flattened({"model": {"slope": 0.97}, "rmse_mm": 0.84})
+    >>> flatten({"model": {"slope": 0.97}, "rmse_mm": 0.84})
     [('model.slope', 0.97), ('rmse_mm', 0.84)]
     """
     leaves: list[tuple[str, Any]] = []
     for key, entry in entries.items():
         name = f"{prefix}{key}"
         if isinstance(entry, Mapping):
-            leaves.extend(flattened(entry, f"{name}."))
+            leaves.extend(flatten(entry, f"{name}."))
         else:
             leaves.append((name, entry))
     return leaves

@@ -12,8 +12,8 @@ from rich.text import Text
 
 from opensuction.report import figures, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
-from opensuction.report.figures import Verdict
-from opensuction.report.summary import Summary, completed, rows, text, warnings
+from opensuction.report.figures import FigureVerdict
+from opensuction.report.summary import Summary, is_completed, rows, text, warnings
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
 PLANNED: Final = (
@@ -34,9 +34,9 @@ INDENT: Final = (0, 0, 0, 2)
 """Padding of sentences: two columns at the left, also where they wrap."""
 
 VERDICT_STYLES: Final = {
-    Verdict.GOOD: "green",
-    Verdict.NOTICE: "yellow",
-    Verdict.BAD: "bold red",
+    FigureVerdict.GOOD: "green",
+    FigureVerdict.NOTICE: "yellow",
+    FigureVerdict.BAD: "bold red",
 }
 """Colour besides the remark in words; the others have none."""
 
@@ -180,7 +180,7 @@ def _figure_table(summary: Summary) -> Table:
     table.add_column(justify="right", no_wrap=True)
     table.add_column()
     for figure in figures.figures(summary):
-        if figure.verdict is Verdict.ABSENT:
+        if figure.verdict is FigureVerdict.ABSENT:
             continue
         held = "; ".join(part for part in (figure.remark, figure.limit) if part)
         table.add_row(
@@ -197,7 +197,7 @@ RAN = ("machine", "patient", "protocol", "approach", "compensation")
 
 def print_summary(console: Console, summary: Summary, files: Iterable[object] = ()) -> None:
     """Print what happened: outcome, sentences, figures with limits, files that were written."""
-    good = completed(summary)
+    good = is_completed(summary)
     marks = glyphs(console)
     outcome = f"{marks.done if good else marks.failed} {narrative.outcome(summary)}"
     ran = [text(summary, key) for key in RAN]
@@ -217,7 +217,7 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
         console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
     console.print()
     console.print(_figure_table(summary))
-    absent = [f.name.lower() for f in figures.figures(summary) if f.verdict is Verdict.ABSENT]
+    absent = [f.name.lower() for f in figures.figures(summary) if f.verdict is FigureVerdict.ABSENT]
     if absent:
         console.print(Text(f"No value in this run: {', '.join(absent)}", style="dim"))
     console.print()

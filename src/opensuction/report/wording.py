@@ -65,7 +65,7 @@ def quantity(value: float | None, unit: str, decimals: int = 1, *, signed: bool 
     return f"{rounded:{'+' if signed else ''}.{decimals}f} {unit}"
 
 
-def capitalised(said: str) -> str:
+def capitalise(said: str) -> str:
     """A sentence with its first letter as a capital, the rest as it was."""
     return said[:1].upper() + said[1:]
 

@@ -43,7 +43,7 @@ def test_the_committed_result_has_every_pair_once() -> None:
 @pytest.mark.parametrize("plant", ["bench-x1.3", "play"])
 def test_a_sample_run_again_lies_within_the_committed_result(plant: str) -> None:
     names = ("none", "preview")
-    results = benchmark.on_plant(PLANT_OF_NAME[plant], benchmark.seeds_of(1), names)
+    results = benchmark.run_on_plant(PLANT_OF_NAME[plant], benchmark.seeds_of(1), names)
     assert [result.compensation for result in results] == list(names)
     for result in results:
         again, kept = benchmark.figures(result), committed(plant, result.compensation)
@@ -64,7 +64,9 @@ def test_without_compensation_the_tip_of_a_play_lags_by_its_gap() -> None:
     """
     model = Play(width_mm=20.0, gain=1.0, offset_mm=0.0)
     plant = of_record("play", model)
-    run = benchmark.on_model(plant, CompensationKind.NONE, rigs.uncalibrated(machine_profile.BENCH))
+    run = benchmark.run_on_model(
+        plant, CompensationKind.NONE, rigs.uncalibrated(machine_profile.BENCH)
+    )
     # Peak: half the width, on either side. An ideal servo follows a trapezoid without error but
     # for the step of its first tick.
     assert np.max(run.error_mm) == pytest.approx(10.0, abs=0.02)
@@ -74,7 +76,7 @@ def test_without_compensation_the_tip_of_a_play_lags_by_its_gap() -> None:
 
 def test_a_model_plant_is_known_only_by_its_noisy_recording() -> None:
     model = Play(width_mm=20.0, gain=0.95, offset_mm=-2.0)
-    found = benchmark.identified(of_record("play", model), 101)
+    found = benchmark.identify(of_record("play", model), 101)
     width = float(found.width.inwards_mm[0] - found.width.outwards_mm[0])
     # .08 mm of noise over 40,000 samples: a micrometre on the mean, some more on the width.
     assert width == pytest.approx(20.0, abs=0.02)
@@ -108,7 +110,7 @@ def test_the_ideal_loop_asks_for_what_the_procedure_asks_for() -> None:
 
 
 def test_a_refused_pair_is_a_gap_in_the_tables_and_a_sentence() -> None:
-    found = benchmark.Result("bench", "none", (), "cap_mm: too low")
+    found = benchmark.BenchmarkResult("bench", "none", (), "cap_mm: too low")
     entry = benchmark.figures(found)
     assert entry["rmse_mm"] is None
     assert entry["seeds"] == entry["completed"] == 0

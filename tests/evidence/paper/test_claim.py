@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from opensuction.evidence.paper.claim import Claim, plain
+from opensuction.evidence.paper.claim import PaperClaim, plain
 
-CLAIM = Claim("a", "Table I", 2.0, 2.4, 0.5, "mm", "predicted")
+CLAIM = PaperClaim("a", "Table I", 2.0, 2.4, 0.5, "mm", "predicted")
 
 
 def test_within_tolerance_is_ok_on_both_sides() -> None:

@@ -37,7 +37,7 @@ def identified(seed: int) -> tuple[Rig, Identification]:
 @cache
 def cycle(kind: CompensationKind, distance_mm: float, seed: int) -> Columns:
     if kind == CompensationKind.NONE:
-        return paper_contact.cycle(distance_mm, seed)
+        return paper_contact.run_cycle(distance_mm, seed)
     rig, found = identified(seed)
     loop, start = rigs.assemble(
         rigs.with_carina(rig, distance_mm), PAPER, kind, found.calibration, 2, by_contact=True

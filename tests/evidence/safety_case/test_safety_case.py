@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.evidence.safety_case import hazard, hazard_case, safety_case, safety_case_page
+from opensuction.evidence.safety_case import hazard, hazard_case, hazard_detail, safety_case
 from opensuction.evidence.safety_case.hazard import Hazard
 from opensuction.evidence.safety_case.hazard_result import Exposure, HazardResult, Strip
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
 from opensuction.report import sheet
+from opensuction.report.safety_case import safety_case_page
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
 
 GENTLE = Exposure(
@@ -84,7 +85,9 @@ def test_the_json_holds_times_bounds_and_every_broken_run(one: Hazard) -> None:
 
 def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> None:
     late = result(one, 7, 1900, 12000, "safe after 12000 ms, bound 10000")
-    page = safety_case_page.sheet(SafetyCase((1, 7), (HazardVerdict(one, (late,)),)))
+    verdict = HazardVerdict(one, (late,))
+    data = safety_case.plain(SafetyCase((1, 7), (verdict,)), 1.0)
+    page = safety_case_page.page(data, [hazard_detail.detail(verdict)])
     assert not page.good
     section = page.sections[1]
     assert section.title.endswith("broken")

@@ -7,7 +7,8 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.report import sheet
-from opensuction.session.calibration import calibration_file, calibration_page, calibration_run
+from opensuction.report.calibration import calibration_page
+from opensuction.session.calibration import calibration_file, calibration_run
 from opensuction.session.calibration.calibration_run import VALIDATION_RUN, Calibrated
 from opensuction.session.choice import CalibrationChoice, RigChoice
 from opensuction.simulation import rig as rigs
@@ -91,7 +92,7 @@ def test_a_run_that_was_broken_off_is_refused(sound: Sound) -> None:
     found = judged(sound, nothing, nothing)
     assert "Stroke of the first run is 0 mm" in reason(found)
     data = calibration_file.plain(found, NOW, 1.0, None)
-    assert "Refused" in sheet.render(calibration_page.page(found, data))
+    assert "Refused" in sheet.render(calibration_page.page(data, calibration_file.runs(found)))
 
 
 def test_a_tip_against_the_head_and_a_dead_motor_are_refused(sound: Sound) -> None:

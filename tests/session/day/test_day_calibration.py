@@ -8,9 +8,10 @@ from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUS
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.report import narrative, sheet
+from opensuction.report.day import day_page
 from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 from opensuction.session.choice import CycleChoice, DayChoice
-from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle import cycle_run, cycle_summary, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.day import day_check, day_gap, day_run, day_summary
 from opensuction.session.day.day_run import Day
@@ -49,7 +50,7 @@ def test_without_self_calibration_nothing_is_learned() -> None:
     found = day(1.2, False)
     assert all(cycle.outcome.rmse_mm > 1.5 for cycle in found.cycles)
     assert all(cycle.gap is None for cycle in found.cycles)
-    assert day_gap.section(found) is None
+    assert day_page.gap_sections(day_summary.plain(found)["cycles"]) == ()
 
 
 @pytest.mark.parametrize("scale", [0.75, 1.2])
@@ -87,7 +88,9 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     assert narrative.alarm(alarm).startswith("Medium alarm, from 40.0 s on: ")
     (note,) = day_gap.notes(found)
     assert "Cycle 2 of 3 was refused" in note
-    assert not day_summary.page(found).good
+    data = cycle_summary.summary(found.last, found.columns, 1.0, 1.0)
+    data["day"] = day_summary.plain(found)
+    assert not day_page.page(data, found.samples._asdict()).good
 
 
 def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() -> None:
@@ -108,9 +111,8 @@ def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:
     assert rows[0]["gap"]["used_scale"] == 1.0
     assert rows[1]["gap"]["used_scale"] == rows[0]["gap"]["next_scale"]
     assert {row["gap"]["least_scale"] for row in rows} == {TRUSTED.least}
-    section = day_gap.section(found)
-    assert section is not None
-    drawn = sheet.plotted(section.plots[0])
+    (section,) = day_page.gap_sections(rows)
+    drawn = sheet.to_plain(section.plots[0])
     bounds = {curve["label"]: set(curve["y"]) for curve in drawn["curves"]}
     # The same in every cycle; a page rounds what it draws.
     assert [*bounds["least"], *bounds["most"]] == pytest.approx([TRUSTED.least, TRUSTED.most])

@@ -44,7 +44,8 @@ def _write_up(
     choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float
 ) -> CommandResult:
     from opensuction.report import sheet
-    from opensuction.session.calibration import calibration_file, calibration_page
+    from opensuction.report.calibration import calibration_page
+    from opensuction.session.calibration import calibration_file
     from opensuction.settings import identification_file
 
     now = datetime.now(tz=UTC)
@@ -56,7 +57,7 @@ def _write_up(
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
     data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
-    files["report.html"] = sheet.render(calibration_page.page(found, data))
+    files["report.html"] = sheet.render(calibration_page.page(data, calibration_file.runs(found)))
     files["calibrate.json"] = to_text(data)
     next_command = _next_command(choice.rig, data)
     return CommandResult(

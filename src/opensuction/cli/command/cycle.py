@@ -134,6 +134,7 @@ def _run_day(
     """Many cycles; the report is the last one's, and the day has a page of its own."""
     from opensuction.report import sheet
     from opensuction.report.cycle import page
+    from opensuction.report.day import day_page
     from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
     from opensuction.session.day import day_gap, day_run, day_summary
 
@@ -157,7 +158,7 @@ def _run_day(
     for note in data["day"]["notes"]:
         console.print(f"Note: {note}", soft_wrap=True)
     files = {
-        "day.html": sheet.render(day_summary.page(day)),
+        "day.html": sheet.render(day_page.page(data, day.samples._asdict())),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
     }
     return _write_up(data, files, began_s)
@@ -183,7 +184,7 @@ def _sound(data: Json) -> dict[str, bytes]:
     if not data["alarms"]:
         return {}
     loudest = max(Priority[alarm["priority"].upper()] for alarm in data["alarms"])
-    return {SOUND: alarm_sound.encoded(loudest)}
+    return {SOUND: alarm_sound.encode(loudest)}
 
 
 def _summarise(console: "Console", data: Json, files: list[Path]) -> None:

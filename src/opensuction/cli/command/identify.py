@@ -105,7 +105,7 @@ def _write_up(
         parameters[name] = identification_file.to_toml(found)
         entry["parameter_file"] = str(folder / name)
     pair = loaded.pair
-    curves = identification_series.Curves(
+    curves = identification_series.FittedCurves(
         time_s=pair.time_s,
         driven=pair.driven,
         answer=pair.answer,

@@ -46,8 +46,9 @@ def run(options: SafetyCaseOptions) -> int:
 def _compute(
     hazards: "tuple[Hazard, ...]", count: int, progress: "ProgressTeller", began_s: float
 ) -> CommandResult:
-    from opensuction.evidence.safety_case import safety_case, safety_case_page
+    from opensuction.evidence.safety_case import hazard_detail, safety_case
     from opensuction.report import sheet
+    from opensuction.report.safety_case import safety_case_page
 
     def tell(done: int, total: int, result: "HazardResult") -> None:
         if not result.ok:
@@ -58,7 +59,8 @@ def _compute(
 
     found = safety_case.run(hazards, safety_case.seeds_of(count), tell)
     data = safety_case.plain(found, time.monotonic() - began_s)
-    html = sheet.render(safety_case_page.sheet(found))
+    details = [hazard_detail.detail(verdict) for verdict in found.verdicts]
+    html = sheet.render(safety_case_page.page(data, details))
     return CommandResult(
         data,
         {"report.html": html, "safety-case.json": to_text(data)},

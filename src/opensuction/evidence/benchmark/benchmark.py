@@ -61,11 +61,11 @@ class Run(NamedTuple):
     trips: int
 
 
-Carried = Callable[[CompensationKind], Run]
+CarryOut = Callable[[CompensationKind], Run]
 """Carries a compensator out on one identified plant. Raises InputError where it cannot."""
 
 
-class Result(NamedTuple):
+class BenchmarkResult(NamedTuple):
     """One compensator on one plant, all seeds."""
 
     plant: str
@@ -79,7 +79,7 @@ class Benchmark(NamedTuple):
     """All results, in the order of plants and compensators."""
 
     seeds: tuple[int, ...]
-    results: list[Result]
+    results: list[BenchmarkResult]
 
 
 def seeds_of(count: int) -> tuple[int, ...]:
@@ -93,7 +93,7 @@ def _run(error_mm: Array, head_mm: Array, completed: bool, trips: int) -> Run:
 
 
 @lru_cache(maxsize=KEPT)
-def _drawn(
+def _draw(
     machine: str, protocol: str, conduit: str, seed: int
 ) -> tuple[ResolvedCycle, Rig, Identification]:
     """A drawn machine, identified and, where its protocol wants it, taught."""
@@ -107,9 +107,9 @@ def _drawn(
     return resolved, rig, identification
 
 
-def _on_twin(twin: Twin, seed: int) -> Carried:
+def _take_twin(twin: Twin, seed: int) -> CarryOut:
     """Cycles of one drawn twin, identified once for all compensators and routes."""
-    resolved, rig, identified = _drawn(twin.machine, twin.protocol, twin.conduit, seed)
+    resolved, rig, identified = _draw(twin.machine, twin.protocol, twin.conduit, seed)
     return lambda kind: _cycle(resolved._replace(compensation=kind), rig, twin.scale, identified)
 
 
@@ -141,7 +141,7 @@ def excitation_mm() -> Array:
     return np.array([cycle.excite(excitation, tick * DT_S)[0] for tick in range(ticks)])
 
 
-def identified(plant: Plant, seed: int) -> Calibration:
+def identify(plant: Plant, seed: int) -> Calibration:
     """What the bench's estimators make of a plant, its tip under the bench's laser noise."""
     head = excitation_mm()
     tip = plant(head) + laser_noise_mm(seed, head.size)
@@ -149,7 +149,7 @@ def identified(plant: Plant, seed: int) -> Calibration:
     return rigs.calibrated(head, tip, fit, plays, PLAIN_PD)
 
 
-def on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> Run:
+def run_on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> Run:
     """The paper's trapezoid on an ideal servo. Raises InputError where it cannot be planned."""
     profile = machine_profile.BENCH
     able = setup.abilities(profile, kind, calibration, BENCH_SITE)
@@ -166,32 +166,37 @@ def on_model(plant: Plant, kind: CompensationKind, calibration: Calibration) -> 
     return _run((tips - course.demand[:, 0])[scored], heads[scored], True, 0)
 
 
-def _on_model(model: Model, seed: int) -> Carried:
+def _take_model(model: Model, seed: int) -> CarryOut:
     plant = model.matched(*wide_recording(seed))
-    calibration = identified(plant, seed)
+    calibration = identify(plant, seed)
     nominal = rigs.uncalibrated(machine_profile.BENCH)
 
     def run(kind: CompensationKind) -> Run:
         """One compensator; without compensation there is nothing to identify."""
-        return on_model(plant, kind, nominal if kind == CompensationKind.NONE else calibration)
+        return run_on_model(plant, kind, nominal if kind == CompensationKind.NONE else calibration)
 
     return run
 
 
-def on_plant(
+def run_on_plant(
     plant: Twin | Model, seeds: tuple[int, ...], compensations: tuple[str, ...]
-) -> list[Result]:
+) -> list[BenchmarkResult]:
     """Some compensators on one plant."""
     runs: dict[str, list[Run]] = {name: [] for name in compensations}
     refused = dict.fromkeys(compensations, "")
     for seed in seeds:
-        carry_out = _on_model(plant, seed) if isinstance(plant, Model) else _on_twin(plant, seed)
+        carry_out = (
+            _take_model(plant, seed) if isinstance(plant, Model) else _take_twin(plant, seed)
+        )
         for name in compensations:
             try:
                 runs[name].append(carry_out(KIND_OF_NAME[name]))
             except InputError as refusal:
                 refused[name] = refused[name] or str(refusal)
-    return [Result(plant.name, name, tuple(runs[name]), refused[name]) for name in compensations]
+    return [
+        BenchmarkResult(plant.name, name, tuple(runs[name]), refused[name])
+        for name in compensations
+    ]
 
 
 def run(
@@ -204,16 +209,16 @@ def run(
     seeds, results = seeds_of(count), []
     for number, plant in enumerate(plants, start=1):
         tell(f"{number} of {len(plants)}: {plant.name}, {plant.about}")
-        results += on_plant(plant, seeds, compensations)
+        results += run_on_plant(plant, seeds, compensations)
     return Benchmark(seeds, results)
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     """To a tenth of a micrometre: further digits are the arithmetic of one processor."""
     return round(value, 4)
 
 
-def figures(result: Result) -> dict[str, Any]:
+def figures(result: BenchmarkResult) -> dict[str, Any]:
     """One entry of ``results``; None where every run was refused."""
     rmse = [float(np.sqrt(np.mean(np.square(run.error_mm)))) for run in result.runs]
     peaks = [float(np.max(np.abs(run.error_mm))) for run in result.runs]
@@ -222,23 +227,23 @@ def figures(result: Result) -> dict[str, Any]:
         "plant": result.plant,
         "compensation": result.compensation,
         "seeds": len(result.runs),
-        "rmse_mm": _rounded(float(np.mean(rmse))) if rmse else None,
-        "rmse_worst_mm": _rounded(max(rmse)) if rmse else None,
-        "peak_mm": _rounded(max(peaks)) if peaks else None,
-        "head_mm_per_s": _rounded(max(speeds)) if speeds else None,
+        "rmse_mm": _round(float(np.mean(rmse))) if rmse else None,
+        "rmse_worst_mm": _round(max(rmse)) if rmse else None,
+        "peak_mm": _round(max(peaks)) if peaks else None,
+        "head_mm_per_s": _round(max(speeds)) if speeds else None,
         "completed": sum(run.completed for run in result.runs),
         "trips": sum(run.trips for run in result.runs),
         "refused": result.refused or None,
     }
 
 
-def _of_first_seed(found: Benchmark) -> dict[str, dict[str, float]]:
+def _first_seed_rmse_mm(found: Benchmark) -> dict[str, dict[str, float]]:
     """RMSE of the first seed alone by plant and compensator: what a quick check can repeat."""
     first: dict[str, dict[str, float]] = {}
     for result in found.results:
         if result.runs:
             rmse = float(np.sqrt(np.mean(np.square(result.runs[0].error_mm))))
-            first.setdefault(result.plant, {})[result.compensation] = _rounded(rmse)
+            first.setdefault(result.plant, {})[result.compensation] = _round(rmse)
     return first
 
 
@@ -249,6 +254,6 @@ def plain(found: Benchmark, wall_s: float) -> dict[str, Any]:
         "in_silico": True,
         "seeds": list(found.seeds),
         "results": [figures(result) for result in found.results],
-        "first_seed_rmse_mm": _of_first_seed(found),
+        "first_seed_rmse_mm": _first_seed_rmse_mm(found),
         "wall_s": wall_s,
     }

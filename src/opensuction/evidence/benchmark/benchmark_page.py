@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from opensuction import __version__
-from opensuction.evidence.benchmark.benchmark import Benchmark, Result, figures
+from opensuction.evidence.benchmark.benchmark import Benchmark, BenchmarkResult, figures
 from opensuction.evidence.benchmark.benchmark_plant import LEFT_OUT, PLANTS
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
 from opensuction.simulation.closed_loop import DT_S
@@ -82,7 +82,7 @@ def _findings(results: list[Entry]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _plot(plant: str, results: list[Result], seed: int) -> Plot:
+def _plot(plant: str, results: list[BenchmarkResult], seed: int) -> Plot:
     curves = []
     for result in results:
         if result.plant == plant and result.runs:

@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 
-class Claim(NamedTuple):
+class PaperClaim(NamedTuple):
     """A number of the paper, or one that follows from its numbers, and ours."""
 
     name: str
@@ -35,6 +35,6 @@ class Claim(NamedTuple):
         return "explained" if self.explanation else "differs"
 
 
-def plain(claim: Claim) -> dict[str, Any]:
+def plain(claim: PaperClaim) -> dict[str, Any]:
     """A claim as an object of the command's JSON."""
     return claim._asdict() | {"ok": claim.ok, "verdict": claim.verdict}

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from opensuction.control import direct_inverse, profile
 from opensuction.control.direct_inverse import EstimatedLag
 from opensuction.control.profile import Profile
-from opensuction.evidence.paper.claim import Claim
+from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.hysteresis import modified_dahl, play
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.report.sheet import Curve, Plot, Section
@@ -85,7 +85,7 @@ def printed_commands(reference_mm: Values) -> tuple[Values, Values]:
     return rows[:, 0], rows[:, 1]
 
 
-def claims(found: Reversal, jump_mm: float) -> list[Claim]:
+def claims(found: Reversal, jump_mm: float) -> list[PaperClaim]:
     """Facts that follow from the published parameters. jump_mm: largest command in one tick."""
     near = "rounding of the published parameters"
     rows = (
@@ -97,7 +97,7 @@ def claims(found: Reversal, jump_mm: float) -> list[Claim]:
         ("half-width of the loop, beta / alpha", 11.09, half_width_mm(), 0.01, "mm"),
     )
     return [
-        Claim(name, "section III", paper, ours, tolerance, unit, "computed", near)
+        PaperClaim(name, "section III", paper, ours, tolerance, unit, "computed", near)
         for name, paper, ours, tolerance, unit in rows
     ]
 
@@ -135,7 +135,7 @@ def _loop() -> Plot:
     )
 
 
-def section() -> tuple[Section, list[Claim]]:
+def section() -> tuple[Section, list[PaperClaim]]:
     """Fig. 5 and Fig. 7 on one page section, with the claims that belong to them."""
     found = reversal()
     time_s, reference = trapezoid_mm()

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.evidence.paper.claim import Claim
+from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
@@ -64,7 +64,7 @@ def press(rig: Rig) -> Press:
     return Press(DT_S * np.arange(1.0, len(forces) + 1.0), np.array(forces), closed)
 
 
-def cycle(distance_mm: float, seed: int) -> Columns:
+def run_cycle(distance_mm: float, seed: int) -> Columns:
     """A contact cycle of the paper, without compensation, the carina at a distance."""
     rig = rigs.rig("bench", seed)
     loop, start = rigs.assemble(
@@ -107,13 +107,13 @@ def table(cycles: dict[tuple[float, int], Columns]) -> list[dict[str, Any]]:
     ]
 
 
-def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[Claim]:
+def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[PaperClaim]:
     """Stop errors by distance, the worst trial, completed suctions and the closing force."""
     found = []
     for distance, trials in STOPPED_MM.items():
         errors = [row["error_mm"] for row in rows if row["distance_mm"] == distance]
         found.append(
-            Claim(
+            PaperClaim(
                 f"mean stop error at {distance:g} mm",
                 "Table II",
                 float(np.mean(trials)) - distance,
@@ -126,7 +126,7 @@ def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[Claim]:
         )
     published = max(abs(value - d) for d, trials in STOPPED_MM.items() for value in trials)
     found.append(
-        Claim(
+        PaperClaim(
             "largest stop error of 15 trials",
             "Table II",
             published,
@@ -139,7 +139,7 @@ def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[Claim]:
     )
     found.append(_scatter(rows))
     found.append(
-        Claim(
+        PaperClaim(
             "suctions completed, of 15",
             "section IV-C",
             15.0,
@@ -150,7 +150,7 @@ def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[Claim]:
         )
     )
     found.append(
-        Claim(
+        PaperClaim(
             "force at which the switch closes, mean of five",
             "Fig. 10",
             CLOSING_N,
@@ -164,10 +164,10 @@ def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[Claim]:
     return found
 
 
-def _scatter(rows: list[dict[str, Any]]) -> Claim:
+def _scatter(rows: list[dict[str, Any]]) -> PaperClaim:
     """Spread of the 15 stop errors: the paper's tip scatters, the twin's does not."""
     published = [value - distance for distance, row in STOPPED_MM.items() for value in row]
-    return Claim(
+    return PaperClaim(
         "standard deviation of 15 stop errors",
         "Table II",
         float(np.std(published, ddof=1)),
@@ -212,10 +212,12 @@ def _histories(cycles: dict[tuple[float, int], Columns]) -> tuple[Plot, Plot]:
     )
 
 
-def section() -> tuple[Section, list[Claim], list[dict[str, Any]]]:
+def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
     """Fig. 10, Fig. 11 and Table II with their claims and the rows of the table."""
     presses = [press(rigs.rig("bench", seed)) for seed in SEEDS]
-    cycles = {(distance, seed): cycle(distance, seed) for distance in STOPPED_MM for seed in SEEDS}
+    cycles = {
+        (distance, seed): run_cycle(distance, seed) for distance in STOPPED_MM for seed in SEEDS
+    }
     rows = table(cycles)
     found = claims(rows, [pressed.closed_n for pressed in presses])
     shown = Table(

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.paper.claim import Claim
+from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.hysteresis import bouc_wen, modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.identification import workbench
@@ -36,7 +36,7 @@ class Fitted(NamedTuple):
     bouc_wen: FittedModel
 
 
-def fitted() -> Fitted:
+def fit_bench() -> Fitted:
     """Identify the nominal bench from the paper's excitation."""
     found = rigs.identify(rigs.rig("bench", seed=1, nominal=True))
     began_s = perf_counter()
@@ -46,12 +46,12 @@ def fitted() -> Fitted:
     return Fitted(found, seconds, other)
 
 
-def claims(found: Fitted) -> list[Claim]:
+def claims(found: Fitted) -> list[PaperClaim]:
     """Parameters, fit and time of the identification."""
     return [*_modified_dahl_claims(found.identification.fit), *_bouc_wen_claims(found.bouc_wen)]
 
 
-def _modified_dahl_claims(fit: Fit) -> list[Claim]:
+def _modified_dahl_claims(fit: Fit) -> list[PaperClaim]:
     """The paper's parameters and RMSE of its own model."""
     model = fit.model
     shape = (
@@ -64,19 +64,21 @@ def _modified_dahl_claims(fit: Fit) -> list[Claim]:
     gain, decay = PUBLISHED.velocity_gain, PUBLISHED.decay_per_mm
     offset = PUBLISHED.offset_mm
     return [
-        Claim("c", WHERE, PUBLISHED.slope, model.slope, 0.02, "mm/mm", "calibrated", routing),
-        Claim("beta", WHERE, gain, model.velocity_gain, 0.08, "mm/mm", "predicted", shape),
-        Claim("alpha_0", WHERE, decay, model.decay_per_mm, 0.01, "1/mm", "calibrated", routing),
-        Claim("y_0", WHERE, offset, model.offset_mm, 0.3, "mm", "calibrated", routing),
-        Claim(name, WHERE, RMSE_MM, fit.rmse_mm, 0.05, "mm", "calibrated", rest),
+        PaperClaim("c", WHERE, PUBLISHED.slope, model.slope, 0.02, "mm/mm", "calibrated", routing),
+        PaperClaim("beta", WHERE, gain, model.velocity_gain, 0.08, "mm/mm", "predicted", shape),
+        PaperClaim(
+            "alpha_0", WHERE, decay, model.decay_per_mm, 0.01, "1/mm", "calibrated", routing
+        ),
+        PaperClaim("y_0", WHERE, offset, model.offset_mm, 0.3, "mm", "calibrated", routing),
+        PaperClaim(name, WHERE, RMSE_MM, fit.rmse_mm, 0.05, "mm", "calibrated", rest),
     ]
 
 
-def _bouc_wen_claims(found: FittedModel) -> list[Claim]:
+def _bouc_wen_claims(found: FittedModel) -> list[PaperClaim]:
     """The RMSE of the other model, and what its printed numbers really produce."""
     exponent = found.parameters["exponent"].value
     return [
-        Claim(
+        PaperClaim(
             "RMSE of the Bouc-Wen model",
             WHERE,
             BOUC_WEN_RMSE_MM,
@@ -89,7 +91,7 @@ def _bouc_wen_claims(found: FittedModel) -> list[Claim]:
             "with exponent 1 and D = 0 the model is the modified Dahl model, next to which the "
             "paper's search seems to have stopped (its exponent is 1.009)",
         ),
-        Claim(
+        PaperClaim(
             "loop width of the printed Bouc-Wen numbers, against the other model",
             WHERE,
             float(modified_dahl.gap_mm(PUBLISHED)),
@@ -103,9 +105,9 @@ def _bouc_wen_claims(found: FittedModel) -> list[Claim]:
     ]
 
 
-def section() -> tuple[Section, list[Claim]]:
+def section() -> tuple[Section, list[PaperClaim]]:
     """Fig. 6 with its claims."""
-    found = fitted()
+    found = fit_bench()
     head, laser = found.identification.head_mm, found.identification.laser_mm
     fit = found.identification.fit
     time_s = DT_S * np.arange(head.size, dtype=np.float64)

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.paper.claim import Claim
+from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.kernel.phase import Phase
 from opensuction.report.sheet import Curve, Plot, Section, Table
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -27,22 +27,22 @@ SHOWN_SEED = 1
 DEGREES = 180.0 / np.pi
 
 
-class Trial(NamedTuple):
+class TrackingTrial(NamedTuple):
     """One cycle under one compensation."""
 
     columns: Columns
     outcome: Outcome
 
 
-def trial(compensation: str, seed: int) -> Trial:
+def run_trial(compensation: str, seed: int) -> TrackingTrial:
     """The paper's cycle on a drawn bench, identified on that machine where it is compensated."""
     choice = CycleChoice(RigChoice("bench", seed=seed), compensation=compensation)
     prepared = cycle_run.prepare(resolution.resolve(choice))
     columns = cycle_run.play(prepared, lambda _: None)
-    return Trial(columns, cycle_run.figures(prepared, columns))
+    return TrackingTrial(columns, cycle_run.figures(prepared, columns))
 
 
-def table(trials: dict[tuple[str, int], Trial]) -> list[dict[str, Any]]:
+def table(trials: dict[tuple[str, int], TrackingTrial]) -> list[dict[str, Any]]:
     """Rows of Table I: the paper's numbers and ours, RMSE in mm."""
     rows = []
     for number, (seed, before, after) in enumerate(
@@ -62,7 +62,7 @@ def table(trials: dict[tuple[str, int], Trial]) -> list[dict[str, Any]]:
     return rows
 
 
-def claims(rows: list[dict[str, Any]]) -> list[Claim]:
+def claims(rows: list[dict[str, Any]]) -> list[PaperClaim]:
     """Means, scatter and reduction of Table I."""
     before = np.array([row["before_mm"] for row in rows])
     after = np.array([row["after_mm"] for row in rows])
@@ -71,7 +71,7 @@ def claims(rows: list[dict[str, Any]]) -> list[Claim]:
     scatter = "a standard deviation of five is itself known to a factor of about two"
     where = "Table I"
     return [
-        Claim(
+        PaperClaim(
             "RMSE before compensation, mean of five",
             where,
             float(np.mean(BEFORE_MM)),
@@ -81,7 +81,7 @@ def claims(rows: list[dict[str, Any]]) -> list[Claim]:
             "calibrated",
             "tolerance: one standard deviation of the paper's trials",
         ),
-        Claim(
+        PaperClaim(
             "RMSE after compensation, mean of five",
             where,
             float(np.mean(AFTER_MM)),
@@ -91,7 +91,7 @@ def claims(rows: list[dict[str, Any]]) -> list[Claim]:
             "calibrated",
             "tolerance: one and a half standard deviations of drawn machines",
         ),
-        Claim(
+        PaperClaim(
             "reduction of the mean RMSE",
             where,
             published,
@@ -101,7 +101,7 @@ def claims(rows: list[dict[str, Any]]) -> list[Claim]:
             "calibrated",
             "follows from the two above",
         ),
-        Claim(
+        PaperClaim(
             "standard deviation before compensation",
             where,
             float(np.std(BEFORE_MM, ddof=1)),
@@ -111,7 +111,7 @@ def claims(rows: list[dict[str, Any]]) -> list[Claim]:
             "predicted",
             scatter,
         ),
-        Claim(
+        PaperClaim(
             "standard deviation after compensation",
             where,
             float(np.std(AFTER_MM, ddof=1)),
@@ -124,14 +124,14 @@ def claims(rows: list[dict[str, Any]]) -> list[Claim]:
     ]
 
 
-def _inside(found: Trial) -> tuple[Columns, float]:
+def _inside(found: TrackingTrial) -> tuple[Columns, float]:
     """The cycle from the start of insertion, and when that was."""
     start = int(np.argmax(found.columns["phase"] == Phase.INSERTING))
     columns = {name: values[start:] for name, values in found.columns.items()}
     return columns, float(found.columns["time_s"][start])
 
 
-def _tracking(found: Trial, title: str, caption: str) -> Plot:
+def _tracking(found: TrackingTrial, title: str, caption: str) -> Plot:
     columns, start_s = _inside(found)
     return Plot(
         title,
@@ -146,7 +146,7 @@ def _tracking(found: Trial, title: str, caption: str) -> Plot:
     )
 
 
-def _error(trials: dict[tuple[str, int], Trial]) -> Plot:
+def _error(trials: dict[tuple[str, int], TrackingTrial]) -> Plot:
     hues = dict(zip((BEFORE, AFTER, *OURS), ("head", "tip", "valve", "tip-vacuum"), strict=False))
     curves = []
     for name, hue in hues.items():
@@ -156,7 +156,7 @@ def _error(trials: dict[tuple[str, int], Trial]) -> Plot:
     return Plot("Fig. 9(c): tracking error", "Time (s)", "Tip minus desired (mm)", tuple(curves))
 
 
-def _cam(found: Trial) -> Plot:
+def _cam(found: TrackingTrial) -> Plot:
     columns, start_s = _inside(found)
     return Plot(
         "Fig. 9(d): cam of the suction valve",
@@ -168,9 +168,11 @@ def _cam(found: Trial) -> Plot:
     )
 
 
-def section() -> tuple[Section, list[Claim], list[dict[str, Any]]]:
+def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
     """Fig. 9 and Table I with their claims and the rows of the table."""
-    trials = {(name, seed): trial(name, seed) for name in (BEFORE, AFTER, *OURS) for seed in SEEDS}
+    trials = {
+        (name, seed): run_trial(name, seed) for name in (BEFORE, AFTER, *OURS) for seed in SEEDS
+    }
     rows = table(trials)
     found = claims(rows)
     cells = [tuple(row.values()) for row in rows]

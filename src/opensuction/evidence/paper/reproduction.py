@@ -12,7 +12,7 @@ from opensuction.evidence.paper import (
     paper_requirement,
     paper_tracking,
 )
-from opensuction.evidence.paper.claim import Claim
+from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.report.sheet import Section, Sheet, Table
 from opensuction.session.plain import without_nan
 
@@ -26,13 +26,13 @@ ORIGINS = (
 class Reproduction(NamedTuple):
     """Everything that ``opensuction reproduce`` shows."""
 
-    claims: list[Claim]
+    claims: list[PaperClaim]
     table1: list[dict[str, Any]]
     table2: list[dict[str, Any]]
     sheet: Sheet
 
 
-def _claims_table(claims: list[Claim]) -> Table:
+def _claims_table(claims: list[PaperClaim]) -> Table:
     return Table(
         "Every number of the paper beside ours",
         ("claim", "where", "paper", "here", "tolerance", "unit", "origin", "verdict", "remark"),
@@ -53,7 +53,7 @@ def _claims_table(claims: list[Claim]) -> Table:
     )
 
 
-def _sheet(claims: list[Claim], sections: tuple[Section, ...]) -> Sheet:
+def _sheet(claims: list[PaperClaim], sections: tuple[Section, ...]) -> Sheet:
     held = sum(entry.ok for entry in claims)
     differing = [entry for entry in claims if entry.verdict == "differs"]
     explained = len(claims) - held - len(differing)

@@ -16,7 +16,7 @@ FULL_SCALE = 32767
 """Largest sample of 16 bits."""
 
 
-def encoded(priority: Priority) -> bytes:
+def encode(priority: Priority) -> bytes:
     """What is heard of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
     samples = auditory_signal.repeated(priority, SECONDS, SAMPLE_RATE_HZ)
     buffer = io.BytesIO()

@@ -27,7 +27,7 @@ def _found(summary: Summary, part: str, name: str, time: str) -> list[tuple[floa
     return sorted(found)
 
 
-def _gathered(what: str, hue: str, found: list[tuple[float, str]]) -> list[Instant]:
+def _gather(what: str, hue: str, found: list[tuple[float, str]]) -> list[Instant]:
     groups: list[list[tuple[float, str]]] = []
     for entry in found:
         if groups and entry[0] - groups[-1][-1][0] <= TOGETHER_S:
@@ -43,6 +43,6 @@ def _gathered(what: str, hue: str, found: list[tuple[float, str]]) -> list[Insta
 def instants(summary: Summary) -> list[Instant]:
     """Injected faults, then alarms, each in the order of time."""
     return [
-        *_gathered("Fault", "fault", _found(summary, "faults", "name", "at_s")),
-        *_gathered("Alarm", "bad", _found(summary, "alarms", "condition", "started_s")),
+        *_gather("Fault", "fault", _found(summary, "faults", "name", "at_s")),
+        *_gather("Alarm", "bad", _found(summary, "alarms", "condition", "started_s")),
     ]

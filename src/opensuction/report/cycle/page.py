@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from opensuction.report import figures, html, narrative, series, wording
 from opensuction.report.cycle import anatomy, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import Summary, completed, flattened, number, rows, text, value
+from opensuction.report.summary import Summary, flatten, is_completed, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
@@ -60,9 +60,9 @@ def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple
     tables = {"This run": [(key, value(summary, key)) for key in RUN]}
     identification = value(summary, "identification")
     if isinstance(identification, Mapping):
-        tables["Identification of the transmission"] = flattened(identification)
+        tables["Identification of the transmission"] = flatten(identification)
     for title, section in (sections or {}).items():
-        tables[title] = flattened(section)
+        tables[title] = flatten(section)
     tables["Software"] = [(key, value(summary, key)) for key in SOFTWARE]
     return tables
 
@@ -93,7 +93,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
     context = {
         "summary": summary,
         "outcome": narrative.outcome(summary),
-        "completed": completed(summary),
+        "completed": is_completed(summary),
         "lead": narrative.lead(summary),
         "sentences": narrative.sentences(summary),
         "warnings": warnings_of(summary),

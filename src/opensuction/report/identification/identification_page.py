@@ -6,8 +6,8 @@ from markupsafe import Markup
 
 from opensuction.report import html
 from opensuction.report.identification import identification_series, identification_words
-from opensuction.report.identification.identification_series import Curves
-from opensuction.report.summary import Summary, flattened, number, text, value
+from opensuction.report.identification.identification_series import FittedCurves
+from opensuction.report.summary import Summary, flatten, number, text, value
 
 SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
 """In this order: each uses those before it."""
@@ -59,12 +59,12 @@ def _tables(summary: Summary) -> dict[str, list[tuple[str, Any]]]:
         "holdout_ratio": number(summary, "holdout_ratio"),
     }
     return {
-        "Recording": flattened(recording),
+        "Recording": flatten(recording),
         "Software": [(key, value(summary, key)) for key in SOFTWARE],
     }
 
 
-def render(summary: Summary, curves: Curves) -> str:
+def render(summary: Summary, curves: FittedCurves) -> str:
     """The report of ``identify`` or ``compare`` as a self-contained HTML page.
 
     summary: the JSON object of the command. curves: the samples that were used and what each

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.series import kept_rows, listed
+from opensuction.report.series import keep_rows, to_list
 
 Array = npt.NDArray[np.float64]
 
@@ -27,7 +27,7 @@ DIGITS = 4
 """Digits of a value that a plot can show, the first counted at the range of its quantity."""
 
 
-class Curves(NamedTuple):
+class FittedCurves(NamedTuple):
     """A recording and what each model makes of it, arrays of shape (samples,)."""
 
     time_s: Array | None
@@ -67,29 +67,29 @@ def loop_end(driven: Array) -> int:
     return int(driven.size)
 
 
-def _rounded(values: Array, rows: npt.NDArray[np.int64], decimals: int) -> list[float | None]:
-    return listed(values[rows], decimals)
+def _round(values: Array, rows: npt.NDArray[np.int64], decimals: int) -> list[float | None]:
+    return to_list(values[rows], decimals)
 
 
-def _loop(curves: Curves, decimals: tuple[int, int]) -> dict[str, Any]:
+def _loop(curves: FittedCurves, decimals: tuple[int, int]) -> dict[str, Any]:
     """Rows of the loop plot: consecutive in time, so that its lines are motions."""
     end = loop_end(curves.driven)
     shown = [curves.driven[:end], curves.answer[:end]]
     slope, intercept = (float(factor) for factor in np.polyfit(shown[0], shown[1], 1))
     line = slope * curves.driven + intercept
-    rows = kept_rows([*shown, shown[1] - line[:end]], [], BUCKETS)
+    rows = keep_rows([*shown, shown[1] - line[:end]], [], BUCKETS)
     return {
         "samples": end,
-        "line": _rounded(line, rows, decimals[1] + 1),
-        "input": _rounded(curves.driven, rows, decimals[0]),
-        "output": _rounded(curves.answer, rows, decimals[1]),
+        "line": _round(line, rows, decimals[1] + 1),
+        "input": _round(curves.driven, rows, decimals[0]),
+        "output": _round(curves.answer, rows, decimals[1]),
         "fitted": {
-            name: _rounded(fitted, rows, decimals[1]) for name, fitted in curves.fitted.items()
+            name: _round(fitted, rows, decimals[1]) for name, fitted in curves.fitted.items()
         },
     }
 
 
-def _autocorrelation(curves: Curves) -> dict[str, Any]:
+def _autocorrelation(curves: FittedCurves) -> dict[str, Any]:
     """Autocorrelation by lag, in seconds where the samples are evenly spaced in time."""
     most = max((values.size for values in curves.autocorrelation.values()), default=0)
     most = min(most, LAGS)
@@ -97,9 +97,9 @@ def _autocorrelation(curves: Curves) -> dict[str, Any]:
     if curves.time_s is not None and curves.time_s.size > 1:
         step_s = float(curves.time_s[-1] - curves.time_s[0]) / (curves.time_s.size - 1)
     return {
-        "lag": listed(step_s * np.arange(most, dtype=np.float64), 6),
+        "lag": to_list(step_s * np.arange(most, dtype=np.float64), 6),
         "values": {
-            name: listed(
+            name: to_list(
                 np.pad(values[:most], (0, most - values[:most].size), constant_values=np.nan), 4
             )
             for name, values in curves.autocorrelation.items()
@@ -109,22 +109,22 @@ def _autocorrelation(curves: Curves) -> dict[str, Any]:
     }
 
 
-def plots(curves: Curves) -> dict[str, Any]:
+def plots(curves: FittedCurves) -> dict[str, Any]:
     """What the page's script draws, ready for JSON."""
     size = curves.answer.size
     time = np.arange(size, dtype=np.float64) if curves.time_s is None else curves.time_s
     rests = {name: curves.answer - fitted for name, fitted in curves.fitted.items()}
-    rows = kept_rows([curves.answer, *rests.values()], [curves.fitted_samples - 1], BUCKETS)
+    rows = keep_rows([curves.answer, *rests.values()], [curves.fitted_samples - 1], BUCKETS)
     decimals = decimals_of(float(np.ptp(curves.driven))), decimals_of(float(np.ptp(curves.answer)))
     held = None if curves.fitted_samples >= size else float(time[curves.fitted_samples])
     return {
         "timed": curves.time_s is not None,
-        "time": _rounded(time, rows, decimals_of(float(np.ptp(time)))),
-        "output": _rounded(curves.answer, rows, decimals[1]),
+        "time": _round(time, rows, decimals_of(float(np.ptp(time)))),
+        "output": _round(curves.answer, rows, decimals[1]),
         "fitted": {
-            name: _rounded(fitted, rows, decimals[1]) for name, fitted in curves.fitted.items()
+            name: _round(fitted, rows, decimals[1]) for name, fitted in curves.fitted.items()
         },
-        "rest": {name: _rounded(rest, rows, decimals[1] + 1) for name, rest in rests.items()},
+        "rest": {name: _round(rest, rows, decimals[1] + 1) for name, rest in rests.items()},
         "held_from": held,
         "loop": _loop(curves, decimals),
         "autocorrelation": _autocorrelation(curves),

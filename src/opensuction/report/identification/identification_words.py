@@ -7,7 +7,7 @@ the object of ``identify`` itself.
 import math
 from typing import Any, NamedTuple
 
-from opensuction.report.figures import Figure, Verdict
+from opensuction.report.figures import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value
 
 DISCLAIMER = (
@@ -22,7 +22,7 @@ MOST_PLAIN = 1e7
 """Numbers with more decimals, or larger ones, are written with an exponent."""
 
 
-class Row(NamedTuple):
+class ParameterRow(NamedTuple):
     """A parameter in the table: value and interval in as many digits as the interval supports."""
 
     name: str
@@ -143,21 +143,21 @@ def figures(summary: Summary) -> list[Figure]:
         ),
     ]
     shown = [
-        Figure(name, percent(known), limit, Verdict.NEUTRAL, "")
+        Figure(name, percent(known), limit, FigureVerdict.NEUTRAL, "")
         for name, known, limit in listed
         if known is not None
     ]
     posed = value(found, "well_posed")
     if posed is not None:
         shown.append(
-            Figure("Continuous inverse", "yes", "", Verdict.GOOD, "")
+            Figure("Continuous inverse", "yes", "", FigureVerdict.GOOD, "")
             if posed
-            else Figure("Continuous inverse", "no", "", Verdict.NOTICE, "reversals are gaps")
+            else Figure("Continuous inverse", "no", "", FigureVerdict.NOTICE, "reversals are gaps")
         )
     return shown
 
 
-def parameters(model: Summary) -> list[Row]:
+def parameters(model: Summary) -> list[ParameterRow]:
     """Parameters of a model as rows of a table."""
     entries = value(model, "parameters")
     shown = []
@@ -165,7 +165,7 @@ def parameters(model: Summary) -> list[Row]:
         at, ends = number(entry, "value"), value(entry, "ci95")
         decimals = _decimals(ends)
         shown.append(
-            Row(
+            ParameterRow(
                 name=name,
                 value="-" if at is None else _written(at, decimals),
                 unit=text(entry, "unit") or "",

@@ -1,4 +1,4 @@
-"""The files of a calibration: the recording, the parameter file, the JSON object."""
+"""A calibration as plain data: recording, parameter file, JSON object, arrays for the page."""
 
 import hashlib
 import io
@@ -9,7 +9,8 @@ import numpy as np
 from opensuction import __version__
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.kernel.errors import InputError
-from opensuction.session.calibration import calibration_check
+from opensuction.report.calibration.calibration_page import CalibrationRuns
+from opensuction.session.calibration import calibration_check, calibration_run
 from opensuction.session.calibration.calibration_run import Calibrated
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings import calibration_section, identification_file, plausibility
@@ -147,6 +148,22 @@ def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | Non
         data |= _findings(calibrated, calibrated.found)
     plain: Json = without_nan(data)
     return plain
+
+
+def runs(calibrated: Calibrated) -> CalibrationRuns:
+    """The recordings for the page."""
+    first, second, found = calibrated.first, calibrated.second, calibrated.found
+    nothing = (np.empty(0), np.empty(0))
+    model_mm, plays_mm = nothing if found is None else calibration_run.predicted(found, second)
+    return CalibrationRuns(
+        first_head_mm=first.head_mm,
+        first_tip_mm=first.laser_mm,
+        second_head_mm=second.head_mm,
+        second_tip_mm=second.laser_mm,
+        second_time_s=DT_S * np.arange(second.head_mm.size, dtype=np.float64),
+        model_mm=model_mm,
+        plays_mm=plays_mm,
+    )
 
 
 def _findings(calibrated: Calibrated, found: Identification) -> Json:

@@ -1,12 +1,10 @@
-"""A day of cycles as plain data and as a page."""
+"""A day of cycles as plain data."""
 
 import numpy as np
 
-from opensuction import __version__
 from opensuction.kernel.constant import HOUR_S
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
-from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
 from opensuction.session.cycle import cycle_summary
 from opensuction.session.day import day_gap
 from opensuction.session.day.day_run import Day, DayCycle
@@ -76,95 +74,3 @@ def plain(day: Day) -> Json:
         }
     )
     return data
-
-
-def _table(day: Day) -> Table:
-    columns = (
-        "cycle",
-        "at, h",
-        "completed",
-        "secretions before, mL",
-        "removed, mL",
-        "suction, s",
-        "lowest SpO2, %",
-        "lung volume lost, mL",
-        "catheter age, h",
-        "catheter changed",
-        "alarms",
-    )
-    rows = tuple(
-        (
-            cycle.number,
-            cycle.start_s / HOUR_S,
-            cycle.outcome.completed,
-            cycle.secretion_before_ml,
-            cycle.outcome.removed_ml,
-            cycle.outcome.negative_pressure_s,
-            cycle.outcome.spo2_nadir_percent,
-            cycle.outcome.lung_volume_loss_ml,
-            cycle.catheter_age_s / HOUR_S,
-            "new" if cycle.catheter_changed else "",
-            ", ".join(cycle_summary.alarm_name(alarm.condition) for alarm in cycle.outcome.alarms),
-        )
-        for cycle in day.cycles
-    )
-    return Table("Cycles", columns, rows)
-
-
-def _plots(day: Day) -> tuple[Plot, ...]:
-    samples = day.samples
-    time_h = samples.time_s / HOUR_S
-    return (
-        Plot(
-            "Secretions in the trachea",
-            "Time (h)",
-            "mL",
-            (Curve("secretions", samples.secretion_ml, "removed"),),
-            time_h,
-            "They gather between cycles; each cycle takes what its tip reaches in its time.",
-        ),
-        Plot(
-            "Oxygen saturation as the oximeter shows it",
-            "Time (h)",
-            "SpO2 (%)",
-            (Curve("SpO2", samples.spo2_percent, "spo2"),),
-            time_h,
-        ),
-        Plot(
-            "Resting lung volume lost since the start",
-            "Time (h)",
-            "mL",
-            (Curve("lost", samples.lung_volume_loss_ml, "loss"),),
-            time_h,
-            "Each suction closes lung units; they open again within minutes.",
-        ),
-    )
-
-
-def page(day: Day) -> Sheet:
-    """The day as a page."""
-    resolved, repeat = day.last.resolved, day.asked.repeat
-    equipment = resolved.equipment
-    done = sum(cycle.outcome.completed for cycle in day.cycles)
-    removed = sum(cycle.outcome.removed_ml for cycle in day.cycles)
-    whole = done == repeat and day.refusal is None
-    gap = day_gap.section(day)
-    return Sheet(
-        title="A day of automated suction cycles",
-        verdict=f"{done} of {repeat} cycles completed",
-        good=whole,
-        lead=f"{removed:.1f} mL of secretions removed, {day.produced_ml:.1f} mL produced.",
-        run=(
-            ("machine", equipment.machine_name),
-            ("patient", equipment.patient_name or ""),
-            ("protocol", resolved.protocol_name),
-            ("approach", resolved.choice.approach),
-            ("every", f"{day.asked.every_min:g} min"),
-            ("seed", str(equipment.seed)),
-            ("version", __version__),
-        ),
-        sections=(
-            Section("What happened", tuple(notes(day)), (_table(day),), _plots(day)),
-            *(() if gap is None else (gap,)),
-        ),
-    )

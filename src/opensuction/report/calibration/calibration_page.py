@@ -1,30 +1,38 @@
 """A calibration as a page: loop, what the models leave on the second run, bounds, parameters."""
 
-import numpy as np
+from typing import NamedTuple
 
-from opensuction import __version__
-from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table
-from opensuction.session.calibration import calibration_check, calibration_run
-from opensuction.session.calibration.calibration_run import Calibrated
-from opensuction.session.plain import Json
-from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.rig import Identification
+from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table, Values
+from opensuction.report.summary import Summary
 
 
-def page(calibrated: Calibrated, data: Json) -> Sheet:
+class CalibrationRuns(NamedTuple):
+    """The tip in both runs and as the models predict it, mm; arrays over each run's samples."""
+
+    first_head_mm: Values
+    first_tip_mm: Values
+    second_head_mm: Values
+    second_tip_mm: Values
+    second_time_s: Values
+    model_mm: Values
+    """In the second run by the modified Dahl model; empty where none was found."""
+    plays_mm: Values
+    """The same by the plays."""
+
+
+def page(data: Summary, runs: CalibrationRuns) -> Sheet:
     """The page. data: the JSON object of the command."""
-    sections = [_verdict(calibrated)]
-    first = calibrated.first
-    if calibrated.found is None and first.head_mm.size:
-        loop = Curve("laser", first.laser_mm, "soft", x=first.head_mm)
+    sections = [_verdict(data)]
+    if data["model"] is not None:
+        sections += [_runs(runs), _parameters(data)]
+    elif runs.first_head_mm.size:
+        loop = Curve("laser", runs.first_tip_mm, "soft", x=runs.first_head_mm)
         sections.append(
             Section("Recording", plots=(Plot("Loop", "Head (mm)", "Tip (mm)", (loop,)),))
         )
-    if calibrated.found is not None:
-        sections += [_loop(calibrated, calibrated.found), _parameters(data)]
     lead = "Taken: a cycle may be compensated with it."
-    if not calibrated.accepted:
-        lead = "No parameter file was written. " + " ".join(calibrated.reasons)
+    if not data["accepted"]:
+        lead = "No parameter file was written. " + " ".join(data["reasons"])
     run = (
         ("machine", str(data["machine"])),
         ("set up for", data["patient"] or ""),
@@ -32,42 +40,40 @@ def page(calibrated: Calibrated, data: Json) -> Sheet:
         ("seed", str(data["seed"])),
         ("compensation", str(data["compensation"])),
         ("date", str(data["date_utc"])),
-        ("version", __version__),
+        ("version", data["version"]),
     )
     return Sheet(
         title="Calibration of a machine",
-        verdict="Calibrated" if calibrated.accepted else "Refused",
-        good=calibrated.accepted,
+        verdict="Calibrated" if data["accepted"] else "Refused",
+        good=data["accepted"],
         lead=f"{lead} In-silico: the machine is a simulated one.",
         run=tuple((name, value) for name, value in run if value),
         sections=tuple(sections),
     )
 
 
-def _verdict(calibrated: Calibrated) -> Section:
+def _verdict(data: Summary) -> Section:
     table = Table(
         "What must hold before a compensator may be driven by it",
         ("check", "here", "unit", "should be", "holds"),
         tuple(
-            (entry.name, entry.value, entry.unit, calibration_check.bound(entry), entry.ok)
-            for entry in calibrated.checks
+            (entry["name"], entry["value"], entry["unit"], entry["bound"], entry["ok"])
+            for entry in data["checks"]
         ),
     )
-    return Section("Verdict", calibrated.reasons, (table,))
+    return Section("Verdict", tuple(data["reasons"]), (table,))
 
 
-def _loop(calibrated: Calibrated, found: Identification) -> Section:
-    first, second = calibrated.first, calibrated.second
-    model, plays = calibration_run.predicted(found, second)
-    time_s = DT_S * np.arange(second.head_mm.size, dtype=np.float64)
+def _runs(runs: CalibrationRuns) -> Section:
+    head_mm, tip_mm = runs.second_head_mm, runs.second_tip_mm
     fitted = Plot(
         "Second run: the loop, and what the models say of it",
         "Head (mm)",
         "Tip (mm)",
         (
-            Curve("laser", second.laser_mm, "soft", x=second.head_mm),
-            Curve("modified Dahl", model, "head", True, second.head_mm),
-            Curve("plays", plays, "tip", False, second.head_mm),
+            Curve("laser", tip_mm, "soft", x=head_mm),
+            Curve("modified Dahl", runs.model_mm, "head", True, head_mm),
+            Curve("plays", runs.plays_mm, "tip", False, head_mm),
         ),
     )
     left = Plot(
@@ -75,25 +81,25 @@ def _loop(calibrated: Calibrated, found: Identification) -> Section:
         "Time (s)",
         "mm",
         (
-            Curve("modified Dahl", second.laser_mm - model, "head"),
-            Curve("plays", second.laser_mm - plays, "tip"),
+            Curve("modified Dahl", tip_mm - runs.model_mm, "head"),
+            Curve("plays", tip_mm - runs.plays_mm, "tip"),
         ),
-        time_s,
+        runs.second_time_s,
         "Nothing was fitted to this run. What the laser adds of noise is in both.",
     )
-    samples = min(first.laser_mm.size, second.laser_mm.size)
+    samples = min(runs.first_tip_mm.size, tip_mm.size)
     repeated = Plot(
         "Second run less first",
         "Time (s)",
         "mm",
-        (Curve("tip", (second.laser_mm - first.laser_mm[:samples])[:samples], "soft"),),
-        time_s[:samples],
+        (Curve("tip", tip_mm[:samples] - runs.first_tip_mm[:samples], "soft"),),
+        runs.second_time_s[:samples],
         "The same motion twice: the noise of two readings, and what does not repeat.",
     )
     return Section("Two runs", plots=(fitted, left, repeated))
 
 
-def _parameters(data: Json) -> Section:
+def _parameters(data: Summary) -> Section:
     model = Table(
         "Modified Dahl model",
         ("parameter", "value", "unit"),

@@ -1,0 +1,76 @@
+"""What the page of a safety case shows of a hazard beyond the JSON object, as plain data."""
+
+import math
+
+from opensuction.evidence.safety_case.hazard import STATE_WORDS, Response
+from opensuction.evidence.safety_case.hazard_result import HazardResult
+from opensuction.evidence.safety_case.safety_case import HazardVerdict, entry
+from opensuction.safety.condition import Condition
+from opensuction.session.plain import Json
+from opensuction.twin.fault.fault_table import ROWS
+
+
+def detail(verdict: HazardVerdict) -> Json:
+    """The entry of the JSON object, the words of the table, every fault, the worst run's strip."""
+    row, worst = verdict.hazard.row, verdict.worst
+    claim = worst.case.claim
+    condition = Condition[worst.alarm].row if worst.alarm else None
+    return _entry(verdict) | {
+        "cause": row.cause,
+        "effect": row.effect,
+        "detection": row.detection,
+        "control": row.control,
+        "safe_state_words": STATE_WORDS[claim.safe_state],
+        "because": list(dict.fromkeys(claim.because for claim in verdict.hazard.claims)),
+        "sentence": condition and f"{condition.sentence}. {condition.remedy}",
+        "refusal": claim.response == Response.REFUSAL,
+        "faults": _faults(verdict),
+        "strip": None if worst.strip is None else worst.strip._asdict(),
+        "marks": _marks(worst),
+    }
+
+
+def _entry(verdict: HazardVerdict) -> Json:
+    """The entry of the JSON object with its times in whole ms."""
+    worst = verdict.worst
+    times = {"detected_ms": worst.detected_ms, "safe_ms": worst.safe_ms}
+    return entry(verdict) | {
+        name: round(ms) if math.isfinite(ms) else None for name, ms in times.items()
+    }
+
+
+def _marks(result: HazardResult) -> list[Json]:
+    """Instants of a run: the fault, the alarm and the safe state that came."""
+    after_ms = {"fault": 0.0, "alarm": result.detected_ms, "safe": result.safe_ms}
+    return [
+        {"name": name, "time_s": result.at_s + ms / 1000.0}
+        for name, ms in after_ms.items()
+        if math.isfinite(ms)
+    ]
+
+
+def _faults(verdict: HazardVerdict) -> list[Json]:
+    """Every fault of a hazard: its worst run over strengths, phases and seeds."""
+    groups: dict[tuple[str, str], list[HazardResult]] = {}
+    for result in verdict.results:
+        case = result.case
+        phase = "before the start" if case.phase is None else case.phase.name.lower()
+        groups.setdefault((case.claim.name, phase), []).append(result)
+    listed = []
+    for (fault, phase), results in groups.items():
+        group = HazardVerdict(verdict.hazard, tuple(results))
+        known = ROWS[group.worst.case.claim.fault].strength
+        unit = "" if known is None or known.unit == "1" else f" {known.unit}"
+        strengths = sorted({result.case.strength for result in results})
+        listed.append(
+            _entry(group)
+            | {
+                "fault": fault,
+                "phase": phase,
+                "strengths": ""
+                if known is None
+                else ", ".join(f"{one:g}" for one in strengths) + unit,
+                "finding": group.worst.problem or "within bounds",
+            }
+        )
+    return listed
