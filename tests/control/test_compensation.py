@@ -29,7 +29,7 @@ CURVES = Curves(0.0, 50.0, np.array([16.0, 69.0, 121.0]), np.array([-4.0, 48.0, 
 
 def chosen(kind: CompensationKind) -> Compensation:
     limits = HeadLimits(17.0, 200.0)
-    return compensation.chosen(kind, limits, PUBLISHED, PLAYS, CURVES, RunIn(0.06, 0.06))
+    return compensation.choose(kind, limits, PUBLISHED, PLAYS, CURVES, RunIn(0.06, 0.06))
 
 
 def heads_mm(kind: CompensationKind) -> Branches | None:

@@ -40,7 +40,7 @@ def clocked(mode: ScheduleMode, waited_s: float) -> tuple[Loop, LoopState]:
     hourly: Schedule = schedule.schedule(mode, 3600.0)
     kept = start.controller.core.upkeep._replace(schedule=ScheduleState(waited_s, waited_s))
     return (
-        loop._replace(controller=setup.scheduled(loop.controller, hourly)),
+        loop._replace(controller=setup.with_schedule(loop.controller, hourly)),
         start._replace(controller=controller.with_upkeep(start.controller, kept)),
     )
 

@@ -94,7 +94,7 @@ class Rest(NamedTuple):
     lag_mm: float
 
 
-def chosen(
+def choose(
     kind: CompensationKind,
     limits: HeadLimits,
     model: ModifiedDahl,
@@ -118,7 +118,7 @@ def chosen(
 
 
 def branches(kind: CompensationKind, curves: Curves) -> Branches | None:
-    """The heads that go with a compensation of a kind; see `chosen`."""
+    """The heads that go with a compensation of a kind; see `choose`."""
     if kind in ON_CURVES:
         return np.array([curves.inwards_mm, curves.outwards_mm])
     return None
@@ -199,11 +199,11 @@ def step(
         else:
             goal = preview.aim_now(compensation.plays, state, reference_mm, reference_mm_per_s)
         return preview.step(compensation.plays, compensation.limits, state, goal, dt_s)
-    return _unprepared(compensation, heads_mm, state, reference_mm, reference_mm_per_s, dt_s)
+    return _follow_now(compensation, heads_mm, state, reference_mm, reference_mm_per_s, dt_s)
 
 
 @compiled
-def _unprepared(
+def _follow_now(
     compensation: Compensation,
     heads_mm: Branches | None,
     state: HeadState,

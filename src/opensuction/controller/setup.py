@@ -202,7 +202,7 @@ def compensator(
         ]
         plays = play_sum.bundle(calibration.plays)
         run_in = RunIn(*(_run_in_s(plays, limits, move) for move in moves))
-    return compensation.chosen(
+    return compensation.choose(
         kind,
         limits,
         calibration.model,
@@ -255,7 +255,7 @@ def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
         )
 
 
-def planned(
+def plan_settings(
     profile: MachineProfile,
     protocol: Protocol,
     kind: CompensationKind,
@@ -307,14 +307,14 @@ def settings(
     by_contact: stop where the contact switch closes instead of after a known travel.
     site: the patient's (or the bench's) geometry.
     """
-    made = planned(profile, protocol, kind, calibration, by_contact, site)
+    unrehearsed = plan_settings(profile, protocol, kind, calibration, by_contact, site)
     inwards_mm_per_s = protocol.insertion_mm_per_s
     if site.park_mm < TUBE_END_MM:
         inwards_mm_per_s = max(inwards_mm_per_s, site.fast_mm_per_s)
     speeds = (inwards_mm_per_s, protocol.withdrawal_mm_per_s)
-    return made._replace(compensation=compensator(profile, kind, calibration, speeds))
+    return unrehearsed._replace(compensation=compensator(profile, kind, calibration, speeds))
 
 
-def scheduled(settings: Settings, schedule: Schedule) -> Settings:
+def with_schedule(settings: Settings, schedule: Schedule) -> Settings:
     """The same settings with cycles that begin, or are asked for, by the clock."""
     return settings._replace(service=settings.service._replace(schedule=schedule))

@@ -85,7 +85,7 @@ def _written_out(head: str, each: str, result: str) -> Any:
 
 def _each(element: str) -> str:
     """A tuple with an element for each play j."""
-    return straight_line.listed(element.format(j=j) for j in range(PLAYS))
+    return straight_line.tuple_of(element.format(j=j) for j in range(PLAYS))
 
 
 retracted_positions_mm: Callable[[PlaySum, float], Sixteen] = _written_out(

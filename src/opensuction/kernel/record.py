@@ -31,7 +31,7 @@ KEY = "NamedTuple._replace"
 """What numba looks the implementation up by."""
 
 
-def _replaced(record: Any, field: str, given: Any, context: Any) -> Any:
+def _field_type(record: Any, field: str, given: Any, context: Any) -> Any:
     """The type of a field that is given; raises TypingError where no safe cast leads to it."""
     name, wanted = record.instance_class.__name__, record[record.fields.index(field)]
     conversion = context.can_convert(given, wanted)
@@ -56,7 +56,7 @@ class _Replace(AbstractTemplate):
         if unknown:
             raise TypingError(f"{name} has no field {', '.join(unknown)}")
         chosen = [
-            _replaced(record, field, kws[field], self.context) if field in kws else types.none
+            _field_type(record, field, kws[field], self.context) if field in kws else types.none
             for field in record.fields
         ]
         found = signature(record, *chosen, recvr=record)

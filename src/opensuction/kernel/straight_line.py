@@ -33,6 +33,6 @@ def chooser(count: int) -> Any:
     return define([*lines, "    return value"], "one of some numbers")
 
 
-def listed(elements: Iterable[str]) -> str:
+def tuple_of(elements: Iterable[str]) -> str:
     """Source of a tuple of these elements."""
     return f"({', '.join(elements)},)"

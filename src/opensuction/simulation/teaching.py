@@ -97,6 +97,6 @@ def teach(chosen: Rig, calibration: Calibration, names: Sequence[str] = ()) -> T
     return Teaching(
         taught=Taught(found.taught),
         taught_mm=float(found.taught_mm) if taken else float(np.nan),
-        columns=trace.joined(parts),
+        columns=trace.join(parts),
         home=state.controller.core.procedure.phase == Phase.PARKED,
     )

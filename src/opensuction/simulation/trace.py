@@ -63,7 +63,7 @@ def by_name(table: npt.NDArray[np.float64], names: Sequence[str] = COLUMNS) -> C
     return dict(zip(names, columns, strict=True))
 
 
-def joined(parts: Sequence[Columns]) -> Columns:
+def join(parts: Sequence[Columns]) -> Columns:
     """The trace of a run from those of its pieces, at least one."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
@@ -89,7 +89,7 @@ def record(
         parts.append(by_name(table[:ticks], names))
         resting = [phase in RESTING for phase in table[:ticks, _PHASE][-2:]]
         at_rest = ticks < len(table) or resting == [False, True]
-    return state, joined(parts)
+    return state, join(parts)
 
 
 def phase_spans(trace: Columns) -> list[PhaseSpan]:

@@ -51,7 +51,7 @@ def _stepper(
             "rise": HANDLINGS[bit].escalates_s,
         }
         lines += ["    " + line.format(**values) for line in each]
-    clocks = straight_line.listed(f"t{i}" for i in range(len(bits)))
+    clocks = straight_line.tuple_of(f"t{i}" for i in range(len(bits)))
     step: Callable[..., Ticked] = straight_line.define(
         [*lines, f"    return found, {clocks}"], about
     )

@@ -115,7 +115,7 @@ def _refuse_early(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
     protocol = _fit(resolved, first, calibration)
     kind, by_contact = resolved.compensation, resolved.by_contact
-    setup.planned(first.profile, protocol, kind, calibration, by_contact, first.site)
+    setup.plan_settings(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
 def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: None) -> Prepared:

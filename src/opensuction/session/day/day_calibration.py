@@ -77,7 +77,7 @@ def applied(
         scale = learning.record.new
         refusal = f"a gap {scale:.2f} times as wide as identified cannot be compensated: {refused}"
         return prepared, state, learning._replace(refusal=refusal)
-    planned = setup.scheduled(planned, prepared.loop.controller.service.schedule)
+    planned = setup.with_schedule(planned, prepared.loop.controller.service.schedule)
     loop = prepared.loop._replace(controller=planned)
     following = prepared._replace(calibration=used, loop=loop)
     return following, self_calibration.parked_anew(loop, state), learning

@@ -176,7 +176,7 @@ def play(
     tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
     halted machine waits for a person. So does a gap out of its range.
     """
-    timed = setup.scheduled(
+    timed = setup.with_schedule(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
     )
     prepared = prepared._replace(loop=prepared.loop._replace(controller=timed))
