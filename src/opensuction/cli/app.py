@@ -79,13 +79,13 @@ A patient file likewise; a value with a spread is drawn by the seed:
   carina_mm = {{ value = 60.0, spread = 4.0 }}
 
 \b
-docs/parameters.md lists every parameter with unit, range and source.
+docs/reference/parameters.md lists every parameter with unit, range and source.
 
 \b
 A fault comes S seconds after the start (@S), S seconds into a phase (@PHASE+S:
 checking, preloading, inserting, backing_off, opening, suctioning, withdrawing,
 closing, aborting, halted), or is there from the start. Its strength has a unit of
-its own. docs/faults.md says what each does:
+its own. docs/reference/faults.md says what each does:
 {FAULTS}
 
 \b

@@ -135,7 +135,7 @@ Examples:
   opensuction cycle --fault pump-runaway@suctioning  one of its faults, seen in a whole cycle
 
 \b
-A row of a hazard table (docs/safety-case.md says what the keys mean):
+A row of a hazard table (docs/how-to/safety-case.md says what the keys mean):
   [[hazard]]
   id = "OS-H17"
   hazard = "Vacuum above the patient's limit"

@@ -138,7 +138,7 @@ def _prandtl_ishlinskii_is_well_posed(record: PrandtlIshlinskii) -> bool:
 PRANDTL_ISHLINSKII = HysteresisModel(
     name="prandtl-ishlinskii",
     title="Prandtl-Ishlinskii",
-    source="Krasnosel'skii and Pokrovskii 1989; Kuhnen 2003",
+    source="[Krasnoselskii-1989]; [Kuhnen-2003]",
     cannot="loops whose shape changes with the place in the range, loops that are not symmetric "
     "under reversal, corners at other widths than its thresholds",
     inverse="exact, corner by corner",
@@ -195,7 +195,7 @@ def _preisach_is_well_posed(record: Preisach) -> bool:
 PREISACH = HysteresisModel(
     name="preisach",
     title="Preisach",
-    source="Preisach 1935; Mayergoyz 1991",
+    source="[Preisach-1935]; [Mayergoyz-1991]",
     cannot="minor loops of equal input that differ in shape with the output, outputs beyond its "
     "grid, gaps of other widths than whole levels",
     inverse="numerical, by bracketing, for weights of 0 and above",

@@ -4,7 +4,7 @@ Judged against the set point that was let through, whether the pump was told to 
 A sound line holds the set point (and up to 5 mmHg more) behind a closed valve, keeps its vacuum
 while the pump rests for the insertion, falls to what pump and free catheter agree on when the valve
 opens, and vents when it is told to. What looks alike in the canister's vacuum is named by the table
-in `docs/alarms.md`.
+in `docs/explanations/alarms.md`.
 """
 
 from typing import NamedTuple
