@@ -12,7 +12,7 @@ ENVIRONMENT := .venv/.environment-$(shell { pwd; $(PYTHON) -V; cat requirements.
 PACKAGE := .venv/.package-$(shell cksum < pyproject.toml | cut -d' ' -f1)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test check bench soak mutate docs lock clean
+.PHONY: help setup run test check bench soak mutate docs examples lock clean
 
 help: ## list these targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-14s %s\n", $$1, $$2}'
@@ -23,7 +23,7 @@ run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--p
 	@$(BIN)/opensuction cycle $(ARGS)
 
 test: $(PACKAGE) ## all tests but the long ones; choose some with ARGS="-k name"
-	@$(BIN)/python -m pytest -m "not soak" -n auto --dist loadfile -p no:benchmark $(ARGS)
+	@$(BIN)/python -m pytest -m "not soak and not examples" -n auto --dist loadfile -p no:benchmark $(ARGS)
 
 check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazards against tests
 	@$(BIN)/ruff check .
@@ -32,8 +32,13 @@ check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazard
 	@$(BIN)/lint-imports --no-logo
 	@$(BIN)/python -m traceability
 
-docs: $(PACKAGE) ## write anew what the documentation takes from the code
+docs: $(PACKAGE) ## write anew what the documentation takes from the code, and build its site
 	@$(BIN)/python -m docs.generator
+	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --builder html docs build/site
+	@echo "The site: build/site/index.html"
+
+examples: $(PACKAGE) ## run what README, tutorials and how-to guides show, and hold the site to its rules
+	@$(BIN)/python -m pytest -m examples -n auto -p no:benchmark tests/docs $(ARGS)
 
 bench: $(PACKAGE) ## speed of the core
 	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)

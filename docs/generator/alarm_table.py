@@ -65,7 +65,7 @@ def values() -> str:
 def markdown() -> str:
     """All tables under their headings."""
     return (
-        f"### Priority by harm and onset\n\n{matrix()}\n"
-        f"### Conditions\n\n{conditions()}\n"
-        f"### Sound and light\n\n{values()}"
+        f"## Priority by harm and onset\n\n{matrix()}\n"
+        f"## Conditions\n\n{conditions()}\n"
+        f"## Sound and light\n\n{values()}"
     )

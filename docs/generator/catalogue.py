@@ -6,14 +6,17 @@ from pathlib import Path
 from docs.generator import (
     alarm_table,
     benchmark_table,
+    command_page,
     fault_table,
     hazard_table,
     loop_picture,
     model_table,
     parameter_page,
     phase_page,
+    phase_picture,
 )
 from docs.generator.document import spliced
+from opensuction.cli.app import app
 
 DOCS = Path(__file__).resolve().parents[1]
 BENCHMARK = DOCS / "evidence" / "2026-11-21-benchmark.json"
@@ -28,17 +31,19 @@ def read(path: Path) -> str:
 def generated() -> dict[Path, str]:
     """What each generated file must hold."""
     tables = {
-        "alarms.md": alarm_table.markdown(),
-        "benchmark.md": benchmark_table.markdown(json.loads(read(BENCHMARK))),
-        "faults.md": fault_table.markdown(),
-        "hazard-analysis.md": hazard_table.markdown(),
-        "hysteresis.md": model_table.markdown(),
+        "reference/alarms.md": alarm_table.markdown(),
+        "evidence/benchmark.md": benchmark_table.markdown(json.loads(read(BENCHMARK))),
+        "reference/faults.md": fault_table.markdown(),
+        "reference/hazard-analysis.md": hazard_table.markdown(),
+        "reference/hysteresis-models.md": model_table.markdown(),
     }
     examples = (read(DOCS / "examples" / f"{name}.toml") for name in ("machine", "patient"))
     whole = {
-        "parameters.md": parameter_page.page(*examples),
-        "phases.md": phase_page.page(),
+        "reference/commands.md": command_page.page(app),
+        "reference/parameters.md": parameter_page.page(*examples),
+        "reference/phases.md": phase_page.page(),
         "pictures/hysteresis-loops.svg": loop_picture.svg(),
+        "pictures/phases.svg": phase_picture.svg(),
     }
     pages = {DOCS / name: spliced(read(DOCS / name), table) for name, table in tables.items()}
     return pages | {DOCS / name: text for name, text in whole.items()}

@@ -18,7 +18,7 @@ from opensuction.twin.patient import patient_airway, patient_kind
 from opensuction.twin.patient.patient_parameter import PRESETS, ROWS
 
 Rows = Iterable[Iterable[str]]
-SOURCES_TEXT = """tags in square brackets are explained in [sources.md](sources.md). Plausible \
+SOURCES_TEXT = """tags in square brackets are explained in [sources](../sources.md). Plausible \
 ranges are the project's own judgement."""
 COLUMNS = ("unit", "range in a file", "meaning", "source")
 BOTH = ("bench", "clinical")
@@ -52,7 +52,7 @@ def _machines(example: str) -> str:
     return "\n".join(
         (
             "## Machine files\n",
-            f"`opensuction cycle --machine FILE.toml` ([example](examples/machine.toml)):\n\n"
+            f"`opensuction cycle --machine FILE.toml` ([example](../examples/machine.toml)):\n\n"
             f"```toml\n{example}```\n",
             "`preset`, `catheter` and `conduit` must be there. Held against each other: the "
             "controller's supply with the twin's; its speeds, acceleration and cam with what the "
@@ -62,7 +62,7 @@ def _machines(example: str) -> str:
             "What the machine does. `bend_rad` and `clearance_mm` follow from the conduit; "
             f"{_quoted(patient_airway.REPLACED)} are the bench's and come from the patient at a "
             "clinical machine. Values that depend on the catheter are those of the paper's 12 Fr "
-            "catheter; another one scales them ([twin.md](twin.md)).\n",
+            "catheter; another one scales them ([the twin](../explanations/twin.md)).\n",
             twin_table(),
             "### [controller]\n",
             "What the controller goes by. Its nominal transmission is the paper's identified "
@@ -89,10 +89,10 @@ def _patients(example: str) -> str:
     return "\n".join(
         (
             "## Patient files\n",
-            f"`opensuction cycle --patient FILE.toml` ([example](examples/patient.toml)):\n\n"
+            f"`opensuction cycle --patient FILE.toml` ([example](../examples/patient.toml)):\n\n"
             f"```toml\n{example}```\n",
             "`preset` must be there; it also gives the age that guidelines go by. Equations and "
-            "calibration: [patient.md](patient.md).\n",
+            "calibration: [the patient](../explanations/patient.md).\n",
             patient_table(),
             "Refused with the arithmetic is also what does not fit together:\n",
             _consistency_table(),
@@ -168,7 +168,7 @@ def _monitor_limits() -> str:
     text = (
         "What the patient monitor must show for a cycle to begin and to go on. The pressure must "
         f"also stay above PEEP - {patient_limit.LOST_CMH2O:g} cmH2O [design]. How long each may be "
-        "broken: [patient.md](patient.md#the-patient-monitor).\n"
+        "broken: [the patient](../explanations/patient.md#the-patient-monitor).\n"
     )
     return f"## Limits of the patient monitor\n\n{text}\n{_table(header, rows)}"
 

@@ -1,19 +1,22 @@
 """The page on phases, made from the table of transitions."""
 
+from docs.generator.phase_picture import words
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ITEMS, ORDER
-from opensuction.procedure.cycle.transition import ACTIVE, BROKEN_OFF, NORMAL, Event
+from opensuction.procedure.cycle.transition import BROKEN_OFF, NORMAL, Event
 
 Table = dict[tuple[Phase, Event], Phase]
 
 PAGE = """# Phases
 
-Generated from `opensuction.procedure.cycle.transition`: do not edit. A test compares the two.
+Generated from `opensuction.procedure.cycle.transition`; a test compares the two.
+
+![Phases and the events between them](../pictures/phases.svg)
 
 One suction cycle, teaching and service, and how they end when all is well:
 
 {normal}
-What breaks off any of {active}, and what stops the machine for good:
+Whatever is blue in the picture can be broken off, and a machine may stop for good:
 
 {broken}
 One transition is taken a tick. Of the events of that tick the first in this order that the phase
@@ -32,28 +35,23 @@ machine. A cycle starts only from PARKED, by a person or by the clock, and with 
 """
 
 
-def _words(event: Event) -> str:
-    return event.name.lower().replace("_", " ")
-
-
-def mermaid(table: Table) -> str:
-    """A table of transitions in Mermaid's words, one arrow for each pair of phases."""
-    arrows: dict[tuple[Phase, Phase], list[str]] = {}
-    for (phase, event), following in table.items():
-        arrows.setdefault((phase, following), []).append(_words(event))
+def table(transitions: Table) -> str:
+    """A row for each pair of phases, with the events that lead from one to the other."""
+    rows: dict[tuple[Phase, Phase], list[str]] = {}
+    for (phase, event), following in transitions.items():
+        rows.setdefault((phase, following), []).append(words(event.name))
     lines = [
-        f"    {phase.name} --> {following.name} : {', '.join(events)}"
-        for (phase, following), events in arrows.items()
+        f"| {phase.name} | {', '.join(events)} | {following.name} |\n"
+        for (phase, following), events in rows.items()
     ]
-    return "\n".join(["```mermaid", "stateDiagram-v2", *lines, "```", ""])
+    return "| from | on | to |\n|---|---|---|\n" + "".join(lines)
 
 
 def page() -> str:
-    """``docs/phases.md``."""
+    """The whole page."""
     return PAGE.format(
-        normal=mermaid(NORMAL),
-        active=", ".join(phase.name for phase in ACTIVE),
-        broken=mermaid(BROKEN_OFF),
-        events="\n".join(f"{event + 1}. {_words(event)}" for event in Event),
+        normal=table(NORMAL),
+        broken=table(BROKEN_OFF),
+        events="\n".join(f"{event + 1}. {words(event.name)}" for event in Event),
         items="\n".join(f"{place}. {ITEMS[item]}" for place, item in enumerate(ORDER, start=1)),
     )

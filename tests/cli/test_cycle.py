@@ -31,7 +31,7 @@ KEYS = {
     "wall_s",
     "realtime_factor",
 }
-"""DESIGN section 8."""
+"""Keys that scripts rely on."""
 
 
 def protocol_file(folder: Path, **changes: object) -> Path:

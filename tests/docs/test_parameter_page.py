@@ -9,7 +9,7 @@ from opensuction.twin.machine.catheter import CATHETERS, ROUTES
 from opensuction.twin.parameter import BENCH
 from opensuction.twin.patient.patient_parameter import ROWS
 
-TEXT = (DOCS / "parameters.md").read_text(encoding="utf-8")
+TEXT = (DOCS / "reference" / "parameters.md").read_text(encoding="utf-8")
 TABLES = [line for line in TEXT.splitlines() if line.startswith("| `")]
 NESTED = ("excitation", "transmission")
 """Records in the profile that no file sets."""

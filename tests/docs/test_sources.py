@@ -3,6 +3,7 @@
 import re
 import tokenize
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ HEADING = re.compile(r"^### (\S+)$", re.MULTILINE)
 TAG = re.compile(r"(?<![\w\])])\[([A-Za-z][A-Za-z0-9-]*)\](?![(\[])")
 SECTIONS = {"catheter", "conduit", "controller", "file", "hazard", "servo", "twin", "deg", "mm"}
 """Words in square brackets that are sections of TOML files or units: no tags."""
-NOT_HERE = re.compile(r"\b(?:DESIGN|FACTS|STYLE)\b|\bpaper\.txt|\.\./shared|/shared/")
+NOT_HERE = re.compile(r"\b(?:DESIGN|FACTS)\b|\bSTYLE\.md|\bpaper\.txt|\.\./shared|/shared/")
 """Texts that whoever reads this repository does not have."""
 IN_STRINGS = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", -1)}
 
@@ -38,6 +39,7 @@ def prose(path: Path) -> str:
     return re.sub(code, "", text, flags=re.MULTILINE if path.suffix == ".toml" else re.DOTALL)
 
 
+@cache
 def cited(path: Path) -> set[str]:
     return set(TAG.findall(prose(path))) - SECTIONS
 
@@ -53,6 +55,16 @@ def test_every_tag_is_explained() -> None:
         for tag in cited(path) - set(known())
     }
     assert not unknown
+
+
+def test_every_source_named_in_a_docstring_has_a_tag() -> None:
+    untagged = {
+        f"{path.relative_to(ROOT)}: {source}"
+        for path in files("src")
+        for source in re.findall(r"Source: (.+)", prose(path))
+        if "[" not in source and "``" not in source
+    }
+    assert not untagged
 
 
 def test_every_source_is_cited_by_code_or_documentation() -> None:

@@ -45,7 +45,7 @@ def to_text(data: Json) -> str:
     return json.dumps(data, indent=2) + "\n"
 
 
-def show(as_json: bool, data: Json, summarise: "Callable[[Console], None]") -> None:
+def show(as_json: bool, data: Json, summarise: "Callable[..., None]") -> None:
     """Print the one object of ``--json``, or the summary for a person."""
     from opensuction.cli.progress import PlainConsole
 

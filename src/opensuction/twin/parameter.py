@@ -1,8 +1,8 @@
 """Every parameter of the twin: value, spread between machines, unit, meaning and source.
 
 `BENCH` is the paper's bench, `CLINICAL` what differs at the bedside; catheters and patients change
-both. This is the one documented place; `docs/parameters.md` shows it. ``spread`` is the standard
-deviation over machines; a seed draws one machine. A file may set a value from ``low`` to ``high``;
+both. `docs/reference/parameters.md` shows this table. ``spread`` is the standard deviation over
+machines; a seed draws one machine. A file may set a value from ``low`` to ``high``;
 these are the project's own judgement of what is plausible. Tags of the sources: docs/sources.md.
 """
 

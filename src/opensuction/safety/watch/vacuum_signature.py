@@ -4,7 +4,7 @@ Judged against the set point and the pump command that were let through, and aga
 sound line holds the set point (and up to 5 mmHg more) behind a closed valve, keeps its vacuum
 while the pump rests for the insertion, falls to the equilibrium of pump and free catheter when the
 valve opens, and vents on command. What looks alike in the canister's vacuum is named by the table
-in `docs/alarms.md`.
+in `docs/explanations/alarms.md`.
 """
 
 from typing import NamedTuple

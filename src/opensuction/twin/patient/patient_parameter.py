@@ -1,7 +1,7 @@
 """Every parameter of the patients: value, spread between patients, unit, meaning and source.
 
-This is the one documented place; `docs/parameters.md` shows the same table. Plausible ranges, which
-bound what a file may set, are the project's own judgement. Tags of the sources: docs/sources.md.
+`docs/reference/parameters.md` shows this table. Plausible ranges, which bound what a file may set,
+are the project's own judgement. Tags of the sources: docs/sources.md.
 """
 
 from opensuction.twin.parameter import Parameter

@@ -1,0 +1,56 @@
+"""Settings of the documentation's site: `make docs` builds it into build/site."""
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags
+
+os.environ["NUMBA_DISABLE_JIT"] = "1"  # autodoc reads functions, not their compiled form
+
+DOCS = Path(__file__).resolve().parent
+TAGS = tags((DOCS / "sources.md").read_text(encoding="utf-8"))
+
+project = "opensuction"
+html_title = "opensuction"
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+exclude_patterns = ["examples", "generator"]
+nitpicky = True
+html_theme = "furo"
+html_copy_source = False
+html_show_sphinx = False
+html_show_copyright = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_theme_options = {
+    "announcement": "Research software, not a medical device: not for use on people or animals. "
+    "Every figure is in-silico.",
+}
+myst_heading_anchors = 3
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+add_module_names = False
+toc_object_entries = False
+
+
+def complete(_: Sphinx, page: str, text: list[str]) -> None:
+    """Show a file of the root in its place, and let tags lead to their sources."""
+    if page in ROOT_PAGES:
+        text[0] = moved((DOCS.parent / ROOT_PAGES[page]).read_text(encoding="utf-8"), page)
+    text[0] += "\n\n" + tag_links(TAGS, page)
+
+
+def tidy(*arguments: Any) -> None:
+    """Docstrings without what Python says of fields, and with ``input_`` as no link."""
+    lines: list[str] = arguments[-1]
+    told = [line for line in lines if not line.startswith("Alias for field number")]
+    lines[:] = [re.sub(r"(?<=\w)_(?!\w)", r"\\_", line) for line in told]
+
+
+def setup(site: Sphinx) -> None:
+    """Called by Sphinx."""
+    site.connect("source-read", complete)
+    site.connect("autodoc-process-docstring", tidy)

@@ -1,0 +1,32 @@
+"""Links of the files at the root, which are no pages of the site, lead somewhere."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LINK = re.compile(r"\]\((?!https?:|#)([^)\s#]+)")
+NAMED = re.compile(r"(?<![\w/])docs/[\w./-]+\.(?:md|toml|csv|py|svg|png)\b")
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("*.md")), ids=lambda page: page.name)
+def test_every_link_of_a_root_page_leads_to_a_file(page: Path) -> None:
+    links = LINK.findall(page.read_text(encoding="utf-8"))
+    assert not [link for link in links if not (ROOT / link).exists()]
+
+
+def test_every_page_that_code_names_is_there() -> None:
+    files = (
+        path
+        for folder in ("src", "tests", "docs", "mutation")
+        for path in (ROOT / folder).rglob("*.*")
+        if path.suffix in (".py", ".toml")
+    )
+    named = {
+        (path.relative_to(ROOT), name)
+        for path in files
+        for name in NAMED.findall(path.read_text(encoding="utf-8"))
+    }
+    assert named
+    assert not [(path, name) for path, name in named if not (ROOT / name).exists()]
