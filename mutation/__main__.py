@@ -24,16 +24,22 @@ GOVERNOR_TESTS = ("tests/safety/governor/test_governor_*.py",)
 PATIENT_TESTS = ("tests/safety/governor/test_governor_patient.py",)
 EXTRA: dict[str, tuple[str, ...]] = {
     "safety.alarm.alarm": ALARM_TESTS,
+    "safety.alarm.alarm_clock": ALARM_TESTS,
     "safety.alarm.alarm_state": ALARM_TESTS,
     "safety.condition_mask": ALARM_TESTS,
     "safety.handling": ("tests/safety/test_condition.py",),
     "safety.priority": ("tests/safety/test_condition.py",),
     "safety.watch.drive_force": ("tests/safety/governor/test_governor_drive.py",),
     "safety.limits": GOVERNOR_TESTS,
+    "safety.governor.forced_withdrawal": GOVERNOR_TESTS,
+    "safety.governor.judgement": GOVERNOR_TESTS,
     "safety.governor.limiter": GOVERNOR_TESTS,
     "safety.patient_limit": ("tests/safety/watch/test_patient_watch.py",),
     "safety.watch.patient_watch": PATIENT_TESTS,
     "safety.alarm.signal_value": SOUND_TESTS,
+    "safety.watch.advance_bound": GOVERNOR_TESTS,
+    "safety.watch.duration": (*GOVERNOR_TESTS, "tests/safety/watch/test_*.py"),
+    "safety.watch.invalid_ticks": GOVERNOR_TESTS,
     "safety.watch.watch": GOVERNOR_TESTS,
     "procedure.cycle.transition": ("tests/docs/test_phase_page.py",),
 }
