@@ -9,11 +9,11 @@ from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.alarm import alarm, alarm_state
-from opensuction.safety.alarm.alarm_state import RELEASED, Settings, State
+from opensuction.safety.alarm.alarm_state import RELEASED, AlarmSettings, AlarmState
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
 
-SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
+SETTINGS = alarm_state.check_settings(pause_s=120.0, reminder_s=60.0)
 TICKS = 200_000
 WRONG = {
     "nothing": set[Condition](),
@@ -23,7 +23,7 @@ WRONG = {
 
 
 @compiled
-def _run(settings: Settings, state: State, conditions: npt.NDArray[np.int64]) -> int:
+def _run(settings: AlarmSettings, state: AlarmState, conditions: npt.NDArray[np.int64]) -> int:
     """Ticks with these conditions; the sum keeps the compiler from dropping them."""
     total = 0
     for holding in conditions:

@@ -21,6 +21,7 @@ ALARM_TESTS = (
 SOUND_TESTS = ("tests/safety/alarm/test_*_signal.py", "tests/docs/test_alarm_table.py")
 GOVERNOR_TESTS = ("tests/safety/governor/test_governor_*.py",)
 """Its examples. Its properties are slow, and left to the governor itself: a lower bound."""
+WATCH_TESTS = ("tests/safety/watch/test_watch*.py", *GOVERNOR_TESTS)
 PATIENT_TESTS = ("tests/safety/governor/test_governor_patient.py",)
 EXTRA: dict[str, tuple[str, ...]] = {
     "safety.alarm.alarm": ALARM_TESTS,
@@ -30,16 +31,17 @@ EXTRA: dict[str, tuple[str, ...]] = {
     "safety.handling": ("tests/safety/test_condition.py",),
     "safety.priority": ("tests/safety/test_condition.py",),
     "safety.watch.drive_force": ("tests/safety/governor/test_governor_drive.py",),
-    "safety.limits": GOVERNOR_TESTS,
     "safety.governor.forced_withdrawal": GOVERNOR_TESTS,
     "safety.governor.judgement": GOVERNOR_TESTS,
     "safety.governor.limiter": GOVERNOR_TESTS,
+    "safety.limits": GOVERNOR_TESTS,
     "safety.patient_limit": ("tests/safety/watch/test_patient_watch.py",),
     "safety.watch.patient_watch": PATIENT_TESTS,
     "safety.alarm.signal_value": SOUND_TESTS,
-    "safety.watch.advance_bound": GOVERNOR_TESTS,
-    "safety.watch.duration": (*GOVERNOR_TESTS, "tests/safety/watch/test_*.py"),
-    "safety.watch.invalid_ticks": GOVERNOR_TESTS,
+    "safety.tip_bound": GOVERNOR_TESTS,
+    "safety.watch.advance_bound": WATCH_TESTS,
+    "safety.watch.duration": WATCH_TESTS,
+    "safety.watch.invalid_ticks": WATCH_TESTS,
     "safety.watch.watch": GOVERNOR_TESTS,
     "procedure.cycle.transition": ("tests/docs/test_phase_page.py",),
 }
@@ -47,7 +49,7 @@ EXTRA: dict[str, tuple[str, ...]] = {
 
 
 def target(short: str) -> Target:
-    """A module by room and name, as ``safety.limits``, with the tests that mirror it.
+    """A module by room and name, as ``safety.condition``, with the tests that mirror it.
 
     Those that end soonest for most mistakes come first.
     """
@@ -90,7 +92,9 @@ def as_json(results: list[Result]) -> str:
 def main() -> int:
     """Run the campaign."""
     parser = argparse.ArgumentParser(prog="python -m mutation", description=__doc__)
-    parser.add_argument("modules", nargs="*", help="as safety.limits; none: all", metavar="MODULE")
+    parser.add_argument(
+        "modules", nargs="*", metavar="MODULE", help="as safety.condition; none: all"
+    )
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--every", type=int, default=1, help="try only each so many-th mutant")
     parser.add_argument("--least", type=float, default=0.0, help="lowest score accepted, percent")

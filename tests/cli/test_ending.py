@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,41 @@ def test_a_signal_ends_the_processes_of_a_safety_case(tmp_path: Path) -> None:
     assert process.returncode == 143
     assert words.splitlines()[-1] == "opensuction: terminated; nothing was written"
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+
+
+WHILE_COMPUTING = """
+import os, signal, threading
+from opensuction.cli import interruption
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
+choice = CycleChoice(RigChoice("bench"), compensation="none")
+prepared = cycle_run.prepare(resolution.resolve(choice))
+cycle_run.play(prepared, lambda _: None)
+heard = 0
+for k in range(60):
+    sender = threading.Timer(0.0007 * k, os.kill, (os.getpid(), signal.SIGTERM))
+    try:
+        with interruption.hear():
+            sender.start()
+            while True:
+                cycle_run.play(prepared, lambda _: None)
+    except interruption.Stopped:
+        heard += 1
+print(heard)
+"""
+"""Most signals come while compiled code runs, and are heard as it makes records for Python."""
+
+
+def test_a_signal_within_compiled_code_is_heard_and_breaks_nothing(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WHILE_COMPUTING],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "60\n"), done.stderr
 
 
 def test_a_signal_that_is_ignored_stays_so() -> None:

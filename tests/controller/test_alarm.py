@@ -16,7 +16,7 @@ from opensuction.procedure.cycle import schedule, upkeep
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.safety import condition_mask
-from opensuction.safety.alarm.alarm_episode import Episode, episodes
+from opensuction.safety.alarm.alarm_episode import Episode, list_episodes
 from opensuction.safety.alarm.alarm_state import LONGEST_PAUSE_S
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
@@ -55,7 +55,7 @@ def masks(columns: Columns, name: str) -> NDArray[np.int64]:
 
 def told(columns: Columns) -> list[Episode]:
     """Alarms of a run."""
-    return list(episodes(alarm_record.log(columns)))
+    return list(list_episodes(alarm_record.log(columns)))
 
 
 def conditions(columns: Columns) -> set[Condition]:

@@ -74,12 +74,13 @@ def test_impossible_choices_are_refused_in_one_line(
 
 
 def test_the_page_names_every_model_with_its_methods() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "identification.md").read_text(encoding="utf-8")
+    page = Path(__file__).parents[2] / "docs" / "explanations" / "identification.md"
+    text = page.read_text(encoding="utf-8")
     for name, model in MODELS.items():
         methods = methods_of(model)
         assert set(methods) <= set(METHODS)
         listed = ", ".join(f"`{method}`" for method in methods)
-        assert f"| `{name}` | {model.summary} | {listed} |" in page
+        assert f"| `{name}` | {model.summary} | {listed} |" in text
     assert set(METHODS) == {method for model in MODELS.values() for method in methods_of(model)}
 
 

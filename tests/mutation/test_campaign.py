@@ -61,8 +61,8 @@ def test_every_module_of_safety_is_tried_with_tests_that_exist() -> None:
 
 
 def test_a_module_without_tests_is_an_error() -> None:
-    with pytest.raises(FileNotFoundError, match=r"no tests for opensuction\.safety\.trip"):
-        Target("opensuction.safety.trip", ("tests/safety/test_nowhere.py",)).test_files()
+    with pytest.raises(FileNotFoundError, match=r"no tests for opensuction\.safety\.tip_bound"):
+        Target("opensuction.safety.tip_bound", ("tests/safety/test_nowhere.py",)).test_files()
 
 
 def test_the_score_is_the_share_that_was_noticed() -> None:

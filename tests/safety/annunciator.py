@@ -6,11 +6,11 @@ from typing import Literal, NamedTuple
 from hypothesis import strategies as st
 
 from opensuction.safety.alarm import alarm, alarm_state
-from opensuction.safety.alarm.alarm_state import Buttons, Signals, State
+from opensuction.safety.alarm.alarm_state import AlarmState, Buttons, Signals
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode, encode
 
-SETTINGS = alarm_state.settings(pause_s=120.0, reminder_s=60.0)
+SETTINGS = alarm_state.check_settings(pause_s=120.0, reminder_s=60.0)
 DT_S = 0.5
 """A long tick: minutes pass in a few hundred steps."""
 
@@ -30,7 +30,7 @@ class Row(NamedTuple):
 
     tick: Tick
     signals: Signals
-    state: State
+    state: AlarmState
 
     @property
     def present(self) -> set[Condition]:
@@ -45,7 +45,7 @@ class Row(NamedTuple):
         return {Condition(bit) for bit in decode(self.signals.acknowledged)}
 
 
-def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: State | None = None) -> list[Row]:
+def run(ticks: Iterable[Tick], dt_s: float = DT_S, state: AlarmState | None = None) -> list[Row]:
     """Signals of each tick, from power-up unless a state is given."""
     state = alarm_state.START if state is None else state
     rows = []

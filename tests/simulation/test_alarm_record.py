@@ -1,6 +1,6 @@
 import numpy as np
 
-from opensuction.safety.alarm.alarm_log import Entry, Event
+from opensuction.safety.alarm.alarm_log import AlarmEvent, Entry
 from opensuction.safety.condition import Condition
 from opensuction.simulation import alarm_record
 from opensuction.simulation.closed_loop import COLUMNS
@@ -15,8 +15,8 @@ def quiet(ticks: int) -> Columns:
 
 
 def test_a_quiet_run_and_an_empty_one_have_only_their_beginning() -> None:
-    assert [entry.event for entry in alarm_record.log(quiet(20)).entries] == [Event.STARTED]
-    assert [entry.event for entry in alarm_record.log(quiet(0)).entries] == [Event.STARTED]
+    assert [entry.event for entry in alarm_record.log(quiet(20)).entries] == [AlarmEvent.STARTED]
+    assert [entry.event for entry in alarm_record.log(quiet(0)).entries] == [AlarmEvent.STARTED]
 
 
 def test_each_change_is_noted_at_its_tick() -> None:
@@ -32,13 +32,13 @@ def test_each_change_is_noted_at_its_tick() -> None:
         for entry in alarm_record.log(columns).entries
     ]
     assert noted == [
-        (0, Event.STARTED),
-        (10, Event.RAISED),
-        (20, Event.ACKNOWLEDGED),
-        (30, Event.PAUSED),
-        (40, Event.LATCHED),
-        (50, Event.PAUSE_ENDED),
-        (60, Event.RESET),
+        (0, AlarmEvent.STARTED),
+        (10, AlarmEvent.RAISED),
+        (20, AlarmEvent.ACKNOWLEDGED),
+        (30, AlarmEvent.PAUSED),
+        (40, AlarmEvent.LATCHED),
+        (50, AlarmEvent.PAUSE_ENDED),
+        (60, AlarmEvent.RESET),
     ]
 
 
@@ -46,5 +46,5 @@ def test_what_is_signalled_in_the_first_tick_is_raised_then() -> None:
     columns = quiet(3)
     columns["signals.present"][:] = float(1 << Condition.SPO2_LOW)
     assert alarm_record.log(columns).entries[1:] == (
-        Entry(5.0, int(Condition.SPO2_LOW), Event.RAISED),
+        Entry(5.0, int(Condition.SPO2_LOW), AlarmEvent.RAISED),
     )

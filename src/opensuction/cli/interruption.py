@@ -9,6 +9,13 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import NoReturn
 
+NATIVE_CALLERS = ("namedtuple_", "enum", "numba.core.serialize", "llvmlite.binding")
+"""Beginnings of the names of modules whose functions native code calls: compiled code makes its
+records and enumerations anew for Python and takes no refusal, a callback loses what it raises."""
+
+AGAIN_S = 0.001
+"""A signal that came there is sent again after so long."""
+
 WORDS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "terminal closed"}
 """Signals that end a command in order, as far as the system has them, and what is said then."""
 
@@ -28,9 +35,24 @@ class _Postponed:
     number = 0
 
 
-def _stop(number: int, _: FrameType | None) -> None:
+def _is_called_by_native_code(frame: FrameType | None) -> bool:
+    """Whether an exception would meet native code, which cannot pass it on."""
+    while frame is not None:
+        name = str(frame.f_globals.get("__name__"))
+        if frame.f_code.co_name == "__del__" or name.startswith(NATIVE_CALLERS):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
     if _Postponed.depth:
         _Postponed.number = number
+    elif _is_called_by_native_code(frame):
+        # By another thread: sent by this one it would be heard at once, in the same place.
+        again = threading.Timer(AGAIN_S, signal.raise_signal, (number,))
+        again.daemon = True
+        again.start()
     else:
         raise Stopped(number)
 

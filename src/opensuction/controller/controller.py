@@ -224,12 +224,12 @@ def _decide(
 @compiled
 def alarm_step(
     settings: Settings,
-    alarms: alarm_state.State,
+    alarms: alarm_state.AlarmState,
     wrong: int,
     phase: int,
     requests: Requests,
     dt_s: float,
-) -> tuple[alarm_state.State, Signals]:
+) -> tuple[alarm_state.AlarmState, Signals]:
     """The last part of a tick: what people are told of what is wrong.
 
     wrong: mask of alarm conditions. phase: as the tick ended.

@@ -31,7 +31,7 @@ class Settings(NamedTuple):
     valve_servo: Servo
     valve_motion: ValveMotion
     limits: Limits
-    alarms: alarm_state.Settings
+    alarms: alarm_state.AlarmSettings
 
 
 class CoreState(NamedTuple):
@@ -54,7 +54,7 @@ class State(NamedTuple):
 
     core: CoreState
     compensation: HeadState
-    alarms: alarm_state.State
+    alarms: alarm_state.AlarmState
 
 
 class Inputs(NamedTuple):

@@ -290,7 +290,7 @@ def plan_settings(
             open_rad=profile.cam_open_rad, speed_rad_per_s=profile.cam_rad_per_s
         ),
         limits=held,
-        alarms=alarm_state.settings(AUDIO_PAUSE_S, REMINDER.interval_s.value),
+        alarms=alarm_state.check_settings(AUDIO_PAUSE_S, REMINDER.interval_s.value),
     )
 
 

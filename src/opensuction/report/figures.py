@@ -29,7 +29,7 @@ class Figure(NamedTuple):
     name: str
     value: str
     limit: str
-    """What it is held against, or what else there is to say; may be empty."""
+    """What it is held against, or a remark; may be empty."""
     verdict: FigureVerdict
     remark: str
     """The verdict in words; may be empty."""

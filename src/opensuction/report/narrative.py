@@ -43,7 +43,7 @@ def alarm(entry: Summary) -> str:
 
 
 def aborted_at_s(summary: Summary) -> float | None:
-    """When the abort began, or None where the cycle did not abort or does not say."""
+    """When the abort began; None where the cycle did not abort or the time is not known."""
     for phase in rows(summary, "phases"):
         if phase.get("name") == "aborting":
             return number(phase, "start_s")
@@ -89,7 +89,7 @@ def _ending(summary: Summary) -> str:
 
 
 def _check(summary: Summary) -> str:
-    """How the pre-use test ended; what failed is the ending's to say where that ended the cycle."""
+    """How the pre-use test ended; empty where it ended the cycle: `_ending` has the reason."""
     passed = value(summary, "check", "passed")
     if passed is True:
         return "The pre-use test of sensors, motor, valve, pump and line was passed."
@@ -187,13 +187,13 @@ def _patient(summary: Summary) -> str:
 
 
 def _backoff_mm(summary: Summary) -> float | None:
-    """How far the tip left the carina before suction; None where it did not or nobody knows."""
+    """How far the tip left the carina before suction; None where it did not or is not known."""
     if not any(phase.get("name") == "backing_off" for phase in rows(summary, "phases")):
         return None
-    told = number(summary, "contact", "backoff_mm")
+    given = number(summary, "contact", "backoff_mm")
     deepest, reached = number(summary, "tip", "deepest_mm"), number(summary, "tip", "reached_mm")
-    if told is not None or deepest is None or reached is None:
-        return told
+    if given is not None or deepest is None or reached is None:
+        return given
     return deepest - reached
 
 
@@ -254,7 +254,7 @@ def _describe_faults(summary: Summary) -> str:
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
-    told = (
+    parts = (
         _describe_faults,
         _ending,
         _check,
@@ -267,4 +267,4 @@ def sentences(summary: Summary) -> list[str]:
         _patient,
         _faults,
     )
-    return [sentence for tell in told if (sentence := tell(summary))]
+    return [sentence for part in parts if (sentence := part(summary))]

@@ -143,7 +143,7 @@ def cell(value: Any) -> dict[str, str]:
 
 
 def render(sheet: Sheet) -> str:
-    """The page as self-contained HTML: opens from a disk, prints, talks to nobody."""
+    """The page as self-contained HTML that needs no network."""
     plots: dict[str, Any] = {}
     sections = []
     for number, section in enumerate(sheet.sections, start=1):

@@ -28,7 +28,7 @@ PLANNED: Final = (
 """Phases of a cycle that stops by travel, in order."""
 
 REFRESH_PER_S: Final = 10
-"""Redraws of the live display, however often it is told something."""
+"""Redraws of the live display, however often it is updated."""
 
 INDENT: Final = (0, 0, 0, 2)
 """Padding of sentences: two columns at the left, also where they wrap."""

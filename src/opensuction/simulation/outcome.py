@@ -168,6 +168,6 @@ def outcome(
             trace, "truth.airway_pressure_cmh2o", np.min, breathing
         ),
         trips=_trip_times(trace),
-        alarms=alarm_episode.episodes(alarm_record.log(trace)),
+        alarms=alarm_episode.list_episodes(alarm_record.log(trace)),
         abort=_abort(trace),
     )

@@ -16,6 +16,6 @@ def test_the_file_holds_the_pattern_of_its_priority(priority: Priority) -> None:
         assert (file.getnchannels(), file.getsampwidth()) == (1, 2)
         assert file.getnframes() == alarm_sound.SECONDS * rate_hz
         samples = np.frombuffer(file.readframes(file.getnframes()), dtype="<i2")
-    meant = auditory_signal.repeated(priority, alarm_sound.SECONDS, rate_hz)
+    meant = auditory_signal.repeat(priority, alarm_sound.SECONDS, rate_hz)
     # Half a step of 16 bits.
     np.testing.assert_allclose(samples / 32767.0, meant, atol=0.5 / 32767.0 + 1e-12)

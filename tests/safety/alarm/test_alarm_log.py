@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm import alarm_log
-from opensuction.safety.alarm.alarm_log import Entry, Event, Log
+from opensuction.safety.alarm.alarm_log import AlarmEvent, Entry, Log
 from opensuction.safety.alarm.alarm_state import NOTHING, SILENT
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
@@ -35,11 +35,11 @@ def test_a_latched_alarm_from_its_first_tick_to_its_reset() -> None:
         Tick(reset=True),
     ]
     assert written(history).entries == (
-        Entry(0.0, NOTHING, Event.STARTED),
-        Entry(0.5, C.HEAD_RUNAWAY, Event.RAISED),
-        Entry(1.0, C.HEAD_RUNAWAY, Event.ACKNOWLEDGED),
-        Entry(1.5, C.HEAD_RUNAWAY, Event.LATCHED),
-        Entry(2.0, C.HEAD_RUNAWAY, Event.RESET),
+        Entry(0.0, NOTHING, AlarmEvent.STARTED),
+        Entry(0.5, C.HEAD_RUNAWAY, AlarmEvent.RAISED),
+        Entry(1.0, C.HEAD_RUNAWAY, AlarmEvent.ACKNOWLEDGED),
+        Entry(1.5, C.HEAD_RUNAWAY, AlarmEvent.LATCHED),
+        Entry(2.0, C.HEAD_RUNAWAY, AlarmEvent.RESET),
     )
 
 
@@ -52,26 +52,26 @@ def test_an_alarm_that_ends_by_itself_a_pause_and_an_escalation() -> None:
         Tick(),
     ]
     assert written(history).entries[1:] == (
-        Entry(0.0, C.AUTOMATION_STOPPED, Event.RAISED),
-        Entry(120.0, C.AUTOMATION_STOPPED, Event.ESCALATED),
-        Entry(120.5, NOTHING, Event.PAUSED),
-        Entry(121.5, C.AUTOMATION_STOPPED, Event.ENDED),
-        Entry(121.5, NOTHING, Event.PAUSE_ENDED),
+        Entry(0.0, C.AUTOMATION_STOPPED, AlarmEvent.RAISED),
+        Entry(120.0, C.AUTOMATION_STOPPED, AlarmEvent.ESCALATED),
+        Entry(120.5, NOTHING, AlarmEvent.PAUSED),
+        Entry(121.5, C.AUTOMATION_STOPPED, AlarmEvent.ENDED),
+        Entry(121.5, NOTHING, AlarmEvent.PAUSE_ENDED),
     )
 
 
 def test_a_latched_alarm_that_begins_again_is_raised_and_not_reset() -> None:
     runaway = wrong(C.HEAD_RUNAWAY)
     events = [entry.event for entry in written([runaway, Tick(), runaway]).entries]
-    assert events == [Event.STARTED, Event.RAISED, Event.LATCHED, Event.RAISED]
+    assert events == [AlarmEvent.STARTED, AlarmEvent.RAISED, AlarmEvent.LATCHED, AlarmEvent.RAISED]
 
 
 def test_within_a_tick_what_ended_comes_before_what_began() -> None:
     entries = written([wrong(C.SPO2_LOW), wrong(C.HEART_RATE_LOW, C.HEAD_RUNAWAY)]).entries[2:]
     assert entries == (
-        Entry(DT_S, C.SPO2_LOW, Event.ENDED),
-        Entry(DT_S, C.HEAD_RUNAWAY, Event.RAISED),
-        Entry(DT_S, C.HEART_RATE_LOW, Event.RAISED),
+        Entry(DT_S, C.SPO2_LOW, AlarmEvent.ENDED),
+        Entry(DT_S, C.HEAD_RUNAWAY, AlarmEvent.RAISED),
+        Entry(DT_S, C.HEART_RATE_LOW, AlarmEvent.RAISED),
     )
 
 
@@ -103,9 +103,9 @@ def test_the_log_tells_what_was_present_at_any_time(history: list[Tick]) -> None
     entry = next(entries, None)
     for index, row in enumerate(run(history)):
         while entry is not None and entry.time_s <= index * DT_S:
-            if entry.event == Event.RAISED:
+            if entry.event == AlarmEvent.RAISED:
                 present.add(entry.condition)
-            elif entry.event in (Event.ENDED, Event.LATCHED):
+            elif entry.event in (AlarmEvent.ENDED, AlarmEvent.LATCHED):
                 present.remove(entry.condition)
             entry = next(entries, None)
         assert present == row.present
@@ -119,35 +119,35 @@ def test_the_log_tells_what_was_present_at_any_time(history: list[Tick]) -> None
 @given(history=histories())
 def test_a_log_survives_storage(history: list[Tick]) -> None:
     log = written(history, capacity=50)
-    back = alarm_log.loaded(json.loads(json.dumps(alarm_log.stored(log))))
+    back = alarm_log.load(json.loads(json.dumps(alarm_log.store(log))))
     assert back._replace(last=log.last) == log
 
 
 def test_a_log_that_is_just_full_survives_storage() -> None:
     log = written([wrong(C.SPO2_LOW), Tick()], capacity=3)
     assert len(log.entries) == log.capacity
-    assert alarm_log.loaded(alarm_log.stored(log)).entries == log.entries
+    assert alarm_log.load(alarm_log.store(log)).entries == log.entries
 
 
 def test_the_last_second_of_a_pause_is_still_a_pause() -> None:
     paused = wrong(C.SPO2_LOW)._replace(audio_pause=True)
     history = [wrong(C.SPO2_LOW), paused, *lasting(wrong(C.SPO2_LOW), 130.0)]
-    assert written(history).entries[-1] == Entry(120.5, NOTHING, Event.PAUSE_ENDED)
+    assert written(history).entries[-1] == Entry(120.5, NOTHING, AlarmEvent.PAUSE_ENDED)
 
 
 def test_after_power_up_what_still_holds_is_raised_once_more() -> None:
-    log = alarm_log.loaded(alarm_log.stored(written([wrong(C.SPO2_LOW)])))
-    log = alarm_log.restarted(log, 30.0)
+    log = alarm_log.load(alarm_log.store(written([wrong(C.SPO2_LOW)])))
+    log = alarm_log.restart(log, 30.0)
     again = SILENT._replace(present=encode({C.SPO2_LOW}))
     log = alarm_log.note(log, 31.0, again)
     assert log.entries[-2:] == (
-        Entry(30.0, NOTHING, Event.STARTED),
-        Entry(31.0, C.SPO2_LOW, Event.RAISED),
+        Entry(30.0, NOTHING, AlarmEvent.STARTED),
+        Entry(31.0, C.SPO2_LOW, AlarmEvent.RAISED),
     )
 
 
 def test_a_power_up_forgets_the_signals_of_before() -> None:
-    log = alarm_log.restarted(written([wrong(C.SPO2_LOW)]), 30.0)
+    log = alarm_log.restart(written([wrong(C.SPO2_LOW)]), 30.0)
     assert log.last == SILENT
     assert log.time_s == 30.0
 
@@ -159,7 +159,7 @@ def test_time_does_not_run_backwards(time_s: float) -> None:
     with pytest.raises(ValueError, match="cannot go on"):
         alarm_log.note(log, time_s, SILENT)
     with pytest.raises(ValueError, match="cannot go on"):
-        alarm_log.restarted(log, time_s)
+        alarm_log.restart(log, time_s)
 
 
 @pytest.mark.parametrize("capacity", [0, -3])
@@ -187,21 +187,21 @@ def test_a_log_without_room_is_refused(capacity: int) -> None:
     ],
 )
 def test_a_damaged_log_is_refused_in_one_line(change: dict[str, Any], message: str) -> None:
-    data = {**alarm_log.stored(written([wrong(C.SPO2_LOW)], capacity=10)), **change}
+    data = {**alarm_log.store(written([wrong(C.SPO2_LOW)], capacity=10)), **change}
     with pytest.raises(InputError, match=message) as refused:
-        alarm_log.loaded(data)
+        alarm_log.load(data)
     assert "\n" not in str(refused.value)
 
 
 def test_a_log_without_a_field_is_refused() -> None:
-    data = alarm_log.stored(written([Tick()]))
+    data = alarm_log.store(written([Tick()]))
     del data["lost"]
     with pytest.raises(InputError, match="lost"):
-        alarm_log.loaded(data)
+        alarm_log.load(data)
 
 
 def test_numbers_of_stored_events_keep_their_meaning() -> None:
-    assert [event.name for event in Event] == [
+    assert [event.name for event in AlarmEvent] == [
         "STARTED",
         "ENDED",
         "LATCHED",
@@ -212,4 +212,4 @@ def test_numbers_of_stored_events_keep_their_meaning() -> None:
         "PAUSED",
         "PAUSE_ENDED",
     ]
-    assert [int(event) for event in Event] == list(range(9))
+    assert [int(event) for event in AlarmEvent] == list(range(9))

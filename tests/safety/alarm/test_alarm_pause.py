@@ -41,10 +41,10 @@ def test_a_pause_of_a_millisecond_controller_is_not_a_tick_too_long() -> None:
 def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
     for pause_s, reminder_s in ((0.0, 60.0), (120.5, 60.0), (float("nan"), 60.0), (120.0, 0.0)):
         with pytest.raises(InputError, match=r"must be above 0 and at most 120 s"):
-            alarm_state.settings(pause_s, reminder_s)
+            alarm_state.check_settings(pause_s, reminder_s)
     with pytest.raises(InputError, match="reminder interval is 121 s"):
-        alarm_state.settings(120.0, 121.0)
-    short = alarm_state.settings(30.0, 60.0)
+        alarm_state.check_settings(120.0, 121.0)
+    short = alarm_state.check_settings(30.0, 60.0)
     state, _ = alarm.step(short, alarm_state.START, encode({C.SPO2_LOW}), False, RELEASED, DT_S)
     pause = Buttons(acknowledge=False, audio_pause=True, reset=False)
     _, signals = alarm.step(short, state, encode({C.SPO2_LOW}), False, pause, DT_S)
@@ -52,7 +52,9 @@ def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:
 
 
 def test_a_pause_of_half_a_second_is_one() -> None:
-    assert alarm_state.settings(0.5, 0.5) == alarm_state.Settings(pause_s=0.5, reminder_s=0.5)
+    assert alarm_state.check_settings(0.5, 0.5) == alarm_state.AlarmSettings(
+        pause_s=0.5, reminder_s=0.5
+    )
 
 
 def test_settings_that_were_not_validated_still_cannot_pause_for_longer() -> None:

@@ -143,7 +143,7 @@ def test_the_spectrum_has_a_low_fundamental_and_four_harmonics_of_like_level(
 def test_bursts_repeat_after_their_interval(
     priority: Priority, least_s: float, most_s: float
 ) -> None:
-    samples = auditory_signal.repeated(priority, 40.0, RATE_HZ)
+    samples = auditory_signal.repeat(priority, 40.0, RATE_HZ)
     assert samples.size == round(40.0 * RATE_HZ)
     one = auditory_signal.burst(priority, RATE_HZ)
     np.testing.assert_array_equal(samples[: one.size], one)
@@ -166,7 +166,7 @@ def test_more_urgent_sounds_denser_higher_and_with_more_pulses() -> None:
     counts = [len(auditory_signal.pulses(priority)) for priority in SOUNDING]
     assert counts == [10, 3, 2]
     shares = [
-        float((np.abs(auditory_signal.repeated(priority, 60.0, RATE_HZ)) > 0.0).mean())
+        float((np.abs(auditory_signal.repeat(priority, 60.0, RATE_HZ)) > 0.0).mean())
         for priority in SOUNDING
     ]
     assert shares[0] > 2.0 * shares[1] > 4.0 * shares[2]
@@ -174,9 +174,9 @@ def test_more_urgent_sounds_denser_higher_and_with_more_pulses() -> None:
 
 def test_a_piece_cut_short_ends_within_a_burst() -> None:
     whole = auditory_signal.burst(Priority.HIGH, RATE_HZ)
-    piece = auditory_signal.repeated(Priority.HIGH, 1.0, RATE_HZ)
+    piece = auditory_signal.repeat(Priority.HIGH, 1.0, RATE_HZ)
     np.testing.assert_array_equal(piece, whole[: piece.size])
-    assert auditory_signal.repeated(Priority.HIGH, 0.0, RATE_HZ).size == 0
+    assert auditory_signal.repeat(Priority.HIGH, 0.0, RATE_HZ).size == 0
 
 
 def test_a_rate_too_low_for_the_highest_harmonic_is_refused() -> None:

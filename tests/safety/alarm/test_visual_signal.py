@@ -16,7 +16,7 @@ def test_urgent_lights_flash(
 ) -> None:
     seconds = 100.0
     on = np.array(
-        [visual_signal.lit(priority, index * STEP_S) for index in range(round(seconds / STEP_S))]
+        [visual_signal.is_lit(priority, index * STEP_S) for index in range(round(seconds / STEP_S))]
     )
     flashes = int(np.count_nonzero(on[1:] & ~on[:-1])) + int(on[0])
     assert least_hz < flashes / seconds < most_hz
@@ -27,8 +27,8 @@ def test_urgent_lights_flash(
 
 def test_the_low_light_is_steady_and_none_is_dark() -> None:
     times = [0.0, 0.3, 7.7, 1e6]
-    assert all(visual_signal.lit(Priority.LOW, time_s) for time_s in times)
-    assert not any(visual_signal.lit(Priority.NONE, time_s) for time_s in times)
+    assert all(visual_signal.is_lit(Priority.LOW, time_s) for time_s in times)
+    assert not any(visual_signal.is_lit(Priority.NONE, time_s) for time_s in times)
     assert visual_signal.LIGHTS[Priority.LOW].colour == "cyan"
 
 

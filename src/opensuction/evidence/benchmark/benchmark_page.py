@@ -63,7 +63,7 @@ def _table(caption: str, results: list[Entry], key: str) -> Table:
 
 
 def _findings(results: list[Entry]) -> tuple[str, ...]:
-    """What the figures say, in sentences made from them."""
+    """The main results in sentences."""
     found = [
         f"{plant}: {entry['compensation']} tracks best, {entry['rmse_mm']:.3g} mm RMSE (worst seed "
         f"{entry['rmse_worst_mm']:.3g}), peak {entry['peak_mm']:.3g} mm."

@@ -18,7 +18,7 @@ FULL_SCALE = 32767
 
 def encode(priority: Priority) -> bytes:
     """What is heard of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
-    samples = auditory_signal.repeated(priority, SECONDS, SAMPLE_RATE_HZ)
+    samples = auditory_signal.repeat(priority, SECONDS, SAMPLE_RATE_HZ)
     buffer = io.BytesIO()
     with wave.open(buffer, "wb") as file:
         file.setnchannels(1)

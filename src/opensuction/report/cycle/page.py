@@ -16,7 +16,7 @@ SCRIPTS = ("plot_parts.js", "loop_plot.js", "patient_plots.js", "plots.js")
 """In this order: each uses those before it."""
 
 RUN = ("machine", "protocol", "approach", "compensation", "patient", "catheter", "conduit", "seed")
-"""What ran, in the order in which the page says it."""
+"""What ran, in the order of the page."""
 SOFTWARE = ("version", "wall_s", "realtime_factor")
 """How it was computed."""
 

@@ -13,7 +13,7 @@ class Requirement(NamedTuple):
     limit: str
     """With ``below`` or ``at most``."""
     met: bool | None
-    """None where the summary does not say."""
+    """None where it is not known."""
     source: str
 
 

@@ -18,10 +18,10 @@ from opensuction.safety.alarm.alarm_state import (
     NOTHING,
     SILENT,
     START,
+    AlarmSettings,
+    AlarmState,
     Buttons,
-    Settings,
     Signals,
-    State,
 )
 from opensuction.safety.condition_mask import (
     EVERY_BIT,
@@ -74,7 +74,7 @@ def _first(shown: int, present: int, acknowledged: int, escalated: int) -> int:
 
 
 @compiled
-def _mature(state: State, holding: int, dt_s: float) -> tuple[int, int, Seconds]:
+def _mature(state: AlarmState, holding: int, dt_s: float) -> tuple[int, int, Seconds]:
     """Masks of the conditions that are present and that wait, and the clocks of their delays."""
     present = holding & (state.present | ~DELAYED_MASK)
     delayed = holding & ~present
@@ -86,7 +86,7 @@ def _mature(state: State, holding: int, dt_s: float) -> tuple[int, int, Seconds]
 
 @compiled
 def _escalate(
-    state: State, shown: int, begun: int, running: int, dt_s: float
+    state: AlarmState, shown: int, begun: int, running: int, dt_s: float
 ) -> tuple[int, Seconds]:
     """Mask of the raised conditions, and how long each of those that may rise goes unanswered.
 
@@ -101,7 +101,7 @@ def _escalate(
 
 @compiled
 def _pause(
-    settings: Settings, state: State, pressed: bool, loud: int, urgent: int, dt_s: float
+    settings: AlarmSettings, state: AlarmState, pressed: bool, loud: int, urgent: int, dt_s: float
 ) -> tuple[float, int, float]:
     """What is left of the audio pause, what it silences, and the sound owed before another.
 
@@ -124,7 +124,7 @@ def _pause(
 
 @compiled
 def _remind(
-    settings: Settings, silent_s: float, shown: int, audible: int, dt_s: float
+    settings: AlarmSettings, silent_s: float, shown: int, audible: int, dt_s: float
 ) -> tuple[float, bool]:
     """How long something shown has made no sound since the last reminder; whether one is due."""
     if shown == 0 or audible != NONE:
@@ -137,8 +137,8 @@ def _remind(
 
 @compiled
 def _advance(
-    settings: Settings, state: State, holding: int, buttons: Buttons, dt_s: float
-) -> tuple[State, Signals]:
+    settings: AlarmSettings, state: AlarmState, holding: int, buttons: Buttons, dt_s: float
+) -> tuple[AlarmState, Signals]:
     """A tick in which something holds or is shown, or was in the last."""
     present, waiting, held_s = _mature(state, holding, dt_s)
     new = present & ~state.present
@@ -158,7 +158,7 @@ def _advance(
     left_s, paused_priority, owed_s = _pause(settings, state, pressed, loud, urgent, dt_s)
     audible = NONE if left_s > 0.0 else loud
     silent_s, reminder = _remind(settings, state.silent_s, shown, audible, dt_s)
-    following = State(
+    following = AlarmState(
         present=present,
         latched=latched,
         acknowledged=acknowledged,
@@ -187,13 +187,13 @@ def _advance(
 
 @compiled
 def step(
-    settings: Settings,
-    state: State,
+    settings: AlarmSettings,
+    state: AlarmState,
     conditions: int,
     planned_work: bool,
     buttons: Buttons,
     dt_s: float,
-) -> tuple[State, Signals]:
+) -> tuple[AlarmState, Signals]:
     """Signals of one tick.
 
     conditions: bit mask of what is wrong now (bit ``Condition``); the governor's trips have the

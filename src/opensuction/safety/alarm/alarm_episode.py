@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from opensuction.safety.alarm.alarm_log import Entry, Event, Log
+from opensuction.safety.alarm.alarm_log import AlarmEvent, Entry, Log
 from opensuction.safety.condition import row_of
 from opensuction.safety.priority import Priority
 
-CLOSING = (Event.ENDED, Event.RESET)
+CLOSING = (AlarmEvent.ENDED, AlarmEvent.RESET)
 """What ends an alarm."""
 
 
@@ -25,7 +25,7 @@ class Episode(NamedTuple):
     """When a person first answered it; None where nobody did."""
 
 
-def _begun(entry: Entry) -> Episode:
+def _begin(entry: Entry) -> Episode:
     return Episode(
         condition=entry.condition,
         priority=row_of(entry.condition).handling.priority,
@@ -36,20 +36,20 @@ def _begun(entry: Entry) -> Episode:
     )
 
 
-def _after(episode: Episode, entry: Entry) -> Episode:
+def _continue(episode: Episode, entry: Entry) -> Episode:
     """An alarm after another entry about it."""
     if entry.event in CLOSING:
         return episode._replace(ended_s=entry.time_s)
-    if entry.event == Event.LATCHED:
+    if entry.event == AlarmEvent.LATCHED:
         return episode._replace(latched=True)
-    if entry.event == Event.ESCALATED:
+    if entry.event == AlarmEvent.ESCALATED:
         return episode._replace(priority=Priority(min(episode.priority + 1, Priority.HIGH)))
-    if entry.event == Event.ACKNOWLEDGED and episode.acknowledged_s is None:
+    if entry.event == AlarmEvent.ACKNOWLEDGED and episode.acknowledged_s is None:
         return episode._replace(acknowledged_s=entry.time_s)
     return episode
 
 
-def episodes(log: Log) -> tuple[Episode, ...]:
+def list_episodes(log: Log) -> tuple[Episode, ...]:
     """Every alarm of a log in the order in which they were raised.
 
     What holds again while it is still shown is the same alarm. A power-up ends what was shown: it
@@ -58,16 +58,16 @@ def episodes(log: Log) -> tuple[Episode, ...]:
     found: list[Episode] = []
     shown: dict[int, int] = {}
     for entry in log.entries:
-        if entry.event == Event.STARTED:
+        if entry.event == AlarmEvent.STARTED:
             for index in shown.values():
                 found[index] = found[index]._replace(ended_s=entry.time_s)
             shown.clear()
-        elif entry.event == Event.RAISED and entry.condition not in shown:
+        elif entry.event == AlarmEvent.RAISED and entry.condition not in shown:
             shown[entry.condition] = len(found)
-            found.append(_begun(entry))
+            found.append(_begin(entry))
         elif entry.condition in shown:
             index = shown[entry.condition]
-            found[index] = _after(found[index], entry)
+            found[index] = _continue(found[index], entry)
             if entry.event in CLOSING:
                 del shown[entry.condition]
     return tuple(found)

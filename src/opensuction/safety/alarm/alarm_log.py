@@ -17,7 +17,7 @@ VERSION = 1
 """Of the stored form."""
 
 
-class Event(IntEnum):
+class AlarmEvent(IntEnum):
     """What can be noted, in the order within one tick. Never renumber."""
 
     STARTED = 0
@@ -44,7 +44,7 @@ class Entry(NamedTuple):
     """As the caller counts it; across power-ups the caller must keep counting."""
     condition: int
     """`NOTHING` where the event belongs to no single condition."""
-    event: Event
+    event: AlarmEvent
 
 
 class Log(NamedTuple):
@@ -66,20 +66,20 @@ def start(capacity: int, time_s: float) -> Log:
     """
     if capacity < 1:
         raise InputError(f"the alarm log's capacity is {capacity} entries; it must be at least 1")
-    entries = (Entry(time_s, NOTHING, Event.STARTED),)
+    entries = (Entry(time_s, NOTHING, AlarmEvent.STARTED),)
     return Log(capacity, entries, 0, time_s, SILENT)
 
 
-def _appended(log: Log, time_s: float, new: list[Entry], last: Signals) -> Log:
+def _append(log: Log, time_s: float, new: list[Entry], last: Signals) -> Log:
     entries = (*log.entries, *new)
     excess = max(len(entries) - log.capacity, 0)
     return Log(log.capacity, entries[excess:], log.lost + excess, time_s, last)
 
 
-def restarted(log: Log, time_s: float) -> Log:
+def restart(log: Log, time_s: float) -> Log:
     """A log that came back from storage, at the next power-up."""
     _require_order(log, time_s)
-    return _appended(log, time_s, [Entry(time_s, NOTHING, Event.STARTED)], SILENT)
+    return _append(log, time_s, [Entry(time_s, NOTHING, AlarmEvent.STARTED)], SILENT)
 
 
 def _require_order(log: Log, time_s: float) -> None:
@@ -87,17 +87,17 @@ def _require_order(log: Log, time_s: float) -> None:
         raise ValueError(f"the alarm log has reached {log.time_s} s and cannot go on at {time_s} s")
 
 
-def _events(before: Signals, after: Signals) -> dict[Event, int]:
-    """Mask of the conditions to which each event happened, in the order of `Event`."""
+def _events(before: Signals, after: Signals) -> dict[AlarmEvent, int]:
+    """Mask of the conditions to which each event happened, in the order of `AlarmEvent`."""
     ended = before.present & ~after.present
     raised = after.present & ~before.present
     return {
-        Event.ENDED: ended & ~after.latched,
-        Event.LATCHED: ended & after.latched,
-        Event.RESET: before.latched & ~after.latched & ~after.present,
-        Event.RAISED: raised,
-        Event.ESCALATED: after.escalated & ~before.escalated,
-        Event.ACKNOWLEDGED: after.acknowledged & ~before.acknowledged,
+        AlarmEvent.ENDED: ended & ~after.latched,
+        AlarmEvent.LATCHED: ended & after.latched,
+        AlarmEvent.RESET: before.latched & ~after.latched & ~after.present,
+        AlarmEvent.RAISED: raised,
+        AlarmEvent.ESCALATED: after.escalated & ~before.escalated,
+        AlarmEvent.ACKNOWLEDGED: after.acknowledged & ~before.acknowledged,
     }
 
 
@@ -114,11 +114,11 @@ def note(log: Log, time_s: float, signals: Signals) -> Log:
     ]
     paused, was_paused = signals.pause_left_s > 0.0, log.last.pause_left_s > 0.0
     if paused != was_paused:
-        new.append(Entry(time_s, NOTHING, Event.PAUSED if paused else Event.PAUSE_ENDED))
-    return _appended(log, time_s, new, signals)
+        new.append(Entry(time_s, NOTHING, AlarmEvent.PAUSED if paused else AlarmEvent.PAUSE_ENDED))
+    return _append(log, time_s, new, signals)
 
 
-def stored(log: Log) -> dict[str, Any]:
+def store(log: Log) -> dict[str, Any]:
     """The log as plain data, ready for JSON or a database."""
     return {
         "version": VERSION,
@@ -129,8 +129,8 @@ def stored(log: Log) -> dict[str, Any]:
     }
 
 
-def loaded(data: Mapping[str, Any]) -> Log:
-    """A log from its stored form; call `restarted` before noting anything in it.
+def load(data: Mapping[str, Any]) -> Log:
+    """A log from its stored form; call `restart` before noting anything in it.
 
     Raises InputError where the data is no log of this version, or out of order.
     """
@@ -140,7 +140,7 @@ def loaded(data: Mapping[str, Any]) -> Log:
         )
     try:
         entries = tuple(
-            Entry(float(time_s), int(condition), Event[event])
+            Entry(float(time_s), int(condition), AlarmEvent[event])
             for time_s, condition, event in data["entries"]
         )
         log = Log(int(data["capacity"]), entries, int(data["lost"]), float(data["time_s"]), SILENT)

@@ -16,7 +16,7 @@ NOTHING = -1
 """In place of a condition: none."""
 
 
-class Settings(NamedTuple):
+class AlarmSettings(NamedTuple):
     """What the organisation that uses the machine may set."""
 
     pause_s: float
@@ -36,7 +36,7 @@ class Buttons(NamedTuple):
     """Clear what is latched and has ended."""
 
 
-class State(NamedTuple):
+class AlarmState(NamedTuple):
     """What is remembered of the alarms."""
 
     present: int
@@ -93,7 +93,7 @@ SILENT = Signals(
 """Nothing to tell."""
 
 
-START = State(
+START = AlarmState(
     present=0,
     latched=0,
     acknowledged=0,
@@ -109,8 +109,8 @@ START = State(
 """State at power-up: nothing is known yet; what holds is signalled after its delay."""
 
 
-def settings(pause_s: float, reminder_s: float) -> Settings:
-    """Settings within their limits.
+def check_settings(pause_s: float, reminder_s: float) -> AlarmSettings:
+    """Settings, checked against their limits.
 
     Raises InputError for a pause that is not between 0 and `LONGEST_PAUSE_S`, or a reminder that
     is not positive or rarer than the longest pause.
@@ -120,4 +120,4 @@ def settings(pause_s: float, reminder_s: float) -> Settings:
             raise InputError(
                 f"the {name} is {value:g} s; it must be above 0 and at most {LONGEST_PAUSE_S:g} s"
             )
-    return Settings(pause_s, reminder_s)
+    return AlarmSettings(pause_s, reminder_s)

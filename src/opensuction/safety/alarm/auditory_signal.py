@@ -106,7 +106,7 @@ def burst(priority: Priority, sample_rate_hz: float) -> Samples:
     return samples
 
 
-def repeated(priority: Priority, seconds: float, sample_rate_hz: float) -> Samples:
+def repeat(priority: Priority, seconds: float, sample_rate_hz: float) -> Samples:
     """Bursts with their interval for a time, as long as the alarm is not silenced.
 
     The interval runs from the end of the last pulse to the beginning of the next burst's first.

@@ -12,7 +12,7 @@ LIGHTS: dict[Priority, Light] = {
 """Of each priority; `Priority.NONE` is dark."""
 
 
-def lit(priority: Priority, time_s: float) -> bool:
+def is_lit(priority: Priority, time_s: float) -> bool:
     """Whether the light is on at a time since any fixed beginning.
 
     It flashes for as long as the alarm is shown, acknowledged or paused as it may be.
