@@ -7,8 +7,8 @@ import pytest
 
 from opensuction.cli import progress
 from opensuction.cli.progress import ProgressTeller
-from opensuction.kernel import compilation
-from opensuction.kernel.compilation import Compilation, Stage
+from opensuction.kernel.compiler import compilation
+from opensuction.kernel.compiler.compilation import Compilation, Stage
 
 
 class Compiler:

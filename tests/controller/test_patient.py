@@ -41,7 +41,7 @@ def prepared(name: str, seed: int = 1) -> Prepared:
 @cache
 def begins_s(name: str, phase: Phase) -> float:
     """When a phase of the healthy cycle begins."""
-    columns = cycle_run.play(prepared(name), lambda _: None)
+    columns = cycle_run.play(prepared(name))
     return next(span.start_s for span in trace.phase_spans(columns) if span.phase == phase)
 
 

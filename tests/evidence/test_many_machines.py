@@ -36,7 +36,7 @@ def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
     for seed in range(FIRST_SEED, FIRST_SEED + MACHINES):
         choice = CycleChoice(RigChoice("bench", seed=seed), compensation=compensation)
         prepared = cycle_run.prepare(resolution.resolve(choice))
-        columns = cycle_run.play(prepared, lambda _: None)
+        columns = cycle_run.play(prepared)
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed
         assert figures.trips == (), seed
@@ -68,7 +68,7 @@ def test_no_drawn_adult_is_suctioned_beyond_a_limit(compensation: str, approach:
         rig = RigChoice(seed=seed)
         choice = CycleChoice(rig, approach=approach, compensation=compensation)
         prepared = cycle_run.prepare(resolution.resolve(choice))
-        columns = cycle_run.play(prepared, lambda _: None)
+        columns = cycle_run.play(prepared)
         figures = cycle_run.figures(prepared, columns)
         assert figures.completed, seed
         assert figures.trips == (), seed

@@ -1,7 +1,8 @@
-"""A tiny core, edited between runs: every edit takes effect, and no edit compiles nothing."""
+"""A tiny core, edited between runs: every edit takes effect, and nothing is compiled twice."""
 
 import json
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,9 @@ from numpy.typing import NDArray
 
 from opensuction.kernel import compiled as module
 from opensuction.kernel.compiled import CACHE_FOLDER, PACKAGE, compiled, prune
+
+KERNEL = ("__init__.py", "compiled.py", "record.py", "straight_line.py")
+"""What the tiny core has of the kernel, beside the whole of its compiler."""
 
 SOURCES = {
     "safety/__init__.py": "",
@@ -45,24 +49,71 @@ from opensuction.safety.table import NEXT_PHASE
 @compiled
 def cycle(cap: Cap, phase: int) -> tuple[float, int]:
     return limit_mm(cap.depth_mm), NEXT_PHASE[phase]
+
+@compiled
+def check(cap: Cap) -> float:
+    if cap.speed_mm_per_s < 0.0:
+        raise ValueError(cap.speed_mm_per_s, "is negative")
+    return cap.speed_mm_per_s
+
+@compiled
+def plan(cap: Cap) -> float:
+    return cycle(cap, 1)[0] + limit_mm(check(cap))
+
+@compiled
+def plan_again(cap: Cap) -> float:
+    return plan(cap)
+""",
+    "controller/scale.py": """
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.straight_line import define
+
+scale_by_2 = define(["def scale(x):", "    return 2.0 * x"], "scale")
+scale_by_3 = define(["def scale(x):", "    return 3.0 * x"], "scale")
+
+@compiled
+def double(x: float) -> float:
+    return scale_by_2(x)
+
+@compiled
+def add_both(x: float) -> float:
+    return double(x) + scale_by_3(x)
 """,
 }
-"""Only ``cycle`` is called from outside: whatever else changes is for it a changed callee."""
 
 PROGRAM = """
 import json
-from opensuction.controller.cycle import Cap, cycle
-depth, phase = cycle(Cap(depth_mm=120.0, speed_mm_per_s=9.0), 1)
-print(json.dumps([depth, int(phase), sum(cycle.stats.cache_hits.values())]))
+from opensuction.controller.cycle import Cap, cycle, plan, plan_again
+from opensuction.controller.scale import add_both, double
+from opensuction.kernel.compiler import compilation
+from opensuction.safety.limit import limit_mm
+
+def refusal(function, *args):
+    try:
+        function(*args)
+    except ValueError as refused:
+        return refused.args[0]
+
+news = []
+compilation.listen(news.append)
+cap = Cap(depth_mm=120.0, speed_mm_per_s=9.0)
+value = CALL
+last = news[-1] if news else compilation.Compilation("", compilation.Stage.FINISHED, 0)
+print(json.dumps([float(value), last.root, last.functions]))
 """
+
+CYCLE = "sum(cycle(cap, 1))"
+"""Only ``cycle`` is called from outside: whatever else changes is for it a changed callee."""
 
 
 class Answer(NamedTuple):
-    """What the tiny core answers, and whether it came from the cache."""
+    """What the tiny core answers, and what had to be compiled for it."""
 
-    limit_mm: float
-    phase: int
-    from_cache: bool
+    value: float
+    root: str = ""
+    """That had to be compiled; the last one."""
+    translated: int = 0
+    """Functions that had to be translated for it."""
 
 
 class TinyCore:
@@ -74,7 +125,8 @@ class TinyCore:
         kernel = self.package / "kernel"
         kernel.mkdir(parents=True)
         (self.package / "__init__.py").touch()
-        for name in ("__init__.py", "compiled.py", "dispatcher.py", "record.py"):
+        shutil.copytree(PACKAGE / "kernel" / "compiler", kernel / "compiler")
+        for name in KERNEL:
             shutil.copy(PACKAGE / "kernel" / name, kernel / name)
         for name, source in SOURCES.items():
             path = self.package / name
@@ -89,8 +141,8 @@ class TinyCore:
         path.write_text(text.replace(old, new))
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
 
-    def run(self) -> Answer:
-        """Run the program in a fresh process."""
+    def run(self, call: str = CYCLE) -> Answer:
+        """Run a call of the core in a fresh process."""
         environment = {
             **os.environ,
             "OPENSUCTION_CACHE_DIR": str(self.cache),
@@ -99,7 +151,7 @@ class TinyCore:
             "PYTHONDONTWRITEBYTECODE": "1",  # Python's own cache trusts times of change
         }
         finished = subprocess.run(
-            [sys.executable, "-c", PROGRAM],
+            [sys.executable, "-c", PROGRAM.replace("CALL", call)],
             env=environment,
             cwd=self.package.parent,
             capture_output=True,
@@ -107,12 +159,12 @@ class TinyCore:
             check=False,
         )
         assert finished.returncode == 0, finished.stderr
-        limit_mm, phase, hits = json.loads(finished.stdout)
-        return Answer(limit_mm, phase, hits > 0)
+        return Answer(*json.loads(finished.stdout))
 
-    def machine_code(self) -> dict[str, int]:
+    def files(self) -> dict[str, int]:
         """Files of the cache and when each was written."""
-        return {str(path): path.stat().st_mtime_ns for path in self.cache.rglob("*.nb?")}
+        found = [path for path in self.cache.rglob("*") if path.is_file()]
+        return {str(path): path.stat().st_mtime_ns for path in found}
 
 
 @pytest.fixture
@@ -121,26 +173,66 @@ def core(tmp_path: Path) -> TinyCore:
 
 
 def test_an_edit_anywhere_in_the_core_takes_effect(core: TinyCore) -> None:
-    assert core.run() == Answer(125.0, 5, from_cache=False)
+    assert core.run() == Answer(130.0, "controller.cycle.cycle", 2)
     core.edit("safety/limit.py", "MARGIN_MM = 5.0", "MARGIN_MM = 7.0")
-    assert core.run() == Answer(127.0, 5, from_cache=False)
+    assert core.run().value == 132.0
     core.edit("safety/table.py", "[4, 5, 6]", "[4, 9, 6]")
-    assert core.run() == Answer(127.0, 9, from_cache=False)
-    # The caller builds the record by keyword; stale machine code would return the speed, 9 + 7.
+    assert core.run().value == 136.0
+    # The caller builds the record by keyword; stale machine code would take the speed, 9, for it.
     core.edit(
         "safety/record.py",
         "    depth_mm: float\n    speed_mm_per_s: float\n",
         "    speed_mm_per_s: float\n    depth_mm: float\n",
     )
-    assert core.run() == Answer(127.0, 9, from_cache=False)
+    assert core.run() == Answer(136.0, "controller.cycle.cycle", 2)
+
+
+def test_an_edit_of_a_callee_reaches_a_root_that_is_new(core: TinyCore) -> None:
+    assert core.run().value == 130.0
+    core.edit("safety/limit.py", "MARGIN_MM = 5.0", "MARGIN_MM = 7.0")
+    assert core.run("plan(cap)") == Answer(143.0, "controller.cycle.plan", 4)
 
 
 def test_an_unchanged_core_compiles_nothing(core: TinyCore) -> None:
     first = core.run()
-    written = core.machine_code()
-    assert written
-    assert core.run() == first._replace(from_cache=True)
-    assert core.machine_code() == written
+    written = core.files()
+    assert any(name.endswith(".nbc") for name in written)
+    assert core.run() == Answer(first.value)
+    assert core.files() == written
+
+
+def test_another_root_translates_only_what_it_adds(core: TinyCore) -> None:
+    core.run()
+    assert core.run("plan(cap)") == Answer(139.0, "controller.cycle.plan", 2)
+    assert core.run("plan(cap)") == Answer(139.0)
+    # Translated for its callers, but not yet machine code of its own.
+    assert core.run("limit_mm(1.0)") == Answer(6.0, "safety.limit.limit_mm", 0)
+
+
+def test_what_another_type_of_argument_asks_for_is_translated(core: TinyCore) -> None:
+    core.run("limit_mm(1.0)")
+    assert core.run("limit_mm(1)") == Answer(6.0, "safety.limit.limit_mm", 1)
+
+
+def test_what_is_linked_from_the_store_raises_with_its_values(core: TinyCore) -> None:
+    assert core.run("plan(cap)").value == 139.0
+    call = "refusal(plan_again, cap._replace(speed_mm_per_s=-2.0))"
+    assert core.run(call) == Answer(-2.0, "controller.cycle.plan_again", 1)
+    assert core.run(call) == Answer(-2.0)
+
+
+def test_generated_code_of_one_name_is_not_mistaken_for_another(core: TinyCore) -> None:
+    # Both are called ``scale``, and each process numbers what it translates from 1 on.
+    assert core.run("double(1.0)").value == 2.0
+    assert core.run("add_both(1.0)") == Answer(5.0, "controller.scale.add_both", 2)
+
+
+def test_translations_for_another_processor_are_left_alone(core: TinyCore) -> None:
+    core.run()
+    (file,) = core.cache.rglob("*.translated")
+    machine, contents = pickle.loads(file.read_bytes())
+    file.write_bytes(pickle.dumps(((*machine[:1], "another", *machine[2:]), contents)))
+    assert core.run("plan(cap)") == Answer(139.0, "controller.cycle.plan", 4)
 
 
 def test_pruning_keeps_the_folder_in_use_and_the_most_recent(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def test_scenario_comes_out_as_recorded(file: Path) -> None:
     rig = RigChoice(scenario["machine"], seed=scenario["seed"])
     choice = CycleChoice(rig, **{key: scenario[key] for key in keys})
     prepared = cycle_run.prepare(resolution.resolve(choice))
-    columns = cycle_run.play(prepared, lambda _: None)
+    columns = cycle_run.play(prepared)
     found = cycle_summary.summary(prepared, columns, wall_s=0.0, realtime_factor=1.0)
     assert found["outcome"] == "completed"
     assert found["trips"] == []

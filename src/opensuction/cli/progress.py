@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from opensuction.kernel.compilation import Compilation
+    from opensuction.kernel.compiler.compilation import Compilation
 
 POLL_S = 0.1
 """How often a wait looks for signals and news."""
@@ -42,7 +42,7 @@ class _Compilations:
 
     def hear(self, news: "Compilation") -> None:
         """Note how one goes on."""
-        from opensuction.kernel.compilation import Stage
+        from opensuction.kernel.compiler.compilation import Stage
 
         self._functions = self._earlier_functions + news.functions
         if news.stage == Stage.BEGUN:
@@ -94,7 +94,7 @@ class ProgressTeller:
 
         def run() -> None:
             # Loaded here, as all that takes long.
-            from opensuction.kernel import compilation
+            from opensuction.kernel.compiler import compilation
 
             compilation.listen(compilations.hear)
             try:

@@ -237,7 +237,8 @@ def _missing_mm(
     trial_mm: NDArray[np.float64],
 ) -> float:
     """Output less target after a move, mm. trial_mm: workspace of the elements' shape."""
-    trial_mm[:] = state.elements_mm
+    for k in range(trial_mm.size):  # no slice: its assignment takes seconds to compile
+        trial_mm[k] = state.elements_mm[k]
     head_mm = state.head_mm + move_mm
     _move(model, trial_mm, head_mm, move_mm)
     return _output_mm(model, head_mm, trial_mm) - target_mm

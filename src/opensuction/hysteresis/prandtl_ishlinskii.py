@@ -65,10 +65,16 @@ def step(
     positions_mm: shape (n,), read and not changed. Returns a new array of that shape.
     """
     moved_mm = positions_mm.copy()
-    for j in range(moved_mm.size):
-        reach_mm = model.thresholds_mm[j]
-        moved_mm[j] = min(max(moved_mm[j], head_mm - reach_mm), head_mm + reach_mm)
+    _move(model, moved_mm, head_mm)
     return moved_mm
+
+
+@compiled
+def _move(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float) -> None:
+    """`step` in place."""
+    for j in range(positions_mm.size):
+        reach_mm = model.thresholds_mm[j]
+        positions_mm[j] = min(max(positions_mm[j], head_mm - reach_mm), head_mm + reach_mm)
 
 
 @compiled
@@ -110,10 +116,10 @@ def simulate(
     head_mm: shape (k,); each step between samples is taken as one monotone move. positions_mm:
     the plays before the first sample, shape (n,). Returns tip positions in mm, shape (k,).
     """
-    tip_mm = np.empty(head_mm.size)
+    tip_mm, moved_mm = np.empty(head_mm.size), positions_mm.copy()
     for k in range(head_mm.size):
-        positions_mm = step(model, positions_mm, head_mm[k])
-        tip_mm[k] = output_mm(model, positions_mm, head_mm[k])
+        _move(model, moved_mm, head_mm[k])
+        tip_mm[k] = output_mm(model, moved_mm, head_mm[k])
     return tip_mm
 
 

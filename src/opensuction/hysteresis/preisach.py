@@ -225,7 +225,8 @@ def _missing_mm(
     trial_mm: NDArray[np.float64],
 ) -> float:
     """Output less target after a move, mm. trial_mm: workspace of shape (levels,)."""
-    trial_mm[:] = state.positions_mm
+    for k in range(trial_mm.size):  # no slice: its assignment takes seconds to compile
+        trial_mm[k] = state.positions_mm[k]
     head_mm = state.head_mm + move_mm
     _move(model, trial_mm, head_mm)
     return _output_mm(model, sums_mm, head_mm, trial_mm) - target_mm

@@ -25,7 +25,8 @@ from numba import config
 from platformdirs import user_cache_path
 
 import opensuction.kernel.record  # noqa: F401 - gives records their ``_replace``
-from opensuction.kernel import dispatcher
+from opensuction.kernel.compiler import dispatcher
+from opensuction.kernel.compiler.store import Store
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -149,6 +150,18 @@ CACHE_FOLDER = prepare_cache()
 """Cache folder of this process."""
 
 
+def is_core(function: Callable[..., object]) -> bool:
+    """Whether `sources_hash` tells of any change of a function: not of one made in a call."""
+    source = Path(function.__code__.co_filename)
+    if not source.is_relative_to(PACKAGE) or "<locals>" in function.__qualname__:
+        return False
+    return source.relative_to(PACKAGE).parts[0] in CORE_ROOMS
+
+
+STORE = Store(CACHE_FOLDER / "translated", is_core)
+"""What compiled callers link, kept in this folder."""
+
+
 def is_cold() -> bool:
     """Whether nothing was compiled yet from these sources: the next call takes a while."""
     return next(CACHE_FOLDER.rglob("*.nbc"), None) is None
@@ -164,7 +177,9 @@ def compiled(function: Function) -> Function:
     """
     if getattr(config, JIT_SETTING):
         return function
-    return cast(Function, dispatcher.made(function, CACHE_FOLDER))
+    made = dispatcher.make(function, boundscheck=True)
+    made.keep(CACHE_FOLDER, STORE)
+    return cast(Function, made)
 
 
 def compiled_generated(function: Function) -> Function:
@@ -173,7 +188,20 @@ def compiled_generated(function: Function) -> Function:
     It has no file that a cache could key on: it is linked into the machine code of whoever calls
     it and cached with that. It checks the size of its row once, not at each column.
     """
-    decorated = numba.njit(nogil=True, boundscheck=False, error_model="python", forceinline=True)(
-        function
-    )
-    return cast(Function, decorated)
+    if getattr(config, JIT_SETTING):
+        return function
+    function.__qualname__ += "_" + _content_hash(function)
+    return cast(Function, dispatcher.make(function, boundscheck=False))
+
+
+def _content_hash(function: Callable[..., object]) -> str:
+    """Hash of what a function does and refers to; 16 hexadecimal digits.
+
+    Generated functions of one name are linked together, and the name must tell them apart: what
+    numba adds to it is only the order in which a process came to compile them.
+    """
+    code, scope = function.__code__, function.__globals__
+    known = [scope[name] for name in code.co_names if name in scope]
+    named = [(getattr(one, "__module__", ""), getattr(one, "__qualname__", one)) for one in known]
+    content = repr((code.co_code, code.co_consts, code.co_names, named))
+    return hashlib.sha256(content.encode()).hexdigest()[:16]

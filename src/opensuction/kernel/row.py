@@ -6,6 +6,7 @@ record type is generated once as straight-line code: no loop over fields survive
 
 import keyword
 from collections.abc import Callable
+from functools import cache
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -17,6 +18,7 @@ Row = npt.NDArray[np.float64]
 SCALARS = (float, int, bool)
 
 
+@cache
 def columns(record_type: type) -> tuple[str, ...]:
     """Dotted paths of every scalar in a record type, in order; arrays are left out.
 

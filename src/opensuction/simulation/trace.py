@@ -1,6 +1,6 @@
 """Recorded runs of the closed loop: columns by name."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -68,27 +68,47 @@ def join(parts: Sequence[Columns]) -> Columns:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
+class Watcher(NamedTuple):
+    """Who follows a run while it is played."""
+
+    hear: Callable[[npt.NDArray[np.float64]], None]
+    """Hears of the last row of each piece, and may take its time."""
+    piece_s: float
+    """Length of a piece."""
+
+
+NOBODY = Watcher(lambda _: None, float("inf"))
+
+
 def record(
     loop: Loop,
     state: LoopState,
     requests: Requests,
     limit_s: float,
     names: Sequence[str] = COLUMNS,
+    watcher: Watcher = NOBODY,
 ) -> tuple[LoopState, Columns]:
     """Run until the machine rests again, at most ``limit_s``; returns the state and the trace.
 
     names: the columns that are wanted.
     """
-    room = round(limit_s / DT_S)
-    table = np.empty((min(room, RECORDED_ROWS), len(COLUMNS)))
-    parts, done, at_rest = [], 0, False
-    while done < room and not at_rest:
-        state, ticks = closed_loop.run(loop, state, requests, table[: room - done])
+    left = round(limit_s / DT_S)
+    table = np.empty((min(left, RECORDED_ROWS), len(COLUMNS)))
+    piece = round(min(watcher.piece_s / DT_S, left))
+    active = state.controller.core.procedure.phase not in RESTING
+    parts, filled, at_rest = [], 0, False
+    while left and not at_rest:
+        rows_of_piece = table[filled : filled + min(piece, left)]
+        state, ticks = closed_loop.run(loop, state, requests, rows_of_piece)
         requests = NO_REQUESTS
-        done += ticks
-        parts.append(by_name(table[:ticks], names))
-        resting = [phase in RESTING for phase in table[:ticks, _PHASE][-2:]]
-        at_rest = ticks < len(table) or resting == [False, True]
+        filled, left = filled + ticks, left - ticks
+        watcher.hear(table[filled - 1])
+        moving = ~np.isin(rows_of_piece[:ticks, _PHASE], RESTING)
+        active |= bool(moving.any())
+        at_rest = active and not moving[-1]
+        if at_rest or not left or filled == len(table):
+            parts.append(by_name(table[:filled], names))
+            filled = 0
     return state, join(parts)
 
 

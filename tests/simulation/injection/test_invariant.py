@@ -23,7 +23,7 @@ def sound() -> tuple[Prepared, Columns]:
     """A contact cycle on a patient."""
     choice = CycleChoice(approach="contact", compensation="exact-inverse")
     prepared = cycle_run.prepare(resolution.resolve(choice))
-    return prepared, cycle_run.play(prepared, lambda _: None)
+    return prepared, cycle_run.play(prepared)
 
 
 def spoiled(spoil: Spoil) -> Columns:

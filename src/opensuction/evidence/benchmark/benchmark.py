@@ -125,7 +125,7 @@ def _cycle(resolved: ResolvedCycle, rig: Rig, scale: float, identified: Identifi
     rerouted = self_calibration.with_widths(rig, scale)
     loop, start = rigs.assemble(rerouted, found, kind, calibration, cycle_run.CYCLE_RUN)
     prepared = cycle_run.Prepared(resolved, rerouted, found, calibration, None, None, loop, start)
-    _, columns = cycle_run.played(prepared, start, START, lambda _: None)
+    _, columns = cycle_run.played(prepared, start, START)
     scored = outcome.tracked(columns, cycle_run.tracked_span_s(prepared))
     figures = cycle_run.figures(prepared, columns)
     error = outcome.tracking_error_mm(columns)[scored]

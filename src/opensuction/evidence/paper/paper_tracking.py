@@ -38,7 +38,7 @@ def run_trial(compensation: str, seed: int) -> TrackingTrial:
     """The paper's cycle on a drawn bench, identified on that machine where it is compensated."""
     choice = CycleChoice(RigChoice("bench", seed=seed), compensation=compensation)
     prepared = cycle_run.prepare(resolution.resolve(choice))
-    columns = cycle_run.play(prepared, lambda _: None)
+    columns = cycle_run.play(prepared)
     return TrackingTrial(columns, cycle_run.figures(prepared, columns))
 
 

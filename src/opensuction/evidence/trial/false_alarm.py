@@ -58,7 +58,7 @@ def _is_true(episode: Episode, columns: Columns, spo2_percent: float) -> bool:
 def played(number: int, compensation: str) -> Quiet:
     """Prepare and play one; what it came to."""
     prepared = cycle_run.prepare(resolution.resolve(choice(number, compensation)))
-    columns = cycle_run.play(prepared, lambda _: None)
+    columns = cycle_run.play(prepared)
     found = cycle_run.figures(prepared, columns)
     least = prepared.loop.controller.limits.patient.spo2_percent
     true = [one for one in found.alarms if _is_true(one, columns, least)]

@@ -10,6 +10,9 @@ from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -119,14 +122,16 @@ def draw(number: int, machines: int) -> Drawn:
     return Drawn(number, _pick(uniform[0], machines), tuple(injections))
 
 
-def play(prepared: Prepared, drawn: Drawn) -> InjectedRun:
-    """The run of a drawn cycle."""
-    return injection.run(prepared.loop, prepared.start, drawn.injections)
+def play(
+    prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64] | None = None
+) -> InjectedRun:
+    """The run of a drawn cycle. table: as for `injection.run`."""
+    return injection.run(prepared.loop, prepared.start, drawn.injections, table=table)
 
 
-def judged(prepared: Prepared, drawn: Drawn) -> Case:
+def judged(prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64]) -> Case:
     """Play a drawn cycle and hold its trace against every invariant and bound."""
-    run = play(prepared, drawn)
+    run = play(prepared, drawn, table)
     settings = prepared.loop.controller
     came = tuple(found for found in run.faults if not math.isnan(found.at_s))
     faults = tuple(found.injection.fault for found in came)
@@ -145,10 +150,10 @@ def campaign(
     tell: Callable[[int], None] = lambda _: None,
 ) -> list[Case]:
     """Cases of these numbers, in order. tell: called with how many are done."""
-    cases = []
+    cases, table = [], injection.room()
     for done, number in enumerate(numbers):
         drawn = draw(number, len(prepared))
-        cases.append(judged(prepared[drawn.machine], drawn))
+        cases.append(judged(prepared[drawn.machine], drawn, table))
         tell(done + 1)
     return cases
 

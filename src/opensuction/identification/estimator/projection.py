@@ -106,6 +106,18 @@ def _move_lags(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
 
 
 @compiled
+def _fill(sums: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    """Put a row into the upper triangle of ``sums``: the one that has as many places.
+
+    An assignment to a slice would say it in a line, but takes 3 s to compile: its error message
+    alone is made of as much machine code as the rest of the estimator.
+    """
+    row = SUMS - values.size
+    for k in range(values.size):
+        sums[row, row + k] = values[k]
+
+
+@compiled
 def _sum_products(  # noqa: PLR0915 - one pass, every sum in a register
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
 ) -> NDArray[np.float64]:
@@ -150,12 +162,12 @@ def _sum_products(  # noqa: PLR0915 - one pass, every sum in a register
         s56 += y
         s66 += y * y
     sums = np.zeros((SUMS, SUMS))
-    sums[0] = np.array([s00, s01, s02, s03, s04, s05, s06])
-    sums[1, 1:] = np.array([s11, s12, s13, s14, s15, s16])
-    sums[2, 2:] = np.array([s22, s23, s24, s25, s26])
-    sums[3, 3:] = np.array([s33, s34, s35, s36])
-    sums[4, 4:] = np.array([s44, s45, s46])
-    sums[5, 5:] = np.array([float(head_mm.size), s56])
+    _fill(sums, np.array([s00, s01, s02, s03, s04, s05, s06]))
+    _fill(sums, np.array([s11, s12, s13, s14, s15, s16]))
+    _fill(sums, np.array([s22, s23, s24, s25, s26]))
+    _fill(sums, np.array([s33, s34, s35, s36]))
+    _fill(sums, np.array([s44, s45, s46]))
+    _fill(sums, np.array([float(head_mm.size), s56]))
     sums[6, 6] = s66
     return sums
 
@@ -240,8 +252,9 @@ def try_decay(
         squares -= factors[i] * gram[i, 6]
     # The fourth column: how the output bends with log(decay), the other parameters held.
     normal, right_side = np.empty((4, 4)), np.empty(4)
-    normal[:3, :3] = gram[:3, :3]
     for i in range(3):
+        for j in range(3):
+            normal[i, j] = gram[i, j]
         normal[i, 3] = factors[1] * gram[i, 3] + factors[2] * gram[i, 4]
         normal[3, i] = normal[i, 3]
         right_side[i] = gram[i, 6]

@@ -10,7 +10,6 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.setup import Calibration
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import RESTING
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import SENTENCES, Taught
@@ -26,7 +25,7 @@ from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.rig import Identification, Rig
-from opensuction.simulation.trace import Columns
+from opensuction.simulation.trace import Columns, Watcher
 
 CONTACT_CARINA_MM = 65.0
 """Distance at which the bench's rubber carina stands for the contact approach (paper, Table II)."""
@@ -67,6 +66,10 @@ class Progress(NamedTuple):
     tip_mm: float
     valve_open_ratio: float
     vacuum_mmhg: float
+
+
+Watch = Callable[[Progress], None]
+"""Hears of each piece of a cycle."""
 
 
 def teach(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> float:
@@ -160,36 +163,26 @@ def with_depth(rig: Rig, carina_mm: float) -> Rig:
     return rig._replace(site=rig.site._replace(carina_mm=carina_mm))
 
 
-def play(prepared: Prepared, watch: Callable[[Progress], None]) -> Columns:
-    """Run the cycle in pieces; ``watch`` hears of each and may take its time."""
+def play(prepared: Prepared, watch: Watch | None = None) -> Columns:
+    """Run the cycle; ``watch`` hears of each piece and may take its time."""
     return played(prepared, prepared.start, START, watch)[1]
 
 
 def played(
-    prepared: Prepared, state: LoopState, requests: Requests, watch: Callable[[Progress], None]
+    prepared: Prepared, state: LoopState, requests: Requests, watch: Watch | None = None
 ) -> tuple[LoopState, Columns]:
     """Run one cycle from a state of the loop; the state afterwards, and the trace.
 
     A patient is followed for a while longer: saturation is lowest after the catheter is out.
     """
-    after_s = AFTERMATH_S if prepared.rig.machine.has_patient else 0.0
-    table = trace.rows(LIMIT_S + after_s)
-    piece = round(PIECE_S / DT_S)
-    most = round(LIMIT_S / DT_S)
-    done, active = 0, False
-    while done < most:
-        state, ticks = closed_loop.run(prepared.loop, state, requests, table[done : done + piece])
-        requests = NO_REQUESTS
-        done += ticks
-        watch(progress(table[done - 1]))
-        resting = state.controller.core.procedure.phase in RESTING
-        if resting and active:
-            break
-        active = active or not resting
-    after = round(after_s / DT_S)
-    if after:
-        state, _ = closed_loop.run(prepared.loop, state, NO_REQUESTS, table[done : done + after])
-    return state, trace.by_name(table[: done + after])
+    watcher = trace.NOBODY
+    if watch is not None:
+        watcher = Watcher(lambda row: watch(progress(row)), PIECE_S)
+    state, columns = trace.record(prepared.loop, state, requests, LIMIT_S, watcher=watcher)
+    if not prepared.rig.machine.has_patient:
+        return state, columns
+    state, after = trace.record(prepared.loop, state, NO_REQUESTS, AFTERMATH_S)
+    return state, trace.join([columns, after])
 
 
 _INDEX = {name: i for i, name in enumerate(COLUMNS)}

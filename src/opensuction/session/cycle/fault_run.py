@@ -21,7 +21,7 @@ from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun, Notice
-from opensuction.simulation.trace import Columns
+from opensuction.simulation.trace import Columns, Watcher
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -40,7 +40,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
         state, columns = cycle_run.played(prepared, prepared.start, START, watch)
         return InjectedRun(state, columns, (), columns)
 
-    def heard(row: npt.NDArray[np.float64]) -> None:
+    def hear(row: npt.NDArray[np.float64]) -> None:
         watch(cycle_run.progress(row))
 
     later = [one for one in faults if not ROWS[one.fault].is_planned]
@@ -52,8 +52,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
         after_s=AFTERMATH_S if prepared.rig.machine.has_patient else injection.AFTERMATH_S,
         resets=RESETS if restarts else 0,
         seed=prepared.rig.seed,
-        watch=heard,
-        piece_s=cycle_run.PIECE_S,
+        watcher=Watcher(hear, cycle_run.PIECE_S),
     )
     if len(later) == 1 and math.isnan(found.faults[0].at_s):
         last_s = found.columns["time_s"].size * DT_S

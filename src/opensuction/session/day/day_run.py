@@ -193,7 +193,7 @@ def play(
             # Put back to work, the clock begins anew: the person starts this cycle.
             state, requests = _renewed(prepared, state), START
         prepared = prepared._replace(start=state)
-        state, columns = cycle_run.played(prepared, state, requests, lambda _: None)
+        state, columns = cycle_run.played(prepared, state, requests)
         requests = NO_REQUESTS
         diary.note_trace(state, columns)
         columns = _from_its_start(columns)

@@ -70,9 +70,10 @@ class FaultyRun:
         self._injections = injections
         self._seed = seed
         self._restart_tick: int | None = None
-        self._began: dict[int, int] = {}
-        """First tick of each phase, as far as the rows have been looked through for good."""
+        self._began: dict[Phase, int] = {}
+        """First tick of each phase that a fault waits for, once it has come."""
         self._noted = 0
+        """Rows that have been looked through for them."""
         self._messages: Messages | None = None
         """Of a run whose link is played."""
         if is_linked(injections):
@@ -176,19 +177,22 @@ class FaultyRun:
         after, phase = round(injection.at.after_s / DT_S), injection.at.phase
         if phase is None:
             return after
-        began = self._began.get(int(phase))
-        if began is None:
-            found = np.flatnonzero(self.table[self._noted : self.done, _PHASE] == phase)
-            if not found.size:
-                return None
-            began = self._noted + int(found[0])
-        return began + max(after, 1)
+        began = self._began_tick(phase)
+        return None if began is None else began + max(after, 1)
+
+    def _began_tick(self, phase: Phase) -> int | None:
+        """First tick of a phase; None while it has not come."""
+        if phase in self._began:
+            return self._began[phase]
+        found = np.flatnonzero(self.table[self._noted : self.done, _PHASE] == phase)
+        return self._noted + int(found[0]) if found.size else None
 
     def _note(self) -> None:
         """Look for phases in the rows that will not be played again."""
-        new = self.table[self._noted : self.done, _PHASE]
-        for phase, first in zip(*np.unique(new, return_index=True), strict=True):
-            self._began.setdefault(int(phase), self._noted + int(first))
+        for phase in (injection.at.phase for injection in self._injections):
+            began = None if phase is None else self._began_tick(phase)
+            if phase is not None and began is not None:
+                self._began[phase] = began
         self._noted = self.done
 
     def _next_due(self) -> int | None:

@@ -5,7 +5,7 @@ link between controller and machine is. Which state is safe depends on the hazar
 `opensuction.simulation.injection.safe_state`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -24,16 +24,19 @@ from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
-from opensuction.simulation.trace import Columns
+from opensuction.simulation.trace import Columns, Watcher
 from opensuction.twin.fault.fault_table import ROWS
 
 MOST_FAULTS = 2
 """Single and double faults; more at once are not looked at."""
 LIMIT_S = 180.0
 """No cycle lasts longer: every phase has a limit of its own."""
-PIECE_S = 0.5
+PIECE_S = 2.0
 """Simulated at once; the last piece before a fault ends with the tick before it. To hand a state
-to compiled code and take it back costs as much as half a second of it."""
+to compiled code and take it back costs as much as a few tenths of a second of it; what is played
+beyond the begin of a phase that a fault waits for is played again."""
+BEGIN_S = 0.5
+"""Simulated at once until the machine has begun."""
 IDLE_S = 1.0
 """A machine that has not begun by then was refused its start."""
 AFTERMATH_S = 5.0
@@ -125,8 +128,7 @@ def check(injections: Sequence[Injection]) -> None:
         _check_one(injection)
 
 
-Watcher = Callable[[npt.NDArray[np.float64]], None]
-"""Called with the last row of each piece."""
+UNWATCHED = Watcher(trace.NOBODY.hear, PIECE_S)
 
 
 def run(
@@ -136,26 +138,27 @@ def run(
     after_s: float = AFTERMATH_S,
     resets: int = 0,
     seed: int = 0,
-    watch: Watcher = lambda _: None,
-    piece_s: float = PIECE_S,
+    watcher: Watcher = UNWATCHED,
+    table: npt.NDArray[np.float64] | None = None,
 ) -> InjectedRun:
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. watch: called after each piece of ``piece_s``. Without a fault it
-    gives the healthy loop's rows. Raises InputError for what cannot be injected (see `check`).
+    seed: chance of the faults. table: `room` for the rows, of a caller that has many runs; they
+    are overwritten. Without a fault it gives the healthy loop's rows. Raises InputError for what
+    cannot be injected (see `check`).
     """
     check(injections)
-    room_s = (1 + resets) * LIMIT_S + ALONE_S + after_s
-    going = FaultyRun(loop, start, injections, trace.rows(room_s), seed)
+    table = room(after_s, resets) if table is None else table
+    going = FaultyRun(loop, start, injections, table, seed)
     most = round(LIMIT_S / DT_S)
-    _run_until_rest(going, most, watch, piece_s)
+    _run_until_rest(going, most, watcher)
     for _ in range(resets):
         _run_for(going, RESET_S)
         if not going.is_halted:
             break
         going.requests = RESET
-        _run_until_rest(going, going.done + most, watch, piece_s)
+        _run_until_rest(going, going.done + most, watcher)
     _run_for(going, after_s)
     columns = trace.by_name(going.table[: going.done])
     found = tuple(
@@ -165,13 +168,18 @@ def run(
     return InjectedRun(going.state, columns, found, going.sent(columns))
 
 
-def _run_until_rest(going: FaultyRun, last: int, watch: Watcher, piece_s: float) -> None:
+def room(after_s: float = AFTERMATH_S, resets: int = 0) -> npt.NDArray[np.float64]:
+    """A table for the rows of the longest run."""
+    return trace.rows((1 + resets) * LIMIT_S + ALONE_S + after_s)
+
+
+def _run_until_rest(going: FaultyRun, last: int, watcher: Watcher) -> None:
     """Run until the machine rests, or its controller has been gone for long."""
-    piece, begun = round(piece_s / DT_S), going.done
-    active = False
+    begun, active = going.done, False
     while going.done < last:
-        going.advance(min(piece, last - going.done))
-        watch(going.table[going.done - 1])
+        piece_s = watcher.piece_s if active else min(watcher.piece_s, BEGIN_S)
+        going.advance(min(round(piece_s / DT_S), last - going.done))
+        watcher.hear(going.table[going.done - 1])
         active = active or not going.is_resting
         idle = going.done - begun >= round(IDLE_S / DT_S)
         if going.is_abandoned:

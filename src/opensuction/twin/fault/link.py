@@ -18,8 +18,8 @@ from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
-RING_TICKS = 512
-"""Rows that a ring holds: longer than the longest delay."""
+RING_TICKS = 2048
+"""Rows that a ring holds: longer than the longest delay, and than what is simulated at once."""
 Ring = npt.NDArray[np.float64]
 """Last messages one way, shape (`RING_TICKS`, columns)."""
 

@@ -1,0 +1,185 @@
+"""A core function, compiled apart for the two who call it: Python and compiled code.
+
+Nearly all core functions are called by compiled code alone. Such a function is translated to LLVM
+code, and linked into the functions that Python calls: the roots. Only those are optimised, become
+machine code, and have the wrapper that takes every record apart and puts it together again: with
+records of some 300 numbers that is more machine code than most functions themselves.
+"""
+
+# numba is typed in parts only
+# mypy: disable-error-code="no-untyped-call, attr-defined"
+
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from numba.core import config, sigutils, types, typing
+from numba.core.compiler import Flags, _make_subtarget, compile_result
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import ConfigStack
+
+from opensuction.kernel.compiler import compilation
+from opensuction.kernel.compiler.library import RootLibrary
+from opensuction.kernel.compiler.store import Store
+from opensuction.kernel.compiler.translation import Translation, Translator, count_references
+
+CACHE_SETTING = "CACHE_DIR"
+"""Numba's setting; changed only while a dispatcher is made, so other users keep theirs."""
+
+OPTIONS: dict[str, Any] = {
+    "nopython": True,
+    "nogil": True,
+    "error_model": "python",
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+"""For every core function: see `compiled.compiled`. Roots get their wrapper apart."""
+
+
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """Compiling makes millions of objects that live to its end: looking through them is in vain."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+class CoreFunction(CPUDispatcher):
+    """What stands in the place of a core function: Python calls it, compiled callers link it."""
+
+    def __init__(
+        self,
+        py_func: Callable[..., Any],
+        locals: dict[str, Any] | None = None,  # noqa: A002 - numba's name
+        targetoptions: dict[str, Any] | None = None,
+    ) -> None:
+        """The arguments are numba's, which makes it anew where it was sent to another process."""
+        super().__init__(py_func, locals, targetoptions, pipeline_class=Translator)
+        self._translations: dict[tuple[Any, ...], Translation] = {}
+        self._cache_folder: Path | None = None
+        self._store: Store | None = None
+
+    def keep(self, folder: Path, store: Store) -> None:
+        """Keep machine code in a folder, and translations in a store."""
+        self._cache_folder, self._store = folder, store
+
+    @property
+    def translations(self) -> tuple[Translation, ...]:
+        """Those of this process, one for each kind of arguments."""
+        return tuple(self._translations.values())
+
+    def translate(self, args: tuple[Any, ...]) -> Translation:
+        """LLVM code for these types of arguments; raises numba's errors where they do not fit."""
+        found = self._translations.get(args)
+        if found is None:
+            found = self._store.find(self.py_func, args) if self._store else None
+            if found is None:
+                result = self._compiler.compile(args, None)
+                description = result.fndesc
+                description.typemap = description.calltypes = None  # large, and not needed again
+                result.library.finalize()
+                found = Translation(
+                    result.signature, description, result.environment, result.library
+                )
+                if self._store:
+                    self._store.add(self.py_func, found)
+            library = found.library
+            self.targetctx.insert_user_function(library, found.description, [library])
+            self._translations[args] = found
+        return found
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """What numba's type inference learns of a call of this function by compiled code."""
+        parameters, folded = self._compiler.fold_argument_types(args, kws)
+        # A number written out is a number like any other: no translation for each.
+        folded = tuple(types.unliteral(one) for one in folded)
+        self.translate(folded)
+        name = self.py_func.__name__
+        signatures = [translation.signature for translation in self.translations]
+        template = typing.make_concrete_template(name, key=name, signatures=signatures)
+        return template, parameters, folded, {}
+
+    def get_overload(self, sig: Any) -> Any:
+        """Key by which numba finds what compiled code calls."""
+        args, _ = sigutils.normalize_signature(sig)
+        return self.translate(tuple(args)).library
+
+    def compile(self, sig: Any) -> Any:
+        """Machine code for calls by Python; returns what is called."""
+        args, _ = sigutils.normalize_signature(sig)
+        with global_compiler_lock, _without_collector():
+            found: Any = self.overloads.get(tuple(args))
+            if found is None:
+                if not self._can_compile:
+                    raise RuntimeError("compilation disabled")
+                self.typingctx.refresh()
+                self.targetctx.refresh()
+                found = self._load(sig) or self._build(sig, tuple(args))
+                self.add_overload(found)
+            return found.entry_point
+
+    def _load(self, sig: Any) -> Any:
+        """A root from the cache, as numba's result; None if it is not there."""
+        if self._cache_folder is not None and self._cache.cache_path is None:
+            self._cache_folder.mkdir(parents=True, exist_ok=True)
+            previous = getattr(config, CACHE_SETTING)
+            setattr(config, CACHE_SETTING, str(self._cache_folder))
+            try:
+                self.enable_caching()
+            finally:
+                setattr(config, CACHE_SETTING, previous)
+        found = self._cache.load_overload(sig, self.targetctx)
+        (self._cache_misses if found is None else self._cache_hits)[sig] += 1
+        return found
+
+    def _build(self, sig: Any, args: tuple[Any, ...]) -> Any:
+        """A root that is not in the cache; put there, with what was translated for it."""
+        with compilation.report(self.py_func):
+            if self._store:
+                self._store.read()
+            root = self._link(self.translate(args))
+            self._cache.save_overload(sig, root)
+            if self._store:
+                self._store.write()
+        return root
+
+    def _link(self, translation: Translation) -> Any:
+        """A root: the wrapper that Python calls, linked with the function and all that it calls."""
+        flags = Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        context = _make_subtarget(self.targetctx, flags)
+        count_references(context)
+        library = RootLibrary(context.codegen(), self.py_func.__qualname__)
+        library.enable_object_caching()
+        library.add_linking_library(translation.library)
+        description, environment = translation.description, translation.environment
+        with ConfigStack().enter(flags), context.push_code_library(library):
+            context.create_cpython_wrapper(
+                library, description, environment, None, release_gil=flags.release_gil
+            )
+        return compile_result(
+            typing_context=self.typingctx,
+            target_context=context,
+            entry_point=context.get_executable(library, description, environment),
+            type_annotation="",
+            library=library,
+            signature=translation.signature,
+            objectmode=False,
+            lifted=(),
+            fndesc=description,
+            environment=environment,
+            reload_init=[],
+        )
+
+
+def make(function: Callable[..., object], **options: bool) -> CoreFunction:
+    """What stands in the place of a core function. options: of numba, besides `OPTIONS`."""
+    return CoreFunction(function, {}, {**OPTIONS, **options})
