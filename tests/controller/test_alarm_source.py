@@ -9,9 +9,8 @@ from opensuction.controller import alarm_source, setup
 from opensuction.controller.record import Settings
 from opensuction.controller.setup import PLAIN_PD
 from opensuction.hysteresis.modified_dahl import PUBLISHED
-from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.procedure.cycle import check, cycle, schedule, upkeep
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
@@ -48,7 +47,7 @@ def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0
         contact_closed=contact,
         contact_valid=True,
         insertion_current_a=0.0,
-        monitor=ABSENT,
+        monitor=NO_MONITOR,
     )
 
 

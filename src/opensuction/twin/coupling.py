@@ -8,7 +8,7 @@ signs and the volume of mucus within reach of the tip.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.monitor import ABSENT, Monitor
+from opensuction.kernel.readings import NO_MONITOR, Monitor
 
 TICKS = 10
 """Ticks of the machine for each step of the bedside."""
@@ -26,7 +26,7 @@ class PatientSigns(NamedTuple):
     """What the monitor passes on."""
 
 
-NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
+NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, NO_MONITOR)
 
 
 class CouplingState(NamedTuple):

@@ -3,8 +3,7 @@
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.monitor import ABSENT
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import BY_NAME, Fault
@@ -21,7 +20,7 @@ from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.parameter import BENCH, nominal
 
 MACHINE = preset.machine(nominal(BENCH))
-READINGS = Readings(40.0, True, 40.0, True, 0.3, True, 100.0, True, False, True, 0.02, ABSENT)
+READINGS = Readings(40.0, True, 40.0, True, 0.3, True, 100.0, True, False, True, 0.02, NO_MONITOR)
 
 
 def test_every_fault_has_one_row() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from opensuction.kernel.monitor import ABSENT
+from opensuction.kernel.readings import NO_MONITOR
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import PatientEffect
 from opensuction.twin.fault.fault_table import ROWS
@@ -141,6 +141,6 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
         ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state
     )
     assert off == healthy._replace(spo2_percent=0.0, spo2_valid=False)
-    assert patient_model.read_monitor(broken(Fault.MONITOR_LOST), state) == ABSENT
+    assert patient_model.read_monitor(broken(Fault.MONITOR_LOST), state) == NO_MONITOR
     without = ICU._replace(monitor=ICU.monitor._replace(present=False))
-    assert patient_model.read_monitor(without, state) == ABSENT
+    assert patient_model.read_monitor(without, state) == NO_MONITOR

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.generated import straight_line
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem, ItemLimits
 
