@@ -276,7 +276,7 @@ def plan_settings(
     _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,
-        cycle_s=planner.longest_cycle_s(plan.limits_s),
+        cycle_s=planner.longest_cycle_s(plan),
         schedule=ON_REQUEST_ONLY,
     )
     return Settings(

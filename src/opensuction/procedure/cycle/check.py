@@ -13,11 +13,11 @@ import numpy as np
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import straight_line
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.procedure.cycle.check_item import ORDER, CheckItem, ItemLimits
+from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 
 
 class CheckPlan(NamedTuple):
-    """Numbers of the pre-use test; `planner.check_plan` says where each comes from."""
+    """Numbers of the pre-use test; `planning.check_plan` says where each comes from."""
 
     jog_mm: float
     """Head travel that shows that the motor answers, within the gap of the transmission."""
@@ -45,11 +45,11 @@ class CheckPlan(NamedTuple):
     """How long the line is watched with the pump off."""
     leak_share: float
     """Largest share of its vacuum that it may lose in that time."""
-    limits_s: ItemLimits
+    limits_s: tuple[float, ...]
+    """Longest time for each item, by its number."""
 
 
-item_limit_s: Callable[[ItemLimits, int], float] = straight_line.chooser(len(CheckItem))
-"""``item_limit_s(limits, item)``: longest time for an item, s."""
+item_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(CheckItem))
 
 
 class CheckState(NamedTuple):

@@ -17,12 +17,12 @@ from opensuction.procedure.cycle import check, demand, progress, teaching, trans
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
 from opensuction.procedure.cycle.demand import Demand
-from opensuction.procedure.cycle.plan import Excitation, PhaseLimits, Plan
+from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
 
-_phase_limit_s: Callable[[PhaseLimits, int], float] = straight_line.chooser(len(Phase))
+_phase_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(Phase))
 
 
 def begin(plan: Plan, phase: Phase) -> ProcedureState:
