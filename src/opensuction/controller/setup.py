@@ -149,7 +149,7 @@ def _check_cap(
 ) -> None:
     """Refuse a cap that would stop the head short of the target."""
     model = chosen.model
-    needed_mm = compensation.inserted_head_mm(chosen, heads_mm, protocol.travel_mm)
+    needed_mm = compensation.head_after_travel_mm(chosen, heads_mm, protocol.travel_mm, 1.0)
     if needed_mm > highest_mm:
         least_mm = protocol.cap_mm + model.slope * (needed_mm - highest_mm)
         raise InputError(
