@@ -5,9 +5,9 @@ from functools import cache
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import alarm_source, setup
+from opensuction.controller import alarm_source
+from opensuction.controller.calibration import PLAIN_PD, assume_nominal
 from opensuction.controller.record import Settings
-from opensuction.controller.setup import PLAIN_PD
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import NO_MONITOR, Readings
@@ -29,7 +29,7 @@ STOPPED = {C.AUTOMATION_STOPPED}
 def settings() -> Settings:
     """The nominal bench's controller, uncalibrated."""
     rig = rigs.rig("bench", 1, nominal=True)
-    known = setup.nominal(PUBLISHED, PLAIN_PD)
+    known = assume_nominal(PUBLISHED, PLAIN_PD)
     return rigs.assemble(rig, PAPER, CompensationKind.NONE, known, run=2)[0].controller
 
 

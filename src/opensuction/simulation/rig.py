@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
+from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
 from opensuction.controller.machine_profile import MachineProfile
-from opensuction.controller.setup import Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.identification.estimator import branch_curve
 from opensuction.identification.estimator import modified_dahl as estimator
@@ -126,7 +126,7 @@ def bedside(machine: Machine) -> Site:
 
 def uncalibrated(profile: MachineProfile) -> Calibration:
     """What is known without an identification: nominal transmission, plain PD."""
-    return setup.nominal(profile.transmission, setup.PLAIN_PD)
+    return assume_nominal(profile.transmission, PLAIN_PD)
 
 
 def with_carina(chosen: Rig, carina_mm: float) -> Rig:
