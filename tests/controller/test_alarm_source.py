@@ -61,7 +61,7 @@ def found(
 ) -> set[Condition]:
     """Reasons after a change of phase."""
     plan = settings().plan
-    tested = check.untested()._replace(failed=int(item))
+    tested = check.UNTESTED._replace(failed=int(item))
     now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
     return named(alarm_source.reasons(plan, int(before), now, held, seen))

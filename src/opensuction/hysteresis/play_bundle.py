@@ -33,4 +33,4 @@ def _stepper() -> Callable[[Bundle, Bundle, float], tuple[Bundle, float]]:
 
 step = _stepper()
 """``step(widths_mm, positions_mm, head_mm)``: the positions as they follow the head, and their
-mean in mm. See `play.step`, `play.distributed_step`."""
+mean in mm. See `play.step`."""

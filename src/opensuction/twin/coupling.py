@@ -18,9 +18,13 @@ class PatientSigns(NamedTuple):
     """Signs of the patient at the bedside's last step; 0 on the bench, which has no patient."""
 
     airway_pressure_cmh2o: float
+    """In the trachea, below the tube."""
     lung_volume_ml: float
+    """Above residual volume."""
     lung_volume_loss_ml: float
+    """End-expiratory volume lost against the start, smoothed over a breath."""
     spo2_percent: float
+    """As the oximeter shows it, late."""
     heart_rate_per_min: float
     monitor: Monitor
     """What the monitor passes on."""

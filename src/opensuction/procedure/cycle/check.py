@@ -91,22 +91,21 @@ FOLLOWING = _following()
 """The item after each; the first after NONE, NONE after the last."""
 
 
-def untested() -> CheckState:
-    """No test has run yet."""
-    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+UNTESTED = CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+"""No test has run yet."""
 
 
 @compiled
 def begin() -> CheckState:
     """The first item of a new test."""
-    return CheckState(item=FOLLOWING[0], ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+    return UNTESTED._replace(item=FOLLOWING[0])
 
 
 @compiled
 def end(state: CheckState, broken_off: bool) -> CheckState:
     """The test is over; broken off by a fault, the item that was tested has failed."""
     failed = state.item if broken_off and state.failed == 0 else state.failed
-    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=failed)
+    return UNTESTED._replace(failed=failed)
 
 
 @compiled
@@ -184,7 +183,7 @@ def step(
     holds = valid and open_contact and _condition(plan, state, readings, seen)
     held = state.held_ticks + 1 if holds else 0
     if held * dt_s >= _needed_s(plan, item):
-        return CheckState(item=FOLLOWING[item], ticks=0, held_ticks=0, vacuum_mmhg=vacuum, failed=0)
+        return UNTESTED._replace(item=FOLLOWING[item], vacuum_mmhg=vacuum)
     failed = 0
     if state.ticks * dt_s >= item_limit_s(plan.limits_s, item):
         failed = item

@@ -15,11 +15,11 @@ class CheckItem(IntEnum):
     failure: str
     """What its failure means, for people."""
 
-    def __new__(cls, number: int, title: str, failure: str) -> "CheckItem":
+    def __new__(cls, number: int, *words: str) -> "CheckItem":
         """Member with the number as its value."""
         member = int.__new__(cls, number)
         member._value_ = number
-        member.title, member.failure = title, failure
+        member.title, member.failure = words
         return member
 
     NONE = (0, "Nothing is being tested", "nothing failed")

@@ -33,8 +33,8 @@ def begin(plan: Plan, phase: Phase) -> ProcedureState:
         transition.STAY,
         plan.motion.park_mm,
         False,
-        check.untested(),
-        teaching.untaught(),
+        check.UNTESTED,
+        teaching.UNTAUGHT,
     )
 
 
@@ -152,7 +152,7 @@ def _change_phase(
     checked = _next_check(state, checked, phase, cause)
     was_open = state.valve_open and state.phase != Phase.CHECKING
     if phase == Phase.TEACHING:
-        taught = teaching.begin()
+        taught = teaching.UNTAUGHT
     return _enter(plan, phase, cause, reference_mm, was_open and not resting, checked, taught)
 
 
