@@ -121,14 +121,14 @@ def test_vagal_patients_lose_that_share_under_the_strongest_stimulus() -> None:
     for _ in range(steps(30.0)):
         state = patient_model.step(patient, state, 0.0, 0.4, 1.0, DT_S)
     assert state.heart.rate_per_min == pytest.approx(0.4 * ICU.heart.rest_per_min, rel=1e-3)
-    assert patient_model.read_monitor(patient, state).heart_rate_per_min == pytest.approx(
+    assert patient_model.signs(patient, state).monitor.heart_rate_per_min == pytest.approx(
         state.heart.rate_per_min, rel=1e-3
     )
 
 
 def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     state = RESTING["adult-icu"]
-    healthy = patient_model.read_monitor(ICU, state)
+    healthy = patient_model.signs(ICU, state).monitor
     assert (healthy.spo2_valid, healthy.heart_rate_valid, healthy.airway_pressure_valid) == (
         True,
         True,
@@ -141,6 +141,6 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
         ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state
     )
     assert off == healthy._replace(spo2_percent=0.0, spo2_valid=False)
-    assert patient_model.read_monitor(broken(Fault.MONITOR_LOST), state) == NO_MONITOR
+    assert patient_model.signs(broken(Fault.MONITOR_LOST), state).monitor == NO_MONITOR
     without = ICU._replace(monitor=ICU.monitor._replace(present=False))
-    assert patient_model.read_monitor(without, state) == NO_MONITOR
+    assert patient_model.signs(without, state).monitor == NO_MONITOR

@@ -163,11 +163,7 @@ def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool
             f"a speed of {fastest:g} mm/s is more than this machine's head can do "
             f"({abilities.head_mm_per_s:g} mm/s)"
         )
-
-
-def check_search(protocol: Protocol) -> None:
-    """Refuse a search for contact that ends before its window. Raises InputError."""
-    if protocol.contact_from_mm >= protocol.travel_mm:
+    if by_contact and protocol.contact_from_mm >= protocol.travel_mm:
         raise InputError(
             f"contact_from_mm {protocol.contact_from_mm:g} mm should be less than travel_mm "
             f"{protocol.travel_mm:g} mm, where the search for contact ends"
@@ -220,8 +216,6 @@ def plan(
     search for it ends.
     """
     check(protocol, abilities, site, by_contact)
-    if by_contact:
-        check_search(protocol)
     times = timeline(protocol, abilities, site, by_contact)
     testing = plan_check(
         protocol.vacuum_mmhg, abilities.relief_mmhg, abilities.jog_mm, times.stroke

@@ -7,11 +7,11 @@ from opensuction.twin.fault.fault_row import (
     FaultRow,
     FaultSite,
     MachineEffect,
-    ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
-from opensuction.twin.fault.reading_fault import Channel, Mode
+from opensuction.twin.fault.reading_fault import Channel
 from opensuction.twin.machine.machine import Machine
 
 NEVER_N = 1.0e9
@@ -112,13 +112,7 @@ ROWS = (
         MachineEffect(lambda machine, delay_s: _with_switch(machine, latency_s=delay_s)),
         Strength("delay", "s", 0.001, 0.059, 0.05),
     ),
-    FaultRow(
-        Fault.SWITCH_INVALID,
-        FaultSite.SWITCH,
-        "the contact switch gives no valid reading",
-        ReadingEffect(Channel.CONTACT, Mode.INVALID),
-        detected_by="its flag",
-    ),
+    invalid_reading(Fault.SWITCH_INVALID, FaultSite.SWITCH, Channel.CONTACT, "the contact switch"),
     FaultRow(
         Fault.CARINA_MISSED,
         FaultSite.TIP,

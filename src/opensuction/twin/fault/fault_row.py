@@ -184,3 +184,9 @@ class FaultRow(NamedTuple):
         if not isinstance(self.effect, LinkEffect):
             raise TypeError(f"fault '{self.fault.title}' does not change the link")
         return self.effect.change(link, onset)
+
+
+def invalid_reading(fault: Fault, site: FaultSite, channel: Channel, sensor: str) -> FaultRow:
+    """The fault of a sensor whose readings are flagged as not valid. sensor: with its article."""
+    effect = ReadingEffect(channel, Mode.INVALID)
+    return FaultRow(fault, site, f"{sensor} gives no valid reading", effect, None, "its flag")

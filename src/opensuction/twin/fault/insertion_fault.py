@@ -10,6 +10,7 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
@@ -180,12 +181,8 @@ ROWS = (
         Strength("standard deviation", "mm", 0.005, 10.0, 0.5),
         detected_by="head speed",
     ),
-    FaultRow(
-        Fault.ENCODER_INVALID,
-        FaultSite.HEAD_ENCODER,
-        "the head encoder gives no valid reading",
-        ReadingEffect(Channel.HEAD, Mode.INVALID),
-        detected_by="its flag",
+    invalid_reading(
+        Fault.ENCODER_INVALID, FaultSite.HEAD_ENCODER, Channel.HEAD, "the head encoder"
     ),
     FaultRow(
         Fault.ENCODER_REVERSED,
@@ -201,12 +198,11 @@ ROWS = (
         ReadingEffect(Channel.CARRIAGE, Mode.SCALED, factor=0.0),
         detected_by="the head's two sensors",
     ),
-    FaultRow(
+    invalid_reading(
         Fault.CARRIAGE_SENSOR_INVALID,
         FaultSite.HEAD_ENCODER,
-        "the sensor on the catheter head gives no valid reading",
-        ReadingEffect(Channel.CARRIAGE, Mode.INVALID),
-        detected_by="its flag",
+        Channel.CARRIAGE,
+        "the sensor on the catheter head",
     ),
     FaultRow(
         Fault.CURRENT_SENSOR_DEAD,

@@ -9,6 +9,7 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
@@ -136,11 +137,7 @@ ROWS = (
         Strength("standard deviation", "mmHg", 0.5, 100.0, 20.0),
         detected_by="pre-use test",
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_INVALID,
-        FaultSite.VACUUM_SENSOR,
-        "the vacuum sensor gives no valid reading",
-        ReadingEffect(Channel.VACUUM, Mode.INVALID),
-        detected_by="its flag",
+    invalid_reading(
+        Fault.VACUUM_SENSOR_INVALID, FaultSite.VACUUM_SENSOR, Channel.VACUUM, "the vacuum sensor"
     ),
 )

@@ -9,6 +9,7 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
 from opensuction.twin.fault.insertion_fault import SEIZED_V
@@ -105,11 +106,7 @@ ROWS = (
         Strength("standard deviation", "rad", 0.001, 0.5, 0.05),
         detected_by="valve not seen closed",
     ),
-    FaultRow(
-        Fault.CAM_ENCODER_INVALID,
-        FaultSite.CAM_ENCODER,
-        "the valve encoder gives no valid reading",
-        ReadingEffect(Channel.CAM, Mode.INVALID),
-        detected_by="its flag",
+    invalid_reading(
+        Fault.CAM_ENCODER_INVALID, FaultSite.CAM_ENCODER, Channel.CAM, "the valve encoder"
     ),
 )
