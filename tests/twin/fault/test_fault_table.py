@@ -6,11 +6,10 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.twin import preset
 from opensuction.twin.fault import link
-from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault import BY_NAME, Fault, FaultSite
 from opensuction.twin.fault.fault_row import (
     FaultOnset,
     FaultRow,
-    FaultSite,
     LinkEffect,
     MachineEffect,
     PatientEffect,
@@ -30,8 +29,8 @@ def test_every_fault_has_one_row() -> None:
 
 
 def test_what_is_set_up_wrongly_is_there_from_the_start() -> None:
-    assert {row.site for row in ROWS.values() if row.is_setup} == {FaultSite.SETTING}
-    assert {row.is_setup for row in ROWS.values() if row.site == FaultSite.SETTING} == {True}
+    assert {row.fault.site for row in ROWS.values() if row.is_setup} == {FaultSite.SETTING}
+    assert {row.is_setup for row in ROWS.values() if row.fault.site == FaultSite.SETTING} == {True}
     assert {row.fault for row in ROWS.values() if row.is_planned} == {
         Fault.WRONG_PRESET,
         Fault.CATHETER_TOO_WIDE,

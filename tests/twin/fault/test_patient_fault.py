@@ -137,10 +137,10 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     assert healthy.spo2_percent == state.oximeter.shown_percent
     assert healthy.airway_pressure_cmh2o == state.airflow.connector_cmh2o
     assert healthy.heart_rate_per_min == ICU.heart.rest_per_min
-    off = patient_model.read_monitor(
-        ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state
+    off = ICU._replace(monitor=ICU.monitor._replace(probe_on=False))
+    assert patient_model.signs(off, state).monitor == healthy._replace(
+        spo2_percent=0.0, spo2_valid=False
     )
-    assert off == healthy._replace(spo2_percent=0.0, spo2_valid=False)
     assert patient_model.signs(broken(Fault.MONITOR_LOST), state).monitor == NO_MONITOR
     without = ICU._replace(monitor=ICU.monitor._replace(present=False))
     assert patient_model.signs(without, state).monitor == NO_MONITOR
