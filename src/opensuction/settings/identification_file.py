@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, NamedTuple
 import tomli_w
 from annotated_types import Ge, Gt
 
-from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward, nominal
+from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
@@ -234,7 +234,7 @@ def to_calibration(identified: Identified, path: Path | str) -> Calibration:
             f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
             'compensator to "exact-inverse", which crosses the reversal as a gap',
         )
-    found = nominal(model, identified.servo or PLAIN_PD)
+    found = assume_nominal(model, identified.servo or PLAIN_PD)
     return found if identified.measured is None else _measured(found, identified, path)
 
 

@@ -15,7 +15,7 @@ from opensuction.control import compensation
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.control.head_path import HeadLimits
 from opensuction.controller import machine_profile, setup
-from opensuction.controller.setup import PLAIN_PD, Calibration
+from opensuction.controller.calibration import PLAIN_PD, Calibration
 from opensuction.evidence.benchmark.benchmark_plant import (
     KEPT,
     PLANTS,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.control import direct_inverse, profile
-from opensuction.control.direct_inverse import EstimatedLag
+from opensuction.control.exact_inverse import AT_REST
 from opensuction.control.profile import Profile
 from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.hysteresis import modified_dahl, play
@@ -77,10 +77,10 @@ def printed_commands(reference_mm: Values) -> tuple[Values, Values]:
     """
     lag = float(modified_dahl.saturation_mm(PUBLISHED))
     head = (float(reference_mm[0]) - lag - PUBLISHED.offset_mm) / PUBLISHED.slope
-    state = EstimatedLag(head_mm=head, lag_mm=lag)
+    state = AT_REST._replace(head_mm=head, lag_mm=lag)
     rows = np.empty((reference_mm.size, 2))
     for i, wanted in enumerate(reference_mm.tolist()):
-        state = direct_inverse.step(PUBLISHED, state, wanted)
+        state = direct_inverse.step(PUBLISHED, state, wanted, DT_S)
         rows[i] = state.head_mm, state.lag_mm
     return rows[:, 0], rows[:, 1]
 

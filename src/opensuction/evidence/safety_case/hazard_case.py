@@ -12,7 +12,7 @@ from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
-from opensuction.twin.fault.fault_row import FaultSite
+from opensuction.twin.fault.fault import FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
@@ -65,7 +65,7 @@ def run(case: HazardCase) -> HazardResult:
     except InputError as refusal:
         return hazard_result.refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = ROWS[claim.fault].site == FaultSite.PATIENT
+    patient = claim.fault.site == FaultSite.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from opensuction.kernel import random_stream
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
@@ -33,16 +33,7 @@ BASKET = (
 )
 """Protocols and patients of the pool."""
 APPROACHES = ("travel", "contact")
-PHASES = (
-    Phase.CHECKING,
-    Phase.PRELOADING,
-    Phase.INSERTING,
-    Phase.BACKING_OFF,
-    Phase.OPENING,
-    Phase.SUCTIONING,
-    Phase.WITHDRAWING,
-    Phase.CLOSING,
-)
+PHASES = CYCLE
 """Phases in which a fault may come; one whose phase never comes is drawn in vain."""
 LATEST_S = 8.0
 """A fault comes within so long of its phase's begin: the longest phases last 8 s."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
-from opensuction.controller.setup import Calibration
+from opensuction.controller.calibration import Calibration
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import teaching

@@ -12,7 +12,7 @@ from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import ITEMS, ORDER, SENTENCES, CheckItem
+from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.safety.alarm.alarm_episode import Episode
@@ -99,7 +99,7 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     event, phase, time_s = result.abort
     if event not in ABORT_SENTENCES:  # the controller stopped: it broke nothing off
         return None
-    failed = SENTENCES[CheckItem(int(columns["check_failed"][-1]))]
+    failed = CheckItem(int(columns["check_failed"][-1])).failure
     return {
         "event": _name(event),
         "phase": phase.name.lower(),
@@ -121,7 +121,7 @@ def _check(columns: Columns) -> Json:
         listed.append(
             {
                 "name": _name(item),
-                "meaning": ITEMS[item],
+                "meaning": item.title,
                 "passed": None if item not in done else item != failed,
                 "seconds": ticks * DT_S,
             }
@@ -129,7 +129,7 @@ def _check(columns: Columns) -> Json:
     return {
         "passed": passed,
         "failed_item": None if failed == CheckItem.NONE else _name(failed),
-        "sentence": None if failed == CheckItem.NONE else SENTENCES[failed],
+        "sentence": None if failed == CheckItem.NONE else failed.failure,
         "items": listed,
     }
 

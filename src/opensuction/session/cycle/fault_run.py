@@ -9,7 +9,7 @@ import numpy.typing as npt
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
-from opensuction.procedure.cycle import check_item, upkeep
+from opensuction.procedure.cycle import upkeep
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
@@ -72,7 +72,7 @@ def _sentence(notice: Notice, columns: Columns) -> str:
     if notice.detector == Detector.TRIP:
         return Condition(notice.code).row.sentence
     if notice.detector == Detector.CHECK:
-        return f"the pre-use test failed: {check_item.SENTENCES[CheckItem(notice.code)]}"
+        return f"the pre-use test failed: {CheckItem(notice.code).failure}"
     if notice.detector == Detector.REFUSAL:
         return f"the start was refused: {upkeep.SENTENCES[Refusal(notice.code)]}"
     if notice.detector == Detector.DRIVE:

@@ -137,7 +137,8 @@ def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: _Diary)
         before = state.tick
         state = idle_time.pass_time(prepared.loop, state, span_s)
         passed_s = (state.tick - before) * DT_S
-        state = state._replace(controller=controller.pass_idle_time(state.controller, passed_s))
+        kept = upkeep.pass_idle_time(state.controller.core.upkeep, passed_s)
+        state = state._replace(controller=controller.with_upkeep(state.controller, kept))
         diary.note(state)
 
 

@@ -230,14 +230,6 @@ def _is_sucking(columns: Columns) -> Ticks:
     return sucking
 
 
-def _tip(columns: Columns, _: Settings) -> Samples:
-    return columns["truth.tip_mm"]
-
-
-def _force(columns: Columns, _: Settings) -> Samples:
-    return columns["truth.contact_n"]
-
-
 def _advance(columns: Columns, _: Settings) -> Samples:
     return advance_mm(columns["truth.tip_mm"], _is_sucking(columns))
 
@@ -268,8 +260,14 @@ class PhysicalCheck(NamedTuple):
 
 
 PHYSICAL: tuple[PhysicalCheck, ...] = (
-    PhysicalCheck(PhysicalBound.TIP, _tip, lambda settings: settings.limits.cap_mm),
-    PhysicalCheck(PhysicalBound.FORCE, _force, lambda _: FORCE_N),
+    PhysicalCheck(
+        PhysicalBound.TIP,
+        lambda columns, _: columns["truth.tip_mm"],
+        lambda settings: settings.limits.cap_mm,
+    ),
+    PhysicalCheck(
+        PhysicalBound.FORCE, lambda columns, _: columns["truth.contact_n"], lambda _: FORCE_N
+    ),
     PhysicalCheck(PhysicalBound.ADVANCE, _advance, lambda _: ADVANCE_MM),
     PhysicalCheck(
         PhysicalBound.SUCTION,
