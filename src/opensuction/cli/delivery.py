@@ -63,18 +63,26 @@ def show(as_json: bool, data: Json, summarise: "Callable[..., None]") -> None:
 
 
 def deliver(
-    output: OutputChoice, name: int | str, work: "Callable[[ProgressTeller, Path], CommandResult]"
+    output: OutputChoice,
+    name: int | str,
+    work: "Callable[[ProgressTeller, Path], CommandResult]",
+    doing: str | None = None,
 ) -> int:
     """Carry out the work of a command; returns the exit status.
 
     name: of the folder where none was named. work: takes the folder in which its files will be.
+    doing: said while all of the work is done in the background; None: the work waits by itself.
     Raises InputError for a folder that cannot be written and for what the work refuses.
     """
     from opensuction.cli.progress import ProgressTeller
 
+    progress = ProgressTeller()
     folder = output_folder.choose(output.out, name)
     with output_folder.stage(folder, output.force) as staging:
-        done = work(ProgressTeller(), folder)
+        if doing is None:
+            done = work(progress, folder)
+        else:
+            done = progress.wait(lambda: work(progress, folder), doing)
         output_folder.write(staging, done.files)
     for stale in done.stale:
         (folder / stale).unlink(missing_ok=True)

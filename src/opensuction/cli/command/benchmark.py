@@ -1,6 +1,5 @@
 """``benchmark``: every compensator on every plant, with fixed seeds."""
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,21 +21,21 @@ class BenchmarkOptions(NamedTuple):
 
 def run(options: BenchmarkOptions) -> int:
     """Carry the command out; returns the exit status."""
-    began_s = time.monotonic()
+    return deliver(
+        options.output,
+        "benchmark",
+        lambda progress, _: _compute(options.seeds, progress),
+        "Comparing",
+    )
 
-    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
-        progress.tell(f"Compensators on twins and models, {options.seeds} seeds each")
-        return progress.wait(lambda: _compute(options.seeds, progress, began_s), "Comparing")
 
-    return deliver(options.output, "benchmark", work)
-
-
-def _compute(seeds: int, progress: "ProgressTeller", began_s: float) -> CommandResult:
+def _compute(seeds: int, progress: "ProgressTeller") -> CommandResult:
     from opensuction.evidence.benchmark import benchmark, benchmark_page
     from opensuction.report import sheet
 
+    progress.tell(f"Compensators on twins and models, {seeds} seeds each")
     found = benchmark.run(seeds, progress.tell)
-    data = benchmark.plain(found, time.monotonic() - began_s)
+    data = benchmark.plain(found, progress.elapsed_s)
     html = sheet.render(benchmark_page.sheet(found))
     files = {"report.html": html, "benchmark.json": to_text(data)}
     return CommandResult(data, files, lambda console, folder: _summarise(console, data, folder))

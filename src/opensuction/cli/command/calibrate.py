@@ -1,6 +1,5 @@
 """``calibrate``: two runs of the excitation, a verdict, a parameter file."""
 
-import time
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,7 +12,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.session.calibration.calibration_run import Calibrated
 
 
 class CalibrateOptions(NamedTuple):
@@ -25,29 +23,21 @@ class CalibrateOptions(NamedTuple):
 
 def run(options: CalibrateOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for bad names and files."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
-        found = progress.wait(lambda: _calibrate(options.choice, progress), "Calibrating")
-        return _write_up(options.choice, found, folder, began_s)
-
-    return deliver(options.output, "calibrate", work)
-
-
-def _calibrate(choice: CalibrationChoice, progress: "ProgressTeller") -> "Calibrated":
-    from opensuction.session.calibration import calibration_run
-
-    return calibration_run.run(choice, progress.tell)
+    return deliver(
+        options.output,
+        "calibrate",
+        lambda progress, folder: _compute(options.choice, progress, folder),
+        "Calibrating",
+    )
 
 
-def _write_up(
-    choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float
-) -> CommandResult:
+def _compute(choice: CalibrationChoice, progress: "ProgressTeller", folder: Path) -> CommandResult:
     from opensuction.report import sheet
     from opensuction.report.calibration import calibration_page
-    from opensuction.session.calibration import calibration_file
+    from opensuction.session.calibration import calibration_file, calibration_run
     from opensuction.settings import identification_file
 
+    found = calibration_run.run(choice, progress.tell)
     now = datetime.now(tz=UTC)
     found = calibration_file.confirmed(found, now)
     name = calibration_file.PARAMETER_FILE
@@ -56,7 +46,7 @@ def _write_up(
     if found.accepted:
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
-    data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
+    data = calibration_file.plain(found, now, progress.elapsed_s, path)
     files["report.html"] = sheet.render(calibration_page.page(data, calibration_file.runs(found)))
     files["calibrate.json"] = to_text(data)
     next_command = _next_command(choice.rig, data)

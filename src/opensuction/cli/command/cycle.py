@@ -53,15 +53,14 @@ def run(options: CycleOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for bad input."""
     from opensuction.cli.progress import PlainConsole
 
-    began_s = time.monotonic()
     console = PlainConsole(stderr=options.output.as_json)
     pace = _pace(options, console)
 
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         prepared = progress.wait(lambda: _prepare(options, progress), "Preparing")
         if options.day.every_min is None:
-            return _run_cycle(prepared, console, Pacer(pace), began_s)
-        return _run_day(prepared, options.day, console, progress, began_s)
+            return _run_cycle(prepared, console, Pacer(pace), progress)
+        return _run_day(prepared, options.day, console, progress)
 
     return deliver(options.output, options.choice.rig.seed, work)
 
@@ -110,7 +109,7 @@ def _play(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRu
 
 
 def _run_cycle(
-    prepared: "Prepared", console: "Console", pacer: Pacer, began_s: float
+    prepared: "Prepared", console: "Console", pacer: Pacer, progress: "ProgressTeller"
 ) -> CommandResult:
     """One cycle."""
     from opensuction.report.cycle import page
@@ -118,18 +117,14 @@ def _run_cycle(
 
     found = _play(prepared, console, pacer)
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(prepared, found.columns, time.monotonic() - began_s, factor)
+    data = cycle_summary.summary(prepared, found.columns, progress.elapsed_s, factor)
     data["faults"] = fault_run.plain(found)
     html = page.render(data, found.columns, machine_summary.sections(prepared))
-    return _write_up(data, {"report.html": html}, began_s)
+    return _write_up(data, {"report.html": html}, progress)
 
 
 def _run_day(
-    prepared: "Prepared",
-    asked: DayChoice,
-    console: "Console",
-    progress: "ProgressTeller",
-    began_s: float,
+    prepared: "Prepared", asked: DayChoice, console: "Console", progress: "ProgressTeller"
 ) -> CommandResult:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
     from opensuction.report import sheet
@@ -151,7 +146,7 @@ def _run_day(
 
     day = progress.wait(lambda: day_run.play(prepared, asked, tell))
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
+    data = cycle_summary.summary(day.last, day.columns, progress.elapsed_s, factor)
     data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
     data["faults"] = []
     data["day"] = day_summary.plain(day)
@@ -161,11 +156,11 @@ def _run_day(
         "day.html": sheet.render(day_page.page(data, day.samples._asdict())),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
     }
-    return _write_up(data, files, began_s)
+    return _write_up(data, files, progress)
 
 
-def _write_up(data: Json, pages: dict[str, str], began_s: float) -> CommandResult:
-    data["wall_s"] = time.monotonic() - began_s
+def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> CommandResult:
+    data["wall_s"] = progress.elapsed_s
     files: dict[str, str | bytes] = {**pages, "cycle.json": to_text(data), **_sound(data)}
     refused = data.get("day", {}).get("refusal") is not None
     return CommandResult(

@@ -50,36 +50,25 @@ def _run(
     results: OutputChoice,
 ) -> int:
     def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
+        from opensuction.session.identification import identification_run
+
+        def tell(model: str, done: int, models: int) -> None:
+            progress.tell(f"Identifying {model} ({done + 1} of {models})")
+
         sign = "-" if recording.negate_output else ""
         progress.tell(
             f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
             f"{sign}{recording.output}"
         )
-        loaded = progress.wait(lambda: _load(recording, model, method), "Reading")
+        loaded = identification_run.load(recording, model, method)
         began_s = time.perf_counter()
-        found = progress.wait(lambda: _fit(loaded, progress), "Identifying")
+        if model is None:
+            found = identification_run.compare(loaded, tell)
+        else:
+            found = [identification_run.identify(loaded)]
         return _write_up(loaded, found, folder, time.perf_counter() - began_s)
 
-    return deliver(results, name, work)
-
-
-def _load(recording: RecordingChoice, model: str | None, method: str | None) -> "LoadedRecording":
-    from opensuction.session.identification import identification_run
-
-    return identification_run.load(recording, model, method)
-
-
-def _fit(loaded: "LoadedRecording", progress: "ProgressTeller") -> "list[FittedModel]":
-    """One result, or those of every model."""
-    from opensuction.session.identification import identification_run
-
-    if loaded.model is not None:
-        return [identification_run.identify(loaded)]
-
-    def tell(model: str, done: int, models: int) -> None:
-        progress.tell(f"Identifying {model} ({done + 1} of {models})")
-
-    return identification_run.compare(loaded, tell)
+    return deliver(results, name, work, "Identifying")
 
 
 def _write_up(

@@ -1,6 +1,5 @@
 """``reproduce``: the paper's tables and figures on the twin, side by side."""
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,21 +20,16 @@ class ReproduceOptions(NamedTuple):
 
 def run(options: ReproduceOptions) -> int:
     """Carry the command out; returns the exit status."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
-        progress.tell("The paper reproduced on the digital twin: some ten seconds")
-        return progress.wait(lambda: _compute(progress, began_s), "Reproducing")
-
-    return deliver(options.output, "reproduce", work)
+    return deliver(options.output, "reproduce", _compute, "Reproducing")
 
 
-def _compute(progress: "ProgressTeller", began_s: float) -> CommandResult:
+def _compute(progress: "ProgressTeller", _: Path) -> CommandResult:
     from opensuction.evidence.paper import reproduction
     from opensuction.report import sheet
 
+    progress.tell("The paper reproduced on the digital twin: some ten seconds")
     found = reproduction.run(progress.tell)
-    data = reproduction.plain(found, time.monotonic() - began_s)
+    data = reproduction.plain(found, progress.elapsed_s)
     return CommandResult(
         data,
         {"report.html": sheet.render(found.sheet), "reproduce.json": to_text(data)},

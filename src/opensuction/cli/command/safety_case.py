@@ -1,6 +1,5 @@
 """``safety-case``: every hazard run on the twin, alarm and safe state timed."""
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,7 +10,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence.safety_case.hazard import Hazard
     from opensuction.evidence.safety_case.hazard_result import HazardResult
 
 EVERY_RUNS = 50
@@ -28,25 +26,13 @@ class SafetyCaseOptions(NamedTuple):
 
 def run(options: SafetyCaseOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for a bad table."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
-        from opensuction.evidence.safety_case import hazard
-
-        hazards = hazard.load(options.table)
-        progress.tell(
-            f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
-            "at its instants and strengths"
-        )
-        return progress.wait(lambda: _compute(hazards, options.seeds, progress, began_s), "Running")
-
-    return deliver(options.output, "safety-case", work)
+    return deliver(
+        options.output, "safety-case", lambda progress, _: _compute(options, progress), "Running"
+    )
 
 
-def _compute(
-    hazards: "tuple[Hazard, ...]", count: int, progress: "ProgressTeller", began_s: float
-) -> CommandResult:
-    from opensuction.evidence.safety_case import hazard_detail, safety_case
+def _compute(options: SafetyCaseOptions, progress: "ProgressTeller") -> CommandResult:
+    from opensuction.evidence.safety_case import hazard, hazard_detail, safety_case
     from opensuction.report import sheet
     from opensuction.report.safety_case import safety_case_page
 
@@ -57,8 +43,13 @@ def _compute(
         if done % EVERY_RUNS == 0 or done == total:
             progress.tell(f"{done} of {total} runs")
 
-    found = safety_case.run(hazards, safety_case.seeds_of(count), tell)
-    data = safety_case.plain(found, time.monotonic() - began_s)
+    hazards = hazard.load(options.table)
+    progress.tell(
+        f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
+        "at its instants and strengths"
+    )
+    found = safety_case.run(hazards, safety_case.seeds_of(options.seeds), tell)
+    data = safety_case.plain(found, progress.elapsed_s)
     details = [hazard_detail.detail(verdict) for verdict in found.verdicts]
     html = sheet.render(safety_case_page.page(data, details))
     return CommandResult(
