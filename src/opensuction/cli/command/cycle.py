@@ -88,22 +88,16 @@ def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
 
 def _play(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
     """The cycle, shown as it goes."""
-    from opensuction.kernel.phase import Phase
     from opensuction.report import terminal
+    from opensuction.report.moment import Moment
     from opensuction.session.cycle import cycle_run, fault_run
 
     target_mm = cycle_run.stopping_mm(prepared)
     with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
 
-        def watch(progress: cycle_run.Progress) -> None:
-            live.update(
-                Phase(progress.phase).name.lower(),
-                progress.time_s,
-                progress.tip_mm,
-                progress.valve_open_ratio,
-                progress.vacuum_mmhg,
-            )
-            pacer.wait_until(progress.time_s)
+        def watch(moment: Moment) -> None:
+            live.update(moment)
+            pacer.wait_until(moment.time_s)
 
         return fault_run.play(prepared, watch)
 

@@ -39,10 +39,9 @@ def _model(model: Summary, place: int) -> dict[str, Any]:
         "hue": HUES[place % len(HUES)],
         "dashed": place >= len(HUES),
         "recommended": value(model, "recommended") is True,
-        "errors": [
-            number(model, f"{key}_percent_of_range")
-            for key in ("rmse", "holdout_rmse", "cross_validation")
-        ],
+        "errors": {
+            heading: number(model, key) for heading, key in identification_words.MEASURES.items()
+        },
         "well_posed": value(model, "well_posed"),
         "parameters": identification_words.parameters(model),
         "warnings": identification_words.warnings(model),
@@ -94,7 +93,7 @@ def render(summary: Summary, curves: FittedCurves) -> str:
         "models": models,
         "best": best,
         "most": _full_bar(models, number(summary, "line_rmse_percent_of_range")),
-        "measures": _measures(models),
+        "measures": identification_words.measures(summary),
         "few": FEW_PARAMETERS,
         "run": [
             (name, shown)
@@ -120,16 +119,6 @@ def _full_bar(models: list[dict[str, Any]], line: float | None) -> float:
 
     One model that fits badly would make all the others' bars too short to tell apart.
     """
-    errors = [error for model in models for error in model["errors"] if error is not None]
+    errors = [error for model in models for error in model["errors"].values() if error is not None]
     better = [error for error in errors if line is not None and error < line]
     return max(better or errors, default=1.0) or 1.0
-
-
-def _measures(models: list[dict[str, Any]]) -> list[tuple[int, str]]:
-    """Which errors some model has: its place among them, and the heading of its column."""
-    headings = ("Fitted", "Held out", "Cross-validation")
-    return [
-        (place, heading)
-        for place, heading in enumerate(headings)
-        if any(model["errors"][place] is not None for model in models)
-    ]

@@ -33,28 +33,19 @@ def _parameters(model: Summary) -> Table:
 
 def _ranking(summary: Summary) -> Table:
     """Models, best first, with the errors that some of them have."""
-    known = words.models(summary)
-    measures = [
-        (heading, key)
-        for heading, key in (
-            ("Fitted", "rmse_percent_of_range"),
-            ("Held out", "holdout_rmse_percent_of_range"),
-            ("Cross-validation", "cross_validation_percent_of_range"),
-        )
-        if any(number(model, key) is not None for model in known)
-    ]
+    measures = words.measures(summary)
     table = _table(
         ("Model", False),
-        *((heading, True) for heading, _ in measures),
+        *((heading, True) for heading in measures),
         ("Inverse", False),
         ("", False),
     )
-    for model in known:
+    for model in words.models(summary):
         best = value(model, "recommended") is True
         posed = value(model, "well_posed")
         table.add_row(
             Text(text(model, "model") or "-"),
-            *(Text(words.percent(number(model, key))) for _, key in measures),
+            *(Text(words.percent(number(model, key))) for key in measures.values()),
             Text({True: "continuous", False: "with gaps"}.get(posed, "-")),
             Text("recommended" if best else ""),
             style="bold" if best else "",

@@ -31,6 +31,23 @@ class ParameterRow(NamedTuple):
     interval: str
 
 
+MEASURES = {
+    "Fitted": "rmse_percent_of_range",
+    "Held out": "holdout_rmse_percent_of_range",
+    "Cross-validation": "cross_validation_percent_of_range",
+}
+"""Errors of a model by the heading of their column: keys of the summary."""
+
+
+def measures(summary: Summary) -> dict[str, str]:
+    """Those of `MEASURES` that some model of the summary has."""
+    return {
+        heading: key
+        for heading, key in MEASURES.items()
+        if any(number(model, key) is not None for model in models(summary))
+    }
+
+
 def models(summary: Summary) -> list[Summary]:
     """Models of a summary, best first; one for the object of ``identify``."""
     return rows(summary, "models") or [summary]
