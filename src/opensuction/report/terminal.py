@@ -1,6 +1,6 @@
 """A cycle in the terminal: live while it runs, and its summary afterwards."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Final, Self
 
@@ -53,18 +53,11 @@ class LiveCycle:
     Call ``update`` as often as is handy, up to every tick of a paced run.
     """
 
-    def __init__(
-        self,
-        console: Console,
-        target_mm: float | None,
-        cap_mm: float,
-        phases: Sequence[str] = PLANNED,
-    ) -> None:
+    def __init__(self, console: Console, target_mm: float | None, cap_mm: float) -> None:
         """Display on a console. target_mm: None where the cycle stops by contact."""
         self._console = console
         self._target_mm = target_mm
         self._cap_mm = cap_mm
-        self._planned = tuple(phases)
         self._marks = glyphs(console)
         self._seen: list[tuple[str, float]] = []
         self._moment: Moment | None = None
@@ -133,7 +126,7 @@ class LiveCycle:
         names = [name for name, _ in self._seen]
         if any(phase_words(name).kind == "fault" for name in names):
             return
-        for name in self._planned:
+        for name in PLANNED:
             if name not in names:
                 yield Text(f" {self._marks.later} {phase_words(name).label}", style="dim")
 

@@ -22,7 +22,7 @@ from opensuction.settings import calibration_section
 from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.validation import validate
+from opensuction.settings.validation import to_mapping, validate
 from opensuction.settings.wording import one_line, refuse, unknown
 
 FORMAT_VERSION: Final = 2
@@ -125,20 +125,11 @@ class Identified(NamedTuple):
 
 def to_toml(identified: Identified) -> str:
     """The file as TOML, which `load` reads back as the same record."""
-    about = identified.about._asdict()
-    recording = identified.about.recording
-    about["recording"] = recording._asdict() | {
-        "input": recording.input._asdict(),
-        "output": recording.output._asdict(),
-    }
-    about["parameters"] = {
-        name: parameter._asdict() for name, parameter in identified.parameters.items()
-    }
-    if identified.servo is not None:
-        about["servo"] = identified.servo._asdict()
-    if identified.measured is not None:
-        about |= {name: part._asdict() for name, part in identified.measured._asdict().items()}
-    return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(about))
+    about, parameters, servo, measured = to_mapping(identified).values()
+    content = {**about, "parameters": parameters}
+    if servo is not None:
+        content["servo"] = servo
+    return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(content | (measured or {})))
 
 
 def load(path: Path | str) -> Identified:

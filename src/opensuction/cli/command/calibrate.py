@@ -47,7 +47,8 @@ def _compute(choice: CalibrationChoice, progress: "ProgressTeller", folder: Path
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
     data = calibration_file.plain(found, now, progress.elapsed_s, path)
-    files["report.html"] = sheet.render(calibration_page.page(data, calibration_file.runs(found)))
+    page = calibration_page.page(data, found.first, found.second, found.predicted)
+    files["report.html"] = sheet.render(page)
     files["calibrate.json"] = to_text(data)
     next_command = _next_command(choice.rig, data)
     return CommandResult(

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel import random_stream
-from opensuction.kernel.phase import Phase
 from opensuction.session.choice import CycleChoice, RigChoice
-from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle import cycle_run, fault_choice, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
@@ -36,16 +35,7 @@ BASKET = (
 )
 """Protocols and patients of the pool."""
 APPROACHES = ("travel", "contact")
-PHASES = (
-    Phase.CHECKING,
-    Phase.PRELOADING,
-    Phase.INSERTING,
-    Phase.BACKING_OFF,
-    Phase.OPENING,
-    Phase.SUCTIONING,
-    Phase.WITHDRAWING,
-    Phase.CLOSING,
-)
+PHASES = fault_choice.CYCLE
 """Phases in which a fault may come; one whose phase never comes is drawn in vain."""
 LATEST_S = 8.0
 """A fault comes within so long of its phase's begin: the longest phases last 8 s."""

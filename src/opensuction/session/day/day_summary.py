@@ -28,7 +28,7 @@ def _row(cycle: DayCycle) -> Json:
         "in_airway_s": found.in_airway_s,
         "spo2_nadir_percent": found.spo2_nadir_percent,
         "lung_volume_loss_ml": found.lung_volume_loss_ml,
-        "trips": [item.trip.name.lower().replace("_", "-") for item in found.trips],
+        "trips": [cycle_summary.name_of(item.trip) for item in found.trips],
         "alarms": cycle_summary.alarms(found.alarms),
         "catheter_age_h": cycle.catheter_age_s / HOUR_S,
         "catheter_changed": cycle.catheter_changed,
@@ -58,7 +58,7 @@ def notes(day: Day) -> list[str]:
 
 def plain(day: Day) -> Json:
     """The key ``day`` of the command's JSON."""
-    data: Json = without_nan(
+    return without_nan(
         {
             "repeat": day.asked.repeat,
             "every_min": day.asked.every_min,
@@ -73,4 +73,3 @@ def plain(day: Day) -> Json:
             "notes": notes(day),
         }
     )
-    return data

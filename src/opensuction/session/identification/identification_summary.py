@@ -98,8 +98,7 @@ def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
 
 def summarise(loaded: LoadedRecording, result: FittedModel, now: datetime, seconds: float) -> Json:
     """The JSON object of ``identify``. now: in UTC. seconds: that the fit took."""
-    data: Json = without_nan(_figures(result) | _provenance(loaded, now, seconds))
-    return data
+    return without_nan(_figures(result) | _provenance(loaded, now, seconds))
 
 
 def summarise_comparison(
@@ -107,8 +106,7 @@ def summarise_comparison(
 ) -> Json:
     """The JSON object of ``compare``: models in the order of the workbench, best first."""
     models = [_figures(result) for result in results]
-    data: Json = without_nan({"models": models} | _provenance(loaded, now, seconds))
-    return data
+    return without_nan({"models": models} | _provenance(loaded, now, seconds))
 
 
 def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datetime) -> Identified:
