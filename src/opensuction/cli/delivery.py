@@ -4,17 +4,16 @@ import json
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli import exit_status, output_folder
 from opensuction.cli.interruption import Stopped
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-
-Json = dict[str, Any]
 
 
 class OutputChoice(NamedTuple):

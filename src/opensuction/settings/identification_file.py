@@ -30,11 +30,11 @@ FORMAT_VERSION: Final = 2
 
 NO_COMPENSATOR: Final = "none"
 
-COMPENSATOR_OF_MODEL: Final = {"modified-dahl": "exact-inverse"}
-"""The compensator that a model is meant for; models that are not here have none yet."""
-
 COMPENSATORS: Final = {"modified-dahl": ("exact-inverse", "direct-inverse")}
-"""Every compensator that can use a model alone."""
+"""Compensators that can use a model alone, the one it is meant for first; other models have none
+yet."""
+
+COMPENSATOR_OF_MODEL: Final = {model: names[0] for model, names in COMPENSATORS.items()}
 
 ON_MEASURED: Final = ("preview", "prandtl-ishlinskii", "gap-width", "lookup-table")
 """Compensators that need what only a calibration of the machine measures."""
@@ -225,12 +225,11 @@ def to_calibration(identified: Identified, path: Path | str) -> Calibration:
             f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
             'compensator to "exact-inverse", which crosses the reversal as a gap',
         )
-    found = nominal(model, identified.servo or PLAIN_PD)
-    return found if identified.measured is None else _measured(found, identified, path)
+    return _measured(nominal(model, identified.servo or PLAIN_PD), identified, path)
 
 
 def _measured(found: Calibration, identified: Identified, path: Path | str) -> Calibration:
-    """The calibration with its plays and curves as they were measured."""
+    """The calibration with its plays and curves as they were measured, where they were."""
     measured, depths = identified.measured, identified.about.recording.output
     if measured is None:
         return found

@@ -4,9 +4,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import CalibrationChoice, RigChoice
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -5,9 +5,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import RecordingChoice
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from opensuction.cli.progress import ProgressTeller
@@ -62,10 +63,7 @@ def _run(
         )
         loaded = identification_run.load(recording, model, method)
         began_s = time.perf_counter()
-        if model is None:
-            found = identification_run.compare(loaded, tell)
-        else:
-            found = [identification_run.identify(loaded)]
+        found = identification_run.fit(loaded, tell)
         return _write_up(loaded, found, folder, time.perf_counter() - began_s)
 
     return deliver(results, name, work, "Identifying")
@@ -81,13 +79,9 @@ def _write_up(
 
     now = datetime.now(tz=UTC)
     compared = loaded.model is None
-    if compared:
-        data = identification_summary.summarise_comparison(loaded, results, now, seconds)
-        entries: list[Json] = data["models"]
-        names = [f"{result.model}.toml" for result in results]
-    else:
-        data = identification_summary.summarise(loaded, results[0], now, seconds)
-        entries, names = [data], ["identification.toml"]
+    data = identification_summary.summarise(loaded, results, now, seconds)
+    entries: list[Json] = data["models"] if compared else [data]
+    names = [f"{result.model}.toml" if compared else "identification.toml" for result in results]
     parameters = {}
     for entry, result, name in zip(entries, results, names, strict=True):
         found = identification_summary.make_parameter_file(loaded, result, now)

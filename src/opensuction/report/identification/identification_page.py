@@ -7,7 +7,7 @@ from markupsafe import Markup
 from opensuction.report import html
 from opensuction.report.identification import identification_series, identification_words
 from opensuction.report.identification.identification_series import FittedCurves
-from opensuction.report.summary import Summary, flatten, number, text, value
+from opensuction.report.summary import Summary, flatten, number, text, value, warnings
 
 SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
 """In this order: each uses those before it."""
@@ -17,9 +17,6 @@ HUES = ("tip", "head", "valve", "line-vacuum", "tip-vacuum", "removed", "deepest
 
 SOFTWARE = ("version", "date_utc", "seconds")
 """How it was computed."""
-
-FEW_PARAMETERS = 12
-"""A table with more rows than this is folded up."""
 
 
 def _axis(summary: Summary, which: str) -> str:
@@ -44,7 +41,7 @@ def _model(model: Summary, place: int) -> dict[str, Any]:
         },
         "well_posed": value(model, "well_posed"),
         "parameters": identification_words.parameters(model),
-        "warnings": identification_words.warnings(model),
+        "warnings": warnings(model),
         "parameter_file": text(model, "parameter_file"),
     }
 
@@ -87,14 +84,14 @@ def render(summary: Summary, curves: FittedCurves) -> str:
         "title": "Models compared" if len(models) > 1 else "Identification",
         "outcome": identification_words.outcome(summary),
         "sentences": identification_words.sentences(summary),
-        "warnings": identification_words.warnings(identification_words.best(summary)),
+        "warnings": warnings(identification_words.best(summary)),
         "partial": plots["loop"]["samples"] < curves.answer.size,
         "figures": identification_words.figures(summary),
         "models": models,
         "best": best,
         "most": _full_bar(models, number(summary, "line_rmse_percent_of_range")),
         "measures": identification_words.measures(summary),
-        "few": FEW_PARAMETERS,
+        "few": identification_words.FEW_PARAMETERS,
         "run": [
             (name, shown)
             for name, shown in (

@@ -9,11 +9,8 @@ from rich.text import Text
 
 from opensuction.report.depth_bar import glyphs
 from opensuction.report.identification import identification_words as words
-from opensuction.report.summary import Summary, number, text, value
+from opensuction.report.summary import Summary, number, text, value, warnings
 from opensuction.report.terminal import INDENT
-
-FEW_PARAMETERS = 12
-"""More than this are left to the files."""
 
 
 def _table(*headings: tuple[str, bool]) -> Table:
@@ -60,12 +57,12 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
     console.print(Text(f"{glyphs(console).done} {words.outcome(summary)}", style="bold green"))
     for sentence in words.sentences(summary):
         console.print(Padding(Text(sentence), INDENT))
-    for warning in words.warnings(found):
+    for warning in warnings(found):
         console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
     console.print()
     if words.is_comparison(summary):
         console.print(_ranking(summary))
-    elif len(words.parameters(found)) <= FEW_PARAMETERS:
+    elif len(words.parameters(found)) <= words.FEW_PARAMETERS:
         console.print(_parameters(found))
     console.print()
     for file in files:

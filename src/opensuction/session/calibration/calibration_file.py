@@ -7,10 +7,11 @@ from datetime import datetime
 import numpy as np
 
 from opensuction import __version__
-from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
+from opensuction.session.cycle import machine_summary
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings import calibration_section, identification_file, plausibility
 from opensuction.settings.calibration_section import Branches, Measured, Origin, Plays
@@ -157,8 +158,7 @@ def _findings(calibrated: Calibrated, found: Identification) -> Json:
             name: {"value": values[field], "unit": unit, "ci95": None}
             for name, (field, unit) in MODIFIED_DAHL.items()
         },
-        "plays": calibration_section.write_section(Plays, found.plays.model)._asdict()
-        | {"gap_mm": prandtl_ishlinskii.gap_mm(found.plays.model)},
+        "plays": machine_summary.plays(found.plays.model),
         "servo": found.servo._asdict(),
         "gap_mm": gap_mm,
         "gap_ratio": gap_mm / float(modified_dahl.gap_mm(calibrated.rig.profile.transmission)),
