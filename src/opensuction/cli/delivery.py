@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from opensuction.cli import exit_status, output_folder
 from opensuction.cli.interruption import Stopped
@@ -91,3 +91,15 @@ def deliver(
         ending.add_note(f"the results are in {folder}")
         raise
     return exit_status.DONE if done.is_good else exit_status.FAILED
+
+
+def delivering(
+    name: str, doing: str, work: "Callable[[Any, ProgressTeller, Path], CommandResult]"
+) -> Callable[[Any], int]:
+    """What carries a command out: all of its work in the background, its results delivered.
+
+    work: takes the command's options first; their field ``results`` says where to deliver.
+    """
+    return lambda options: deliver(
+        options.results, name, lambda progress, folder: work(options, progress, folder), doing
+    )

@@ -234,15 +234,12 @@ def _injected_fault(entry: Summary) -> str:
     at_s, name = number(entry, "at_s"), text(entry, "name") or "?"
     if at_s is None:
         return f"The fault {name} was to be injected, but its instant never came"
-    strength, unit, meaning = (
-        number(entry, "strength"),
-        text(entry, "strength_unit"),
-        text(entry, "meaning"),
-    )
+    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
     said = f"Injected fault: {name}"
     if strength is not None:
         said += f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
     said += f" at {quantity(at_s, 's')}"
+    meaning = text(entry, "meaning")
     if meaning is not None:
         said += f", {meaning}"
     sentence, after_s = text(entry, "noticed", "sentence"), number(entry, "noticed", "after_s")

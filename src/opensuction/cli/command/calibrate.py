@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import CalibrationChoice, RigChoice
 from opensuction.session.plain import Json
@@ -19,26 +19,16 @@ class CalibrateOptions(NamedTuple):
     """What the command takes."""
 
     choice: CalibrationChoice = CalibrationChoice()
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: CalibrateOptions) -> int:
-    """Carry the command out; returns the exit status. Raises InputError for bad names and files."""
-    return deliver(
-        options.output,
-        "calibrate",
-        lambda progress, folder: _compute(options.choice, progress, folder),
-        "Calibrating",
-    )
-
-
-def _compute(choice: CalibrationChoice, progress: "ProgressTeller", folder: Path) -> CommandResult:
+def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
     from opensuction.report import sheet
     from opensuction.report.calibration import calibration_page
     from opensuction.session.calibration import calibration_file, calibration_run
     from opensuction.settings import identification_file
 
-    found = calibration_run.run(choice, progress.tell)
+    found = calibration_run.run(options.choice, progress.tell)
     now = datetime.now(tz=UTC)
     found = calibration_file.confirmed(found, now)
     name = calibration_file.PARAMETER_FILE
@@ -51,7 +41,7 @@ def _compute(choice: CalibrationChoice, progress: "ProgressTeller", folder: Path
     page = calibration_page.page(data, found.first, found.second, found.predicted)
     files["report.html"] = sheet.render(page)
     files["calibrate.json"] = to_text(data)
-    next_command = _next_command(choice.rig, data)
+    next_command = _next_command(options.choice.rig, data)
     return CommandResult(
         data,
         files,
@@ -112,7 +102,7 @@ def _sentences(data: Json) -> list[str]:
 COMMAND = Command(
     name="calibrate",
     options=CalibrateOptions,
-    run=run,
+    run=delivering("calibrate", "Calibrating", _compute),
     sentence="Calibrate a machine: excite it over its stroke, fit, confirm, write the parameter "
     "file.",
     details="Finds hysteresis and the servo's feedforward from one run of the excitation and holds "

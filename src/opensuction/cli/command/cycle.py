@@ -31,7 +31,7 @@ class CycleOptions(NamedTuple):
     choice: CycleChoice = CycleChoice()
     day: DayChoice = DayChoice()
     pace: float | None = None
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
 class Pacer:
@@ -54,7 +54,7 @@ def run(options: CycleOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for bad input."""
     from opensuction.cli.progress import PlainConsole
 
-    console = PlainConsole(stderr=options.output.as_json)
+    console = PlainConsole(stderr=options.results.as_json)
     pace = _pace(options, console)
 
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
@@ -63,13 +63,13 @@ def run(options: CycleOptions) -> int:
             return _run_cycle(prepared, console, Pacer(pace), progress)
         return _run_day(prepared, options.day, console, progress)
 
-    return deliver(options.output, options.choice.rig.seed, work)
+    return deliver(options.results, options.choice.rig.seed, work)
 
 
 def _pace(options: CycleOptions, console: "Console") -> float:
     """Simulated seconds a second; 0 is unpaced. Raises InputError for an impossible pace."""
     if options.pace is None:
-        return TERMINAL_PACE if console.is_terminal and not options.output.as_json else 0.0
+        return TERMINAL_PACE if console.is_terminal and not options.results.as_json else 0.0
     if not math.isfinite(options.pace) or options.pace < 0.0:
         raise InputError(f"--pace {options.pace}: should be 0 (as fast as it goes) or more")
     return options.pace

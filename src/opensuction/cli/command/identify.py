@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import RecordingChoice
 from opensuction.session.plain import Json
@@ -33,40 +33,37 @@ class CompareOptions(NamedTuple):
     results: OutputChoice = OutputChoice()
 
 
-def identify(options: IdentifyOptions) -> int:
-    """Fit one model; returns the exit status. Raises InputError for a bad recording or option."""
-    return _run("identify", options.recording, options.model, options.method, options.results)
+def _identify(options: IdentifyOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
+    """Fit one model."""
+    return _compute(options.recording, options.model, options.method, progress, folder)
 
 
-def compare(options: CompareOptions) -> int:
-    """Fit every model; returns the exit status. Raises InputError for a bad recording or option."""
-    return _run("compare", options.recording, None, None, options.results)
+def _compare(options: CompareOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
+    """Fit every model."""
+    return _compute(options.recording, None, None, progress, folder)
 
 
-def _run(
-    name: str,
+def _compute(
     recording: RecordingChoice,
     model: str | None,
     method: str | None,
-    results: OutputChoice,
-) -> int:
-    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
-        from opensuction.session.identification import identification_run
+    progress: "ProgressTeller",
+    folder: Path,
+) -> CommandResult:
+    from opensuction.session.identification import identification_run
 
-        def tell(model: str, done: int, models: int) -> None:
-            progress.tell(f"Identifying {model} ({done + 1} of {models})")
+    def tell(model: str, done: int, models: int) -> None:
+        progress.tell(f"Identifying {model} ({done + 1} of {models})")
 
-        sign = "-" if recording.negate_output else ""
-        progress.tell(
-            f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
-            f"{sign}{recording.output}"
-        )
-        loaded = identification_run.load(recording, model, method)
-        began_s = time.perf_counter()
-        found = identification_run.fit(loaded, tell)
-        return _write_up(loaded, found, folder, time.perf_counter() - began_s)
-
-    return deliver(results, name, work, "Identifying")
+    sign = "-" if recording.negate_output else ""
+    progress.tell(
+        f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
+        f"{sign}{recording.output}"
+    )
+    loaded = identification_run.load(recording, model, method)
+    began_s = time.perf_counter()
+    found = identification_run.fit(loaded, tell)
+    return _write_up(loaded, found, folder, time.perf_counter() - began_s)
 
 
 def _write_up(
@@ -113,7 +110,7 @@ def _write_up(
 IDENTIFY = Command(
     name="identify",
     options=IdentifyOptions,
-    run=identify,
+    run=delivering("identify", "Identifying", _identify),
     sentence="Fit a model of hysteresis to a recording of your own.",
     details="Fits the output to the input, with 95 % intervals, and writes identification.toml "
     "(parameters, which 'opensuction cycle --compensation' takes), report.html (loop, time and "
@@ -137,7 +134,7 @@ allowed, or Parquet (pip install 'opensuction[parquet]'). Units are read from th
 COMPARE = Command(
     name="compare",
     options=CompareOptions,
-    run=compare,
+    run=delivering("compare", "Identifying", _compare),
     sentence="Fit every model to a recording, recommend one.",
     details="Writes report.html (ranking, and all models in the same plots), comparison.json and a "
     "parameter file for each model.",

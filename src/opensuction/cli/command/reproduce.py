@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.plain import Json
 
@@ -16,15 +16,10 @@ if TYPE_CHECKING:
 class ReproduceOptions(NamedTuple):
     """What the command takes."""
 
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: ReproduceOptions) -> int:
-    """Carry the command out; returns the exit status."""
-    return deliver(options.output, "reproduce", _compute, "Reproducing")
-
-
-def _compute(progress: "ProgressTeller", _: Path) -> CommandResult:
+def _compute(_options: ReproduceOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
     from opensuction.evidence.paper import reproduction
     from opensuction.report import sheet
 
@@ -68,7 +63,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 COMMAND = Command(
     name="reproduce",
     options=ReproduceOptions,
-    run=run,
+    run=delivering("reproduce", "Reproducing", _compute),
     sentence="The paper's figures 5 to 11 and tables I and II on the twin, each number beside its "
     "own.",
     details="Every claim has a tolerance and a verdict, and says whether the twin was calibrated "

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.plain import Json
 
@@ -22,17 +22,10 @@ class SafetyCaseOptions(NamedTuple):
 
     table: Path | None = None
     seeds: int = 1
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: SafetyCaseOptions) -> int:
-    """Carry the command out; returns the exit status. Raises InputError for a bad table."""
-    return deliver(
-        options.output, "safety-case", lambda progress, _: _compute(options, progress), "Running"
-    )
-
-
-def _compute(options: SafetyCaseOptions, progress: "ProgressTeller") -> CommandResult:
+def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
     from opensuction.evidence.safety_case import hazard, hazard_detail, safety_case
     from opensuction.report import sheet
     from opensuction.report.safety_case import safety_case_page
@@ -102,7 +95,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 COMMAND = Command(
     name="safety-case",
     options=SafetyCaseOptions,
-    run=run,
+    run=delivering("safety-case", "Running", _compute),
     sentence="Every hazard on the twin: its faults injected, alarm and safe state timed against "
     "bounds.",
     details="A hazard whose bound is broken is shown as broken. The report has a strip chart of "

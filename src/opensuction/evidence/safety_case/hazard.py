@@ -6,6 +6,7 @@ against the alarm table, phases against what a cycle has.
 """
 
 import tomllib
+from collections import Counter
 from collections.abc import Mapping
 from enum import Enum
 from importlib import resources
@@ -158,12 +159,8 @@ KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault"}
 
 
 def _bundled(name: str) -> dict[str, Any]:
-    text = (
-        resources.files("opensuction.evidence.safety_case")
-        .joinpath(name)
-        .read_text(encoding="utf-8")
-    )
-    return tomllib.loads(text)
+    file = resources.files("opensuction.evidence.safety_case") / name
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def load(path: Path | None = None) -> tuple[Hazard, ...]:
@@ -179,13 +176,10 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
         what = f"unknown key {show(extra[0])}" if extra else "no hazard in it"
         raise InputError(one_line(f"{where}: {what}; rows begin with [[hazard]]"))
     hazards = tuple(_hazard(row, f"{where}: hazard {i}", where) for i, row in enumerate(rows, 1))
-    names = [hazard.row.id for hazard in hazards]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(hazard.row.id for hazard in hazards).items():
+        if count > 1:
             raise InputError(
-                one_line(
-                    f"{where}: {name}: id is there {names.count(name)} times; give each its own"
-                )
+                one_line(f"{where}: {name}: id is there {count} times; give each its own")
             )
     return hazards
 

@@ -30,8 +30,6 @@ def plays(model: PrandtlIshlinskii) -> Json:
 def identification(prepared: Prepared) -> Json | None:
     """What the compensator works with, and where it is from; None for one that needs no model."""
     found, file = prepared.identification, prepared.resolved.parameter_file
-    if found is None and file is None:
-        return None
     model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
     data: Json = {
         "model": "modified-dahl",
@@ -53,7 +51,8 @@ def identification(prepared: Prepared) -> Json | None:
             "plays": plays(found.plays.model)
             | {"rmse_mm": found.plays.rmse_mm, "well_posed": found.plays.well_posed},
         }
-    assert file is not None
+    if file is None:
+        return None
     return data | {
         "rmse_mm": file.about.rmse,
         "samples": file.about.recording.fitted_samples,
