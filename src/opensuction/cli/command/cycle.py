@@ -126,7 +126,7 @@ def _run_day(
     from opensuction.report.cycle import page
     from opensuction.report.day import day_page
     from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
-    from opensuction.session.day import day_gap, day_run, day_summary
+    from opensuction.session.day import day_run, day_summary
 
     def tell(cycle: day_run.DayCycle) -> None:
         found = cycle.outcome
@@ -135,14 +135,14 @@ def _run_day(
             f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
             f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}"
-            f"{day_gap.words(cycle.gap)}",
+            f"{day_summary.gap_words(cycle.gap)}",
             soft_wrap=True,
         )
 
     day = progress.wait(lambda: day_run.play(prepared, asked, tell))
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(day.last, day.columns, progress.elapsed_s, factor)
-    data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
+    data["alarms"] += day_summary.gap_alarms(day, data["timing"]["cycle_s"])
     data["faults"] = []
     data["day"] = day_summary.plain(day)
     for note in data["day"]["notes"]:
