@@ -41,6 +41,9 @@ def limit_mm(depth_mm: float) -> float:
 """,
     "controller/__init__.py": "",
     "controller/cycle.py": """
+import numpy as np
+from numpy.typing import NDArray
+
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.limit import limit_mm
 from opensuction.safety.record import Cap
@@ -59,6 +62,14 @@ def check(cap: Cap) -> float:
 @compiled
 def plan(cap: Cap) -> float:
     return cycle(cap, 1)[0] + limit_mm(check(cap))
+
+@compiled
+def deepen(cap: Cap) -> NDArray[np.float64]:
+    return np.full(2, limit_mm(cap.depth_mm))
+
+@compiled
+def plan_deeper(cap: Cap) -> float:
+    return deepen(cap)[0]
 
 @compiled
 def plan_again(cap: Cap) -> float:
@@ -83,7 +94,7 @@ def add_both(x: float) -> float:
 
 PROGRAM = """
 import json
-from opensuction.controller.cycle import Cap, cycle, plan, plan_again
+from opensuction.controller.cycle import Cap, cycle, deepen, plan, plan_again, plan_deeper
 from opensuction.controller.scale import add_both, double
 from opensuction.kernel.compiler import compilation
 from opensuction.safety.limit import limit_mm
@@ -200,6 +211,16 @@ def test_an_unchanged_core_compiles_nothing(core: TinyCore) -> None:
     assert any(name.endswith(".nbc") for name in written)
     assert core.run() == Answer(first.value)
     assert core.files() == written
+
+
+def test_roots_that_hold_the_same_functions_live_in_one_process(core: TinyCore) -> None:
+    # Each from the cache, the outer ones first: none may be bound to what another one holds.
+    refused = "refusal(plan, cap._replace(speed_mm_per_s=-2.0))"
+    call = f"plan_deeper(cap) + deepen(cap)[0] + plan_again(cap) + plan(cap) + {refused}"
+    first = core.run(call)
+    assert first.value == 125.0 + 125.0 + 139.0 + 139.0 - 2.0
+    for _ in range(2):
+        assert core.run(call) == Answer(first.value)
 
 
 def test_another_root_translates_only_what_it_adds(core: TinyCore) -> None:

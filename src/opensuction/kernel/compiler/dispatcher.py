@@ -9,6 +9,7 @@ records of some 300 numbers that is more machine code than most functions themse
 # numba is typed in parts only
 # mypy: disable-error-code="no-untyped-call, attr-defined"
 
+import copy
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +19,7 @@ from typing import Any
 from numba.core import config, sigutils, types, typing
 from numba.core.compiler import Flags, _make_subtarget, compile_result
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.environment import Environment
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
@@ -28,6 +30,9 @@ from opensuction.kernel.compiler.translation import Translation, Translator, cou
 
 CACHE_SETTING = "CACHE_DIR"
 """Numba's setting; changed only while a dispatcher is made, so other users keep theirs."""
+
+WRAPPER_SUFFIX = "_wrapper"
+"""Of the name of an environment."""
 
 OPTIONS: dict[str, Any] = {
     "nopython": True,
@@ -160,7 +165,12 @@ class CoreFunction(CPUDispatcher):
         library = RootLibrary(context.codegen(), self.py_func.__qualname__)
         library.enable_object_caching()
         library.add_linking_library(translation.library)
-        description, environment = translation.description, translation.environment
+        # The wrapper has constants of its own (the records' types): in an environment of its own,
+        # for other roots hold the function without the wrapper, and of a name only one lives.
+        description = copy.copy(translation.description)
+        description.env_name += WRAPPER_SUFFIX
+        environment = Environment.from_fndesc(description)
+        library.wrapper = description.llvm_cpython_wrapper_name
         with ConfigStack().enter(flags), context.push_code_library(library):
             context.create_cpython_wrapper(
                 library, description, environment, None, release_gil=flags.release_gil

@@ -137,13 +137,24 @@ def _reach(library: TranslatedLibrary) -> tuple[list[TranslatedLibrary], list[Co
 class RootLibrary(JITCodeLibrary):
     """Machine code of one core function with all that it calls, and Python's way into it."""
 
+    wrapper: str = ""
+    """Name of what Python calls. All other functions are the root's own, though other roots hold
+    copies of them: no call is bound to what another root holds."""
+
     def _optimize_functions(self, ll_module: Any) -> None:
         """Nothing by itself: the whole module is optimised when all is linked."""
         ll_module.data_layout = self._codegen._data_layout
 
+    def _optimize_final_module(self) -> None:
+        """Optimise all that has been linked."""
+        compilation.report_optimising()
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.name != self.wrapper:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
     def finalize(self) -> None:
         """Link, optimise, make machine code."""
-        compilation.report_optimising()
         super().finalize()
         for environment in environments(self._final_module):
             self._codegen.set_env(environment.env_name, environment)
