@@ -10,9 +10,6 @@ from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import CYCLE
 from opensuction.session.choice import CycleChoice, RigChoice
@@ -20,7 +17,7 @@ from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.injection import InjectedRun
+from opensuction.simulation.injection.injection import Room
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
@@ -113,16 +110,9 @@ def draw(number: int, machines: int) -> Drawn:
     return Drawn(number, _pick(uniform[0], machines), tuple(injections))
 
 
-def play(
-    prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64] | None = None
-) -> InjectedRun:
-    """The run of a drawn cycle. table: as for `injection.run`."""
-    return injection.run(prepared.loop, prepared.start, drawn.injections, table=table)
-
-
-def judged(prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64]) -> Case:
+def judged(prepared: Prepared, drawn: Drawn, room: Room) -> Case:
     """Play a drawn cycle and hold its trace against every invariant and bound."""
-    run = play(prepared, drawn, table)
+    run = injection.run(prepared.loop, prepared.start, drawn.injections, room=room)
     settings = prepared.loop.controller
     came = tuple(found for found in run.faults if not math.isnan(found.at_s))
     faults = tuple(found.injection.fault for found in came)
@@ -141,10 +131,10 @@ def campaign(
     tell: Callable[[int], None] = lambda _: None,
 ) -> list[Case]:
     """Cases of these numbers, in order. tell: called with how many are done."""
-    cases, table = [], injection.room()
+    cases, room = [], injection.make_room(names=invariant.JUDGED)
     for done, number in enumerate(numbers):
         drawn = draw(number, len(prepared))
-        cases.append(judged(prepared[drawn.machine], drawn, table))
+        cases.append(judged(prepared[drawn.machine], drawn, room))
         tell(done + 1)
     return cases
 

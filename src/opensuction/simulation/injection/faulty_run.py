@@ -166,6 +166,7 @@ class FaultyRun:
         own = {
             f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
             for i, name in enumerate(_COMMANDS)
+            if f"commands.{name}" in columns
         }
         return {**columns, **own}
 
