@@ -60,6 +60,11 @@ class Run(NamedTuple):
     completed: bool
     trips: int
 
+    @property
+    def rmse_mm(self) -> float:
+        """Root mean square of the error."""
+        return float(np.sqrt(np.mean(np.square(self.error_mm))))
+
 
 CarryOut = Callable[[CompensationKind], Run]
 """Carries a compensator out on one identified plant. Raises InputError where it cannot."""
@@ -220,7 +225,7 @@ def _round(value: float) -> float:
 
 def figures(result: BenchmarkResult) -> dict[str, Any]:
     """One entry of ``results``; None where every run was refused."""
-    rmse = [float(np.sqrt(np.mean(np.square(run.error_mm)))) for run in result.runs]
+    rmse = [run.rmse_mm for run in result.runs]
     peaks = [float(np.max(np.abs(run.error_mm))) for run in result.runs]
     speeds = [run.head_mm_per_s for run in result.runs]
     return {
@@ -242,8 +247,8 @@ def _first_seed_rmse_mm(found: Benchmark) -> dict[str, dict[str, float]]:
     first: dict[str, dict[str, float]] = {}
     for result in found.results:
         if result.runs:
-            rmse = float(np.sqrt(np.mean(np.square(result.runs[0].error_mm))))
-            first.setdefault(result.plant, {})[result.compensation] = _round(rmse)
+            rmse_mm = _round(result.runs[0].rmse_mm)
+            first.setdefault(result.plant, {})[result.compensation] = rmse_mm
     return first
 
 

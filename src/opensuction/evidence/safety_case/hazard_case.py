@@ -37,11 +37,6 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
     return found
 
 
-def _injection(case: HazardCase) -> Injection:
-    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
-    return Injection(case.claim.fault, at, case.strength)
-
-
 def _written(case: HazardCase) -> str:
     """The fault of a set-up as a person writes it."""
     known = ROWS[case.claim.fault].strength
@@ -58,7 +53,9 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -
 
 def run(case: HazardCase) -> HazardResult:
     """Run a case and hold it against its claim."""
-    one, claim = _injection(case), case.claim
+    claim = case.claim
+    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
+    one = Injection(claim.fault, at, case.strength)
     planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)

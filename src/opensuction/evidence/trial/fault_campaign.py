@@ -6,7 +6,6 @@ be played again alone and any part of a campaign on its own.
 """
 
 import math
-from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -125,20 +124,6 @@ def judged(prepared: Prepared, drawn: Drawn, room: Room) -> Case:
     )
 
 
-def campaign(
-    prepared: list[Prepared],
-    numbers: Iterable[int],
-    tell: Callable[[int], None] = lambda _: None,
-) -> list[Case]:
-    """Cases of these numbers, in order. tell: called with how many are done."""
-    cases, room = [], injection.make_room(names=invariant.JUDGED)
-    for done, number in enumerate(numbers):
-        drawn = draw(number, len(prepared))
-        cases.append(judged(prepared[drawn.machine], drawn, room))
-        tell(done + 1)
-    return cases
-
-
 class Part(NamedTuple):
     """Cycles for one process: numbers from ``first`` to before ``last`` on a pool of machines."""
 
@@ -155,4 +140,6 @@ _pool = lru_cache(maxsize=1)(pool)
 def played_part(part: Part) -> list[Case]:
     """Cases of a part, in order; a process prepares its pool once."""
     machines = _pool(part.machines, part.first_seed, part.compensation)
-    return campaign(machines, range(part.first, part.last))
+    drawn = [draw(number, len(machines)) for number in range(part.first, part.last)]
+    room = injection.make_room(names=invariant.JUDGED)
+    return [judged(machines[one.machine], one, room) for one in drawn]

@@ -64,7 +64,7 @@ def _timing(prepared: Prepared, result: Outcome) -> Json:
 
 def _trips(result: Outcome) -> list[Json]:
     return [
-        {"name": _name(code), "sentence": code.row.sentence, "time_s": time_s}
+        {"name": name_of(code), "sentence": code.row.sentence, "time_s": time_s}
         for code, time_s in result.trips
     ]
 
@@ -74,7 +74,7 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
     return [
         {
             "condition": alarm_name(episode.condition),
-            "priority": _name(episode.priority),
+            "priority": name_of(episode.priority),
             "sentence": row_of(episode.condition).sentence,
             "remedy": row_of(episode.condition).remedy,
             "started_s": episode.started_s,
@@ -89,7 +89,7 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
 def alarm_name(condition: int) -> str:
     """A condition as the JSON writes it; one without a name has its number."""
     known = condition in set(Condition)
-    return _name(Condition(condition)) if known else f"unknown-{condition}"
+    return name_of(Condition(condition)) if known else f"unknown-{condition}"
 
 
 def _abort(result: Outcome, columns: Columns) -> Json | None:
@@ -101,7 +101,7 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
         return None
     failed = CheckItem(int(columns["check_failed"][-1])).failure
     return {
-        "event": _name(event),
+        "event": name_of(event),
         "phase": phase.name.lower(),
         "sentence": ABORT_SENTENCES[event].format(phase=phase.name.lower(), failed=failed),
         "time_s": time_s,
@@ -120,7 +120,7 @@ def _check(columns: Columns) -> Json:
         ticks = np.count_nonzero(testing & (items == item))
         listed.append(
             {
-                "name": _name(item),
+                "name": name_of(item),
                 "meaning": item.title,
                 "passed": None if item not in done else item != failed,
                 "seconds": ticks * DT_S,
@@ -128,13 +128,13 @@ def _check(columns: Columns) -> Json:
         )
     return {
         "passed": passed,
-        "failed_item": None if failed == CheckItem.NONE else _name(failed),
+        "failed_item": None if failed == CheckItem.NONE else name_of(failed),
         "sentence": None if failed == CheckItem.NONE else failed.failure,
         "items": listed,
     }
 
 
-def _name(member: IntEnum) -> str:
+def name_of(member: IntEnum) -> str:
     """A member as the JSON writes it."""
     return member.name.lower().replace("_", "-")
 
@@ -234,5 +234,4 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "wall_s": wall_s,
         "realtime_factor": realtime_factor,
     }
-    plain: Json = without_nan(data)
-    return plain
+    return without_nan(data)
