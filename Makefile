@@ -24,7 +24,8 @@ run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--p
 	@$(BIN)/opensuction cycle $(ARGS)
 
 test: $(PACKAGE) ## all tests but sweeps and long ones; choose some with ARGS="-k name"
-	@$(BIN)/python -m pytest -m "$(TESTS)" -n auto --dist loadfile -p no:benchmark $(ARGS)
+	@$(BIN)/python -m pytest -m "$(TESTS)" -n auto --dist loadfile --no-loadscope-reorder \
+		-p no:benchmark $(ARGS)
 
 check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazards against tests
 	@$(BIN)/ruff check .
