@@ -2,7 +2,21 @@
 
 import math
 
-from opensuction.safety.alarm.signal_value import VALUES, Value
+from opensuction.safety.alarm.signal_value import (
+    EDGE_SHARE,
+    HARMONIC_DB,
+    HARMONICS,
+    HIGH,
+    HIGH_LIGHT,
+    LOW,
+    LOW_LIGHT,
+    MEDIUM,
+    MEDIUM_LIGHT,
+    REMINDER,
+    Light,
+    Tone,
+    Value,
+)
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import PRIORITIES, Onset, Severity
 
@@ -11,6 +25,35 @@ CONDITIONS_HEADER = (
     "| what a person reads, and the remedy |\n|---|---|---|---|---|---|---|---|\n"
 )
 VALUES_HEADER = "| value | chosen | range | unit | range from |\n|---|---|---|---|---|\n"
+
+
+def _of_tone(name: str, tone: Tone) -> dict[str, Value]:
+    return {
+        f"{name}: fundamental": tone.fundamental_hz,
+        f"{name}: pulse": tone.pulse_s,
+        f"{name}: pause between pulses": tone.pause_s,
+        **({f"{name}: pause between halves": tone.half_pause_s} if tone.halves > 1 else {}),
+        f"{name}: interval of bursts": tone.interval_s,
+    }
+
+
+def _of_light(name: str, light: Light) -> dict[str, Value]:
+    return {f"{name}: flashing": light.flash_hz, f"{name}: lit": light.duty_ratio}
+
+
+VALUES: dict[str, Value] = {
+    **_of_tone("high sound", HIGH),
+    **_of_tone("medium sound", MEDIUM),
+    **_of_tone("low sound", LOW),
+    **_of_tone("reminder", REMINDER),
+    "every sound: rise and fall": EDGE_SHARE,
+    "every sound: harmonics": HARMONICS,
+    "every sound: level": HARMONIC_DB,
+    **_of_light("high light, red", HIGH_LIGHT),
+    **_of_light("medium light, yellow", MEDIUM_LIGHT),
+    **_of_light("low light, cyan", LOW_LIGHT),
+}
+"""Every value of sound and light by name."""
 
 
 def _seconds(value_s: float) -> str:

@@ -1,6 +1,7 @@
 """The faults of the twin as a table for each part that is attacked."""
 
-from opensuction.twin.fault.fault_row import FaultRow, FaultSite, Strength
+from opensuction.twin.fault.fault import FaultSite
+from opensuction.twin.fault.fault_row import FaultRow, Strength
 from opensuction.twin.fault.fault_table import ROWS
 
 COLUMNS = ("no.", "name", "what it is", "strength", "default", "what can tell it")
@@ -32,7 +33,7 @@ def markdown() -> str:
     """A table for each part that is attacked."""
     parts = []
     for part in FaultSite:
-        rows = [_row(row) for row in ROWS.values() if row.site == part]
+        rows = [_row(row) for row in ROWS.values() if row.fault.site == part]
         if rows:
             title = part.name.capitalize().replace("_", " ")
             parts.append(f"### {title}\n\n{HEADER}{''.join(rows)}")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.hazard import STATE_WORDS, Hazard, HazardClaim, Response
+from opensuction.evidence.safety_case.hazard import SAFE_STATES, Hazard, HazardClaim, Response
 
 WALK = Path(__file__).parent / "hazard_walk.toml"
 GUIDE_WORDS = {
@@ -79,7 +79,9 @@ def markdown() -> str:
     """All tables under their headings."""
     hazards = hazard.load()
     lines = ["", "## Safe states", ""]
-    states: list[tuple[str, ...]] = [(f"`{name}`", words) for name, words in STATE_WORDS.items()]
+    states: list[tuple[str, ...]] = [
+        (f"`{name}`", state.words) for name, state in SAFE_STATES.items()
+    ]
     lines += _table(("name", "means"), states)
     lines += ["", "## Hazards", ""]
     for one in hazards:

@@ -2,7 +2,7 @@
 
 from docs.generator.phase_picture import words
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import ITEMS, ORDER
+from opensuction.procedure.cycle.check_item import ORDER
 from opensuction.procedure.cycle.transition import BROKEN_OFF, NORMAL, Event
 
 Table = dict[tuple[Phase, Event], Phase]
@@ -53,5 +53,5 @@ def page() -> str:
         normal=table(NORMAL),
         broken=table(BROKEN_OFF),
         events="\n".join(f"{event + 1}. {words(event.name)}" for event in Event),
-        items="\n".join(f"{place}. {ITEMS[item]}" for place, item in enumerate(ORDER, start=1)),
+        items="\n".join(f"{place}. {item.title}" for place, item in enumerate(ORDER, start=1)),
     )

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import setup
-from opensuction.controller.setup import Feedforward
+from opensuction.controller.calibration import Feedforward, assume_nominal
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.planning.protocol import PAPER
@@ -32,7 +31,7 @@ from tests.controller.drive import (
 SHORT = PAPER._replace(travel_mm=1.0, cap_mm=6.0, dwell_s=2.1)
 """A whole cycle in twelve seconds: as plain Python a tick takes some 0.1 ms."""
 
-CALIBRATION = setup.nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
+CALIBRATION = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 
 START_TICKS = 6900
 """Of a cycle that nothing disturbs before: played once for all runs that have it in common."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from opensuction.hysteresis import modified_dahl, play
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
 from tests.conformance.plain import run_plain
+from tests.hysteresis import distributed_play
 
 Array = NDArray[np.float64]
 
@@ -48,10 +49,10 @@ MODELS = {
         20.0,
     ),
     "distributed play": Model(
-        lambda head_mm: play.simulate_distributed(
-            WIDTHS_MM, 0.95, -6.2, head_mm, play.retracted_positions_mm(WIDTHS_MM, 0.0)
+        lambda head_mm: distributed_play.simulate(
+            WIDTHS_MM, 0.95, -6.2, head_mm, distributed_play.retracted_positions_mm(WIDTHS_MM, 0.0)
         ),
-        lambda head_mm: play.simulate_distributed(WIDTHS_MM, 0.95, -6.2, head_mm, -0.5 * WIDTHS_MM),
+        lambda head_mm: distributed_play.simulate(WIDTHS_MM, 0.95, -6.2, head_mm, -0.5 * WIDTHS_MM),
         26.0,
     ),
 }
@@ -137,7 +138,7 @@ def results() -> dict[str, list[float]]:
                 ]
     values["play"] += [play.step(20.0, 3.0, head_mm) for head_mm in (-40.0, 4.0, 40.0)]
     positions_mm = np.zeros(5)
-    values["play"] += [play.distributed_step(WIDTHS_MM, positions_mm, 13.0), *positions_mm]
+    values["play"] += [distributed_play.step(WIDTHS_MM, positions_mm, 13.0), *positions_mm]
     return {name: [float(value) for value in row] for name, row in values.items()}
 
 

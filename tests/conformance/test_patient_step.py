@@ -16,7 +16,9 @@ def results() -> list[list[float]]:
         suction = 700.0 if 500 < step < 1500 else 0.0
         ratio = 0.47 if 400 < step < 1800 else 0.0
         state = patient.step(one, state, suction, ratio, 0.5, 0.01)
-        rows.append([float(value) for value in patient.truth(one, state)])
+        rows.append(
+            [*patient.signs(one, state)[:5], *state.airflow, *state.gas, state.breath.tidal_ml]
+        )
     return rows
 
 

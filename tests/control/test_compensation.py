@@ -71,7 +71,7 @@ def test_the_compensators_park_the_modelled_tip_on_the_reference(kind: Compensat
 
 @every_kind
 def test_a_long_way_in_ends_with_the_modelled_tip_at_its_depth(kind: CompensationKind) -> None:
-    head = compensation.inserted_head_mm(chosen(kind), heads_mm(kind), 80.0)
+    head = compensation.head_after_travel_mm(chosen(kind), heads_mm(kind), 80.0, 1.0)
     state = parked(kind, -60.0)
     there = compensation.advance(chosen(kind), state, head, 1.0)
     if kind in ON_CURVES:

@@ -5,13 +5,12 @@ from functools import cache
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import alarm_source, setup
+from opensuction.controller import alarm_source
+from opensuction.controller.calibration import PLAIN_PD, assume_nominal
 from opensuction.controller.record import Settings
-from opensuction.controller.setup import PLAIN_PD
 from opensuction.hysteresis.modified_dahl import PUBLISHED
-from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.procedure.cycle import check, cycle, schedule, upkeep
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
@@ -30,7 +29,7 @@ STOPPED = {C.AUTOMATION_STOPPED}
 def settings() -> Settings:
     """The nominal bench's controller, uncalibrated."""
     rig = rigs.rig("bench", 1, nominal=True)
-    known = setup.nominal(PUBLISHED, PLAIN_PD)
+    known = assume_nominal(PUBLISHED, PLAIN_PD)
     return rigs.assemble(rig, PAPER, CompensationKind.NONE, known, run=2)[0].controller
 
 
@@ -48,7 +47,7 @@ def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0
         contact_closed=contact,
         contact_valid=True,
         insertion_current_a=0.0,
-        monitor=ABSENT,
+        monitor=NO_MONITOR,
     )
 
 
@@ -62,7 +61,7 @@ def found(
 ) -> set[Condition]:
     """Reasons after a change of phase."""
     plan = settings().plan
-    tested = check.untested()._replace(failed=int(item))
+    tested = check.UNTESTED._replace(failed=int(item))
     now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
     return named(alarm_source.reasons(plan, int(before), now, held, seen))

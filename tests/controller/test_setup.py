@@ -4,9 +4,9 @@ import pytest
 
 from opensuction.control.compensation import FED_FORWARD, LOOKS_AHEAD, CompensationKind
 from opensuction.controller import setup
+from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
 from opensuction.controller.machine_profile import BENCH
 from opensuction.controller.record import Settings
-from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
@@ -14,7 +14,7 @@ from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE
 from opensuction.safety import tip_bound
 
-FOUND = setup.nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
+FOUND = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 
 
 def settings(protocol: Protocol, kind: CompensationKind, calibration: Calibration) -> Settings:
@@ -84,7 +84,7 @@ def test_a_forced_withdrawal_has_time_from_the_deepest_point() -> None:
 
 
 def test_an_uncalibrated_machine_is_bounded_by_its_nominal_transmission() -> None:
-    calibration = setup.nominal(BENCH.transmission, PLAIN_PD)
+    calibration = assume_nominal(BENCH.transmission, PLAIN_PD)
     limits = settings(PAPER, CompensationKind.NONE, calibration).limits
     gap = modified_dahl.gap_mm(PUBLISHED)
     assert limits.tip == tip_bound.bound_tip(PUBLISHED.slope, PUBLISHED.offset_mm, gap)

@@ -1,5 +1,5 @@
 from docs.generator import alarm_table
-from opensuction.safety.alarm.signal_value import VALUES
+from docs.generator.alarm_table import VALUES
 from opensuction.safety.condition import Condition
 
 

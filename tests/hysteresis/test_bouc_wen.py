@@ -53,7 +53,7 @@ def integrated(model: BoucWen, memory_mm: float, move_mm: float) -> float:
 @given(model=well_posed_models(), ratio=ratios, move_mm=moves)
 def test_step_solves_the_standard_form(model: BoucWen, ratio: float, move_mm: float) -> None:
     # Within the loop: at its very end, D > B, rounding decides how soon the way back begins.
-    memory_mm = 0.98 * bouc_wen.start_memory_mm(model, ratio)
+    memory_mm = 0.98 * ratio * bouc_wen.saturation_mm(model)
     # The solver's own tolerance where |zeta|^m changes sides; times the loop's size.
     size_mm = bouc_wen.saturation_mm(model)
     assert bouc_wen.step(model, memory_mm, move_mm) == pytest.approx(
@@ -77,7 +77,7 @@ def test_the_travel_from_zero_is_the_hypergeometric_function(model: BoucWen, sha
 def test_a_move_in_two_parts_is_the_same_move(
     model: BoucWen, ratio: float, move_mm: float, part: float
 ) -> None:
-    memory_mm = 0.98 * bouc_wen.start_memory_mm(model, ratio)
+    memory_mm = 0.98 * ratio * bouc_wen.saturation_mm(model)
     whole = bouc_wen.step(model, memory_mm, move_mm)
     halfway = bouc_wen.step(model, memory_mm, part * move_mm)
     # Some tens of Taylor steps, each to 1e-14 of the loop; up to 50-fold where D > B.
@@ -109,8 +109,13 @@ def test_a_well_posed_memory_stays_within_saturation(model: BoucWen, turns: list
 @given(model=well_posed_models(), turns=st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=12))
 def test_the_scale_of_the_memory_is_free(model: BoucWen, turns: list[float]) -> None:
     x_mm = np.array([0.0, *turns])
-    unit = bouc_wen.normalise(model)
-    assert unit.input_gain == 1.0
+    power = model.input_gain ** (model.exponent - 1.0)
+    unit = model._replace(
+        input_gain=1.0,
+        dissipation=model.dissipation * power,
+        bend=model.bend * power,
+        memory_gain=model.memory_gain * model.input_gain,
+    )
     assert bouc_wen.gap_mm(unit) == pytest.approx(bouc_wen.gap_mm(model), rel=1e-12)
     # Rounding of the new coefficients, magnified in a loop with D > B.
     assert bouc_wen.simulate(unit, x_mm, 0.0) == pytest.approx(
@@ -165,7 +170,7 @@ def test_the_equation_as_printed_has_no_wider_loop() -> None:
 
 def dissipated(model: BoucWen, turns: list[float], ratio: float) -> float:
     """Work put into the memory along a path, less what it stores more at its end."""
-    start_mm = bouc_wen.start_memory_mm(model, ratio)
+    start_mm = ratio * bouc_wen.saturation_mm(model)
     x_mm = np.concatenate([np.linspace(a, b, 2000) for a, b in pairwise([0.0, *turns])])
     memory = model._replace(slope=0.0, memory_gain=1.0, offset_mm=0.0)
     zeta = bouc_wen.simulate(memory, x_mm, start_mm)
@@ -207,7 +212,7 @@ def test_the_inverse_reaches_every_target_of_a_monotone_model(
     model: BoucWen, ratio: float, target: float
 ) -> None:
     assume(bouc_wen.least_slope(model) > 0.01)
-    memory_mm = bouc_wen.start_memory_mm(model, ratio)
+    memory_mm = ratio * bouc_wen.saturation_mm(model)
     found = bouc_wen.inverse_step(model, 3.0, memory_mm, target)
     assert found.reached
     memory_after = bouc_wen.step(model, memory_mm, found.move_mm)

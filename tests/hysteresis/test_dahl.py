@@ -55,7 +55,7 @@ def test_a_full_cycle_takes_the_coulomb_forces_work() -> None:
     """Long strokes slide: twice the stroke at F_c, less the bend of two reversals."""
     model = Dahl(stiffness_n_per_mm=2.0, coulomb_n=0.5)
     x_mm = 50.0 - np.abs(np.linspace(-50.0, 50.0, 400_001))
-    start = dahl.start_deflection_mm(model, -1.0)
+    start = -1.0 * dahl.saturation_mm(model)
     force_n = dahl.simulate(model, x_mm, start)
     work_mj = float(np.sum(0.5 * (force_n[1:] + force_n[:-1]) * np.diff(x_mm)))
     # Each reversal lacks the integral of 2 F_c exp(-x/0.25 mm). Trapezium rule: (1e-4)^2.
@@ -66,7 +66,7 @@ def test_a_full_cycle_takes_the_coulomb_forces_work() -> None:
 def test_the_inverse_reaches_every_force_below_coulombs(
     model: Dahl, start: float, target: float
 ) -> None:
-    z_mm = dahl.start_deflection_mm(model, start)
+    z_mm = start * dahl.saturation_mm(model)
     found = dahl.inverse_step(model, z_mm, target * model.coulomb_n)
     assert found.reached
     force_n = dahl.output_n(model, dahl.step(model, z_mm, found.move_mm))
@@ -81,5 +81,5 @@ def test_a_force_that_sliding_never_gives_is_not_reached(target_n: float) -> Non
 @pytest.mark.parametrize("ratio", [-1.0, 0.0, 0.4, 1.0])
 def test_the_force_there_is_asks_for_no_move_even_in_sliding(ratio: float) -> None:
     model = Dahl(stiffness_n_per_mm=0.3, coulomb_n=0.7)
-    z_mm = dahl.start_deflection_mm(model, ratio)
+    z_mm = ratio * dahl.saturation_mm(model)
     assert dahl.inverse_step(model, z_mm, dahl.output_n(model, z_mm)) == (0.0, True)

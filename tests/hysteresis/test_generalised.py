@@ -7,8 +7,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from opensuction.hysteresis import generalised, modified_dahl, play
-from opensuction.hysteresis.generalised import Generalised, GeneralisedState
+from opensuction.hysteresis import generalised, modified_dahl
+from opensuction.hysteresis.generalised import Generalised
+from opensuction.hysteresis.model_state import ModelState
+from tests.hysteresis import distributed_play
 
 Array = NDArray[np.float64]
 
@@ -24,8 +26,8 @@ def example(weights: list[float], envelope: list[float]) -> Generalised:
     return generalised.with_factors(model, np.array(weights + envelope))
 
 
-def started(model: Generalised, head_mm: float, memory_ratio: float) -> GeneralisedState:
-    return GeneralisedState(head_mm, generalised.start_elements_mm(model, head_mm, memory_ratio))
+def started(model: Generalised, head_mm: float, memory_ratio: float) -> ModelState:
+    return ModelState(head_mm, generalised.start_elements_mm(model, head_mm, memory_ratio))
 
 
 MIXED = example([0.1, -0.05, 0.3, 0.2, 0.1], [40.0, 35.0, 3.0, 2.0, -1.0, 0.7])
@@ -57,7 +59,7 @@ def test_plays_alone_are_a_distributed_play() -> None:
     x_mm = 50.0 * (1.0 - np.cos(np.linspace(0.0, 12.0, 400)))
     start = generalised.start_elements_mm(model, 0.0, -1.0)
     assert generalised.simulate(model, x_mm, start) == pytest.approx(
-        play.simulate_distributed(widths_mm, 0.95, -6.2, x_mm, start), abs=1e-12
+        distributed_play.simulate(widths_mm, 0.95, -6.2, x_mm, start), abs=1e-12
     )
 
 
@@ -144,11 +146,11 @@ def test_a_target_that_a_flat_model_cannot_reach_is_not_reached() -> None:
 def test_a_step_keeps_the_old_state_and_equals_the_record(path_mm: Array) -> None:
     assume(np.ptp(path_mm) > 0.0)
     state = started(MIXED, path_mm[0], -1.0)
-    expected = generalised.simulate(MIXED, path_mm, state.elements_mm)
+    expected = generalised.simulate(MIXED, path_mm, state.memory)
     for k in range(path_mm.size):
-        before = state.elements_mm.tolist()
+        before = state.memory.tolist()
         following = generalised.step(MIXED, state, path_mm[k] - state.head_mm)
-        assert state.elements_mm.tolist() == before
+        assert state.memory.tolist() == before
         state = following
         # The head is a sum of moves here: rounding of 15 of them.
         assert generalised.output_mm(MIXED, state) == pytest.approx(expected[k], abs=1e-11)

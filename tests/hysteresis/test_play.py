@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.hysteresis import play
+from tests.hysteresis import distributed_play
 
 widths = st.floats(0.0, 40.0)
 heads = st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=20)
@@ -57,28 +58,28 @@ def spread(elements: int) -> NDArray[np.float64]:
 def test_distributed_play_is_the_mean_of_its_elements() -> None:
     widths_mm = spread(7)
     head_mm = 40.0 * np.sin(np.linspace(0.0, 9.0, 300))
-    start_mm = play.retracted_positions_mm(widths_mm, 0.0)
+    start_mm = distributed_play.retracted_positions_mm(widths_mm, 0.0)
     alone = [
         play.simulate(width, head_mm, start)
         for width, start in zip(widths_mm, start_mm, strict=True)
     ]
-    tip_mm = play.simulate_distributed(widths_mm, 0.95, -6.2, head_mm, start_mm)
+    tip_mm = distributed_play.simulate(widths_mm, 0.95, -6.2, head_mm, start_mm)
     # The order of seven additions.
     assert tip_mm == pytest.approx(0.95 * np.mean(alone, axis=0) - 6.2, abs=1e-12)
-    assert start_mm.tolist() == play.retracted_positions_mm(widths_mm, 0.0).tolist()
+    assert start_mm.tolist() == distributed_play.retracted_positions_mm(widths_mm, 0.0).tolist()
 
 
 def test_the_step_of_a_distributed_play_keeps_its_state_in_place() -> None:
     widths_mm, positions_mm = np.array([10.0, 20.0]), np.array([0.0, 0.0])
-    assert play.distributed_step(widths_mm, positions_mm, 12.0) == pytest.approx(0.5 * (7.0 + 2.0))
+    assert distributed_play.step(widths_mm, positions_mm, 12.0) == pytest.approx(0.5 * (7.0 + 2.0))
     assert positions_mm.tolist() == [7.0, 2.0]
 
 
 def test_a_retract_moves_all_elements_at_once_and_an_advance_the_narrow_first() -> None:
     widths_mm = spread(5)
-    start_mm = play.retracted_positions_mm(widths_mm, 50.0)
+    start_mm = distributed_play.retracted_positions_mm(widths_mm, 50.0)
     head_mm = np.array([50.0, 40.0, 53.0, 57.5])
-    tip_mm = play.simulate_distributed(widths_mm, 1.0, 0.0, head_mm, start_mm)
+    tip_mm = distributed_play.simulate(widths_mm, 1.0, 0.0, head_mm, start_mm)
     assert tip_mm[1] - tip_mm[0] == pytest.approx(-10.0)
     # 13 mm forth is inside every slot; 17.5 mm leaves that of 14 mm by 3.5 and of 17 by 0.5.
     assert tip_mm[2] == pytest.approx(tip_mm[1])
@@ -95,7 +96,7 @@ def test_the_inverse_is_the_smallest_move_that_reaches_the_target(
     width_mm: float, memory: float, head_mm: float, target_mm: float
 ) -> None:
     model = play.Play(width_mm=width_mm, gain=0.95, offset_mm=-6.2)
-    position_mm = play.start_position_mm(model, head_mm, memory)
+    position_mm = head_mm - 0.5 * memory * model.width_mm
     found = play.inverse_step(model, head_mm, position_mm, target_mm)
     assert found.reached
     moved = [

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from opensuction.hysteresis import play, preisach
-from opensuction.hysteresis.preisach import Preisach, PreisachState
+from opensuction.hysteresis.model_state import ModelState
+from opensuction.hysteresis.preisach import Preisach
 
 Array = NDArray[np.float64]
 
@@ -108,7 +109,7 @@ def test_the_inverse_reaches_every_target_within_the_relays(
     weights: list[float], path_mm: Array, share: float
 ) -> None:
     model = triangle(weights)
-    state = PreisachState(0.0, preisach.start_positions_mm(model, 0.0, 0.0))
+    state = ModelState(0.0, preisach.start_positions_mm(model, 0.0, 0.0))
     for place_mm in path_mm:
         state = preisach.step(model, state, place_mm - state.head_mm)
     highest_mm = float(np.sum(weights))
@@ -123,7 +124,7 @@ def test_the_inverse_reaches_every_target_within_the_relays(
 
 
 def test_a_target_beyond_all_relays_ends_at_the_end_of_the_grid() -> None:
-    state = PreisachState(20.0, preisach.start_positions_mm(EVEN, 20.0, -1.0))
+    state = ModelState(20.0, preisach.start_positions_mm(EVEN, 20.0, -1.0))
     assert preisach.inverse_step(EVEN, state, CELLS + 1.0) == (30.0, False)
     assert preisach.inverse_step(EVEN, state, -5.0) == (-30.0, False)
     assert preisach.inverse_step(EVEN, state, math.nan) == (0.0, False)
@@ -137,7 +138,7 @@ def test_what_makes_the_model_rising_and_monotone() -> None:
     wrong = triangle([*[1.0] * (CELLS - 1), -0.1])
     assert not preisach.is_rising(wrong)
     assert not preisach.is_monotone(wrong)
-    state = PreisachState(20.0, preisach.start_positions_mm(wrong, 20.0, 0.0))
+    state = ModelState(20.0, preisach.start_positions_mm(wrong, 20.0, 0.0))
     assert preisach.inverse_step(wrong, state, 3.0) == (0.0, False)
 
 
@@ -148,7 +149,7 @@ def test_an_input_that_is_no_number_shows_in_the_output() -> None:
 
 
 def test_a_step_keeps_the_old_state() -> None:
-    state = PreisachState(20.0, preisach.start_positions_mm(EVEN, 20.0, 0.0))
-    before = state.positions_mm.tolist()
-    assert preisach.step(EVEN, state, 30.0).positions_mm.tolist() != before
-    assert state.positions_mm.tolist() == before
+    state = ModelState(20.0, preisach.start_positions_mm(EVEN, 20.0, 0.0))
+    before = state.memory.tolist()
+    assert preisach.step(EVEN, state, 30.0).memory.tolist() != before
+    assert state.memory.tolist() == before

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from opensuction.hysteresis import play
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
+from tests.hysteresis import distributed_play
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def paper_plant(samples: int = 40_000) -> tuple[Array, Array]:
     """
     widths_mm = 20.0 + 3.0 * norm.ppf((np.arange(40) + 0.5) / 40.0)
     head_mm = cosine(samples)
-    return head_mm, play.simulate_distributed(widths_mm, 0.95, -6.2, head_mm, np.zeros(40))
+    return head_mm, distributed_play.simulate(widths_mm, 0.95, -6.2, head_mm, np.zeros(40))
 
 
 def noise(random: np.random.Generator, samples: int, correlation: float) -> Array:
@@ -50,7 +50,7 @@ def drawn(seed: int, samples: int) -> tuple[Array, Array]:
     if seed % 2:
         widths_mm = random.uniform(0.05, 0.4) * stroke_mm * random.uniform(0.5, 1.5, 8)
         start_mm = random.uniform(-0.5, 0.5) * widths_mm
-        tip_mm = play.simulate_distributed(widths_mm, 0.9, -5.0, head_mm, start_mm)
+        tip_mm = distributed_play.simulate(widths_mm, 0.9, -5.0, head_mm, start_mm)
     else:
         decay_per_mm = random.uniform(1.0, 40.0) / stroke_mm
         gain = random.uniform(0.1, 0.9)

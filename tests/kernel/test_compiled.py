@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from opensuction.kernel import compiled as module
 from opensuction.kernel.compiled import CACHE_FOLDER, PACKAGE, compiled, prune
 
-KERNEL = ("__init__.py", "compiled.py", "record.py", "straight_line.py")
-"""What the tiny core has of the kernel, beside the whole of its compiler."""
+KERNEL = ("__init__.py", "compiled.py")
+"""What the tiny core has of the kernel, beside the whole of its compiler and `generated`."""
 
 SOURCES = {
     "safety/__init__.py": "",
@@ -66,7 +66,7 @@ def plan_again(cap: Cap) -> float:
 """,
     "controller/scale.py": """
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.straight_line import define
+from opensuction.kernel.generated.straight_line import define
 
 scale_by_2 = define(["def scale(x):", "    return 2.0 * x"], "scale")
 scale_by_3 = define(["def scale(x):", "    return 3.0 * x"], "scale")
@@ -125,7 +125,8 @@ class TinyCore:
         kernel = self.package / "kernel"
         kernel.mkdir(parents=True)
         (self.package / "__init__.py").touch()
-        shutil.copytree(PACKAGE / "kernel" / "compiler", kernel / "compiler")
+        for room in ("compiler", "generated"):
+            shutil.copytree(PACKAGE / "kernel" / room, kernel / room)
         for name in KERNEL:
             shutil.copy(PACKAGE / "kernel" / name, kernel / name)
         for name, source in SOURCES.items():

@@ -67,7 +67,7 @@ def test_empty_trace_gives_nothing_to_draw() -> None:
 def test_jitter_is_no_reversal() -> None:
     head = np.concatenate([np.linspace(0, 90, 500), np.full(200, 90.0), np.linspace(90, 0, 500)])
     head += 0.05 * np.sin(np.arange(head.size))
-    inward = series.directions(head)
+    inward = series.directions(head, series.REVERSAL_MM)
     assert inward[:700].all()
     assert not inward[710:].any()
 

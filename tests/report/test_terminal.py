@@ -5,15 +5,16 @@ from rich.console import Console
 
 from opensuction.report import terminal
 from opensuction.report.depth_bar import ASCII, UNICODE, depth_bar
+from opensuction.report.moment import Moment
 from tests.report import example
 
 CYCLE = (
-    ("checking", 0.0, 0.0, 0.0, 0.0),
-    ("inserting", 0.5, 0.0, 0.0, 120.0),
-    ("inserting", 5.0, 45.0, 0.0, 120.0),
-    ("suctioning", 10.5, 90.5, 1.0, 80.0),
-    ("withdrawing", 19.5, 90.0, 1.0, 80.0),
-    ("parked", 29.5, 0.1, 0.0, 120.0),
+    Moment("checking", 0.0, 0.0, 0.0, 0.0),
+    Moment("inserting", 0.5, 0.0, 0.0, 120.0),
+    Moment("inserting", 5.0, 45.0, 0.0, 120.0),
+    Moment("suctioning", 10.5, 90.5, 1.0, 80.0),
+    Moment("withdrawing", 19.5, 90.0, 1.0, 80.0),
+    Moment("parked", 29.5, 0.1, 0.0, 120.0),
 )
 
 
@@ -30,8 +31,8 @@ def _console(*, is_terminal: bool) -> tuple[Console, io.StringIO]:
 
 def _run(console: Console) -> None:
     with terminal.LiveCycle(console, target_mm=90.0, cap_mm=95.0) as live:
-        for phase, time_s, tip_mm, valve, vacuum in CYCLE:
-            live.update(phase, time_s, tip_mm, valve, vacuum)
+        for moment in CYCLE:
+            live.update(moment)
 
 
 def test_without_a_terminal_each_phase_is_one_plain_line() -> None:
@@ -56,7 +57,7 @@ def test_cycle_that_ends_in_an_exception_still_gives_the_terminal_back() -> None
     console, file = _console(is_terminal=True)
     try:
         with terminal.LiveCycle(console, target_mm=None, cap_mm=95.0) as live:
-            live.update(*CYCLE[2])
+            live.update(CYCLE[2])
             raise KeyboardInterrupt
     except KeyboardInterrupt:
         pass

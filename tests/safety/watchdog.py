@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.monitor import ABSENT
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
@@ -95,7 +94,7 @@ def sound(head_mm: float) -> Readings:
         contact_closed=False,
         contact_valid=True,
         insertion_current_a=0.0,
-        monitor=ABSENT,
+        monitor=NO_MONITOR,
     )
 
 

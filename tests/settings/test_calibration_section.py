@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.controller.setup import Feedforward
+from opensuction.controller.calibration import Feedforward
 from opensuction.settings import calibration_section, identification_file
 from opensuction.settings.calibration_section import (
     Branches,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.controller.setup import PLAIN_PD, Feedforward
+from opensuction.controller.calibration import PLAIN_PD, Feedforward
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl
 from opensuction.kernel.errors import InputError
 from opensuction.settings import identification_file

@@ -1,6 +1,7 @@
 import pytest
 
-from opensuction.controller import machine_profile, setup
+from opensuction.controller import machine_profile
+from opensuction.controller.calibration import PLAIN_PD, assume_nominal
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.errors import InputError
 from opensuction.settings import plausibility
@@ -27,13 +28,13 @@ def test_every_identified_machine_is_plausible_to_itself() -> None:
 def test_another_machines_model_is_refused(changes: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words) as raised:
         plausibility.check(
-            setup.nominal(PUBLISHED._replace(**changes), setup.PLAIN_PD), PUBLISHED, "my.toml"
+            assume_nominal(PUBLISHED._replace(**changes), PLAIN_PD), PUBLISHED, "my.toml"
         )
     assert str(raised.value).startswith("my.toml: ")
 
 
 def test_plays_and_curves_of_another_machine_are_refused_though_the_model_fits() -> None:
-    own = setup.nominal(PUBLISHED, setup.PLAIN_PD)
+    own = assume_nominal(PUBLISHED, PLAIN_PD)
     plausibility.check(own, PUBLISHED, "my.toml")
     wide = own.plays._replace(thresholds_mm=2.0 * own.plays.thresholds_mm)
     far = own.table._replace(first_mm=own.table.first_mm + 20.0)

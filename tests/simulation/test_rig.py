@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from opensuction.hysteresis import play
 from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.modified_dahl import Fit
@@ -9,6 +8,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.simulation import rig as rigs
 from opensuction.twin import parameter, preset
+from tests.hysteresis import distributed_play
 
 
 def test_more_plays_change_no_figure_of_the_bench_by_a_percent() -> None:
@@ -19,8 +19,8 @@ def test_more_plays_change_no_figure_of_the_bench_by_a_percent() -> None:
     def identified(plays: int) -> Fit:
         mean_mm = values["bend_rad"] * values["clearance_mm"]
         widths_mm = preset.play_widths_mm(mean_mm, values["width_spread_mm"], plays)
-        start_mm = play.retracted_positions_mm(widths_mm, float(head_mm[0]))
-        tip_mm = play.simulate_distributed(widths_mm, gain, values["offset_mm"], head_mm, start_mm)
+        start_mm = distributed_play.retracted_positions_mm(widths_mm, float(head_mm[0]))
+        tip_mm = distributed_play.simulate(widths_mm, gain, values["offset_mm"], head_mm, start_mm)
         return modified_dahl.fit(head_mm, tip_mm)
 
     few, many = identified(PLAYS), identified(48)

@@ -6,11 +6,22 @@ from numpy.typing import NDArray
 from opensuction.kernel.compiled import compiled
 from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
-from opensuction.twin.patient.patient import Patient, PatientState, PatientTruth
+from opensuction.twin.patient.patient import L_PER_MIN_PER_ML_PER_S, Patient, PatientState
 
 Array = NDArray[np.float64]
 DT_S = patient_preset.DT_S
-COLUMNS = len(PatientTruth._fields)
+COLUMNS = (
+    "airway_pressure_cmh2o",
+    "ventilator_pressure_cmh2o",
+    "lung_volume_ml",
+    "lung_volume_loss_ml",
+    "spo2_percent",
+    "sao2_percent",
+    "alveolar_o2_mmhg",
+    "heart_rate_per_min",
+    "ventilator_flow_l_per_min",
+    "tidal_volume_ml",
+)
 
 
 @compiled
@@ -19,17 +30,17 @@ def _record(
 ) -> PatientState:
     for i in range(suction.size):
         state = patient_model.step(patient, state, suction[i], ratio[i], 0.0, DT_S)
-        seen = patient_model.truth(patient, state)
+        seen = patient_model.signs(patient, state)
         rows[i, 0] = seen.airway_pressure_cmh2o
-        rows[i, 1] = seen.ventilator_pressure_cmh2o
+        rows[i, 1] = state.airflow.connector_cmh2o
         rows[i, 2] = seen.lung_volume_ml
         rows[i, 3] = seen.lung_volume_loss_ml
         rows[i, 4] = seen.spo2_percent
-        rows[i, 5] = seen.sao2_percent
-        rows[i, 6] = seen.alveolar_o2_mmhg
+        rows[i, 5] = 100.0 * state.gas.arterial_saturation
+        rows[i, 6] = state.gas.alveolar_mmhg
         rows[i, 7] = seen.heart_rate_per_min
-        rows[i, 8] = seen.ventilator_flow_l_per_min
-        rows[i, 9] = seen.tidal_volume_ml
+        rows[i, 8] = L_PER_MIN_PER_ML_PER_S * state.airflow.tube_ml_per_s
+        rows[i, 9] = state.breath.tidal_ml
     return state
 
 
@@ -37,9 +48,9 @@ def record(
     patient: Patient, state: PatientState, suction_ml_per_s: Array, ratio: Array
 ) -> tuple[dict[str, Array], PatientState]:
     """Columns of a run by name, and the state after it. Arrays of shape (steps,)."""
-    rows = np.empty((suction_ml_per_s.size, COLUMNS))
+    rows = np.empty((suction_ml_per_s.size, len(COLUMNS)))
     after = _record(patient, state, suction_ml_per_s, ratio, rows)
-    return dict(zip(PatientTruth._fields, rows.T, strict=True)), after
+    return dict(zip(COLUMNS, rows.T, strict=True)), after
 
 
 def closed_suction(

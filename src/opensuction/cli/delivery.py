@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from opensuction.cli import exit_status, output_folder
 from opensuction.cli.interruption import Stopped
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-
-Json = dict[str, Any]
 
 
 class OutputChoice(NamedTuple):
@@ -63,18 +62,26 @@ def show(as_json: bool, data: Json, summarise: "Callable[..., None]") -> None:
 
 
 def deliver(
-    output: OutputChoice, name: int | str, work: "Callable[[ProgressTeller, Path], CommandResult]"
+    output: OutputChoice,
+    name: int | str,
+    work: "Callable[[ProgressTeller, Path], CommandResult]",
+    doing: str | None = None,
 ) -> int:
     """Carry out the work of a command; returns the exit status.
 
     name: of the folder where none was named. work: takes the folder in which its files will be.
+    doing: said while all of the work is done in the background; None: the work waits by itself.
     Raises InputError for a folder that cannot be written and for what the work refuses.
     """
     from opensuction.cli.progress import ProgressTeller
 
+    progress = ProgressTeller()
     folder = output_folder.choose(output.out, name)
     with output_folder.stage(folder, output.force) as staging:
-        done = work(ProgressTeller(), folder)
+        if doing is None:
+            done = work(progress, folder)
+        else:
+            done = progress.wait(lambda: work(progress, folder), doing)
         output_folder.write(staging, done.files)
     for stale in done.stale:
         (folder / stale).unlink(missing_ok=True)
@@ -84,3 +91,15 @@ def deliver(
         ending.add_note(f"the results are in {folder}")
         raise
     return exit_status.DONE if done.is_good else exit_status.FAILED
+
+
+def delivering(
+    name: str, doing: str, work: "Callable[[Any, ProgressTeller, Path], CommandResult]"
+) -> Callable[[Any], int]:
+    """What carries a command out: all of its work in the background, its results delivered.
+
+    work: takes the command's options first; their field ``results`` says where to deliver.
+    """
+    return lambda options: deliver(
+        options.results, name, lambda progress, folder: work(options, progress, folder), doing
+    )

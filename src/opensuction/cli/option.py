@@ -20,8 +20,8 @@ def _take_name(words: str, names: Sequence[str], metavar: str = "NAME") -> Any:
     )
 
 
-def _join(names: Sequence[str], joint: str = "or") -> str:
-    return f"{', '.join(names[:-1])} {joint} {names[-1]}"
+def _join(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} or {names[-1]}"
 
 
 OPTIONS: dict[str, Any] = {

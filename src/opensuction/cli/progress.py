@@ -78,6 +78,12 @@ class ProgressTeller:
 
     def __init__(self) -> None:
         self._console = PlainConsole(stderr=True)
+        self._began_s = time.monotonic()
+
+    @property
+    def elapsed_s(self) -> float:
+        """Time since the command began."""
+        return time.monotonic() - self._began_s
 
     def tell(self, line: str) -> None:
         """A line of its own; from any thread."""

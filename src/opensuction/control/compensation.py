@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.control import direct_inverse, exact_inverse, head_path, lookup_table, preview
-from opensuction.control.direct_inverse import EstimatedLag
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.lookup_table import Curves
@@ -131,37 +130,35 @@ def curves_of(compensation: Compensation, heads_mm: Branches) -> Curves:
     return Curves(grid.first_mm, grid.spacing_mm, heads_mm[0], heads_mm[1])
 
 
-def rest(compensation: Compensation, heads_mm: Branches | None, reference_mm: float) -> Rest:
-    """Head and lag after a long retract that ended with the tip on ``reference_mm``."""
-    lag = float(modified_dahl.saturation_mm(compensation.model))
-    head = reference_mm
+def head_after_travel_mm(
+    compensation: Compensation, heads_mm: Branches | None, tip_mm: float, direction: float
+) -> float:
+    """Head with the tip at a depth that was reached by a long way in (+1.0) or out (-1.0)."""
     if compensation.kind in ON_PLAYS:
         plays = play_sum.unbundle(compensation.plays)
-        head = float(prandtl_ishlinskii.saturated_head_mm(plays, reference_mm, -1.0))
-    elif heads_mm is not None:
-        inner, head = lookup_table.branches_mm(curves_of(compensation, heads_mm), reference_mm)
-        lag = 0.5 * (inner - head)
-    elif compensation.kind != CompensationKind.NONE:
-        head = (reference_mm - lag - compensation.model.offset_mm) / compensation.model.slope
+        return float(prandtl_ishlinskii.saturated_head_mm(plays, tip_mm, direction))
+    if heads_mm is not None:
+        inner, outer = lookup_table.branches_mm(curves_of(compensation, heads_mm), tip_mm)
+        return inner if direction > 0.0 else outer
+    if compensation.kind == CompensationKind.NONE:
+        return tip_mm
+    model = compensation.model
+    lag = direction * float(modified_dahl.saturation_mm(model))
+    return (tip_mm + lag - model.offset_mm) / model.slope
+
+
+def rest(compensation: Compensation, heads_mm: Branches | None, reference_mm: float) -> Rest:
+    """Head and lag after a long retract that ended with the tip on ``reference_mm``."""
+    head = head_after_travel_mm(compensation, heads_mm, reference_mm, -1.0)
+    lag = float(modified_dahl.saturation_mm(compensation.model))
+    if compensation.kind in ON_CURVES:
+        lag = 0.5 * (head_after_travel_mm(compensation, heads_mm, reference_mm, 1.0) - head)
     return Rest(head_mm=head, lag_mm=lag)
 
 
 def park(compensation: Compensation, at: Rest) -> HeadState:
     """State of a head at rest after a long retract."""
     return after_retract(compensation, at, at.head_mm, 0.0)
-
-
-def inserted_head_mm(compensation: Compensation, heads_mm: Branches | None, tip_mm: float) -> float:
-    """Head with the tip at a depth that was reached by a long way in."""
-    if compensation.kind in ON_PLAYS:
-        plays = play_sum.unbundle(compensation.plays)
-        return float(prandtl_ishlinskii.saturated_head_mm(plays, tip_mm, 1.0))
-    if heads_mm is not None:
-        return float(lookup_table.branches_mm(curves_of(compensation, heads_mm), tip_mm)[0])
-    if compensation.kind == CompensationKind.NONE:
-        return tip_mm
-    lag = float(modified_dahl.saturation_mm(compensation.model))
-    return (tip_mm + lag - compensation.model.offset_mm) / compensation.model.slope
 
 
 @compiled
@@ -213,13 +210,7 @@ def _follow_now(
 ) -> HeadState:
     """Head command of the kinds that know only where the reference is and goes now."""
     if compensation.kind == CompensationKind.DIRECT_INVERSE:
-        printed = direct_inverse.step(
-            compensation.model, EstimatedLag(state.head_mm, state.lag_mm), reference_mm
-        )
-        velocity = (printed.head_mm - state.head_mm) / dt_s
-        return state._replace(
-            head_mm=printed.head_mm, head_mm_per_s=velocity, lag_mm=printed.lag_mm
-        )
+        return direct_inverse.step(compensation.model, state, reference_mm, dt_s)
     if heads_mm is not None:
         return lookup_table.step(
             curves_of(compensation, heads_mm),
@@ -239,12 +230,6 @@ def after_retract(
     """State with the memory of a long retract, the head being commanded to some position."""
     plays = play_sum.retracted_positions_mm(compensation.plays, at.head_mm)
     return HeadState(head_mm, head_mm_per_s, at.lag_mm, plays)
-
-
-@compiled
-def relocate(state: HeadState, head_mm: float, head_mm_per_s: float) -> HeadState:
-    """The same memory with the head elsewhere: where it was let through or read to be."""
-    return state._replace(head_mm=head_mm, head_mm_per_s=head_mm_per_s)
 
 
 @compiled

@@ -49,11 +49,10 @@ def _stages(path: StagedPath) -> _Stages:
 
 
 @compiled
-def _slow_end(path: StagedPath) -> Profile:
-    """The second stage as the later part of a move that started earlier, from rest."""
-    lead = 0.5 * path.slow_mm_per_s * path.slow_mm_per_s / path.acceleration_mm_per_s2
+def _slow_move(path: StagedPath, start_mm: float) -> Profile:
+    """A move at the slow speed from rest to the end of the path."""
     return Profile(
-        start_mm=path.switch_mm - lead,
+        start_mm=start_mm,
         end_mm=path.end_mm,
         speed_mm_per_s=path.slow_mm_per_s,
         acceleration_mm_per_s2=path.acceleration_mm_per_s2,
@@ -61,13 +60,10 @@ def _slow_end(path: StagedPath) -> Profile:
 
 
 @compiled
-def _plain(path: StagedPath) -> Profile:
-    return Profile(
-        start_mm=path.start_mm,
-        end_mm=path.end_mm,
-        speed_mm_per_s=path.slow_mm_per_s,
-        acceleration_mm_per_s2=path.acceleration_mm_per_s2,
-    )
+def _slow_end(path: StagedPath) -> Profile:
+    """The second stage as the later part of a move that started earlier, from rest."""
+    lead = 0.5 * path.slow_mm_per_s * path.slow_mm_per_s / path.acceleration_mm_per_s2
+    return _slow_move(path, path.switch_mm - lead)
 
 
 @compiled
@@ -80,7 +76,7 @@ def duration_s(path: StagedPath) -> float:
     """Time from rest to rest."""
     stages = _stages(path)
     if not stages.staged:
-        return profile.duration_s(_plain(path))
+        return profile.duration_s(_slow_move(path, path.start_mm))
     skipped = path.slow_mm_per_s / path.acceleration_mm_per_s2
     return _first_s(stages) + profile.duration_s(_slow_end(path)) - skipped
 
@@ -90,7 +86,7 @@ def at(path: StagedPath, time_s: float) -> tuple[float, float]:
     """Position (mm) and velocity (mm/s) at ``time_s`` after the start; at rest outside the move."""
     stages = _stages(path)
     if not stages.staged:
-        return profile.at(_plain(path), time_s)
+        return profile.at(_slow_move(path, path.start_mm), time_s)
     if time_s <= 0.0:
         return path.start_mm, 0.0
     acceleration, peak = path.acceleration_mm_per_s2, stages.peak_mm_per_s

@@ -52,7 +52,9 @@ FOUND: dict[CheckItem, Condition] = {
 """What a failed item of the pre-use test says besides that the test failed; the others only name
 themselves, and the governor tells what is wrong with a reading or the head."""
 
-OF_ITEM = np.array([1 << FOUND[i] if i in FOUND else NONE for i in CheckItem], dtype=np.int64)
+OF_ITEM = np.array(
+    [1 << FOUND[i] if i in FOUND else NONE for i in sorted(CheckItem)], dtype=np.int64
+)
 """``FOUND`` as masks for the compiled step, by item."""
 
 

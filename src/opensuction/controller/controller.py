@@ -60,14 +60,6 @@ def with_upkeep(state: State, kept: Upkeep) -> State:
     return state._replace(core=state.core._replace(upkeep=kept))
 
 
-def pass_idle_time(state: State, duration_s: float) -> State:
-    """The controller after a time parked, in which its host did not step it: its clocks go on.
-
-    Nothing else of it changes by itself while it is parked.
-    """
-    return with_upkeep(state, upkeep.pass_idle_time(state.core.upkeep, duration_s))
-
-
 @compiled
 def _actuate(
     settings: Settings,
@@ -148,11 +140,7 @@ def _outputs(
         cause=procedure.cause,
         check_item=procedure.check.item,
         check_failed=procedure.check.failed,
-        taught=procedure.teaching.taught,
-        taught_mm=procedure.teaching.taught_mm,
-        refusal=kept.refusal,
         assessment_due=upkeep.is_prompting(service, kept, procedure.phase),
-        catheter_age_s=kept.catheter_age_s,
     )
 
 
@@ -178,16 +166,6 @@ def _wrong(
     )
     return held, alarm_source.conditions(
         service, kept, procedure.phase, refused, held, trips, inputs.host.conditions
-    )
-
-
-@compiled
-def _buttons(requests: Requests) -> alarm_state.Buttons:
-    """What people press about alarms; who puts the machine back to work has dealt with them."""
-    return alarm_state.Buttons(
-        acknowledge=requests.acknowledge,
-        audio_pause=requests.audio_pause,
-        reset=(requests.reset or requests.return_to_service) and not requests.abort,
     )
 
 
@@ -234,8 +212,14 @@ def alarm_step(
 
     wrong: mask of alarm conditions. phase: as the tick ended.
     """
+    buttons = alarm_state.Buttons(
+        acknowledge=requests.acknowledge,
+        audio_pause=requests.audio_pause,
+        # Who puts the machine back to work has dealt with the alarms.
+        reset=(requests.reset or requests.return_to_service) and not requests.abort,
+    )
     planned_work = phase == Phase.OUT_OF_SERVICE
-    return alarm.step(settings.alarms, alarms, wrong, planned_work, _buttons(requests), dt_s)
+    return alarm.step(settings.alarms, alarms, wrong, planned_work, buttons, dt_s)
 
 
 @compiled

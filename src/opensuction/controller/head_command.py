@@ -54,10 +54,10 @@ def step(
     """
     by_hand = not demand.insertion_on
     if phase == Phase.HALTED or by_hand:
-        return compensation.relocate(head, let_through_mm, 0.0)
+        return head._replace(head_mm=let_through_mm, head_mm_per_s=0.0)
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
-        let_through = compensation.relocate(head, let_through_mm, head.head_mm_per_s)
+        let_through = head._replace(head_mm=let_through_mm)
         return _home(settings, let_through, demand, phase, dt_s)
     return compensation.step(
         settings.compensation,

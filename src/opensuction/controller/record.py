@@ -68,7 +68,7 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Everything that leaves the controller in a tick."""
+    """What leaves the controller in a tick; length taught, refusal and upkeep are in its state."""
 
     commands: Commands
     demand: Demand
@@ -82,12 +82,5 @@ class Outputs(NamedTuple):
     """Item of the pre-use test that is being tested; see `check_item.CheckItem`."""
     check_failed: int
     """Item of the last pre-use test that failed."""
-    taught: int
-    """What became of the last confirmation; see `teaching.Taught`."""
-    taught_mm: float
-    """Travel length that was taught: tube's lower end to carina; 0 where none was taken."""
-    refusal: int
-    """Why the last start was refused; see `upkeep.Refusal`."""
     assessment_due: bool
     """A person shall look at the patient, and start a cycle or find none needed."""
-    catheter_age_s: float

@@ -1,7 +1,6 @@
 """Settings of the controller from what is known of the machine, the protocol and a calibration."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from opensuction.control.preview import RunIn
 from opensuction.control.profile import Profile
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
+from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward
 from opensuction.controller.governor_limit import limits
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
@@ -49,44 +49,6 @@ REHEARSAL_TICK_S = 0.001
 """The control loop's own tick."""
 REHEARSED_MM = 90.0
 """Length of the rehearsed move: longer than what its start needs."""
-
-
-class Feedforward(NamedTuple):
-    """Servo feedforward of the insertion axis, found by calibration; zeros for the paper's PD."""
-
-    velocity_v_s_per_mm: float
-    friction_v: float
-
-
-PLAIN_PD = Feedforward(velocity_v_s_per_mm=0.0, friction_v=0.0)
-
-
-class Calibration(NamedTuple):
-    """What an identification run found; each compensator uses its part of it."""
-
-    model: ModifiedDahl
-    feedforward: Feedforward
-    plays: PrandtlIshlinskii
-    width: Curves
-    """One backlash width: two parallel lines."""
-    table: Curves
-
-
-def nominal(model: ModifiedDahl, feedforward: Feedforward) -> Calibration:
-    """A calibration from the modified Dahl model alone: every other model is its plain backlash."""
-    half_mm = 0.5 * float(modified_dahl.gap_mm(model)) / model.slope
-    middle_mm = -model.offset_mm / model.slope
-    plays = PrandtlIshlinskii(
-        thresholds_mm=np.array([half_mm]),
-        weights=np.array([model.slope]),
-        slope=0.0,
-        offset_mm=model.offset_mm,
-        curvature_per_mm=0.0,
-    )
-    tip_mm = np.array([0.0, 1.0])
-    heads_mm = middle_mm + tip_mm / model.slope
-    width = Curves(0.0, 1.0, heads_mm + half_mm, heads_mm - half_mm)
-    return Calibration(model, feedforward, plays, width, width)
 
 
 def _plays_gap_mm(plays: PrandtlIshlinskii) -> float:
@@ -149,7 +111,7 @@ def _check_cap(
 ) -> None:
     """Refuse a cap that would stop the head short of the target."""
     model = chosen.model
-    needed_mm = compensation.inserted_head_mm(chosen, heads_mm, protocol.travel_mm)
+    needed_mm = compensation.head_after_travel_mm(chosen, heads_mm, protocol.travel_mm, 1.0)
     if needed_mm > highest_mm:
         least_mm = protocol.cap_mm + model.slope * (needed_mm - highest_mm)
         raise InputError(
@@ -276,7 +238,7 @@ def plan_settings(
     _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,
-        cycle_s=planner.longest_cycle_s(plan.limits_s),
+        cycle_s=planner.longest_cycle_s(plan),
         schedule=ON_REQUEST_ONLY,
     )
     return Settings(

@@ -5,8 +5,7 @@ Standard form, with the input x, the memory zeta and the output y (the paper's T
 
 Erratum. The paper's eq. (6) prints the term of B without its last zeta. So printed, B does not
 bend the loop but shifts it to one side; the literature has the factor, as has this module. The
-text says six parameters and lists seven; the scale of zeta is free: six are independent
-(`normalise`).
+text says six parameters and lists seven; the scale of zeta is free: six are independent.
 
 In the direction of travel s the state ``u = s*zeta`` obeys ``du/dd = A - k |u|^m`` with d the
 travel, k = B + D where u > 0 and k = D - B where u < 0: one scalar equation without time, so the
@@ -28,7 +27,7 @@ from numpy.typing import NDArray
 
 from opensuction.hysteresis import bouc_wen_growth, bracket
 from opensuction.hysteresis.bouc_wen_growth import MOST_TERMS, Growth
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove
 from opensuction.kernel.compiled import compiled
 
 
@@ -79,15 +78,6 @@ def gap_mm(model: BoucWen) -> float:
 
 
 @compiled
-def start_memory_mm(model: BoucWen, memory_ratio: float) -> float:
-    """Memory after a past summed up in one number.
-
-    memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 relaxed; between.
-    """
-    return memory_ratio * saturation_mm(model)
-
-
-@compiled
 def is_well_posed(model: BoucWen) -> bool:
     """Whether the memory stays within its saturation, whatever the input does: A, B, B + D > 0.
 
@@ -124,22 +114,6 @@ def least_slope(model: BoucWen) -> float:
 def is_monotone(model: BoucWen) -> bool:
     """Whether the output always follows the input, so that a continuous inverse exists."""
     return is_well_posed(model) and least_slope(model) > 0.0
-
-
-@compiled
-def normalise(model: BoucWen) -> BoucWen:
-    """The same model with A = 1: the scale of the memory is free and cannot be identified."""
-    scale = model.input_gain
-    power = math.pow(scale, model.exponent - 1.0)
-    return BoucWen(
-        input_gain=1.0,
-        dissipation=model.dissipation * power,
-        bend=model.bend * power,
-        exponent=model.exponent,
-        slope=model.slope,
-        memory_gain=model.memory_gain * scale,
-        offset_mm=model.offset_mm,
-    )
 
 
 @compiled

@@ -97,28 +97,16 @@ def narrow(bracket: Bracket, point: float, value: float) -> Bracket:
     if (value > 0.0) != (bracket.near_value > 0.0):
         far, far_value = bracket.near, bracket.near_value
         left, left_value = bracket.far, bracket.far_value
-    unaimed = Bracket(
+    unaimed = bracket._replace(
         near=point,
         near_value=value,
         far=far,
         far_value=far_value,
         left=left,
         left_value=left_value,
-        share=0.5,
-        least_width=bracket.least_width,
         trials=bracket.trials + 1,
     )
     width = abs(far - point)
     # Never nearer to an end than the width that ends the search.
     least = min(bracket.least_width / width, 0.5) if width > 0.0 else 0.5
-    return Bracket(
-        near=point,
-        near_value=value,
-        far=far,
-        far_value=far_value,
-        left=left,
-        left_value=left_value,
-        share=min(max(_interpolate_share(unaimed), least), 1.0 - least),
-        least_width=bracket.least_width,
-        trials=bracket.trials + 1,
-    )
+    return unaimed._replace(share=min(max(_interpolate_share(unaimed), least), 1.0 - least))

@@ -17,7 +17,7 @@ import numpy as np
 from annotated_types import Gt
 from numpy.typing import NDArray
 
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove
 from opensuction.kernel.compiled import compiled
 
 
@@ -37,15 +37,6 @@ class Dahl(NamedTuple):
 def saturation_mm(model: Dahl) -> float:
     """Bristle deflection in sliding, F_c/sigma_0, mm; it is also the length that forgets."""
     return model.coulomb_n / model.stiffness_n_per_mm
-
-
-@compiled
-def start_deflection_mm(model: Dahl, memory_ratio: float) -> float:
-    """Deflection after a past summed up in one number.
-
-    memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 relaxed; between.
-    """
-    return memory_ratio * saturation_mm(model)
 
 
 @compiled
@@ -87,12 +78,6 @@ def simulate(
 def is_well_posed(model: Dahl) -> bool:
     """Whether the force stays bounded and the solution is unique: both parameters above 0."""
     return model.stiffness_n_per_mm > 0.0 and model.coulomb_n > 0.0
-
-
-@compiled
-def is_monotone(model: Dahl) -> bool:
-    """Whether the force follows the input at once in either direction, below F_c; always."""
-    return is_well_posed(model)
 
 
 @compiled

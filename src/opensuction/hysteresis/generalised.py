@@ -23,7 +23,7 @@ from annotated_types import Gt
 from numpy.typing import NDArray
 
 from opensuction.hysteresis import bracket, modified_dahl, play
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.compiled import compiled
 
@@ -50,14 +50,6 @@ class Generalised(NamedTuple):
     """Half of that range."""
 
 
-class GeneralisedState(NamedTuple):
-    """Where the input is, and every element."""
-
-    head_mm: float
-    elements_mm: NDArray[np.float64]
-    """Dahl states, then play positions; shape (d + p,)."""
-
-
 def on_range(
     low_mm: float,
     high_mm: float,
@@ -76,17 +68,10 @@ def on_range(
     )
 
 
-@compiled
 def with_factors(model: Generalised, factors: NDArray[np.float64]) -> Generalised:
     """The model whose output is ``basis @ factors``. factors: shape (d + p + degree + 1,)."""
-    return Generalised(
-        decay_lengths_mm=model.decay_lengths_mm,
-        widths_mm=model.widths_mm,
-        weights=factors[: model.weights.size].copy(),
-        envelope_mm=factors[model.weights.size :].copy(),
-        centre_mm=model.centre_mm,
-        half_range_mm=model.half_range_mm,
-    )
+    size = model.weights.size
+    return model._replace(weights=factors[:size].copy(), envelope_mm=factors[size:].copy())
 
 
 @compiled
@@ -148,18 +133,18 @@ def _output_mm(model: Generalised, head_mm: float, elements_mm: NDArray[np.float
 
 
 @compiled
-def output_mm(model: Generalised, state: GeneralisedState) -> float:
+def output_mm(model: Generalised, state: ModelState) -> float:
     """Output in a state, mm."""
-    return _output_mm(model, state.head_mm, state.elements_mm)
+    return _output_mm(model, state.head_mm, state.memory)
 
 
 @compiled
-def step(model: Generalised, state: GeneralisedState, move_mm: float) -> GeneralisedState:
+def step(model: Generalised, state: ModelState, move_mm: float) -> ModelState:
     """State after one monotone move of the input, of any size; exact. The old one is kept."""
     head_mm = state.head_mm + move_mm
-    elements_mm = state.elements_mm.copy()
+    elements_mm = state.memory.copy()
     _move(model, elements_mm, head_mm, move_mm)
-    return GeneralisedState(head_mm=head_mm, elements_mm=elements_mm)
+    return ModelState(head_mm=head_mm, memory=elements_mm)
 
 
 @compiled
@@ -231,27 +216,27 @@ def is_monotone(model: Generalised) -> bool:
 @compiled
 def _missing_mm(
     model: Generalised,
-    state: GeneralisedState,
+    state: ModelState,
     target_mm: float,
     move_mm: float,
     trial_mm: NDArray[np.float64],
 ) -> float:
     """Output less target after a move, mm. trial_mm: workspace of the elements' shape."""
     for k in range(trial_mm.size):  # no slice: its assignment takes seconds to compile
-        trial_mm[k] = state.elements_mm[k]
+        trial_mm[k] = state.memory[k]
     head_mm = state.head_mm + move_mm
     _move(model, trial_mm, head_mm, move_mm)
     return _output_mm(model, head_mm, trial_mm) - target_mm
 
 
 @compiled
-def inverse_step(model: Generalised, state: GeneralisedState, target_mm: float) -> InverseMove:
+def inverse_step(model: Generalised, state: ModelState, target_mm: float) -> InverseMove:
     """Move of the input that brings the output to a target, to rounding; by bracketing.
 
     Every target is reached where the model `is_monotone`: ask that once. Of another model the
     move is one of several, or, where none was found, 0 and not reached.
     """
-    trial_mm = np.empty(state.elements_mm.size)
+    trial_mm = np.empty(state.memory.size)
     missing_mm = target_mm - output_mm(model, state)
     direction = math.copysign(1.0, missing_mm)
     near, near_value, far, far_value = 0.0, -abs(missing_mm), 0.0, -abs(missing_mm)

@@ -17,7 +17,7 @@ import numpy as np
 from annotated_types import Ge, Gt
 from numpy.typing import NDArray
 
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove
 from opensuction.kernel.compiled import compiled
 
 
@@ -59,16 +59,6 @@ def simulate(
 
 
 @compiled
-def start_position_mm(model: Play, head_mm: float, memory_ratio: float) -> float:
-    """Element after a past summed up in one number.
-
-    memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 in the middle of its
-    slot; between.
-    """
-    return head_mm - 0.5 * memory_ratio * model.width_mm
-
-
-@compiled
 def output_mm(model: Play, position_mm: float) -> float:
     """Tip position for a position of the element, mm."""
     return model.gain * position_mm + model.offset_mm
@@ -88,48 +78,3 @@ def inverse_step(model: Play, head_mm: float, position_mm: float, target_mm: flo
         return InverseMove(move_mm=0.0, reached=True)
     push_mm = math.copysign(0.5 * model.width_mm, goal_mm - position_mm)
     return InverseMove(move_mm=goal_mm + push_mm - head_mm, reached=True)
-
-
-@compiled
-def distributed_step(
-    widths_mm: NDArray[np.float64], positions_mm: NDArray[np.float64], head_mm: float
-) -> float:
-    """Move every element to follow the head and return their mean position in mm.
-
-    widths_mm, positions_mm: shape (elements,), at least one. ``positions_mm`` is overwritten:
-    it is the state, so a pure caller copies it first.
-    """
-    total_mm = 0.0
-    for j in range(widths_mm.size):
-        positions_mm[j] = step(widths_mm[j], positions_mm[j], head_mm)
-        total_mm += positions_mm[j]
-    return total_mm / widths_mm.size
-
-
-@compiled
-def simulate_distributed(
-    widths_mm: NDArray[np.float64],
-    gain: float,
-    offset_mm: float,
-    head_mm: NDArray[np.float64],
-    positions_mm: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Tip positions, ``gain * mean(elements) + offset_mm``, for a record of head positions.
-
-    widths_mm, positions_mm: shape (elements,); the positions before the first sample are read,
-    not changed. head_mm: shape (n,). Returns mm, shape (n,).
-    """
-    state_mm = positions_mm.copy()
-    tip_mm = np.empty(head_mm.size)
-    for k in range(head_mm.size):
-        tip_mm[k] = gain * distributed_step(widths_mm, state_mm, head_mm[k]) + offset_mm
-    return tip_mm
-
-
-@compiled
-def retracted_positions_mm(widths_mm: NDArray[np.float64], head_mm: float) -> NDArray[np.float64]:
-    """Element positions after a long retract to ``head_mm``: each at the far end of its slot.
-
-    widths_mm: shape (elements,). Returns mm, shape (elements,).
-    """
-    return head_mm + 0.5 * widths_mm

@@ -2,13 +2,13 @@
 
 An array in a record costs: wherever the record is passed on a reference is counted, and every step
 copies it. A tuple of numbers is part of the record. Its step is written out: see
-`kernel.straight_line`.
+`kernel.generated.straight_line`.
 """
 
 from collections.abc import Callable
 
 from opensuction.hysteresis import play
-from opensuction.kernel import straight_line
+from opensuction.kernel.generated import straight_line
 
 PLAYS = 12
 """How many: more change no figure of the bench by 1 %."""
@@ -33,4 +33,4 @@ def _stepper() -> Callable[[Bundle, Bundle, float], tuple[Bundle, float]]:
 
 step = _stepper()
 """``step(widths_mm, positions_mm, head_mm)``: the positions as they follow the head, and their
-mean in mm. See `play.step`, `play.distributed_step`."""
+mean in mm. See `play.step`."""

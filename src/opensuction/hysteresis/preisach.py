@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.hysteresis import bracket, play
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.kernel.compiled import compiled
 
 
@@ -38,14 +38,6 @@ class Preisach(NamedTuple):
     the triangle ``k + l < levels`` counts: k the gap of its relays, l where it lies, in levels."""
     offset_mm: float
     """Output with every relay down."""
-
-
-class PreisachState(NamedTuple):
-    """Where the input is, and the play that remembers each row of relays."""
-
-    head_mm: float
-    positions_mm: NDArray[np.float64]
-    """Shape (levels,)."""
 
 
 @compiled
@@ -106,9 +98,9 @@ def _output_mm(
 
 
 @compiled
-def output_mm(model: Preisach, state: PreisachState) -> float:
+def output_mm(model: Preisach, state: ModelState) -> float:
     """Output in a state, mm."""
-    return _output_mm(model, _sums_mm(model), state.head_mm, state.positions_mm)
+    return _output_mm(model, _sums_mm(model), state.head_mm, state.memory)
 
 
 @compiled
@@ -119,12 +111,12 @@ def _move(model: Preisach, positions_mm: NDArray[np.float64], head_mm: float) ->
 
 
 @compiled
-def step(model: Preisach, state: PreisachState, move_mm: float) -> PreisachState:
+def step(model: Preisach, state: ModelState, move_mm: float) -> ModelState:
     """State after one monotone move of the input, of any size; exact. The old one is kept."""
     head_mm = state.head_mm + move_mm
-    positions_mm = state.positions_mm.copy()
+    positions_mm = state.memory.copy()
     _move(model, positions_mm, head_mm)
-    return PreisachState(head_mm=head_mm, positions_mm=positions_mm)
+    return ModelState(head_mm=head_mm, memory=positions_mm)
 
 
 @compiled
@@ -219,28 +211,28 @@ def is_monotone(model: Preisach) -> bool:
 def _missing_mm(
     model: Preisach,
     sums_mm: NDArray[np.float64],
-    state: PreisachState,
+    state: ModelState,
     target_mm: float,
     move_mm: float,
     trial_mm: NDArray[np.float64],
 ) -> float:
     """Output less target after a move, mm. trial_mm: workspace of shape (levels,)."""
     for k in range(trial_mm.size):  # no slice: its assignment takes seconds to compile
-        trial_mm[k] = state.positions_mm[k]
+        trial_mm[k] = state.memory[k]
     head_mm = state.head_mm + move_mm
     _move(model, trial_mm, head_mm)
     return _output_mm(model, sums_mm, head_mm, trial_mm) - target_mm
 
 
 @compiled
-def inverse_step(model: Preisach, state: PreisachState, target_mm: float) -> InverseMove:
+def inverse_step(model: Preisach, state: ModelState, target_mm: float) -> InverseMove:
     """Move of the input that brings the output to a target, to rounding; by bracketing.
 
     A gap is crossed where there is one. A target beyond all relays up or down is not reached: the
     move ends at that end of the grid. With a cell below 0 the inverse is refused: a move of 0.
     """
-    sums_mm, trial_mm = _sums_mm(model), np.empty(state.positions_mm.size)
-    missing_mm = target_mm - _output_mm(model, sums_mm, state.head_mm, state.positions_mm)
+    sums_mm, trial_mm = _sums_mm(model), np.empty(state.memory.size)
+    missing_mm = target_mm - _output_mm(model, sums_mm, state.head_mm, state.memory)
     if not (is_rising(model) and math.isfinite(missing_mm)):
         return InverseMove(move_mm=0.0, reached=False)
     direction = math.copysign(1.0, missing_mm)

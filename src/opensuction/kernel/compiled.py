@@ -24,7 +24,7 @@ import numba
 from numba import config
 from platformdirs import user_cache_path
 
-import opensuction.kernel.record  # noqa: F401 - gives records their ``_replace``
+import opensuction.kernel.compiler.replacement  # noqa: F401 - gives records their ``_replace``
 from opensuction.kernel.compiler import dispatcher
 from opensuction.kernel.compiler.store import Store
 
@@ -183,7 +183,7 @@ def compiled(function: Function) -> Function:
 
 
 def compiled_generated(function: Function) -> Function:
-    """``compiled`` for the generated straight-line code of `kernel.row`.
+    """``compiled`` for the generated straight-line code of `kernel.generated`.
 
     It has no file that a cache could key on: it is linked into the machine code of whoever calls
     it and cached with that. It checks the size of its row once, not at each column.

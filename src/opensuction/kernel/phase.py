@@ -39,5 +39,16 @@ class Phase(IntEnum):
     """Catheter change or cleaning."""
 
 
+CYCLE = (
+    Phase.CHECKING,
+    Phase.PRELOADING,
+    Phase.INSERTING,
+    Phase.BACKING_OFF,
+    Phase.OPENING,
+    Phase.SUCTIONING,
+    Phase.WITHDRAWING,
+    Phase.CLOSING,
+)
+"""Phases of a cycle in their order; one that stops by travel does not back off."""
 RESTING = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
 """Phases that wait for a person."""

@@ -3,11 +3,38 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.monitor import Monitor
 
 LARGEST = 1.0e6
 """Largest reading in mm, rad, mmHg or A that is a number: no machine comes near it, and no speed or
 force that is computed from it overflows."""
+
+
+class Monitor(NamedTuple):
+    """What a patient monitor at the bedside tells, where there is one; with flags as `Readings`."""
+
+    connected: bool
+    """The link is up and values arrive."""
+    spo2_percent: float
+    """Oxygen saturation as the oximeter shows it: tens of seconds late."""
+    spo2_valid: bool
+    heart_rate_per_min: float
+    """Averaged over some beats."""
+    heart_rate_valid: bool
+    airway_pressure_cmh2o: float
+    """At the connector above the tube, against the atmosphere."""
+    airway_pressure_valid: bool
+
+
+NO_MONITOR = Monitor(
+    connected=False,
+    spo2_percent=0.0,
+    spo2_valid=False,
+    heart_rate_per_min=0.0,
+    heart_rate_valid=False,
+    airway_pressure_cmh2o=0.0,
+    airway_pressure_valid=False,
+)
+"""No monitor: on the bench, or where its link is lost."""
 
 
 class Readings(NamedTuple):

@@ -38,14 +38,12 @@ class _Layout(NamedTuple):
 
 def read_names(path: Path) -> tuple[str, ...]:
     """Names of the columns. Raises InputError for text that has no header or no rows."""
-    with _text(path) as file:
-        return _layout(path, [line for _, line in islice(_lines(path, file), 2)]).names
+    return _read_layout(path).names
 
 
 def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
     """Numbers of the columns that are wanted; see `table.read_columns`."""
-    with _text(path) as file:
-        layout = _layout(path, [line for _, line in islice(_lines(path, file), 2)])
+    layout = _read_layout(path)
     places = [layout.names.index(name) for name in wanted]
     kept = [array("d") for _ in wanted]
     with _text(path) as file:
@@ -90,8 +88,10 @@ def _cells(path: Path, line: str, separator: str) -> list[str]:
         raise InputError(f"{path}: cannot be cut into cells: {error}") from None
 
 
-def _layout(path: Path, beginning: list[str]) -> _Layout:
-    """How to cut a file that begins with these lines: its header and the row below."""
+def _read_layout(path: Path) -> _Layout:
+    """How to cut a file, by its header and the row below."""
+    with _text(path) as file:
+        beginning = [line for _, line in islice(_lines(path, file), 2)]
     if not beginning:
         raise InputError(f"{path}: holds no line with values; give a table with a header line")
     cut = {

@@ -46,12 +46,17 @@ def _against(value: float | None, limit: float | None, words: str) -> tuple[Figu
     return FigureVerdict.GOOD, f"within the {words}"
 
 
+def _known(words: str, value: float | None, unit: str, decimals: int = 1) -> list[str]:
+    """A quantity with the word before it, where it is known."""
+    return [] if value is None else [f"{words} {quantity(value, unit, decimals)}"]
+
+
 def deepest_tip(summary: Summary) -> Figure:
     """Deepest position of the tip against its cap."""
     deepest, cap = number(summary, "tip", "deepest_mm"), number(summary, "anatomy", "cap_mm")
-    verdict, remark = _against(deepest, cap, "cap")
     limit = "" if cap is None else f"cap {quantity(cap, 'mm')} below the tube's end"
-    return Figure("Deepest tip position", quantity(deepest, "mm"), limit, verdict, remark)
+    verdict = _against(deepest, cap, "cap")
+    return Figure("Deepest tip position", quantity(deepest, "mm"), limit, *verdict)
 
 
 def stop_error(summary: Summary) -> Figure:
@@ -89,88 +94,72 @@ def negative_pressure(summary: Summary) -> Figure:
     beyond = lasted is not None and guideline is not None and lasted > guideline
     if beyond and verdict is not FigureVerdict.BAD:
         verdict, remark = FigureVerdict.NOTICE, "over the guideline"
-    limits = [] if budget is None else [f"limit {quantity(budget, 's')}"]
-    limits += [] if guideline is None else [f"guideline {quantity(guideline, 's')}"]
-    return Figure(
-        "Time under negative pressure", quantity(lasted, "s"), ", ".join(limits), verdict, remark
-    )
+    limits = [*_known("limit", budget, "s"), *_known("guideline", guideline, "s")]
+    name = "Time under negative pressure"
+    return Figure(name, quantity(lasted, "s"), ", ".join(limits), verdict, remark)
 
 
 def in_airway(summary: Summary) -> Figure:
     """How long the catheter was in the airway."""
     lasted = number(summary, "timing", "in_airway_s")
     budget = number(summary, "timing", "in_airway_budget_s")
-    verdict, remark = _against(lasted, budget, "limit")
-    limit = "" if budget is None else f"limit {quantity(budget, 's')}"
-    return Figure("Time in the airway", quantity(lasted, "s"), limit, verdict, remark)
+    limit = "".join(_known("limit", budget, "s"))
+    return Figure(
+        "Time in the airway", quantity(lasted, "s"), limit, *_against(lasted, budget, "limit")
+    )
 
 
 def peak_vacuum(summary: Summary) -> Figure:
     """Highest vacuum in the line against its set point and limit."""
-    peak = number(summary, "vacuum", "peak_mmhg")
-    setpoint, bound = (number(summary, "vacuum", key) for key in ("setpoint_mmhg", "limit_mmhg"))
-    verdict, remark = _against(peak, bound, "limit")
-    limits = [] if setpoint is None else [f"set to {quantity(setpoint, 'mmHg', 0)}"]
-    limits += [] if bound is None else [f"limit {quantity(bound, 'mmHg', 0)}"]
-    return Figure("Highest vacuum", quantity(peak, "mmHg", 0), ", ".join(limits), verdict, remark)
-
-
-def secretion(summary: Summary) -> Figure:
-    """Secretions taken out."""
-    removed = number(summary, "secretion", "removed_ml")
-    percent = number(summary, "secretion", "removed_percent")
-    limit = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
-    verdict = FigureVerdict.ABSENT if removed is None else FigureVerdict.NEUTRAL
-    return Figure("Secretions removed", quantity(removed, "mL"), limit, verdict, "")
+    peak, setpoint, bound = (
+        number(summary, "vacuum", key) for key in ("peak_mmhg", "setpoint_mmhg", "limit_mmhg")
+    )
+    limits = [*_known("set to", setpoint, "mmHg", 0), *_known("limit", bound, "mmHg", 0)]
+    verdict = _against(peak, bound, "limit")
+    return Figure("Highest vacuum", quantity(peak, "mmHg", 0), ", ".join(limits), *verdict)
 
 
 def carina_force(summary: Summary) -> Figure:
     """Highest force on the carina."""
-    force = number(summary, "carina_force_peak_n")
-    name, shown = "Force on the carina", quantity(force, "N", 2)
-    if force is None:
-        return Figure(name, shown, "", FigureVerdict.ABSENT, "")
-    bound = number(summary, "carina_force_limit_n")
-    limit = "" if bound is None else f"limit {quantity(bound, 'N', 2)}"
-    if force == 0.0:
-        return Figure(name, shown, limit, FigureVerdict.GOOD, "no contact")
-    if text(summary, "approach") == "travel":
-        return Figure(name, shown, limit, FigureVerdict.NOTICE, "contact, and none was wanted")
+    force, bound = number(summary, "carina_force_peak_n"), number(summary, "carina_force_limit_n")
     verdict, remark = _against(force, bound, "limit")
-    return Figure(name, shown, limit, verdict, remark or "contact, as wanted")
+    if force == 0.0:
+        verdict, remark = FigureVerdict.GOOD, "no contact"
+    elif force is not None and text(summary, "approach") == "travel":
+        verdict, remark = FigureVerdict.NOTICE, "contact, and none was wanted"
+    elif force is not None:
+        remark = remark or "contact, as wanted"
+    limit = "" if force is None else "".join(_known("limit", bound, "N", 2))
+    return Figure("Force on the carina", quantity(force, "N", 2), limit, verdict, remark)
 
 
-def tracking(summary: Summary) -> Figure:
-    """How closely the tip followed the desired position."""
-    rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
-    limit = "" if peak is None else f"largest {quantity(peak, 'mm', 2)}"
-    verdict = FigureVerdict.ABSENT if rmse is None else FigureVerdict.NEUTRAL
-    return Figure("Tracking error (RMS)", quantity(rmse, "mm", 2), limit, verdict, "")
-
-
-DECIMALS = {"s": 1, "%": 1, "cmH2O": 1, "mL": 0}
-"""Decimals of the figures that have no limit, by unit."""
-
-
-def _without_limit(summary: Summary, name: str, unit: str, *path: str) -> Figure:
-    value = number(summary, *path)
+def _without_limit(
+    name: str, value: float | None, unit: str, decimals: int = 1, beside: str = ""
+) -> Figure:
+    """A figure that there is no limit for. beside: what is said instead of one."""
     verdict = FigureVerdict.ABSENT if value is None else FigureVerdict.NEUTRAL
-    return Figure(name, quantity(value, unit, DECIMALS[unit]), "", verdict, "")
+    return Figure(name, quantity(value, unit, decimals), beside, verdict, "")
 
 
 def figures(summary: Summary) -> list[Figure]:
     """Key figures, what matters most to the patient first."""
+    pressure = number(summary, "airway_pressure_least_cmh2o")
+    removed = number(summary, "secretion", "removed_ml")
+    percent = number(summary, "secretion", "removed_percent")
+    rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
+    share = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
+    largest = "".join(_known("largest", peak, "mm", 2))
     return [
         deepest_tip(summary),
         negative_pressure(summary),
         in_airway(summary),
         peak_vacuum(summary),
-        _without_limit(summary, "Lowest oxygen saturation", "%", "spo2_nadir_percent"),
-        _without_limit(summary, "Lung volume lost", "mL", "lung_volume_loss_ml"),
-        _without_limit(summary, "Lowest airway pressure", "cmH2O", "airway_pressure_least_cmh2o"),
-        secretion(summary),
+        _without_limit("Lowest oxygen saturation", number(summary, "spo2_nadir_percent"), "%"),
+        _without_limit("Lung volume lost", number(summary, "lung_volume_loss_ml"), "mL", 0),
+        _without_limit("Lowest airway pressure", pressure, "cmH2O"),
+        _without_limit("Secretions removed", removed, "mL", beside=share),
         carina_force(summary),
         stop_error(summary),
-        tracking(summary),
-        _without_limit(summary, "Whole cycle", "s", "timing", "cycle_s"),
+        _without_limit("Tracking error (RMS)", rmse, "mm", 2, largest),
+        _without_limit("Whole cycle", number(summary, "timing", "cycle_s"), "s"),
     ]

@@ -3,7 +3,7 @@
 from opensuction.report import figures
 from opensuction.report.figures import FigureVerdict
 from opensuction.report.summary import Summary, is_completed, number, rows, text, value
-from opensuction.report.wording import quantity
+from opensuction.report.wording import capitalise, quantity
 
 ON_REQUEST = "a person asked for it, no safety limit tripped"
 
@@ -66,7 +66,7 @@ def lead(summary: Summary) -> str:
     if is_completed(summary):
         return look or "Every figure that has a limit is within it."
     reason = _reason(summary)
-    return f"{_with_stop(reason[0].upper() + reason[1:])} {look}".strip()
+    return f"{_with_stop(capitalise(reason))} {look}".strip()
 
 
 def _reason(summary: Summary) -> str:
@@ -182,8 +182,7 @@ def _patient(summary: Summary) -> str:
     if pressure is not None:
         below = ", below the air outside" if pressure < 0.0 else ""
         said.append(f"the lowest airway pressure was {quantity(pressure, 'cmH2O')}{below}")
-    joined = "; ".join(said)
-    return f"{joined[0].upper()}{joined[1:]}." if joined else ""
+    return _with_stop(capitalise("; ".join(said))) if said else ""
 
 
 def _backoff_mm(summary: Summary) -> float | None:
@@ -226,19 +225,20 @@ def _faults(summary: Summary) -> str:
     return _with_stop(". ".join(said)) if said else ""
 
 
-def _strength(entry: Summary) -> str:
-    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
-    if strength is None:
-        return ""
-    return f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
+def _injected_faults(summary: Summary) -> str:
+    """Each fault that was injected, and what noticed it."""
+    return " ".join(_with_stop(_injected_fault(entry)) for entry in rows(summary, "faults"))
 
 
 def _injected_fault(entry: Summary) -> str:
-    """One fault that was injected, and what noticed it."""
     at_s, name = number(entry, "at_s"), text(entry, "name") or "?"
     if at_s is None:
         return f"The fault {name} was to be injected, but its instant never came"
-    said = f"Injected fault: {name}{_strength(entry)} at {quantity(at_s, 's')}"
+    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
+    said = f"Injected fault: {name}"
+    if strength is not None:
+        said += f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
+    said += f" at {quantity(at_s, 's')}"
     meaning = text(entry, "meaning")
     if meaning is not None:
         said += f", {meaning}"
@@ -248,14 +248,10 @@ def _injected_fault(entry: Summary) -> str:
     return f"{said}. It was noticed {quantity(after_s, 's', 3)} later: {sentence}"
 
 
-def _describe_faults(summary: Summary) -> str:
-    return " ".join(_with_stop(_injected_fault(entry)) for entry in rows(summary, "faults"))
-
-
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
     parts = (
-        _describe_faults,
+        _injected_faults,
         _ending,
         _check,
         _teaching,

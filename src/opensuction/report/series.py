@@ -1,5 +1,6 @@
 """Time series of a trace, thinned for a page: every extreme and every change of phase is kept."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -25,6 +26,10 @@ AFTER_CYCLE_S = 2.0
 
 REVERSAL_MM = 0.2
 """Head travel against its direction that counts as a reversal; encoder and servo jitter less."""
+
+
+DIGITS = 4
+"""Digits of a value that a plot can show, the first counted at the range of its quantity."""
 
 
 class Column(NamedTuple):
@@ -102,17 +107,20 @@ def keep_rows(
     return rows_kept[(rows_kept >= 0) & (rows_kept < length)].astype(np.int64)
 
 
-def directions(head_mm: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Whether the head moves inwards (True) or outwards at each row; jitter does not count."""
-    inwards = np.zeros(head_mm.size, dtype=np.bool_)
-    turning, inward = float(head_mm[0]), True
-    for i, head in enumerate(head_mm.tolist()):
-        if inward == (head >= turning):
-            turning = head
-        elif abs(head - turning) > REVERSAL_MM:
-            turning, inward = head, not inward
-        inwards[i] = inward
-    return inwards
+def directions(values: npt.NDArray[np.float64], least: float) -> npt.NDArray[np.bool_]:
+    """Whether a quantity rises (True) or falls at each row; ways back up to ``least`` do not count.
+
+    It counts as rising before its first reversal.
+    """
+    rises = np.zeros(values.size, dtype=np.bool_)
+    turning, rising = float(values[0]), True
+    for i, value in enumerate(values.tolist()):
+        if rising == (value >= turning):
+            turning = value
+        elif abs(value - turning) > least:
+            turning, rising = value, not rising
+        rises[i] = rising
+    return rises
 
 
 def _edges(summary: Summary, time_s: npt.NDArray[np.float64]) -> list[int]:
@@ -120,6 +128,17 @@ def _edges(summary: Summary, time_s: npt.NDArray[np.float64]) -> list[int]:
     starts = [number(phase, "start_s") for phase in rows(summary, "phases")]
     known = np.asarray([start for start in starts if start is not None], dtype=np.float64)
     return [int(row) for row in np.searchsorted(time_s, known)]
+
+
+def decimals_of(range_: float) -> int:
+    """Decimals that a plot of a quantity with this range can show.
+
+    >>> [decimals_of(range_) for range_ in (90.0, 0.02, 5000.0)]
+    [3, 6, 1]
+    """
+    if not range_ > 0.0 or not math.isfinite(range_):
+        return DIGITS
+    return max(DIGITS - math.floor(math.log10(range_)), 0)
 
 
 def to_list(values: npt.NDArray[np.float64], decimals: int) -> list[float | None]:
@@ -142,7 +161,7 @@ def _thin(
     for name, values in series.items():
         columns[name] = to_list(values[kept], decimals.get(name, 3))
     if "head" in series:
-        columns["inward"] = directions(series["head"][kept]).astype(int).tolist()
+        columns["inward"] = directions(series["head"][kept], REVERSAL_MM).astype(int).tolist()
     return columns
 
 

@@ -80,21 +80,12 @@ class Sheet(NamedTuple):
     sections: tuple[Section, ...]
 
 
-def _round(values: Values, reach: float) -> list[float | None]:
-    """Values for JSON, to a ten-thousandth of what the plot spans; null where not finite."""
-    decimals = 4 if reach <= 0.0 else max(0, 4 - int(np.floor(np.log10(reach))))
-    return [
-        value if np.isfinite(value) else None
-        for value in (np.round(values, decimals) + 0.0).tolist()
-    ]
-
-
-def _reach(arrays: list[Values]) -> float:
+def _decimals(arrays: list[Values]) -> int:
+    """Decimals that show a ten-thousandth of what the arrays span together."""
     known = [array[np.isfinite(array)] for array in arrays]
     known = [array for array in known if array.size]
-    if not known:
-        return 0.0
-    return float(max(np.max(a) for a in known) - min(np.min(a) for a in known))
+    span = max(map(np.max, known)) - min(map(np.min, known)) if known else 0.0
+    return series.decimals_of(float(span))
 
 
 def _looks(curve: Curve) -> dict[str, Any]:
@@ -109,12 +100,13 @@ def to_plain(plot: Plot) -> dict[str, Any]:
         "levels": [level._asdict() for level in plot.levels],
         "marks": [mark._asdict() for mark in plot.marks],
     }
-    y_reach = _reach([curve.y for curve in plot.curves])
+    y_decimals = _decimals([curve.y for curve in plot.curves])
     if plot.x is not None and all(curve.x is None for curve in plot.curves):
         kept = series.keep_rows([curve.y for curve in plot.curves], [], BUCKETS)
-        data["x"] = _round(plot.x[kept], _reach([plot.x]))
+        data["x"] = series.to_list(plot.x[kept], _decimals([plot.x]))
         data["curves"] = [
-            _looks(curve) | {"y": _round(curve.y[kept], y_reach)} for curve in plot.curves
+            _looks(curve) | {"y": series.to_list(curve.y[kept], y_decimals)}
+            for curve in plot.curves
         ]
         return data
     data["curves"] = []
@@ -124,7 +116,11 @@ def to_plain(plot: Plot) -> dict[str, Any]:
             raise ValueError(f"curve '{curve.label}' of '{plot.title}' has no abscissa")
         kept = series.keep_rows([x, curve.y], [], BUCKETS)
         data["curves"].append(
-            _looks(curve) | {"x": _round(x[kept], _reach([x])), "y": _round(curve.y[kept], y_reach)}
+            _looks(curve)
+            | {
+                "x": series.to_list(x[kept], _decimals([x])),
+                "y": series.to_list(curve.y[kept], y_decimals),
+            }
         )
     return data
 

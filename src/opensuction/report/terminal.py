@@ -1,8 +1,8 @@
 """A cycle in the terminal: live while it runs, and its summary afterwards."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from types import TracebackType
-from typing import Final, NamedTuple, Self
+from typing import Final, Self
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -13,6 +13,7 @@ from rich.text import Text
 from opensuction.report import figures, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figures import FigureVerdict
+from opensuction.report.moment import Moment
 from opensuction.report.summary import Summary, is_completed, rows, text, warnings
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
@@ -44,17 +45,6 @@ ALARM_STYLES: Final = {"high": "bold red", "medium": "yellow", "low": "cyan"}
 """Colours of IEC 60601-1-8, besides the priority in words."""
 
 
-class Moment(NamedTuple):
-    """What the live display shows of one instant."""
-
-    phase: str
-    """Name as in summaries: lower case, ``backing_off``."""
-    time_s: float
-    tip_mm: float
-    valve_open_ratio: float
-    line_vacuum_mmhg: float
-
-
 class LiveCycle:
     """Live display of one cycle; a context manager.
 
@@ -63,18 +53,11 @@ class LiveCycle:
     Call ``update`` as often as is handy, up to every tick of a paced run.
     """
 
-    def __init__(
-        self,
-        console: Console,
-        target_mm: float | None,
-        cap_mm: float,
-        phases: Sequence[str] = PLANNED,
-    ) -> None:
+    def __init__(self, console: Console, target_mm: float | None, cap_mm: float) -> None:
         """Display on a console. target_mm: None where the cycle stops by contact."""
         self._console = console
         self._target_mm = target_mm
         self._cap_mm = cap_mm
-        self._planned = tuple(phases)
         self._marks = glyphs(console)
         self._seen: list[tuple[str, float]] = []
         self._moment: Moment | None = None
@@ -101,20 +84,12 @@ class LiveCycle:
         elif self._moment is not None:
             self._print_ended(self._moment)
 
-    def update(
-        self,
-        phase: str,
-        time_s: float,
-        tip_mm: float,
-        valve_open_ratio: float,
-        line_vacuum_mmhg: float,
-    ) -> None:
-        """Show a new instant. phase: name as in summaries. Cheap: it draws nothing by itself."""
-        moment = Moment(phase, time_s, tip_mm, valve_open_ratio, line_vacuum_mmhg)
-        if not self._seen or self._seen[-1][0] != phase:
+    def update(self, moment: Moment) -> None:
+        """Show a new instant. Cheap: it draws nothing by itself."""
+        if not self._seen or self._seen[-1][0] != moment.phase:
             if self._seen and not self._in_place:
                 self._print_ended(moment)
-            self._seen.append((phase, time_s))
+            self._seen.append((moment.phase, moment.time_s))
         self._moment = moment
 
     def _print_ended(self, moment: Moment) -> None:
@@ -151,7 +126,7 @@ class LiveCycle:
         names = [name for name, _ in self._seen]
         if any(phase_words(name).kind == "fault" for name in names):
             return
-        for name in self._planned:
+        for name in PLANNED:
             if name not in names:
                 yield Text(f" {self._marks.later} {phase_words(name).label}", style="dim")
 

@@ -6,12 +6,16 @@ from typing import Any
 Json = dict[str, Any]
 
 
-def without_nan(value: Any) -> Any:
+def without_nan(data: Json) -> Json:
     """The same data with every number that is not finite as None: JSON has no NaN."""
+    return {key: _finite(value) for key, value in data.items()}
+
+
+def _finite(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: without_nan(inner) for key, inner in value.items()}
+        return without_nan(value)
     if isinstance(value, list | tuple):
-        return [without_nan(inner) for inner in value]
+        return [_finite(inner) for inner in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

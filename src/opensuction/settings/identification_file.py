@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, NamedTuple
 import tomli_w
 from annotated_types import Ge, Gt
 
-from opensuction.controller.setup import PLAIN_PD, Calibration, Feedforward, nominal
+from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
@@ -22,7 +22,7 @@ from opensuction.settings import calibration_section
 from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.validation import validate
+from opensuction.settings.validation import to_mapping, validate
 from opensuction.settings.wording import one_line, refuse, unknown
 
 FORMAT_VERSION: Final = 2
@@ -30,11 +30,11 @@ FORMAT_VERSION: Final = 2
 
 NO_COMPENSATOR: Final = "none"
 
-COMPENSATOR_OF_MODEL: Final = {"modified-dahl": "exact-inverse"}
-"""The compensator that a model is meant for; models that are not here have none yet."""
-
 COMPENSATORS: Final = {"modified-dahl": ("exact-inverse", "direct-inverse")}
-"""Every compensator that can use a model alone."""
+"""Compensators that can use a model alone, the one it is meant for first; other models have none
+yet."""
+
+COMPENSATOR_OF_MODEL: Final = {model: names[0] for model, names in COMPENSATORS.items()}
 
 ON_MEASURED: Final = ("preview", "prandtl-ishlinskii", "gap-width", "lookup-table")
 """Compensators that need what only a calibration of the machine measures."""
@@ -125,20 +125,11 @@ class Identified(NamedTuple):
 
 def to_toml(identified: Identified) -> str:
     """The file as TOML, which `load` reads back as the same record."""
-    about = identified.about._asdict()
-    recording = identified.about.recording
-    about["recording"] = recording._asdict() | {
-        "input": recording.input._asdict(),
-        "output": recording.output._asdict(),
-    }
-    about["parameters"] = {
-        name: parameter._asdict() for name, parameter in identified.parameters.items()
-    }
-    if identified.servo is not None:
-        about["servo"] = identified.servo._asdict()
-    if identified.measured is not None:
-        about |= {name: part._asdict() for name, part in identified.measured._asdict().items()}
-    return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(about))
+    about, parameters, servo, measured = to_mapping(identified).values()
+    content = {**about, "parameters": parameters}
+    if servo is not None:
+        content["servo"] = servo
+    return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(content | (measured or {})))
 
 
 def load(path: Path | str) -> Identified:
@@ -234,12 +225,11 @@ def to_calibration(identified: Identified, path: Path | str) -> Calibration:
             f"velocity_gain, {2.0 * model.velocity_gain:.4g}), so direct-inverse would jump: set "
             'compensator to "exact-inverse", which crosses the reversal as a gap',
         )
-    found = nominal(model, identified.servo or PLAIN_PD)
-    return found if identified.measured is None else _measured(found, identified, path)
+    return _measured(assume_nominal(model, identified.servo or PLAIN_PD), identified, path)
 
 
 def _measured(found: Calibration, identified: Identified, path: Path | str) -> Calibration:
-    """The calibration with its plays and curves as they were measured."""
+    """The calibration with its plays and curves as they were measured, where they were."""
     measured, depths = identified.measured, identified.about.recording.output
     if measured is None:
         return found

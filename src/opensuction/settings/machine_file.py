@@ -45,23 +45,19 @@ def load(path: str | PathLike[str]) -> MachineKind:
     out of its range, and a twin and a controller that do not agree, with the arithmetic.
     """
     given = load_toml(path)
+    known = (*CHOICES, *SECTIONS)
     for key in given:
-        if key not in CHOICES and key not in SECTIONS:
-            raise refuse(path, unknown(f"key {join_key('', key)}", key, known_keys()))
+        if key not in known:
+            raise refuse(path, unknown(f"key {join_key('', key)}", key, known))
     for key, names in CHOICES.items():
         if key not in given:
             raise refuse(path, f"{key} is missing; give one of {', '.join(names)}")
     try:
-        name = _choose(given["preset"], dict.fromkeys(preset.MACHINE_TABLES), "preset")
-        return _read_kind(name, given, path)
+        choose(given["preset"], preset.MACHINE_TABLES, "preset")
+        return _read_kind(given["preset"], given, path)
     except InputError as refused:
         message = str(refused)
         raise refused if message.startswith(f"{path}: ") else refuse(path, message) from None
-
-
-def known_keys() -> tuple[str, ...]:
-    """Keys and sections of a machine file."""
-    return (*CHOICES, *SECTIONS)
 
 
 def _read_kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
@@ -81,11 +77,6 @@ def _read_kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind
     kind = machine_kind.equipped(kind, catheter, conduit)
     machine_kind.check(kind)
     return kind
-
-
-def _choose(given: object, known: Mapping[str, Any], what: str) -> str:
-    choose(given, known, what)
-    return str(given)
 
 
 def _choose_or_read(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.control.lookup_table import Curves
-from opensuction.controller.setup import Calibration
+from opensuction.controller.calibration import Calibration
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii

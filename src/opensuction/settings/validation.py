@@ -73,6 +73,17 @@ def validate(record_type: type[Record], mapping: object, where: object) -> Recor
     return cast(Record, values)
 
 
+def to_mapping(record: Any) -> Any:
+    """Keys and sections of a record, as `validate` takes them; a list stays a list."""
+    if isinstance(record, tuple):
+        if hasattr(record, "_asdict"):
+            return to_mapping(record._asdict())
+        return [to_mapping(entry) for entry in record]
+    if isinstance(record, Mapping):
+        return {key: to_mapping(value) for key, value in record.items()}
+    return record
+
+
 @cache
 def _fields(record_type: type[tuple[Any, ...]]) -> tuple[_Field, ...]:
     """Fields of a record type in their order."""

@@ -1,5 +1,7 @@
 """The alarm log of a recorded run, from the signals in its trace."""
 
+from typing import get_type_hints
+
 import numpy as np
 
 from opensuction.safety.alarm import alarm_log
@@ -14,18 +16,9 @@ CHANGING = ("present", "latched", "acknowledged", "escalated")
 
 
 def _signals(trace: Columns, row: int) -> Signals:
-    at = {name: trace[f"signals.{name}"][row] for name in Signals._fields}
-    return Signals(
-        priority=int(at["priority"]),
-        audible=int(at["audible"]),
-        first=int(at["first"]),
-        present=int(at["present"]),
-        latched=int(at["latched"]),
-        acknowledged=int(at["acknowledged"]),
-        escalated=int(at["escalated"]),
-        pause_left_s=float(at["pause_left_s"]),
-        reminder=bool(at["reminder"]),
-    )
+    at = (trace[f"signals.{name}"][row] for name in Signals._fields)
+    kinds = get_type_hints(Signals).values()
+    return Signals(*(kind(value) for kind, value in zip(kinds, at, strict=True)))
 
 
 def log(trace: Columns) -> Log:

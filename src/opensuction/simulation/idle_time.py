@@ -21,7 +21,7 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     """The closed loop after a time at rest; for a machine that is parked.
 
     duration_s: rounded to steps of the bedside (10 ms). Its tick goes on, so that time does; the
-    controller's clocks are its caller's to move (`controller.pass_idle_time`). Mucus in
+    controller's clocks are its caller's to move (`upkeep.pass_idle_time`). Mucus in
     the bore stays there.
     """
     span_s = STEP_S

@@ -8,9 +8,8 @@ import numpy.typing as npt
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
+from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
 from opensuction.controller.machine_profile import MachineProfile
-from opensuction.controller.setup import Calibration, Feedforward
-from opensuction.hysteresis import modified_dahl
 from opensuction.identification.estimator import branch_curve
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
@@ -126,7 +125,7 @@ def bedside(machine: Machine) -> Site:
 
 def uncalibrated(profile: MachineProfile) -> Calibration:
     """What is known without an identification: nominal transmission, plain PD."""
-    return setup.nominal(profile.transmission, setup.PLAIN_PD)
+    return assume_nominal(profile.transmission, PLAIN_PD)
 
 
 def with_carina(chosen: Rig, carina_mm: float) -> Rig:
@@ -238,8 +237,3 @@ def calibrated(
         width=branch_curve.fit_parallel(head_mm, laser_mm),
         table=branch_curve.fit_table(head_mm, laser_mm),
     )
-
-
-def gap_mm(identification: Identification) -> float:
-    """Full gap of an identified transmission, mm of tip."""
-    return float(modified_dahl.gap_mm(identification.fit.model))

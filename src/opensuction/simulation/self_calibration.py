@@ -6,9 +6,9 @@ The compensation learns, the governor does not: see docs/decisions/0007.
 import numpy as np
 
 from opensuction.control import compensation
+from opensuction.controller.calibration import Calibration
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
-from opensuction.controller.setup import Calibration
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.identification.estimator import gap_scale
 from opensuction.identification.estimator.gap_scale import ScaleLimits, ScaleRecord

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller.setup import Calibration
+from opensuction.controller.calibration import Calibration
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import CONFIRM, NO_REQUESTS, TEACH
 from opensuction.procedure.cycle.teaching import Taught

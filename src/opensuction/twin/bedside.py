@@ -9,7 +9,7 @@ from typing import NamedTuple
 from opensuction.kernel.compiled import compiled
 from opensuction.twin.airway import secretion
 from opensuction.twin.airway.secretion import Bins
-from opensuction.twin.coupling import NO_SIGNS, TICKS, CouplingState, PatientSigns
+from opensuction.twin.coupling import NO_SIGNS, TICKS, CouplingState
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient import heart
 from opensuction.twin.patient import patient as patient_model
@@ -29,31 +29,18 @@ class BedsideState(NamedTuple):
 
 
 @compiled
-def patient_signs(machine: Machine, state: BedsideState) -> PatientSigns:
-    """What the machine and the trace learn of the patient."""
-    if not machine.has_patient:
-        return NO_SIGNS
-    seen = patient_model.truth(machine.patient, state.patient)
-    return PatientSigns(
-        airway_pressure_cmh2o=seen.airway_pressure_cmh2o,
-        lung_volume_ml=seen.lung_volume_ml,
-        lung_volume_loss_ml=seen.lung_volume_loss_ml,
-        spo2_percent=seen.spo2_percent,
-        heart_rate_per_min=seen.heart_rate_per_min,
-        monitor=patient_model.read_monitor(machine.patient, state.patient),
-    )
-
-
-@compiled
 def couple(machine: Machine, state: BedsideState, tip_mm: float) -> CouplingState:
     """The coupling right after a step of the bedside. tip_mm: where the tip is now."""
+    signs = NO_SIGNS
+    if machine.has_patient:
+        signs = patient_model.signs(machine.patient, state.patient)
     return CouplingState(
         ticks=0,
         gas_ml=0.0,
         mucus_ml=0.0,
         reachable_ml=secretion.within_reach_ml(state.secretion_ml, tip_mm, machine.airway.reach_mm),
         from_mm=tip_mm,
-        signs=patient_signs(machine, state),
+        signs=signs,
     )
 
 

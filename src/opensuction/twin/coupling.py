@@ -8,7 +8,7 @@ signs and the volume of mucus within reach of the tip.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.monitor import ABSENT, Monitor
+from opensuction.kernel.readings import NO_MONITOR, Monitor
 
 TICKS = 10
 """Ticks of the machine for each step of the bedside."""
@@ -18,15 +18,19 @@ class PatientSigns(NamedTuple):
     """Signs of the patient at the bedside's last step; 0 on the bench, which has no patient."""
 
     airway_pressure_cmh2o: float
+    """In the trachea, below the tube."""
     lung_volume_ml: float
+    """Above residual volume."""
     lung_volume_loss_ml: float
+    """End-expiratory volume lost against the start, smoothed over a breath."""
     spo2_percent: float
+    """As the oximeter shows it, late."""
     heart_rate_per_min: float
     monitor: Monitor
     """What the monitor passes on."""
 
 
-NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, ABSENT)
+NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, NO_MONITOR)
 
 
 class CouplingState(NamedTuple):

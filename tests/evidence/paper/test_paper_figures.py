@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
-from opensuction.controller import machine_profile, setup
-from opensuction.controller.setup import Calibration
+from opensuction.controller import machine_profile
+from opensuction.controller.calibration import Calibration, assume_nominal
 from opensuction.evidence.paper.paper_tracking import AFTER_MM, BEFORE_MM, SEEDS
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
@@ -157,7 +157,7 @@ def test_exact_inverse_stays_within_a_millimetre_on_the_nominal_machine() -> Non
 @pytest.mark.parametrize("kind", [CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE])
 def test_published_parameters_run_too(kind: CompensationKind) -> None:
     """Second row of Table I, without tolerance: another machine's parameters."""
-    calibration = setup.nominal(modified_dahl.PUBLISHED, nominal().calibration.feedforward)
+    calibration = assume_nominal(modified_dahl.PUBLISHED, nominal().calibration.feedforward)
     found = nominal_cycle(kind, calibration)
     assert found.completed
     assert np.isfinite([found.rmse_mm, found.peak_error_mm]).all()

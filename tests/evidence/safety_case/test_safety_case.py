@@ -8,7 +8,7 @@ import pytest
 
 from opensuction.evidence.safety_case import hazard, hazard_case, hazard_detail, safety_case
 from opensuction.evidence.safety_case.hazard import Hazard
-from opensuction.evidence.safety_case.hazard_result import Exposure, HazardResult, Strip
+from opensuction.evidence.safety_case.hazard_result import STRIP, Exposure, HazardResult, Strip
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
 from opensuction.report import sheet
 from opensuction.report.safety_case import safety_case_page
@@ -23,7 +23,12 @@ ROWS = 50
 def strip() -> Strip:
     time_s = np.linspace(10.0, 30.0, ROWS, dtype=np.float32)
     still = np.zeros(ROWS, dtype=np.float32)
-    return Strip(time_s, 80.0 - time_s, 75.0 - time_s, 120.0 + still, still, still, still)
+    return dict.fromkeys(STRIP, still) | {
+        "time_s": time_s,
+        "head_mm": 80.0 - time_s,
+        "tip_mm": 75.0 - time_s,
+        "vacuum_mmhg": 120.0 + still,
+    }
 
 
 @pytest.fixture

@@ -7,15 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from opensuction.evidence.trial import (
-    campaign_store,
-    fault_campaign,
-    fault_campaign_page,
-    fault_tally,
-)
+from docs.generator import campaign_page
+from opensuction.evidence.trial import campaign_store, fault_campaign, fault_tally
 from opensuction.evidence.trial.fault_campaign import FAULTS, PHASES, Case, Drawn, Part
 from opensuction.evidence.trial.fault_tally import Tally
 from opensuction.kernel.phase import Phase
+from opensuction.settings.validation import to_mapping
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.twin.fault.fault import Fault
@@ -53,9 +50,9 @@ def test_no_invariant_breaks_in_a_hundred_thousand_cycles() -> None:
         (folder / "fault-campaign.progress").write_text(f"{cycles} of {SOAK.last} cycles\n")
 
     cases = campaign_store.spread(folder, SOAK, os.cpu_count() or 1, tell=tell)
-    result = {"in_silico": True, **SOAK._asdict(), **fault_tally.plain(fault_tally.tally(cases))}
+    result = {"in_silico": True, **SOAK._asdict(), **to_mapping(fault_tally.tally(cases))}
     (folder / "fault-campaign.json").write_text(json.dumps(result, indent=2) + "\n")
-    page = fault_campaign_page.markdown(result, datetime.now(UTC).date().isoformat())
+    page = campaign_page.markdown(result, datetime.now(UTC).date().isoformat())
     (folder / "faults.md").write_text(page)
     assert_held(cases)
 

@@ -12,6 +12,7 @@ from opensuction.hysteresis import play
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
 from opensuction.identification.estimator.modified_dahl import fit
 from opensuction.kernel.errors import InputError
+from tests.hysteresis import distributed_play
 
 Array = NDArray[np.float64]
 
@@ -62,7 +63,7 @@ def test_the_papers_plant_is_close_to_a_play() -> None:
     # gain 0.95, 1 kHz for 40 s. The paper found .9677, .854, .077, -7.151, RMSE .8301 mm.
     widths_mm = 20.0 + 3.0 * norm.ppf((np.arange(40) + 0.5) / 40.0)
     head_mm = cosine(40_000)
-    tip_mm = play.simulate_distributed(widths_mm, 0.95, -6.2, head_mm, np.zeros(40))
+    tip_mm = distributed_play.simulate(widths_mm, 0.95, -6.2, head_mm, np.zeros(40))
     found = fit(head_mm, tip_mm)
     assert found.model.slope == pytest.approx(0.968, abs=0.002)
     assert found.model.velocity_gain == pytest.approx(0.80, abs=0.01)
@@ -81,7 +82,7 @@ def noisy_plant(seed: int) -> tuple[Array, Array]:
     head_mm = cosine(300, cycles=random.uniform(1.0, 3.0), stroke_mm=stroke_mm)
     head_mm = head_mm + random.normal(0.0, 2e-4 * stroke_mm, head_mm.size)
     start_mm = random.uniform(-0.5, 0.5) * widths_mm
-    tip_mm = play.simulate_distributed(widths_mm, 0.9, -5.0, head_mm, start_mm)
+    tip_mm = distributed_play.simulate(widths_mm, 0.9, -5.0, head_mm, start_mm)
     return head_mm, tip_mm + random.normal(0.0, 0.01 * stroke_mm, tip_mm.size)
 
 

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as pi
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import prandtl_ishlinskii as estimator
 from opensuction.kernel.errors import InputError
+from tests.hysteresis import distributed_play
 
 TIME_S = np.arange(0.0, 40.0, 0.01)
 HEAD_MM = 50.0 * (1.0 - np.cos(2.0 * np.pi * TIME_S / 20.0))
@@ -45,8 +45,8 @@ def test_the_paper_s_plant_is_fitted_to_its_noise() -> None:
     """A distributed play, 0.1 mm of noise: the modified Dahl model leaves 0.84 mm [calc-plant]."""
     noise = 0.1 * np.random.default_rng(1).standard_normal(TIME_S.size)
     widths = np.random.default_rng(2).normal(20.0, 3.0, 200)
-    start = play.retracted_positions_mm(widths, 0.0)
-    clean = play.simulate_distributed(widths, 0.95, -6.2, HEAD_MM, start)
+    start = distributed_play.retracted_positions_mm(widths, 0.0)
+    clean = distributed_play.simulate(widths, 0.95, -6.2, HEAD_MM, start)
     found = estimator.fit(HEAD_MM, clean + noise)
     model = found.model
     tip = simulated(model)

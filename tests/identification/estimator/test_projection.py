@@ -5,7 +5,6 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simula
 from opensuction.identification.estimator.projection import (
     centre,
     project,
-    solve_least_squares,
     try_decay,
 )
 
@@ -42,20 +41,6 @@ def test_the_step_points_to_the_optimum_from_both_sides() -> None:
         found = try_decay(recording.head_mm, recording.tip_mm, factor * PUBLISHED.decay_per_mm)
         # Gauss-Newton converges quadratically on exact data: a tenth off becomes a hundredth.
         assert factor * np.exp(found.step) == pytest.approx(1.0, abs=0.01)
-
-
-def test_least_squares_of_nearly_equal_columns_keeps_its_digits() -> None:
-    one = HEAD - HEAD.mean()
-    other = np.cos(np.linspace(0.0, 7.0, HEAD.size))
-    # Alike to 1e-5: normal equations alone see 1e-10 and keep six digits of the factors.
-    columns = np.stack([one, one + 1e-5 * np.ptp(one) * (other - other.mean())])
-    factors = solve_least_squares(columns, np.array([3.0, -2.0]) @ columns)
-    assert factors == pytest.approx([3.0, -2.0], rel=1e-9)
-
-
-def test_least_squares_leaves_an_empty_column_alone() -> None:
-    columns = np.stack([HEAD - HEAD.mean(), np.zeros(HEAD.size)])
-    assert solve_least_squares(columns, 2.0 * columns[0]) == pytest.approx([2.0, 0.0])
 
 
 def test_a_negative_gain_makes_way_for_the_line() -> None:

@@ -2,9 +2,8 @@ from typing import Any
 
 import pytest
 
-from opensuction.kernel.monitor import ABSENT
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.procedure.cycle import check, cycle, progress
 from opensuction.procedure.cycle.check_item import CheckItem
@@ -32,7 +31,7 @@ AT_HOME = Readings(
     contact_closed=False,
     contact_valid=True,
     insertion_current_a=0.0,
-    monitor=ABSENT,
+    monitor=NO_MONITOR,
 )
 QUIET = ControlFeedback(
     head_wanted_mm=0.0,

@@ -12,7 +12,7 @@ ADULT = teaching.plan(AgeGroup.ADULT)
 
 
 def confirmed(tip_mm: float, readable: bool = True) -> TeachingState:
-    begun = teaching.begin()
+    begun = teaching.UNTAUGHT
     return teaching.step(ADULT, begun, True, False, readable, 100.0, False, tip_mm)
 
 
@@ -36,7 +36,7 @@ def test_it_ends_only_after_the_head_was_away_and_has_rested_at_home() -> None:
     def over(state: TeachingState) -> bool:
         return bool(teaching.is_over(ADULT, state, 0.001))
 
-    resting = teaching.begin()
+    resting = teaching.UNTAUGHT
     for _ in range(1000):
         resting = teaching.step(ADULT, resting, False, False, True, 0.1, True, 0.0)
     assert not over(resting)

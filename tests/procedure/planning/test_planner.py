@@ -4,7 +4,8 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.plan import Excitation, PhaseLimits, Plan
+from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.planner import Abilities
 from opensuction.procedure.planning.protocol import PAPER, PROTOCOLS, Protocol
@@ -182,9 +183,10 @@ def test_every_working_phase_has_a_limit_above_its_plan() -> None:
         assert seconds + 1.0 <= plan.limits_s[phase] < 60.0, phase
 
 
-def test_the_limits_are_in_the_order_of_the_phases() -> None:
-    """A phase's number is the place of its limit."""
-    assert PhaseLimits._fields == tuple(phase.name.lower() for phase in Phase)
+def test_every_phase_and_item_has_a_limit() -> None:
+    plan = planned(PAPER, BENCH)
+    assert len(plan.limits_s) == len(Phase)
+    assert len(plan.check.limits_s) == len(CheckItem)
 
 
 @pytest.mark.parametrize("phase", [Phase.PARKED, Phase.HALTED])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import hilbert
 
+from docs.generator.alarm_table import VALUES
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm import alarm_state, auditory_signal, signal_value
 from opensuction.safety.alarm.auditory_signal import Samples
@@ -192,7 +193,7 @@ def test_the_sound_owed_between_two_pauses_holds_a_whole_high_burst() -> None:
 
 
 def test_every_value_lies_in_its_range_and_says_where_the_range_is_from() -> None:
-    for value in signal_value.VALUES.values():
+    for value in VALUES.values():
         assert value.least <= value.value <= value.most
         assert value.source
 

@@ -6,8 +6,7 @@ import pytest
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.monitor import ABSENT, Monitor
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
 from opensuction.safety import patient_limit
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
@@ -97,7 +96,7 @@ def test_with_the_catheter_out_it_is_shown_and_trips_nothing(code: Condition) ->
 
 
 def test_a_monitor_lost_inside_is_shown_and_ends_nothing() -> None:
-    ticks = inside(lambda s: WELL if s < 0.1 else ABSENT, 3.0)
+    ticks = inside(lambda s: WELL if s < 0.1 else NO_MONITOR, 3.0)
     assert tripped(ticks) == set()
     assert decode_trips(ticks[-1].verdict.patient) == [Condition.MONITOR_LINK_LOST]
     assert ticks[-1].allowed.valve_open
@@ -107,7 +106,7 @@ def test_a_monitor_lost_outside_keeps_the_catheter_out() -> None:
     def inwards(time_s: float) -> Setpoints:
         return staying(PARK_MM + max(time_s - 2.1, 0.0) * 15.0)
 
-    ticks = run(4.0, inwards, reports(lambda _: ABSENT), limits=MONITORED)
+    ticks = run(4.0, inwards, reports(lambda _: NO_MONITOR), limits=MONITORED)
     caught = first(ticks, Condition.MONITOR_LINK_LOST)
     assert caught.verdict.deepest_mm == pytest.approx(MONITORED.outside_mm, abs=0.1)
     assert ticks[-1].allowed.head_mm < caught.allowed.head_mm
@@ -115,6 +114,8 @@ def test_a_monitor_lost_outside_keeps_the_catheter_out() -> None:
 
 
 def test_a_machine_without_a_monitor_misses_none() -> None:
-    ticks = run(3.0, sucking, reports(lambda _: ABSENT, OPENED_RAD), governor.start(LIMITS, -3.4))
+    ticks = run(
+        3.0, sucking, reports(lambda _: NO_MONITOR, OPENED_RAD), governor.start(LIMITS, -3.4)
+    )
     assert Condition.MONITOR_LINK_LOST not in tripped(ticks)
     assert ticks[-1].verdict.patient == 0

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.age_group import AgeGroup
-from opensuction.kernel.monitor import ABSENT, Monitor
+from opensuction.kernel.readings import NO_MONITOR, Monitor
 from opensuction.safety import patient_limit
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
@@ -117,7 +117,7 @@ def test_each_value_is_judged_at_its_limit_and_not_on_it(age: AgeGroup) -> None:
         (lambda _: at_pressure(0.9), Condition.CIRCUIT_DISCONNECTED, 1.0),
         (lambda _: at_pressure(PEEP), Condition.AIRWAY_PRESSURE_UNSAFE, 10.0),
         (lambda _: at_pressure(PEEP + 12.0), Condition.AIRWAY_PRESSURE_UNSAFE, 10.01),
-        (lambda _: ABSENT, Condition.MONITOR_LINK_LOST, 2.0),
+        (lambda _: NO_MONITOR, Condition.MONITOR_LINK_LOST, 2.0),
         (lambda s: breathing(s)._replace(connected=False), Condition.MONITOR_LINK_LOST, 2.0),
         (lambda s: breathing(s)._replace(spo2_valid=False), Condition.MONITOR_LINK_LOST, 2.0),
         (lambda s: breathing(s)._replace(heart_rate_valid=False), Condition.MONITOR_LINK_LOST, 2.0),
@@ -184,7 +184,7 @@ def test_a_value_that_is_missing_now_and_then_hides_nothing() -> None:
     def every_other(time_s: float) -> Monitor:
         missing = round(time_s / DT_S) % 2 == 1
         low = at_pressure(0.0)._replace(spo2_percent=70.0, heart_rate_per_min=30.0)
-        return ABSENT if missing else low
+        return NO_MONITOR if missing else low
 
     states = watched(every_other, 4.1)
     assert first_s(states, Condition.CIRCUIT_DISCONNECTED) == pytest.approx(2.0, abs=0.03)

@@ -92,7 +92,8 @@ def test_a_run_that_was_broken_off_is_refused(sound: Sound) -> None:
     found = judged(sound, nothing, nothing)
     assert "Stroke of the first run is 0 mm" in reason(found)
     data = calibration_file.plain(found, NOW, 1.0, None)
-    assert "Refused" in sheet.render(calibration_page.page(data, calibration_file.runs(found)))
+    page = calibration_page.page(data, found.first, found.second, found.predicted)
+    assert "Refused" in sheet.render(page)
 
 
 def test_a_tip_against_the_head_and_a_dead_motor_are_refused(sound: Sound) -> None:

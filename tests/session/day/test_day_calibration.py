@@ -13,7 +13,7 @@ from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 from opensuction.session.choice import CycleChoice, DayChoice
 from opensuction.session.cycle import cycle_run, cycle_summary, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import day_check, day_gap, day_run, day_summary
+from opensuction.session.day import day_check, day_run, day_summary
 from opensuction.session.day.day_run import Day
 
 EVERY_MIN = 60.0
@@ -82,11 +82,11 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     record = found.cycles[0].gap
     assert record is not None
     assert (record.in_range, record.new) == (False, 1.0)
-    (alarm,) = day_gap.alarms(found, 40.0)
+    (alarm,) = day_summary.gap_alarms(found, 40.0)
     assert alarm["condition"] == "calibration-out-of-range"
     assert alarm["priority"] == "medium"
     assert narrative.alarm(alarm).startswith("Medium alarm, from 40.0 s on: ")
-    (note,) = day_gap.notes(found)
+    (note,) = day_summary.gap_notes(found)
     assert "Cycle 2 of 3 was refused" in note
     data = cycle_summary.summary(found.last, found.columns, 1.0, 1.0)
     data["day"] = day_summary.plain(found)
@@ -102,7 +102,7 @@ def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() 
     assert record.in_range
     assert found.refusal is not None
     assert "cap_mm" in found.refusal
-    assert day_gap.alarms(found, 40.0)
+    assert day_summary.gap_alarms(found, 40.0)
 
 
 def test_the_json_and_the_page_show_each_scale_with_its_bounds() -> None:

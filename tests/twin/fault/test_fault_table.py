@@ -3,15 +3,13 @@
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.monitor import ABSENT
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.twin import preset
 from opensuction.twin.fault import link
-from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault import BY_NAME, Fault, FaultSite
 from opensuction.twin.fault.fault_row import (
     FaultOnset,
     FaultRow,
-    FaultSite,
     LinkEffect,
     MachineEffect,
     PatientEffect,
@@ -21,7 +19,7 @@ from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.parameter import BENCH, nominal
 
 MACHINE = preset.machine(nominal(BENCH))
-READINGS = Readings(40.0, True, 40.0, True, 0.3, True, 100.0, True, False, True, 0.02, ABSENT)
+READINGS = Readings(40.0, True, 40.0, True, 0.3, True, 100.0, True, False, True, 0.02, NO_MONITOR)
 
 
 def test_every_fault_has_one_row() -> None:
@@ -31,8 +29,8 @@ def test_every_fault_has_one_row() -> None:
 
 
 def test_what_is_set_up_wrongly_is_there_from_the_start() -> None:
-    assert {row.site for row in ROWS.values() if row.is_setup} == {FaultSite.SETTING}
-    assert {row.is_setup for row in ROWS.values() if row.site == FaultSite.SETTING} == {True}
+    assert {row.fault.site for row in ROWS.values() if row.is_setup} == {FaultSite.SETTING}
+    assert {row.is_setup for row in ROWS.values() if row.fault.site == FaultSite.SETTING} == {True}
     assert {row.fault for row in ROWS.values() if row.is_planned} == {
         Fault.WRONG_PRESET,
         Fault.CATHETER_TOO_WIDE,

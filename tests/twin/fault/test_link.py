@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
-from opensuction.kernel.monitor import ABSENT
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import FaultOnset
@@ -32,7 +31,7 @@ def readings(tick: int) -> Readings:
         tick % 3 == 0,
         True,
         0.01,
-        ABSENT,
+        NO_MONITOR,
     )
 
 

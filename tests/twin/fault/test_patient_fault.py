@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from opensuction.kernel.monitor import ABSENT
+from opensuction.kernel.readings import NO_MONITOR
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import PatientEffect
 from opensuction.twin.fault.fault_table import ROWS
@@ -121,14 +121,14 @@ def test_vagal_patients_lose_that_share_under_the_strongest_stimulus() -> None:
     for _ in range(steps(30.0)):
         state = patient_model.step(patient, state, 0.0, 0.4, 1.0, DT_S)
     assert state.heart.rate_per_min == pytest.approx(0.4 * ICU.heart.rest_per_min, rel=1e-3)
-    assert patient_model.read_monitor(patient, state).heart_rate_per_min == pytest.approx(
+    assert patient_model.signs(patient, state).monitor.heart_rate_per_min == pytest.approx(
         state.heart.rate_per_min, rel=1e-3
     )
 
 
 def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     state = RESTING["adult-icu"]
-    healthy = patient_model.read_monitor(ICU, state)
+    healthy = patient_model.signs(ICU, state).monitor
     assert (healthy.spo2_valid, healthy.heart_rate_valid, healthy.airway_pressure_valid) == (
         True,
         True,
@@ -137,10 +137,10 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
     assert healthy.spo2_percent == state.oximeter.shown_percent
     assert healthy.airway_pressure_cmh2o == state.airflow.connector_cmh2o
     assert healthy.heart_rate_per_min == ICU.heart.rest_per_min
-    off = patient_model.read_monitor(
-        ICU._replace(monitor=ICU.monitor._replace(probe_on=False)), state
+    off = ICU._replace(monitor=ICU.monitor._replace(probe_on=False))
+    assert patient_model.signs(off, state).monitor == healthy._replace(
+        spo2_percent=0.0, spo2_valid=False
     )
-    assert off == healthy._replace(spo2_percent=0.0, spo2_valid=False)
-    assert patient_model.read_monitor(broken(Fault.MONITOR_LOST), state) == ABSENT
+    assert patient_model.signs(broken(Fault.MONITOR_LOST), state).monitor == NO_MONITOR
     without = ICU._replace(monitor=ICU.monitor._replace(present=False))
-    assert patient_model.read_monitor(without, state) == ABSENT
+    assert patient_model.signs(without, state).monitor == NO_MONITOR

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.kernel.monitor import ABSENT
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import ReadingEffect
@@ -27,7 +26,7 @@ AT_INSTANT = Readings(
     contact_closed=False,
     contact_valid=True,
     insertion_current_a=0.02,
-    monitor=ABSENT,
+    monitor=NO_MONITOR,
 )
 LATER = AT_INSTANT._replace(head_mm=50.0, carriage_mm=50.0, cam_rad=0.1, line_vacuum_mmhg=80.0)
 VALUES = {

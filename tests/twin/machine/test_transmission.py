@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.hysteresis import play, play_bundle
+from opensuction.hysteresis import play_bundle
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import transmission
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
+from tests.hysteresis import distributed_play
 
 DT_S = 0.001
 NOMINAL = preset.transmission_of(parameter.nominal(parameter.BENCH))
@@ -133,13 +134,13 @@ def test_widths_have_exactly_their_mean_and_deviation(
 
 
 def test_a_bundle_is_the_plays_that_an_array_holds() -> None:
-    """Number for number what `play.distributed_step` gives."""
+    """Number for number what `distributed_play.step` gives."""
     widths = np.array(NOMINAL.widths_mm)
-    positions = play.retracted_positions_mm(widths, 0.0)
+    positions = distributed_play.retracted_positions_mm(widths, 0.0)
     state = transmission.bundle(positions)
     for head_mm in (3.0, 40.0, 18.5, 19.0, -20.0, 70.0):
         state, mean = play_bundle.step(NOMINAL.widths_mm, state, head_mm)
-        assert mean == play.distributed_step(widths, positions, head_mm)
+        assert mean == distributed_play.step(widths, positions, head_mm)
         assert state == tuple(positions)
 
 

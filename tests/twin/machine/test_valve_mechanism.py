@@ -48,7 +48,7 @@ def test_without_torque_the_spring_closes_the_valve_within_a_second(opened: floa
     for tick in range(3000):
         load_v = valve_mechanism.load_v(VALVE, motion.position)
         turned = dc_axis.step(BENCH.valve_axis, motion, 0.0, False, load_v, 0.001)
-        motion = valve_mechanism.stopped(VALVE, turned)
+        motion = dc_axis.stopped(turned, -VALVE.stop_rad, math.inf)
         sealed = valve_mechanism.open_ratio(VALVE, motion.position) == 0.0
         assert sealed or closed_s is None
         if sealed and closed_s is None:
@@ -62,6 +62,6 @@ def test_without_torque_the_spring_closes_the_valve_within_a_second(opened: floa
 
 def test_the_end_stop_ends_a_motion_and_leaves_others_alone() -> None:
     beyond = AxisMotion(position=-0.3, velocity=-1.0, drive_v=-2.0)
-    assert valve_mechanism.stopped(VALVE, beyond)[:2] == (-VALVE.stop_rad, 0.0)
+    assert dc_axis.stopped(beyond, -VALVE.stop_rad, math.inf)[:2] == (-VALVE.stop_rad, 0.0)
     before = AxisMotion(position=0.2, velocity=-1.0, drive_v=-2.0)
-    assert valve_mechanism.stopped(VALVE, before) == before
+    assert dc_axis.stopped(before, -VALVE.stop_rad, math.inf) == before

@@ -1,11 +1,11 @@
 """``benchmark``: every compensator on every plant, with fixed seeds."""
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,26 +17,16 @@ class BenchmarkOptions(NamedTuple):
     """What the command takes."""
 
     seeds: int = 5
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: BenchmarkOptions) -> int:
-    """Carry the command out; returns the exit status."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
-        progress.tell(f"Compensators on twins and models, {options.seeds} seeds each")
-        return progress.wait(lambda: _compute(options.seeds, progress, began_s), "Comparing")
-
-    return deliver(options.output, "benchmark", work)
-
-
-def _compute(seeds: int, progress: "ProgressTeller", began_s: float) -> CommandResult:
+def _compute(options: BenchmarkOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
     from opensuction.evidence.benchmark import benchmark, benchmark_page
     from opensuction.report import sheet
 
-    found = benchmark.run(seeds, progress.tell)
-    data = benchmark.plain(found, time.monotonic() - began_s)
+    progress.tell(f"Compensators on twins and models, {options.seeds} seeds each")
+    found = benchmark.run(options.seeds, progress.tell)
+    data = benchmark.plain(found, progress.elapsed_s)
     html = sheet.render(benchmark_page.sheet(found))
     files = {"report.html": html, "benchmark.json": to_text(data)}
     return CommandResult(data, files, lambda console, folder: _summarise(console, data, folder))
@@ -64,7 +54,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 COMMAND = Command(
     name="benchmark",
     options=BenchmarkOptions,
-    run=run,
+    run=delivering("benchmark", "Comparing", _compute),
     sentence="Every compensator on every plant with fixed seeds: error, peak and head speed of "
     "each pair.",
     details="Plants are the twins (bench, bedside, conduits laid otherwise) and the hysteresis "

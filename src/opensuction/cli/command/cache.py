@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import Json, show
+from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -1,53 +1,34 @@
 """``calibrate``: two runs of the excitation, a verdict, a parameter file."""
 
-import time
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import CalibrationChoice, RigChoice
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.session.calibration.calibration_run import Calibrated
 
 
 class CalibrateOptions(NamedTuple):
     """What the command takes."""
 
     choice: CalibrationChoice = CalibrationChoice()
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: CalibrateOptions) -> int:
-    """Carry the command out; returns the exit status. Raises InputError for bad names and files."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
-        found = progress.wait(lambda: _calibrate(options.choice, progress), "Calibrating")
-        return _write_up(options.choice, found, folder, began_s)
-
-    return deliver(options.output, "calibrate", work)
-
-
-def _calibrate(choice: CalibrationChoice, progress: "ProgressTeller") -> "Calibrated":
-    from opensuction.session.calibration import calibration_run
-
-    return calibration_run.run(choice, progress.tell)
-
-
-def _write_up(
-    choice: CalibrationChoice, found: "Calibrated", folder: Path, began_s: float
-) -> CommandResult:
+def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
     from opensuction.report import sheet
     from opensuction.report.calibration import calibration_page
-    from opensuction.session.calibration import calibration_file
+    from opensuction.session.calibration import calibration_file, calibration_run
     from opensuction.settings import identification_file
 
+    found = calibration_run.run(options.choice, progress.tell)
     now = datetime.now(tz=UTC)
     found = calibration_file.confirmed(found, now)
     name = calibration_file.PARAMETER_FILE
@@ -56,10 +37,11 @@ def _write_up(
     if found.accepted:
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
         path = str(folder / name)
-    data = calibration_file.plain(found, now, time.monotonic() - began_s, path)
-    files["report.html"] = sheet.render(calibration_page.page(data, calibration_file.runs(found)))
+    data = calibration_file.plain(found, now, progress.elapsed_s, path)
+    page = calibration_page.page(data, found.first, found.second, found.predicted)
+    files["report.html"] = sheet.render(page)
     files["calibrate.json"] = to_text(data)
-    next_command = _next_command(choice.rig, data)
+    next_command = _next_command(options.choice.rig, data)
     return CommandResult(
         data,
         files,
@@ -120,7 +102,7 @@ def _sentences(data: Json) -> list[str]:
 COMMAND = Command(
     name="calibrate",
     options=CalibrateOptions,
-    run=run,
+    run=delivering("calibrate", "Calibrating", _compute),
     sentence="Calibrate a machine: excite it over its stroke, fit, confirm, write the parameter "
     "file.",
     details="Finds hysteresis and the servo's feedforward from one run of the excitation and holds "

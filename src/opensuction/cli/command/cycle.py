@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli.command import cycle_help
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
 from opensuction.cli.entry import Command
 from opensuction.kernel.errors import InputError
 from opensuction.session.choice import CycleChoice, DayChoice
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,7 +31,7 @@ class CycleOptions(NamedTuple):
     choice: CycleChoice = CycleChoice()
     day: DayChoice = DayChoice()
     pace: float | None = None
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
 class Pacer:
@@ -53,23 +54,22 @@ def run(options: CycleOptions) -> int:
     """Carry the command out; returns the exit status. Raises InputError for bad input."""
     from opensuction.cli.progress import PlainConsole
 
-    began_s = time.monotonic()
-    console = PlainConsole(stderr=options.output.as_json)
+    console = PlainConsole(stderr=options.results.as_json)
     pace = _pace(options, console)
 
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         prepared = progress.wait(lambda: _prepare(options, progress), "Preparing")
         if options.day.every_min is None:
-            return _run_cycle(prepared, console, Pacer(pace), began_s)
-        return _run_day(prepared, options.day, console, progress, began_s)
+            return _run_cycle(prepared, console, Pacer(pace), progress)
+        return _run_day(prepared, options.day, console, progress)
 
-    return deliver(options.output, options.choice.rig.seed, work)
+    return deliver(options.results, options.choice.rig.seed, work)
 
 
 def _pace(options: CycleOptions, console: "Console") -> float:
     """Simulated seconds a second; 0 is unpaced. Raises InputError for an impossible pace."""
     if options.pace is None:
-        return TERMINAL_PACE if console.is_terminal and not options.output.as_json else 0.0
+        return TERMINAL_PACE if console.is_terminal and not options.results.as_json else 0.0
     if not math.isfinite(options.pace) or options.pace < 0.0:
         raise InputError(f"--pace {options.pace}: should be 0 (as fast as it goes) or more")
     return options.pace
@@ -89,28 +89,22 @@ def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
 
 def _play(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRun":
     """The cycle, shown as it goes."""
-    from opensuction.kernel.phase import Phase
     from opensuction.report import terminal
+    from opensuction.report.moment import Moment
     from opensuction.session.cycle import cycle_run, fault_run
 
     target_mm = cycle_run.stopping_mm(prepared)
     with terminal.LiveCycle(console, target_mm, prepared.protocol.cap_mm) as live:
 
-        def watch(progress: cycle_run.Progress) -> None:
-            live.update(
-                Phase(progress.phase).name.lower(),
-                progress.time_s,
-                progress.tip_mm,
-                progress.valve_open_ratio,
-                progress.vacuum_mmhg,
-            )
-            pacer.wait_until(progress.time_s)
+        def watch(moment: Moment) -> None:
+            live.update(moment)
+            pacer.wait_until(moment.time_s)
 
         return fault_run.play(prepared, watch)
 
 
 def _run_cycle(
-    prepared: "Prepared", console: "Console", pacer: Pacer, began_s: float
+    prepared: "Prepared", console: "Console", pacer: Pacer, progress: "ProgressTeller"
 ) -> CommandResult:
     """One cycle."""
     from opensuction.report.cycle import page
@@ -118,25 +112,21 @@ def _run_cycle(
 
     found = _play(prepared, console, pacer)
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(prepared, found.columns, time.monotonic() - began_s, factor)
+    data = cycle_summary.summary(prepared, found.columns, progress.elapsed_s, factor)
     data["faults"] = fault_run.plain(found)
     html = page.render(data, found.columns, machine_summary.sections(prepared))
-    return _write_up(data, {"report.html": html}, began_s)
+    return _write_up(data, {"report.html": html}, progress)
 
 
 def _run_day(
-    prepared: "Prepared",
-    asked: DayChoice,
-    console: "Console",
-    progress: "ProgressTeller",
-    began_s: float,
+    prepared: "Prepared", asked: DayChoice, console: "Console", progress: "ProgressTeller"
 ) -> CommandResult:
     """Many cycles; the report is the last one's, and the day has a page of its own."""
     from opensuction.report import sheet
     from opensuction.report.cycle import page
     from opensuction.report.day import day_page
     from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
-    from opensuction.session.day import day_gap, day_run, day_summary
+    from opensuction.session.day import day_run, day_summary
 
     def tell(cycle: day_run.DayCycle) -> None:
         found = cycle.outcome
@@ -145,14 +135,14 @@ def _run_day(
             f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
             f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}"
-            f"{day_gap.words(cycle.gap)}",
+            f"{day_summary.gap_words(cycle.gap)}",
             soft_wrap=True,
         )
 
     day = progress.wait(lambda: day_run.play(prepared, asked, tell))
     factor = cycle_run.realtime_factor(prepared)
-    data = cycle_summary.summary(day.last, day.columns, time.monotonic() - began_s, factor)
-    data["alarms"] += day_gap.alarms(day, data["timing"]["cycle_s"])
+    data = cycle_summary.summary(day.last, day.columns, progress.elapsed_s, factor)
+    data["alarms"] += day_summary.gap_alarms(day, data["timing"]["cycle_s"])
     data["faults"] = []
     data["day"] = day_summary.plain(day)
     for note in data["day"]["notes"]:
@@ -161,11 +151,11 @@ def _run_day(
         "day.html": sheet.render(day_page.page(data, day.samples._asdict())),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
     }
-    return _write_up(data, files, began_s)
+    return _write_up(data, files, progress)
 
 
-def _write_up(data: Json, pages: dict[str, str], began_s: float) -> CommandResult:
-    data["wall_s"] = time.monotonic() - began_s
+def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> CommandResult:
+    data["wall_s"] = progress.elapsed_s
     files: dict[str, str | bytes] = {**pages, "cycle.json": to_text(data), **_sound(data)}
     refused = data.get("day", {}).get("refusal") is not None
     return CommandResult(

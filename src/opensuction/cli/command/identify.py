@@ -5,9 +5,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
 from opensuction.session.choice import RecordingChoice
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from opensuction.cli.progress import ProgressTeller
@@ -32,54 +33,37 @@ class CompareOptions(NamedTuple):
     results: OutputChoice = OutputChoice()
 
 
-def identify(options: IdentifyOptions) -> int:
-    """Fit one model; returns the exit status. Raises InputError for a bad recording or option."""
-    return _run("identify", options.recording, options.model, options.method, options.results)
+def _identify(options: IdentifyOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
+    """Fit one model."""
+    return _compute(options.recording, options.model, options.method, progress, folder)
 
 
-def compare(options: CompareOptions) -> int:
-    """Fit every model; returns the exit status. Raises InputError for a bad recording or option."""
-    return _run("compare", options.recording, None, None, options.results)
+def _compare(options: CompareOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
+    """Fit every model."""
+    return _compute(options.recording, None, None, progress, folder)
 
 
-def _run(
-    name: str,
+def _compute(
     recording: RecordingChoice,
     model: str | None,
     method: str | None,
-    results: OutputChoice,
-) -> int:
-    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
-        sign = "-" if recording.negate_output else ""
-        progress.tell(
-            f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
-            f"{sign}{recording.output}"
-        )
-        loaded = progress.wait(lambda: _load(recording, model, method), "Reading")
-        began_s = time.perf_counter()
-        found = progress.wait(lambda: _fit(loaded, progress), "Identifying")
-        return _write_up(loaded, found, folder, time.perf_counter() - began_s)
-
-    return deliver(results, name, work)
-
-
-def _load(recording: RecordingChoice, model: str | None, method: str | None) -> "LoadedRecording":
+    progress: "ProgressTeller",
+    folder: Path,
+) -> CommandResult:
     from opensuction.session.identification import identification_run
-
-    return identification_run.load(recording, model, method)
-
-
-def _fit(loaded: "LoadedRecording", progress: "ProgressTeller") -> "list[FittedModel]":
-    """One result, or those of every model."""
-    from opensuction.session.identification import identification_run
-
-    if loaded.model is not None:
-        return [identification_run.identify(loaded)]
 
     def tell(model: str, done: int, models: int) -> None:
         progress.tell(f"Identifying {model} ({done + 1} of {models})")
 
-    return identification_run.compare(loaded, tell)
+    sign = "-" if recording.negate_output else ""
+    progress.tell(
+        f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
+        f"{sign}{recording.output}"
+    )
+    loaded = identification_run.load(recording, model, method)
+    began_s = time.perf_counter()
+    found = identification_run.fit(loaded, tell)
+    return _write_up(loaded, found, folder, time.perf_counter() - began_s)
 
 
 def _write_up(
@@ -92,13 +76,9 @@ def _write_up(
 
     now = datetime.now(tz=UTC)
     compared = loaded.model is None
-    if compared:
-        data = identification_summary.summarise_comparison(loaded, results, now, seconds)
-        entries: list[Json] = data["models"]
-        names = [f"{result.model}.toml" for result in results]
-    else:
-        data = identification_summary.summarise(loaded, results[0], now, seconds)
-        entries, names = [data], ["identification.toml"]
+    data = identification_summary.summarise(loaded, results, now, seconds)
+    entries: list[Json] = data["models"] if compared else [data]
+    names = [f"{result.model}.toml" if compared else "identification.toml" for result in results]
     parameters = {}
     for entry, result, name in zip(entries, results, names, strict=True):
         found = identification_summary.make_parameter_file(loaded, result, now)
@@ -130,7 +110,7 @@ def _write_up(
 IDENTIFY = Command(
     name="identify",
     options=IdentifyOptions,
-    run=identify,
+    run=delivering("identify", "Identifying", _identify),
     sentence="Fit a model of hysteresis to a recording of your own.",
     details="Fits the output to the input, with 95 % intervals, and writes identification.toml "
     "(parameters, which 'opensuction cycle --compensation' takes), report.html (loop, time and "
@@ -154,7 +134,7 @@ allowed, or Parquet (pip install 'opensuction[parquet]'). Units are read from th
 COMPARE = Command(
     name="compare",
     options=CompareOptions,
-    run=compare,
+    run=delivering("compare", "Identifying", _compare),
     sentence="Fit every model to a recording, recommend one.",
     details="Writes report.html (ranking, and all models in the same plots), comparison.json and a "
     "parameter file for each model.",

@@ -1,11 +1,11 @@
 """``reproduce``: the paper's tables and figures on the twin, side by side."""
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,26 +16,16 @@ if TYPE_CHECKING:
 class ReproduceOptions(NamedTuple):
     """What the command takes."""
 
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: ReproduceOptions) -> int:
-    """Carry the command out; returns the exit status."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
-        progress.tell("The paper reproduced on the digital twin: some ten seconds")
-        return progress.wait(lambda: _compute(progress, began_s), "Reproducing")
-
-    return deliver(options.output, "reproduce", work)
-
-
-def _compute(progress: "ProgressTeller", began_s: float) -> CommandResult:
+def _compute(_options: ReproduceOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
     from opensuction.evidence.paper import reproduction
     from opensuction.report import sheet
 
+    progress.tell("The paper reproduced on the digital twin: some ten seconds")
     found = reproduction.run(progress.tell)
-    data = reproduction.plain(found, time.monotonic() - began_s)
+    data = reproduction.plain(found, progress.elapsed_s)
     return CommandResult(
         data,
         {"report.html": sheet.render(found.sheet), "reproduce.json": to_text(data)},
@@ -73,7 +63,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 COMMAND = Command(
     name="reproduce",
     options=ReproduceOptions,
-    run=run,
+    run=delivering("reproduce", "Reproducing", _compute),
     sentence="The paper's figures 5 to 11 and tables I and II on the twin, each number beside its "
     "own.",
     details="Every claim has a tolerance and a verdict, and says whether the twin was calibrated "

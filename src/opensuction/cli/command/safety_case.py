@@ -1,17 +1,16 @@
 """``safety-case``: every hazard run on the twin, alarm and safe state timed."""
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from opensuction.cli.delivery import CommandResult, Json, OutputChoice, deliver, to_text
+from opensuction.cli.delivery import CommandResult, OutputChoice, delivering, to_text
 from opensuction.cli.entry import Command
+from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence.safety_case.hazard import Hazard
     from opensuction.evidence.safety_case.hazard_result import HazardResult
 
 EVERY_RUNS = 50
@@ -23,30 +22,11 @@ class SafetyCaseOptions(NamedTuple):
 
     table: Path | None = None
     seeds: int = 1
-    output: OutputChoice = OutputChoice()
+    results: OutputChoice = OutputChoice()
 
 
-def run(options: SafetyCaseOptions) -> int:
-    """Carry the command out; returns the exit status. Raises InputError for a bad table."""
-    began_s = time.monotonic()
-
-    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
-        from opensuction.evidence.safety_case import hazard
-
-        hazards = hazard.load(options.table)
-        progress.tell(
-            f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
-            "at its instants and strengths"
-        )
-        return progress.wait(lambda: _compute(hazards, options.seeds, progress, began_s), "Running")
-
-    return deliver(options.output, "safety-case", work)
-
-
-def _compute(
-    hazards: "tuple[Hazard, ...]", count: int, progress: "ProgressTeller", began_s: float
-) -> CommandResult:
-    from opensuction.evidence.safety_case import hazard_detail, safety_case
+def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) -> CommandResult:
+    from opensuction.evidence.safety_case import hazard, hazard_detail, safety_case
     from opensuction.report import sheet
     from opensuction.report.safety_case import safety_case_page
 
@@ -57,8 +37,13 @@ def _compute(
         if done % EVERY_RUNS == 0 or done == total:
             progress.tell(f"{done} of {total} runs")
 
-    found = safety_case.run(hazards, safety_case.seeds_of(count), tell)
-    data = safety_case.plain(found, time.monotonic() - began_s)
+    hazards = hazard.load(options.table)
+    progress.tell(
+        f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
+        "at its instants and strengths"
+    )
+    found = safety_case.run(hazards, safety_case.seeds_of(options.seeds), tell)
+    data = safety_case.plain(found, progress.elapsed_s)
     details = [hazard_detail.detail(verdict) for verdict in found.verdicts]
     html = sheet.render(safety_case_page.page(data, details))
     return CommandResult(
@@ -110,7 +95,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 COMMAND = Command(
     name="safety-case",
     options=SafetyCaseOptions,
-    run=run,
+    run=delivering("safety-case", "Running", _compute),
     sentence="Every hazard on the twin: its faults injected, alarm and safe state timed against "
     "bounds.",
     details="A hazard whose bound is broken is shown as broken. The report has a strip chart of "

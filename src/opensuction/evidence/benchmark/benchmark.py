@@ -15,7 +15,7 @@ from opensuction.control import compensation
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.control.head_path import HeadLimits
 from opensuction.controller import machine_profile, setup
-from opensuction.controller.setup import PLAIN_PD, Calibration
+from opensuction.controller.calibration import PLAIN_PD, Calibration
 from opensuction.evidence.benchmark.benchmark_plant import (
     KEPT,
     PLANTS,
@@ -59,6 +59,11 @@ class Run(NamedTuple):
     """Fastest that the head moved in that span."""
     completed: bool
     trips: int
+
+    @property
+    def rmse_mm(self) -> float:
+        """Root mean square of the error."""
+        return float(np.sqrt(np.mean(np.square(self.error_mm))))
 
 
 CarryOut = Callable[[CompensationKind], Run]
@@ -220,7 +225,7 @@ def _round(value: float) -> float:
 
 def figures(result: BenchmarkResult) -> dict[str, Any]:
     """One entry of ``results``; None where every run was refused."""
-    rmse = [float(np.sqrt(np.mean(np.square(run.error_mm)))) for run in result.runs]
+    rmse = [run.rmse_mm for run in result.runs]
     peaks = [float(np.max(np.abs(run.error_mm))) for run in result.runs]
     speeds = [run.head_mm_per_s for run in result.runs]
     return {
@@ -242,8 +247,8 @@ def _first_seed_rmse_mm(found: Benchmark) -> dict[str, dict[str, float]]:
     first: dict[str, dict[str, float]] = {}
     for result in found.results:
         if result.runs:
-            rmse = float(np.sqrt(np.mean(np.square(result.runs[0].error_mm))))
-            first.setdefault(result.plant, {})[result.compensation] = _round(rmse)
+            rmse_mm = _round(result.runs[0].rmse_mm)
+            first.setdefault(result.plant, {})[result.compensation] = rmse_mm
     return first
 
 

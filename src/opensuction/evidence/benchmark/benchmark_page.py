@@ -44,12 +44,10 @@ def by_plant(results: list[Entry]) -> tuple[list[str], dict[str, dict[str, Entry
 
 def best_of(results: list[Entry]) -> dict[str, Entry]:
     """The entry with the least mean RMSE of each plant."""
-    known = [entry for entry in results if entry["rmse_mm"] is not None]
+    _, rows = by_plant([entry for entry in results if entry["rmse_mm"] is not None])
     return {
-        plant: min(
-            (entry for entry in known if entry["plant"] == plant), key=lambda one: one["rmse_mm"]
-        )
-        for plant in dict.fromkeys(entry["plant"] for entry in known)
+        plant: min(entries.values(), key=lambda one: one["rmse_mm"])
+        for plant, entries in rows.items()
     }
 
 

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.control import direct_inverse, profile
-from opensuction.control.direct_inverse import EstimatedLag
+from opensuction.control.exact_inverse import AT_REST
 from opensuction.control.profile import Profile
 from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.hysteresis import modified_dahl, play
-from opensuction.hysteresis.modified_dahl import PUBLISHED
+from opensuction.hysteresis.modified_dahl import PUBLISHED, reversal_slope, saturation_mm
 from opensuction.report.sheet import Curve, Plot, Section
 from opensuction.simulation.closed_loop import DT_S
 
@@ -46,7 +46,7 @@ class Reversal(NamedTuple):
 def reversal() -> Reversal:
     """Walk the published model from saturation through a reversal, away from the carina."""
     head = np.arange(0.0, 30.0, STEP_MM)
-    advanced = -modified_dahl.saturation_mm(PUBLISHED)
+    advanced = -saturation_mm(PUBLISHED)
     tip = modified_dahl.simulate(PUBLISHED, -head, advanced)
     moved = tip - tip[0]
     farthest = int(np.argmax(moved))
@@ -75,12 +75,12 @@ def printed_commands(reference_mm: Values) -> tuple[Values, Values]:
 
     The lag starts saturated by a preceding retract, the head at u(0).
     """
-    lag = float(modified_dahl.saturation_mm(PUBLISHED))
+    lag = float(saturation_mm(PUBLISHED))
     head = (float(reference_mm[0]) - lag - PUBLISHED.offset_mm) / PUBLISHED.slope
-    state = EstimatedLag(head_mm=head, lag_mm=lag)
+    state = AT_REST._replace(head_mm=head, lag_mm=lag)
     rows = np.empty((reference_mm.size, 2))
     for i, wanted in enumerate(reference_mm.tolist()):
-        state = direct_inverse.step(PUBLISHED, state, wanted)
+        state = direct_inverse.step(PUBLISHED, state, wanted, DT_S)
         rows[i] = state.head_mm, state.lag_mm
     return rows[:, 0], rows[:, 1]
 
@@ -88,13 +88,14 @@ def printed_commands(reference_mm: Values) -> tuple[Values, Values]:
 def claims(found: Reversal, jump_mm: float) -> list[PaperClaim]:
     """Facts that follow from the published parameters. jump_mm: largest command in one tick."""
     near = "rounding of the published parameters"
+    slope, half_width_mm = (float(figure(PUBLISHED)) for figure in (reversal_slope, saturation_mm))
     rows = (
-        ("slope right after a reversal, c - 2 beta", -0.740, reversal_slope(), 0.001, "mm/mm"),
+        ("slope right after a reversal, c - 2 beta", -0.740, slope, 0.001, "mm/mm"),
         ("tip moves the wrong way after a reversal", 2.47, found.wrong_way_mm, 0.01, "mm"),
         ("head travel to the farthest wrong point", 7.38, found.at_head_mm, 0.01, "mm"),
         ("head travel until the tip is back", 16.48, found.regained_mm, 0.02, "mm"),
         ("jump of the printed compensator in 1 ms", 2.62, jump_mm, 0.05, "mm"),
-        ("half-width of the loop, beta / alpha", 11.09, half_width_mm(), 0.01, "mm"),
+        ("half-width of the loop, beta / alpha", 11.09, half_width_mm, 0.01, "mm"),
     )
     return [
         PaperClaim(name, "section III", paper, ours, tolerance, unit, "computed", near)
@@ -102,19 +103,9 @@ def claims(found: Reversal, jump_mm: float) -> list[PaperClaim]:
     ]
 
 
-def reversal_slope() -> float:
-    """Slope c - 2 beta of the published parameters."""
-    return float(modified_dahl.reversal_slope(PUBLISHED))
-
-
-def half_width_mm() -> float:
-    """Half-width beta / alpha of the published loop, mm."""
-    return float(modified_dahl.saturation_mm(PUBLISHED))
-
-
 def _loop() -> Plot:
     head = 0.5 * STROKE_MM * (1.0 - np.cos(np.linspace(0.0, 4.0 * np.pi, 8001)))
-    smooth = modified_dahl.simulate(PUBLISHED, head, modified_dahl.saturation_mm(PUBLISHED))
+    smooth = modified_dahl.simulate(PUBLISHED, head, saturation_mm(PUBLISHED))
     gap = float(modified_dahl.gap_mm(PUBLISHED)) / PUBLISHED.slope
     sharp = np.empty_like(head)
     output = head[0] + 0.5 * gap
@@ -169,9 +160,9 @@ def section() -> tuple[Section, list[PaperClaim]]:
     )
     text = (
         "Eqs. (3) and (4) with the published parameters have c - 2 beta = "
-        f"{reversal_slope():.3f}: right after a reversal the modelled tip moves against the head. "
-        "Eqs. (7) and (8) then have no continuous solution. The scheme is kept runnable as "
-        "printed (one tick of delay in its loop) so that Table I can be reproduced; the product "
+        f"{reversal_slope(PUBLISHED):.3f}: right after a reversal the modelled tip moves against "
+        "the head. Eqs. (7) and (8) then have no continuous solution. The scheme is kept runnable "
+        "as printed (one tick of delay in its loop) so that Table I can be reproduced; the product "
         "solves the inverse exactly and crosses the reversal as a gap.",
     )
     return Section("Backlash model and its inverse (Fig. 5, Fig. 7)", text, plots=plots), claims(

@@ -109,76 +109,49 @@ def table(cycles: dict[tuple[float, int], Columns]) -> list[dict[str, Any]]:
 
 def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[PaperClaim]:
     """Stop errors by distance, the worst trial, completed suctions and the closing force."""
-    found = []
-    for distance, trials in STOPPED_MM.items():
-        errors = [row["error_mm"] for row in rows if row["distance_mm"] == distance]
-        found.append(
-            PaperClaim(
-                f"mean stop error at {distance:g} mm",
-                "Table II",
-                float(np.mean(trials)) - distance,
-                float(np.mean(errors)),
-                0.5,
-                "mm",
-                "predicted",
-                "tolerance: the standard deviation of the paper's 15 trials",
-            )
-        )
-    published = max(abs(value - d) for d, trials in STOPPED_MM.items() for value in trials)
-    found.append(
-        PaperClaim(
-            "largest stop error of 15 trials",
-            "Table II",
-            published,
-            max(abs(row["error_mm"]) for row in rows),
-            1.5,
-            "mm",
-            "predicted",
-            "no trial farther off than 1.5 mm",
-        )
-    )
-    found.append(_scatter(rows))
-    found.append(
-        PaperClaim(
-            "suctions completed, of 15",
-            "section IV-C",
-            15.0,
-            float(sum(row["suction_completed"] for row in rows)),
-            0.0,
-            "",
-            "predicted",
-        )
-    )
-    found.append(
-        PaperClaim(
-            "force at which the switch closes, mean of five",
-            "Fig. 10",
-            CLOSING_N,
-            float(np.mean(closing_n)),
-            0.003,
-            "N",
-            "calibrated",
-            f"pressed at {PRESS_MM_PER_S:g} mm/s",
-        )
-    )
-    return found
-
-
-def _scatter(rows: list[dict[str, Any]]) -> PaperClaim:
-    """Spread of the 15 stop errors: the paper's tip scatters, the twin's does not."""
     published = [value - distance for distance, row in STOPPED_MM.items() for value in row]
-    return PaperClaim(
-        "standard deviation of 15 stop errors",
-        "Table II",
-        float(np.std(published, ddof=1)),
-        float(np.std([row["error_mm"] for row in rows], ddof=1)),
-        0.25,
-        "mm",
-        "predicted",
-        explanation="the twin's tip is steadier than the paper's: its machines differ in the "
-        "switch and the drive, not in how a tip comes to lie on the carina, and the paper's "
-        "trials that stopped short of it say that its tip did",
+    errors = [row["error_mm"] for row in rows]
+    worst = (max(map(abs, published)), max(map(abs, errors)))
+    spread = (float(np.std(published, ddof=1)), float(np.std(errors, ddof=1)))
+    completed = (15.0, float(sum(row["suction_completed"] for row in rows)))
+    closing = (CLOSING_N, float(np.mean(closing_n)))
+    trials = "tolerance: the standard deviation of the paper's 15 trials"
+    steady = (
+        "the twin's tip is steadier than the paper's: its machines differ in the switch and the "
+        "drive, not in how a tip comes to lie on the carina, and the paper's trials that stopped "
+        "short of it say that its tip did"
     )
+    found = (
+        *(
+            (f"mean stop error at {at:g} mm", mean, 0.5, trials)
+            for at, mean in _mean_mm(rows).items()
+        ),
+        ("largest stop error of 15 trials", worst, 1.5, "no trial farther off than 1.5 mm"),
+        ("standard deviation of 15 stop errors", spread, 0.25, ""),
+    )
+    stops = [
+        PaperClaim(name, "Table II", paper, ours, tolerance, "mm", "predicted", note)
+        for name, (paper, ours), tolerance, note in found
+    ]
+    stops[-1] = stops[-1]._replace(explanation=steady)
+    suction, force = "suctions completed, of 15", "force at which the switch closes, mean of five"
+    pressed = f"pressed at {PRESS_MM_PER_S:g} mm/s"
+    return [
+        *stops,
+        PaperClaim(suction, "section IV-C", *completed, 0.0, "", "predicted"),
+        PaperClaim(force, "Fig. 10", *closing, 0.003, "N", "calibrated", pressed),
+    ]
+
+
+def _mean_mm(rows: list[dict[str, Any]]) -> dict[float, tuple[float, float]]:
+    """Mean stop error by distance: the paper's and ours."""
+    return {
+        distance: (
+            float(np.mean(trials)) - distance,
+            float(np.mean([row["error_mm"] for row in rows if row["distance_mm"] == distance])),
+        )
+        for distance, trials in STOPPED_MM.items()
+    }
 
 
 def _presses(presses: list[Press]) -> Plot:

@@ -90,7 +90,7 @@ def run(tell: Callable[[str], None] = lambda _: None) -> Reproduction:
 
 def plain(found: Reproduction, wall_s: float) -> dict[str, Any]:
     """The JSON object of the command."""
-    data: dict[str, Any] = without_nan(
+    return without_nan(
         {
             "version": __version__,
             "in_silico": True,
@@ -100,4 +100,3 @@ def plain(found: Reproduction, wall_s: float) -> dict[str, Any]:
             "wall_s": wall_s,
         }
     )
-    return data

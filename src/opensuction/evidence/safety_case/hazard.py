@@ -6,6 +6,7 @@ against the alarm table, phases against what a cycle has.
 """
 
 import tomllib
+from collections import Counter
 from collections.abc import Mapping
 from enum import Enum
 from importlib import resources
@@ -15,7 +16,7 @@ from typing import Annotated, Any, NamedTuple
 from annotated_types import Ge, Le
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
 from opensuction.session.cycle.resolution import APPROACHES
@@ -33,26 +34,34 @@ REQUIREMENTS = "requirement.toml"
 SET_UP = "set-up"
 """Phase of faults that are there before the start."""
 ALL = "all"
-TRAVEL = ("checking", "preloading", "inserting", "opening", "suctioning", "withdrawing", "closing")
-CONTACT = (*TRAVEL[:3], "backing_off", *TRAVEL[3:])
-PHASES = {"travel": TRAVEL, "contact": CONTACT}
+CONTACT = tuple(phase.name.lower() for phase in CYCLE)
+PHASES = {"travel": tuple(name for name in CONTACT if name != "backing_off"), "contact": CONTACT}
 """Phases of a cycle in order, by approach: where a fault can come."""
 
-SAFE_STATES: dict[str, tuple[str, ...]] = {
-    "out-without-suction": ("tip-outside", "no-suction"),
-    "out-without-vacuum": ("tip-outside", "no-suction", "vented"),
-    "still-without-suction": ("standing", "no-suction"),
-    "not-inserted": ("not-started",),
-}
-"""Safe states by name: what must hold together, to the end of the run."""
-EITHER = "no-suction-out-or-still"
-"""A safe state with an alternative: no suction, and the tip outside or the head standing."""
-STATE_WORDS: dict[str, str] = {
-    "out-without-suction": "the tip is outside the patient and no vacuum reaches it",
-    "out-without-vacuum": "the tip is outside the patient and the line is vented",
-    "still-without-suction": "the head stands still and no vacuum reaches the tip",
-    "not-inserted": "insertion never begins",
-    EITHER: "no vacuum reaches the tip, which is outside the patient or stands still",
+
+class SafeState(NamedTuple):
+    """A safe state in words, and what must hold together, to the end of the run."""
+
+    words: str
+    alternatives: tuple[tuple[str, ...], ...]
+    """Names of `safe_state` predicates; all of one alternative hold."""
+
+
+OUT, STILL = ("tip-outside", "no-suction"), ("standing", "no-suction")
+SAFE_STATES = {
+    "out-without-suction": SafeState(
+        "the tip is outside the patient and no vacuum reaches it", (OUT,)
+    ),
+    "out-without-vacuum": SafeState(
+        "the tip is outside the patient and the line is vented", ((*OUT, "vented"),)
+    ),
+    "still-without-suction": SafeState(
+        "the head stands still and no vacuum reaches the tip", (STILL,)
+    ),
+    "not-inserted": SafeState("insertion never begins", (("not-started",),)),
+    "no-suction-out-or-still": SafeState(
+        "no vacuum reaches the tip, which is outside the patient or stands still", (OUT, STILL)
+    ),
 }
 
 
@@ -149,12 +158,8 @@ KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault"}
 
 
 def _bundled(name: str) -> dict[str, Any]:
-    text = (
-        resources.files("opensuction.evidence.safety_case")
-        .joinpath(name)
-        .read_text(encoding="utf-8")
-    )
-    return tomllib.loads(text)
+    file = resources.files("opensuction.evidence.safety_case") / name
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def load(path: Path | None = None) -> tuple[Hazard, ...]:
@@ -170,13 +175,10 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
         what = f"unknown key {show(extra[0])}" if extra else "no hazard in it"
         raise InputError(one_line(f"{where}: {what}; rows begin with [[hazard]]"))
     hazards = tuple(_hazard(row, f"{where}: hazard {i}", where) for i, row in enumerate(rows, 1))
-    names = [hazard.row.id for hazard in hazards]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(hazard.row.id for hazard in hazards).items():
+        if count > 1:
             raise InputError(
-                one_line(
-                    f"{where}: {name}: id is there {names.count(name)} times; give each its own"
-                )
+                one_line(f"{where}: {name}: id is there {count} times; give each its own")
             )
     return hazards
 
@@ -189,7 +191,7 @@ def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     )
     here = f"{where}: {words.id}"
     for key in row:
-        choose(key, dict.fromkeys(sorted(KEYS), None), f"key of a hazard in {here}")
+        choose(key, dict.fromkeys(sorted(KEYS)), f"key of a hazard in {here}")
     known = _bundled(REQUIREMENTS)
     for name in words.requirements:
         if name not in known:
@@ -233,14 +235,14 @@ def _check_fault(claim: HazardClaim) -> None:
             )
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
         phases = (*PHASES[claim.approach], ALL, SET_UP)
-        choose(phase, dict.fromkeys(phases, None), f"phase by {claim.approach} in phases")
+        choose(phase, dict.fromkeys(phases), f"phase by {claim.approach} in phases")
     for after in claim.after_s:
         if not 0.0 <= after < 180.0:
             raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
 
 
 def _check_answer(claim: HazardClaim) -> None:
-    choose(claim.safe_state, dict.fromkeys(STATE_WORDS, None), "safe state in safe_state")
+    choose(claim.safe_state, SAFE_STATES, "safe state in safe_state")
     if claim.response == Response.REFUSAL:
         if claim.alarm or claim.priority != Priority.NONE:
             raise InputError("alarm: a refusal before the start is no alarm; alarm = []")

@@ -12,7 +12,7 @@ from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
-from opensuction.twin.fault.fault_row import FaultSite
+from opensuction.twin.fault.fault import FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
@@ -37,11 +37,6 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
     return found
 
 
-def _injection(case: HazardCase) -> Injection:
-    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
-    return Injection(case.claim.fault, at, case.strength)
-
-
 def _written(case: HazardCase) -> str:
     """The fault of a set-up as a person writes it."""
     known = ROWS[case.claim.fault].strength
@@ -58,14 +53,16 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -
 
 def run(case: HazardCase) -> HazardResult:
     """Run a case and hold it against its claim."""
-    one, claim = _injection(case), case.claim
+    claim = case.claim
+    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
+    one = Injection(claim.fault, at, case.strength)
     planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
     except InputError as refusal:
         return hazard_result.refused(case, str(refusal))
     later = () if planned else (one,)
-    patient = ROWS[claim.fault].site == FaultSite.PATIENT
+    patient = claim.fault.site == FaultSite.PATIENT
     after_s = MONITORED_S if patient else injection.AFTERMATH_S
     done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
     found = done.faults[0] if later else Injected(one, 0.0, None)

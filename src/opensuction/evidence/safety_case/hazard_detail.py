@@ -2,7 +2,7 @@
 
 import math
 
-from opensuction.evidence.safety_case.hazard import STATE_WORDS, Response
+from opensuction.evidence.safety_case.hazard import SAFE_STATES, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, entry
 from opensuction.safety.condition import Condition
@@ -15,27 +15,18 @@ def detail(verdict: HazardVerdict) -> Json:
     row, worst = verdict.hazard.row, verdict.worst
     claim = worst.case.claim
     condition = Condition[worst.alarm].row if worst.alarm else None
-    return _entry(verdict) | {
+    return entry(verdict) | {
         "cause": row.cause,
         "effect": row.effect,
         "detection": row.detection,
         "control": row.control,
-        "safe_state_words": STATE_WORDS[claim.safe_state],
+        "safe_state_words": SAFE_STATES[claim.safe_state].words,
         "because": list(dict.fromkeys(claim.because for claim in verdict.hazard.claims)),
         "sentence": condition and f"{condition.sentence}. {condition.remedy}",
         "refusal": claim.response == Response.REFUSAL,
         "faults": _faults(verdict),
-        "strip": None if worst.strip is None else worst.strip._asdict(),
+        "strip": worst.strip,
         "marks": _marks(worst),
-    }
-
-
-def _entry(verdict: HazardVerdict) -> Json:
-    """The entry of the JSON object with its times in whole ms."""
-    worst = verdict.worst
-    times = {"detected_ms": worst.detected_ms, "safe_ms": worst.safe_ms}
-    return entry(verdict) | {
-        name: round(ms) if math.isfinite(ms) else None for name, ms in times.items()
     }
 
 
@@ -63,7 +54,7 @@ def _faults(verdict: HazardVerdict) -> list[Json]:
         unit = "" if known is None or known.unit == "1" else f" {known.unit}"
         strengths = sorted({result.case.strength for result in results})
         listed.append(
-            _entry(group)
+            entry(group)
             | {
                 "fault": fault,
                 "phase": phase,

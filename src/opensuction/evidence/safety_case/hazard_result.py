@@ -9,13 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.evidence.safety_case.hazard import (
-    EITHER,
-    SAFE_STATES,
-    HazardClaim,
-    Raiser,
-    Response,
-)
+from opensuction.evidence.safety_case.hazard import SAFE_STATES, HazardClaim, Raiser, Response
 from opensuction.kernel.phase import Phase
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
@@ -79,16 +73,18 @@ class Exposure(NamedTuple):
     in_airway_s: float
 
 
-class Strip(NamedTuple):
-    """A run thinned for a strip chart; arrays of one length."""
-
-    time_s: npt.NDArray[np.float32]
-    head_mm: npt.NDArray[np.float32]
-    tip_mm: npt.NDArray[np.float32]
-    vacuum_mmhg: npt.NDArray[np.float32]
-    valve_percent: npt.NDArray[np.float32]
-    reaction: npt.NDArray[np.float32]
-    priority: npt.NDArray[np.float32]
+STRIP = {
+    "time_s": ("time_s", 1.0),
+    "head_mm": ("truth.head_mm", 1.0),
+    "tip_mm": ("truth.tip_mm", 1.0),
+    "vacuum_mmhg": ("truth.line_vacuum_mmhg", 1.0),
+    "valve_percent": ("truth.valve_open_ratio", 100.0),
+    "reaction": ("verdict.reaction", 1.0),
+    "priority": ("signals.priority", 1.0),
+}
+"""Series of a strip chart by name: column of the trace, and its factor."""
+Strip = dict[str, npt.NDArray[np.float32]]
+"""A run thinned for a strip chart; arrays of one length."""
 
 
 class HazardResult(NamedTuple):
@@ -163,11 +159,9 @@ def _alarm(case: HazardCase, signalled: dict[str, float], found: Injected) -> tu
 
 
 def _safe(claim: HazardClaim, columns: Columns, bounds: SafeBounds) -> Holds:
-    if claim.safe_state == EITHER:
-        out = safe_state.holds(columns, ("tip-outside",), bounds)
-        still = safe_state.holds(columns, ("standing",), bounds)
-        return (out | still) & safe_state.holds(columns, ("no-suction",), bounds)
-    return safe_state.holds(columns, SAFE_STATES[claim.safe_state], bounds)
+    alternatives = SAFE_STATES[claim.safe_state].alternatives
+    held = [safe_state.holds(columns, one, bounds) for one in alternatives]
+    return np.asarray(np.any(held, axis=0))
 
 
 def _measure_exposure(columns: Columns, first: int, cap_mm: float, bounds: SafeBounds) -> Exposure:
@@ -261,16 +255,7 @@ def _strip(columns: Columns, at_s: float, last_s: float) -> Strip:
     first = max(0, round((at_s - BEFORE_S) / DT_S))
     last = min(columns["time_s"].size, round((max(last_s, at_s + LEAST_S) + AFTER_S) / DT_S))
     rows = np.linspace(first, last - 1, min(STRIP_ROWS, last - first)).round().astype(np.int64)
-
-    def thinned(name: str, factor: float = 1.0) -> npt.NDArray[np.float32]:
-        return (factor * columns[name][rows]).astype(np.float32)
-
-    return Strip(
-        time_s=thinned("time_s"),
-        head_mm=thinned("truth.head_mm"),
-        tip_mm=thinned("truth.tip_mm"),
-        vacuum_mmhg=thinned("truth.line_vacuum_mmhg"),
-        valve_percent=thinned("truth.valve_open_ratio", 100.0),
-        reaction=thinned("verdict.reaction"),
-        priority=thinned("signals.priority"),
-    )
+    return {
+        name: (factor * columns[column][rows]).astype(np.float32)
+        for name, (column, factor) in STRIP.items()
+    }

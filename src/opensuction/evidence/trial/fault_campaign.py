@@ -6,21 +6,17 @@ be played again alone and any part of a campaign on its own.
 """
 
 import math
-from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from opensuction.kernel import random_stream
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.injection import InjectedRun
+from opensuction.simulation.injection.injection import Room
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
@@ -36,16 +32,7 @@ BASKET = (
 )
 """Protocols and patients of the pool."""
 APPROACHES = ("travel", "contact")
-PHASES = (
-    Phase.CHECKING,
-    Phase.PRELOADING,
-    Phase.INSERTING,
-    Phase.BACKING_OFF,
-    Phase.OPENING,
-    Phase.SUCTIONING,
-    Phase.WITHDRAWING,
-    Phase.CLOSING,
-)
+PHASES = CYCLE
 """Phases in which a fault may come; one whose phase never comes is drawn in vain."""
 LATEST_S = 8.0
 """A fault comes within so long of its phase's begin: the longest phases last 8 s."""
@@ -122,16 +109,9 @@ def draw(number: int, machines: int) -> Drawn:
     return Drawn(number, _pick(uniform[0], machines), tuple(injections))
 
 
-def play(
-    prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64] | None = None
-) -> InjectedRun:
-    """The run of a drawn cycle. table: as for `injection.run`."""
-    return injection.run(prepared.loop, prepared.start, drawn.injections, table=table)
-
-
-def judged(prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64]) -> Case:
+def judged(prepared: Prepared, drawn: Drawn, room: Room) -> Case:
     """Play a drawn cycle and hold its trace against every invariant and bound."""
-    run = play(prepared, drawn, table)
+    run = injection.run(prepared.loop, prepared.start, drawn.injections, room=room)
     settings = prepared.loop.controller
     came = tuple(found for found in run.faults if not math.isnan(found.at_s))
     faults = tuple(found.injection.fault for found in came)
@@ -142,20 +122,6 @@ def judged(prepared: Prepared, drawn: Drawn, table: npt.NDArray[np.float64]) -> 
         commands=tuple(invariant.command_side(run.sent, settings)),
         physical=tuple(invariant.physical(run.columns, settings, faults)),
     )
-
-
-def campaign(
-    prepared: list[Prepared],
-    numbers: Iterable[int],
-    tell: Callable[[int], None] = lambda _: None,
-) -> list[Case]:
-    """Cases of these numbers, in order. tell: called with how many are done."""
-    cases, table = [], injection.room()
-    for done, number in enumerate(numbers):
-        drawn = draw(number, len(prepared))
-        cases.append(judged(prepared[drawn.machine], drawn, table))
-        tell(done + 1)
-    return cases
 
 
 class Part(NamedTuple):
@@ -174,4 +140,6 @@ _pool = lru_cache(maxsize=1)(pool)
 def played_part(part: Part) -> list[Case]:
     """Cases of a part, in order; a process prepares its pool once."""
     machines = _pool(part.machines, part.first_seed, part.compensation)
-    return campaign(machines, range(part.first, part.last))
+    drawn = [draw(number, len(machines)) for number in range(part.first, part.last)]
+    room = injection.make_room(names=invariant.JUDGED)
+    return [judged(machines[one.machine], one, room) for one in drawn]

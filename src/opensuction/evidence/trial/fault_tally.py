@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from scipy.stats import beta
 
@@ -35,6 +35,13 @@ class Kind(NamedTuple):
     examples: tuple[int, ...]
 
 
+class Unnoticed(NamedTuple):
+    """Cycles to which a fault came alone, and those of them in which nothing noticed it."""
+
+    cycles: int
+    unnoticed: int
+
+
 class Tally(NamedTuple):
     """A campaign in numbers."""
 
@@ -47,8 +54,8 @@ class Tally(NamedTuple):
     single: Bound
     """Physical bounds, cycles with one fault."""
     double: Bound
-    unnoticed: dict[str, tuple[int, int]]
-    """For each fault that came alone: cycles in which nothing noticed it, and all of them."""
+    unnoticed: dict[str, Unnoticed]
+    """By the title of the fault."""
     breaches: tuple[Kind, ...]
 
 
@@ -102,22 +109,6 @@ def tally(cases: list[Case]) -> Tally:
         commands=bound(len(cases), sum(bool(case.commands) for case in cases)),
         single=_physical(cases, 1),
         double=_physical(cases, 2),
-        unnoticed={title: (missed[title], every[title]) for title in sorted(every)},
+        unnoticed={title: Unnoticed(every[title], missed[title]) for title in sorted(every)},
         breaches=_kinds(cases),
     )
-
-
-def plain(found: Tally) -> dict[str, Any]:
-    """The same as a JSON object."""
-    return {
-        "fault_free": found.fault_free._asdict(),
-        "false_alarms": found.false_alarms,
-        "commands": found.commands._asdict(),
-        "single": found.single._asdict(),
-        "double": found.double._asdict(),
-        "unnoticed": {
-            title: {"cycles": counts[1], "unnoticed": counts[0]}
-            for title, counts in found.unnoticed.items()
-        },
-        "breaches": [kind._asdict() for kind in found.breaches],
-    }

@@ -19,13 +19,12 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     FitParameter,
     HysteresisModel,
     ModelParameter,
-    ModelState,
     Ranges,
     Record,
     VectorForm,
 )
 from opensuction.hysteresis.dahl import Dahl
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 
 SHALLOWEST = 0.1
@@ -98,13 +97,13 @@ DAHL = HysteresisModel(
         ModelParameter("coulomb_n", "F_c", "N", "force in sliding"),
     ),
     form=DAHL_FORM,
-    memory=lambda record, _head_mm, ratio: dahl.start_deflection_mm(record, ratio),
+    memory=lambda record, _head_mm, ratio: ratio * dahl.saturation_mm(record),
     step=_step_memory(dahl.step),
     output_mm=lambda record, state: dahl.output_n(record, state.memory),
     simulate=dahl.simulate,
     inverse_step=lambda record, state, target: dahl.inverse_step(record, state.memory, target),
     is_well_posed=dahl.is_well_posed,
-    is_monotone=dahl.is_monotone,
+    is_monotone=dahl.is_well_posed,  # below F_c the force follows the input at once
 )
 
 
@@ -236,7 +235,7 @@ BOUC_WEN = HysteresisModel(
         ModelParameter("offset_mm", "Theta_0", "mm", "output for input and memory at 0"),
     ),
     form=BOUC_WEN_FORM,
-    memory=lambda record, _head_mm, ratio: bouc_wen.start_memory_mm(record, ratio),
+    memory=lambda record, _head_mm, ratio: ratio * bouc_wen.saturation_mm(record),
     step=_step_memory(bouc_wen.step),
     output_mm=lambda record, state: bouc_wen.output_mm(record, state.head_mm, state.memory),
     simulate=bouc_wen.simulate,

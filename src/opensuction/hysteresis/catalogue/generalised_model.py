@@ -10,12 +10,11 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     LinearForm,
     ModelParameter,
-    ModelState,
     Ranges,
     name_element,
 )
-from opensuction.hysteresis.generalised import Generalised, GeneralisedState
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.generalised import Generalised
+from opensuction.hysteresis.model_state import InverseMove, ModelState
 
 DECAY_SETS = ((0.1,), (0.03, 0.1), (0.01, 0.03, 0.1, 0.3))
 """Decay lengths of the generalised model, as shares of the range of the input: from one state to
@@ -46,7 +45,7 @@ def _invert_generalised(record: Generalised, state: ModelState, target_mm: float
     """Refused where the model is not monotone: the root found would be one of several."""
     if not generalised.is_monotone(record):
         return InverseMove(move_mm=0.0, reached=False)
-    return generalised.inverse_step(record, GeneralisedState(*state), target_mm)
+    return generalised.inverse_step(record, state, target_mm)
 
 
 def _generalised_is_well_posed(record: Generalised) -> bool:
@@ -82,10 +81,8 @@ GENERALISED = HysteresisModel(
         ],
     ),
     memory=generalised.start_elements_mm,
-    step=lambda record, state, move_mm: ModelState(
-        *generalised.step(record, GeneralisedState(*state), move_mm)
-    ),
-    output_mm=lambda record, state: generalised.output_mm(record, GeneralisedState(*state)),
+    step=generalised.step,
+    output_mm=generalised.output_mm,
     simulate=generalised.simulate,
     inverse_step=_invert_generalised,
     is_well_posed=_generalised_is_well_posed,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
@@ -142,14 +142,6 @@ def name_element(kind: str, length_mm: float, ranges: Ranges) -> FitParameter:
     return FitParameter(f"{kind}_{100.0 * length_mm / ranges.input_mm:.4g}_percent", "{out}/{in}")
 
 
-class ModelState(NamedTuple):
-    """State of any model: where the input is, and the memory there."""
-
-    head_mm: float
-    memory: Any
-    """A float, or an array; made by `start`."""
-
-
 class HysteresisModel(NamedTuple):
     """A model of the catalogue. Functions take the model's record first."""
 
@@ -214,21 +206,3 @@ def simulate(
         values = ", ".join(f"{value:.6g}" for value in fields[:MOST_SHOWN])
         raise InputError(f"{model.name}: parameters {values} are not well posed")
     return model.simulate(record, inputs, model.memory(record, float(inputs[0]), memory_ratio))
-
-
-def invert(
-    model: HysteresisModel, record: Record, state: ModelState, targets_mm: ArrayLike
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Inputs that make the output run through a row of targets, each from the one before.
-
-    targets_mm: shape (n,). Returns the inputs in mm and whether each target was reached, both of
-    shape (n,). Where a model is not monotone some targets are reached only by a jump of the input,
-    or not at all: look at both.
-    """
-    targets = np.asarray(targets_mm, dtype=np.float64)
-    inputs_mm, reached = np.empty(targets.size), np.empty(targets.size, dtype=np.bool_)
-    for k in range(targets.size):
-        found = model.inverse_step(record, state, float(targets[k]))
-        state = model.step(record, state, found.move_mm)
-        inputs_mm[k], reached[k] = state.head_mm, found.reached
-    return inputs_mm, reached

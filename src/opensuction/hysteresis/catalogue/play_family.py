@@ -11,14 +11,13 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     LinearForm,
     ModelParameter,
-    ModelState,
     Ranges,
     name_element,
 )
-from opensuction.hysteresis.inverse_move import InverseMove
+from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.hysteresis.preisach import Preisach, PreisachState
+from opensuction.hysteresis.preisach import Preisach
 
 
 def _simulate_play(record: Play, head_mm: Array, position_mm: float) -> Array:
@@ -43,7 +42,7 @@ PLAY = HysteresisModel(
         ModelParameter("offset_mm", "y_0", "mm", "output for the element at 0"),
     ),
     form=None,
-    memory=play.start_position_mm,
+    memory=lambda record, head_mm, ratio: head_mm - 0.5 * ratio * record.width_mm,
     step=_step_play,
     output_mm=lambda record, state: play.output_mm(record, state.memory),
     simulate=_simulate_play,
@@ -206,14 +205,10 @@ PREISACH = HysteresisModel(
         parameters=_name_cells,
     ),
     memory=preisach.start_positions_mm,
-    step=lambda record, state, move_mm: ModelState(
-        *preisach.step(record, PreisachState(*state), move_mm)
-    ),
-    output_mm=lambda record, state: preisach.output_mm(record, PreisachState(*state)),
+    step=preisach.step,
+    output_mm=preisach.output_mm,
     simulate=preisach.simulate,
-    inverse_step=lambda record, state, target_mm: preisach.inverse_step(
-        record, PreisachState(*state), target_mm
-    ),
+    inverse_step=preisach.inverse_step,
     is_well_posed=lambda record: (
         record.high_mm > record.low_mm
         and bool(np.isfinite([*record.weights_mm.ravel(), record.offset_mm]).all())

@@ -19,7 +19,6 @@ from scipy.optimize import nnls
 from opensuction.kernel.errors import InputError
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 BLOCKS = 20
 """Blocks of a cross-validation: short enough that what one holds is seen elsewhere too."""

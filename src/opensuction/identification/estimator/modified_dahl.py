@@ -21,7 +21,6 @@ from opensuction.identification.estimator.projection import (
     centre,
     project,
     try_decay,
-    try_decays,
 )
 from opensuction.identification.record import check_motion, read_pair, thin
 from opensuction.kernel.errors import InputError
@@ -121,7 +120,9 @@ def _search(
     and the lower of those at the two bounds.
     """
     grid = np.linspace(*bounds, GRID_POINTS)
-    heights = try_decays(recording.head_mm, recording.tip_mm, np.exp(grid))
+    heights = np.array(
+        [try_decay(recording.head_mm, recording.tip_mm, decay).squares for decay in np.exp(grid)]
+    )
     starts = {int(np.argmin(heights))}
     inner = heights[1:-1]
     starts.update(1 + np.flatnonzero((inner <= heights[:-2]) & (inner <= heights[2:])))

@@ -18,7 +18,7 @@ from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import LONGEST, SHORTEST, ranges_of
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
 from opensuction.identification.estimator import modified_dahl
-from opensuction.identification.estimator.projection import solve_least_squares
+from opensuction.identification.estimator.normal_equation import solve_least_squares
 from opensuction.identification.record import thin
 from opensuction.identification.residual import squares
 from opensuction.kernel.errors import InputError

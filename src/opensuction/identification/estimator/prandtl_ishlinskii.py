@@ -14,10 +14,11 @@ Source: [Kuhnen-2003] for the grid; [Lawson-1974] for the algorithm (`scipy.opti
 """
 
 import math
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import qr
 from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
@@ -114,18 +115,31 @@ def play_positions_mm(
 def _solve(
     columns: NDArray[np.float64], target: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float, float]:
-    """Weights of the columns (>= 0), offset and curvature (of either sign)."""
-    one, bend = np.ones(target.size), np.zeros(target.size)
-    system = np.vstack([columns, one, -one, bend, -bend, target]).T
-    weights, offset_mm, curvature = np.zeros(columns.shape[0]), 0.0, 0.0
+    """Weights of the columns (>= 0), offset and curvature (of either sign).
+
+    Orthogonal columns of the same space make a small system of the same solution. From round to
+    round only the bend changes: it adds a row for what lies outside that space.
+    """
+    count = columns.shape[0]
+    basis, triangle = qr(
+        np.vstack([columns, np.ones(target.size)]).T, mode="economic", check_finite=False
+    )
+    right_side = np.append(basis.T @ target, 0.0)
+    system = np.zeros((count + 2, count + 4))
+    system[:-1, : count + 1] = triangle
+    system[:-1, count + 1] = -triangle[:, -1]
+    weights, offset_mm, curvature = np.zeros(count), 0.0, 0.0
     for _ in range(ROUNDS):
-        # Only the triangle of a QR decomposition matters: the same solution from a small system.
-        triangle = cast(NDArray[np.float64], np.linalg.qr(system, mode="r"))
-        found, _ = nnls(triangle[:, :-1], triangle[:, -1])
-        weights = found[: columns.shape[0]]
+        found, _ = nnls(system, right_side)
+        weights = found[:count]
         offset_mm = float(found[-4] - found[-3])
         curvature = float(found[-2] - found[-1])
         inner = weights @ columns
         bend = inner * inner
-        system[:, -3], system[:, -2] = bend, -bend
+        within = basis.T @ bend
+        outside = bend - basis @ within
+        length = math.sqrt(float(outside @ outside))
+        system[:, -2] = np.append(within, length)
+        system[:, -1] = -system[:, -2]
+        right_side[-1] = outside @ target / length if length > 0.0 else 0.0
     return weights, offset_mm, curvature

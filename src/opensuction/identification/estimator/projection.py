@@ -14,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
+from opensuction.identification.estimator.normal_equation import solve, solve_least_squares
 from opensuction.kernel.compiled import compiled
 
 ROUNDING = 1e-12
 """A hysteresis below this share of the tip's range is rounding."""
-
-LEAST_PIVOT = 1e-13
-"""A column of which less than this share is its own (of its square) is left out."""
 
 SUMS = 7
 """Columns of the normal equations: head, h, E, dh and dE (by log(decay)), 1, tip."""
@@ -53,12 +51,8 @@ class Projection(NamedTuple):
     model: ModifiedDahl
     """With the offset for positions about their means."""
     lag_mm: float
-    columns: NDArray[np.float64]
-    """Head, h and E about their means, shape (3, n)."""
-    rest_mm: NDArray[np.float64]
-    """What the model leaves of the tip, shape (n,)."""
     squares: float
-    """Sum of squares of that rest."""
+    """Sum of squares of what the model leaves of the tip."""
 
 
 def centre(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> CentredRecording:
@@ -173,60 +167,6 @@ def _sum_products(  # noqa: PLR0915 - one pass, every sum in a register
 
 
 @compiled
-def _factorise(gram: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lower triangle of a matrix with ones on its diagonal; dependent rows get a pivot of 0."""
-    lower = np.zeros(gram.shape)
-    for i in range(gram.shape[0]):
-        for j in range(i + 1):
-            value = gram[i, j]
-            for m in range(j):
-                value -= lower[i, m] * lower[j, m]
-            if i == j:
-                lower[i, i] = math.sqrt(value) if value > LEAST_PIVOT else 0.0
-            elif lower[j, j] > 0.0:
-                lower[i, j] = value / lower[j, j]
-    return lower
-
-
-@compiled
-def _substitute(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Solution of ``lower @ lower.T @ factors = right``, rows without a pivot left at 0."""
-    size = right.size
-    forward, factors = np.zeros(size), np.zeros(size)
-    for i in range(size):
-        if lower[i, i] > 0.0:
-            value = right[i]
-            for m in range(i):
-                value -= lower[i, m] * forward[m]
-            forward[i] = value / lower[i, i]
-    for i in range(size - 1, -1, -1):
-        if lower[i, i] > 0.0:
-            value = forward[i]
-            for m in range(i + 1, size):
-                value -= lower[m, i] * factors[m]
-            factors[i] = value / lower[i, i]
-    return factors
-
-
-@compiled
-def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Solution of symmetric normal equations by Cholesky; dependent columns get a factor of 0.
-
-    gram: shape (k, k); right: shape (k,). Columns are scaled to length one first.
-    """
-    size = right.size
-    lengths, scaled = np.ones(size), np.empty(gram.shape)
-    for i in range(size):
-        if gram[i, i] > 0.0:
-            lengths[i] = math.sqrt(gram[i, i])
-    for i in range(size):
-        for j in range(size):
-            scaled[i, j] = gram[i, j] / (lengths[i] * lengths[j])
-    factors = _substitute(_factorise(scaled), right / lengths)
-    return factors / lengths
-
-
-@compiled
 def try_decay(
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
 ) -> DecayTrial:
@@ -270,17 +210,6 @@ def try_decay(
     return DecayTrial(squares=max(squares, 0.0), step=solve(normal, right_side)[3])
 
 
-@compiled
-def try_decays(
-    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decays_per_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Sum of squares for each of some decays, shape (decays,). Positions about their means."""
-    squares = np.empty(decays_per_mm.size)
-    for k in range(decays_per_mm.size):
-        squares[k] = try_decay(head_mm, tip_mm, decays_per_mm[k]).squares
-    return squares
-
-
 def project(recording: CentredRecording, decay_per_mm: float) -> Projection:
     """Best slope, velocity gain, initial lag and offset for one decay.
 
@@ -303,29 +232,5 @@ def project(recording: CentredRecording, decay_per_mm: float) -> Projection:
     return Projection(
         model=ModifiedDahl(slope, velocity_gain, decay_per_mm, -float(factors @ means)),
         lag_mm=lag_mm,
-        columns=columns,
-        rest_mm=rest_mm,
         squares=float(rest_mm @ rest_mm),
     )
-
-
-def solve_least_squares(
-    columns: NDArray[np.float64], target: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Factors that bring ``factors @ columns`` nearest to the target.
-
-    columns: shape (factors, n), each about its mean; target: shape (n,), likewise. Normal
-    equations, made safe by centring, by scaling every column to length one, and by a second pass
-    over the residuals, which wins back the digits they lose.
-    """
-    # Row by row: for three long rows five times faster than the matrix product.
-    gram = np.array([[one @ two for two in columns] for one in columns])
-    lengths = np.sqrt(np.diag(gram))
-    lengths[lengths == 0.0] = 1.0
-    gram /= np.outer(lengths, lengths)
-    factors = np.zeros(lengths.size)
-    rest = target
-    for _ in range(2):
-        factors += np.linalg.lstsq(gram, columns @ rest / lengths, rcond=None)[0] / lengths
-        rest = target - factors @ columns
-    return factors

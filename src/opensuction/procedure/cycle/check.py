@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.generated import straight_line
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.procedure.cycle.check_item import ORDER, CheckItem, ItemLimits
+from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 
 
 class CheckPlan(NamedTuple):
-    """Numbers of the pre-use test; `planner.check_plan` says where each comes from."""
+    """Numbers of the pre-use test; `planning.check_plan` says where each comes from."""
 
     jog_mm: float
     """Head travel that shows that the motor answers, within the gap of the transmission."""
@@ -45,11 +45,11 @@ class CheckPlan(NamedTuple):
     """How long the line is watched with the pump off."""
     leak_share: float
     """Largest share of its vacuum that it may lose in that time."""
-    limits_s: ItemLimits
+    limits_s: tuple[float, ...]
+    """Longest time for each item, by its number."""
 
 
-item_limit_s: Callable[[ItemLimits, int], float] = straight_line.chooser(len(CheckItem))
-"""``item_limit_s(limits, item)``: longest time for an item, s."""
+item_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(CheckItem))
 
 
 class CheckState(NamedTuple):
@@ -91,22 +91,21 @@ FOLLOWING = _following()
 """The item after each; the first after NONE, NONE after the last."""
 
 
-def untested() -> CheckState:
-    """No test has run yet."""
-    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+UNTESTED = CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+"""No test has run yet."""
 
 
 @compiled
 def begin() -> CheckState:
     """The first item of a new test."""
-    return CheckState(item=FOLLOWING[0], ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=0)
+    return UNTESTED._replace(item=FOLLOWING[0])
 
 
 @compiled
 def end(state: CheckState, broken_off: bool) -> CheckState:
     """The test is over; broken off by a fault, the item that was tested has failed."""
     failed = state.item if broken_off and state.failed == 0 else state.failed
-    return CheckState(item=0, ticks=0, held_ticks=0, vacuum_mmhg=0.0, failed=failed)
+    return UNTESTED._replace(failed=failed)
 
 
 @compiled
@@ -184,7 +183,7 @@ def step(
     holds = valid and open_contact and _condition(plan, state, readings, seen)
     held = state.held_ticks + 1 if holds else 0
     if held * dt_s >= _needed_s(plan, item):
-        return CheckState(item=FOLLOWING[item], ticks=0, held_ticks=0, vacuum_mmhg=vacuum, failed=0)
+        return UNTESTED._replace(item=FOLLOWING[item], vacuum_mmhg=vacuum)
     failed = 0
     if state.ticks * dt_s >= item_limit_s(plan.limits_s, item):
         failed = item

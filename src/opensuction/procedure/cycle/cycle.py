@@ -8,8 +8,8 @@ import math
 from collections.abc import Callable
 
 from opensuction.control import profile, staged_path
-from opensuction.kernel import straight_line
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.generated import straight_line
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
@@ -17,12 +17,12 @@ from opensuction.procedure.cycle import check, demand, progress, teaching, trans
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
 from opensuction.procedure.cycle.demand import Demand
-from opensuction.procedure.cycle.plan import Excitation, PhaseLimits, Plan
+from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
 
-_phase_limit_s: Callable[[PhaseLimits, int], float] = straight_line.chooser(len(Phase))
+_phase_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(Phase))
 
 
 def begin(plan: Plan, phase: Phase) -> ProcedureState:
@@ -33,8 +33,8 @@ def begin(plan: Plan, phase: Phase) -> ProcedureState:
         transition.STAY,
         plan.motion.park_mm,
         False,
-        check.untested(),
-        teaching.untaught(),
+        check.UNTESTED,
+        teaching.UNTAUGHT,
     )
 
 
@@ -152,7 +152,7 @@ def _change_phase(
     checked = _next_check(state, checked, phase, cause)
     was_open = state.valve_open and state.phase != Phase.CHECKING
     if phase == Phase.TEACHING:
-        taught = teaching.begin()
+        taught = teaching.UNTAUGHT
     return _enter(plan, phase, cause, reference_mm, was_open and not resting, checked, taught)
 
 

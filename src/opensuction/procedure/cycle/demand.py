@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.procedure.cycle import check
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.plan import Plan
@@ -13,15 +13,7 @@ INWARDS = 1.0
 OUTWARDS = -1.0
 NOT_ANNOUNCED_S = -1.0
 """The tip's next motion lies further ahead than the gap needs."""
-PUMPED = (
-    Phase.PRELOADING,
-    Phase.INSERTING,
-    Phase.BACKING_OFF,
-    Phase.OPENING,
-    Phase.SUCTIONING,
-    Phase.WITHDRAWING,
-    Phase.CLOSING,
-)
+PUMPED = CYCLE[1:]
 """Phases in which the pump runs; elsewhere the line vents, so that each check tests it."""
 
 

@@ -51,25 +51,6 @@ class Excitation(NamedTuple):
     duration_s: float
 
 
-class PhaseLimits(NamedTuple):
-    """Longest duration of each phase, s, in the order of `Phase`; infinite where a person acts."""
-
-    parked: float
-    checking: float
-    preloading: float
-    inserting: float
-    backing_off: float
-    opening: float
-    suctioning: float
-    withdrawing: float
-    closing: float
-    aborting: float
-    halted: float
-    teaching: float
-    identifying: float
-    out_of_service: float
-
-
 class Plan(NamedTuple):
     """What the procedure follows. Times are s, vacuum is mmHg."""
 
@@ -90,7 +71,8 @@ class Plan(NamedTuple):
     """Nobody is on the machine: it may be identified."""
     travel_known: bool
     """Whether a cycle may start: not under the plan that a person teaches with."""
-    limits_s: PhaseLimits
+    limits_s: tuple[float, ...]
+    """Longest duration of each phase, by its number; infinite where a person acts."""
 
 
 @compiled

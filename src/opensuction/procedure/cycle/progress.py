@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
@@ -68,11 +69,6 @@ def is_home(motion: Motion, readings: Readings) -> bool:
 
 
 @compiled
-def _bit(happened: bool, event: int) -> int:
-    return 1 << event if happened else 0
-
-
-@compiled
 def is_contact(readings: Readings) -> bool:
     """Whether the switch says that the tip touches something."""
     return readings.contact_valid and readings.contact_closed
@@ -83,8 +79,8 @@ def _contact_event(search: ContactSearch, tip_mm: float, arrived: bool, readings
     """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
         expected = tip_mm >= search.window_start_mm
-        return _bit(expected, Event.CONTACTED) | _bit(not expected, Event.CONTACT_MISPLACED)
-    return _bit(arrived, Event.CONTACT_MISPLACED)
+        return flag(expected, Event.CONTACTED) | flag(not expected, Event.CONTACT_MISPLACED)
+    return flag(arrived, Event.CONTACT_MISPLACED)
 
 
 @compiled
@@ -103,17 +99,17 @@ def _insertion_event(
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
             return _contact_event(plan.contact, feedback.tip_mm, arrived, readings)
-        return _bit(arrived, Event.TARGET_REACHED)
+        return flag(arrived, Event.TARGET_REACHED)
     if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
         there = still and state.reference_mm <= state.start_mm - plan.contact.backoff_mm
         resting = abs(feedback.head_wanted_mm_per_s) < RESTING_MM_PER_S
-        return _bit(there and resting and settled, Event.BACKED_OFF)
+        return flag(there and resting and settled, Event.BACKED_OFF)
     if phase == Phase.OPENING:
-        return _bit(_is_opened(plan, readings), Event.VALVE_OPENED)
+        return flag(_is_opened(plan, readings), Event.VALVE_OPENED)
     if phase == Phase.SUCTIONING:
         elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        return _bit(elapsed, Event.DWELL_ELAPSED)
+        return flag(elapsed, Event.DWELL_ELAPSED)
     return 0
 
 
@@ -188,25 +184,25 @@ def _phase_event(
     closed = is_closed(plan, readings)
     if phase == Phase.CHECKING:
         passed = checked.item == CheckItem.NONE
-        return _bit(checked.failed != CheckItem.NONE, Event.CHECK_FAILED) | _bit(
+        return flag(checked.failed != CheckItem.NONE, Event.CHECK_FAILED) | flag(
             passed and settled and home and closed, Event.CHECK_PASSED
         )
     if phase == Phase.PRELOADING:
-        return _bit(time_s >= plan.preload_s and settled, Event.PRELOADED)
+        return flag(time_s >= plan.preload_s and settled, Event.PRELOADED)
     if phase == Phase.WITHDRAWING:
         still = state.reference_mm_per_s == 0.0
         parked = still and state.reference_mm == plan.motion.park_mm
-        return _bit(parked and settled, Event.WITHDRAWN)
+        return flag(parked and settled, Event.WITHDRAWN)
     if phase == Phase.CLOSING:
-        return _bit(closed, Event.VALVE_CLOSED)
+        return flag(closed, Event.VALVE_CLOSED)
     if phase == Phase.ABORTING:
         resting = abs(feedback.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
-        return _bit((home and resting and closed) or feedback.powerless, Event.CLEARED)
+        return flag((home and resting and closed) or feedback.powerless, Event.CLEARED)
     if phase == Phase.IDENTIFYING:
-        return _bit(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
+        return flag(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
     if phase == Phase.TEACHING:
         over = teaching.is_over(plan.teaching, state.teaching, dt_s)
-        return _bit(over, Event.TEACHING_ENDED)
+        return flag(over, Event.TEACHING_ENDED)
     return _insertion_event(plan, state, readings, feedback, settled, dt_s)
 
 
@@ -216,14 +212,14 @@ def _request_events(requests: Requests, home: bool, bench_only: bool) -> int:
     if requests.abort:
         return 1 << Event.ABORT_REQUESTED
     return (
-        _bit(requests.start, Event.START_REQUESTED)
-        | _bit(requests.identify and bench_only, Event.IDENTIFY_REQUESTED)
-        | _bit(requests.teach and home, Event.TEACH_REQUESTED)
-        | _bit(requests.reset and home, Event.RESET_REQUESTED)
-        | _bit(requests.reset and not home, Event.RECOVERY_REQUESTED)
-        | _bit(requests.service and home, Event.SERVICE_REQUESTED)
-        | _bit(requests.return_to_service and home, Event.SERVICE_ENDED)
-        | _bit(requests.return_to_service and not home, Event.SERVICE_ENDED_AWAY)
+        flag(requests.start, Event.START_REQUESTED)
+        | flag(requests.identify and bench_only, Event.IDENTIFY_REQUESTED)
+        | flag(requests.teach and home, Event.TEACH_REQUESTED)
+        | flag(requests.reset and home, Event.RESET_REQUESTED)
+        | flag(requests.reset and not home, Event.RECOVERY_REQUESTED)
+        | flag(requests.service and home, Event.SERVICE_REQUESTED)
+        | flag(requests.return_to_service and home, Event.SERVICE_ENDED)
+        | flag(requests.return_to_service and not home, Event.SERVICE_ENDED_AWAY)
     )
 
 
@@ -241,7 +237,7 @@ def events(
     home = is_home(plan.motion, readings)
     return (
         _phase_event(plan, state, checked, readings, feedback, home, dt_s)
-        | _bit(feedback.tripped, Event.TRIPPED)
-        | _bit(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
+        | flag(feedback.tripped, Event.TRIPPED)
+        | flag(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
         | _request_events(requests, home, plan.bench_only)
     )

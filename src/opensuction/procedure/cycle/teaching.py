@@ -92,15 +92,8 @@ def plan(age: AgeGroup) -> TeachingPlan:
     )
 
 
-def untaught() -> TeachingState:
-    """Nothing was taught yet."""
-    return TeachingState(taught=0, taught_mm=0.0, away=False, home_ticks=0, bringing=False)
-
-
-@compiled
-def begin() -> TeachingState:
-    """A new teaching; what was taught before is forgotten."""
-    return TeachingState(taught=0, taught_mm=0.0, away=False, home_ticks=0, bringing=False)
+UNTAUGHT = TeachingState(taught=0, taught_mm=0.0, away=False, home_ticks=0, bringing=False)
+"""Nothing was taught yet; a new teaching begins here too and forgets what was taught before."""
 
 
 @compiled

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 from opensuction.control import profile, staged_path
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.check import CheckPlan
-from opensuction.procedure.cycle.check_item import ItemLimits
-from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, PhaseLimits, Plan
+from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, Plan
+from opensuction.procedure.planning.check_plan import plan_check
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 
@@ -17,42 +18,6 @@ CAP_MARGIN_MM = 5.0
 """Least distance from the stopping point to the cap [design-cap]."""
 SETTLE_S = 1.0
 """Time a servo may need to settle after a move, before the phase counts as overdue."""
-HOLD_S = 0.05
-"""Pre-use test: how long a condition must hold; longer than a switch bounces (10 ms)."""
-SENSOR_LIMIT_S = 0.5
-"""Pre-use test: time in which sensors and contact must read soundly; assumed."""
-HOMING_LIMIT_S = 2.0
-"""Pre-use test: time in which the head of a cycle that has just ended must be home; assumed."""
-JOG_LIMIT_S = 1.0
-"""Pre-use test: time for each way of the jog; 2 mm at 200 mm/s2 take 0.2 s."""
-STROKE_SETTLE_S = 0.5
-"""Pre-use test: time for the valve's servo to settle, beyond half of its stroke again; assumed."""
-VENTED_MMHG = 5.0
-"""Pre-use test: highest vacuum of a vented line, a sensor's error (1 % of 500 mmHg; assumed)."""
-VACUUM_READY_SHARE = 0.9
-"""Pre-use test: share of the set point that the pump must reach; assumed."""
-VACUUM_LIMIT_S = 4.0
-"""Pre-use test: time for that; 18 L/min evacuate 0.8 L to 120 mmHg in 0.5 s [computed]."""
-RELIEF_LIMIT_S = 1.5
-"""Pre-use test: time to reach the relief valve; 0.3 s from a neonate's 80 mmHg [computed]."""
-REGULATOR_LIMIT_S = 1.0
-"""Pre-use test: time to come down from there; 0.1 s [computed]."""
-BEYOND_MMHG = 25.0
-"""Pre-use test: set point over the relief valve's; 219 mL/s through it take 4 [computed]."""
-LOWERED_SHARE = 0.75
-"""Pre-use test: lower set point, as share of the cycle's; assumed."""
-NEAR_MMHG = 12.0
-"""Pre-use test: distance that still counts: a sensor's 5 mmHg, 5 that relief or regulator let the
-pump raise the line, and 2; assumed."""
-LEVEL_S = 0.15
-"""Pre-use test: how long the line must stay there; it climbs through in 0.12 s [computed]."""
-VACUUM_SETTLE_S = 0.2
-"""Pre-use test: line and regulator settle, ten of their time constants (17 ms) [computed]."""
-LEAK_S = 1.0
-"""Pre-use test: how long the vacuum is watched with the pump off; assumed."""
-LEAK_SHARE = 0.05
-"""Pre-use test: loss of vacuum in that time: a leak that takes 2 % of the pump's flow at 120 mmHg
-[computed]; a sound line loses 2 %. Assumed to be the least that matters."""
 OVERDUE_SHARE = 1.5
 """A phase may last this many times its planned duration (and `SETTLE_S`)."""
 
@@ -198,51 +163,11 @@ def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool
             f"a speed of {fastest:g} mm/s is more than this machine's head can do "
             f"({abilities.head_mm_per_s:g} mm/s)"
         )
-
-
-def check_search(protocol: Protocol) -> None:
-    """Refuse a search for contact that ends before its window. Raises InputError."""
-    if protocol.contact_from_mm >= protocol.travel_mm:
+    if by_contact and protocol.contact_from_mm >= protocol.travel_mm:
         raise InputError(
             f"contact_from_mm {protocol.contact_from_mm:g} mm should be less than travel_mm "
             f"{protocol.travel_mm:g} mm, where the search for contact ends"
         )
-
-
-def check_plan(vacuum_mmhg: float, abilities: Abilities) -> CheckPlan:
-    """Bounds of the pre-use test for a vacuum set point on a machine."""
-    stroke_s = abilities.cam_open_rad / abilities.cam_rad_per_s
-    stroke_limit_s = OVERDUE_SHARE * stroke_s + STROKE_SETTLE_S
-    return CheckPlan(
-        jog_mm=abilities.jog_mm,
-        hold_s=HOLD_S,
-        vented_mmhg=VENTED_MMHG,
-        ready_mmhg=VACUUM_READY_SHARE * vacuum_mmhg,
-        set_mmhg=vacuum_mmhg,
-        lowered_mmhg=LOWERED_SHARE * vacuum_mmhg,
-        relief_mmhg=abilities.relief_mmhg,
-        beyond_mmhg=abilities.relief_mmhg + BEYOND_MMHG,
-        near_mmhg=NEAR_MMHG,
-        level_s=LEVEL_S,
-        settle_s=VACUUM_SETTLE_S,
-        leak_s=LEAK_S,
-        leak_share=LEAK_SHARE,
-        limits_s=ItemLimits(
-            none=0.0,
-            readings=SENSOR_LIMIT_S,
-            contact_open=SENSOR_LIMIT_S,
-            head_home=HOMING_LIMIT_S,
-            head_advances=JOG_LIMIT_S,
-            head_returns=JOG_LIMIT_S,
-            line_vented=SENSOR_LIMIT_S,
-            valve_opens=stroke_limit_s,
-            valve_closes=stroke_limit_s,
-            vacuum_builds=VACUUM_LIMIT_S,
-            vacuum_holds=VACUUM_SETTLE_S + LEAK_S + HOLD_S,
-            relief_opens=RELIEF_LIMIT_S,
-            regulator_holds=REGULATOR_LIMIT_S,
-        ),
-    )
 
 
 def _overdue_s(planned_s: float) -> float:
@@ -251,42 +176,31 @@ def _overdue_s(planned_s: float) -> float:
 
 def phase_limits(
     times: Timeline, abilities: Abilities, excitation: Excitation, testing: CheckPlan
-) -> PhaseLimits:
-    """Longest duration of each phase: its plan, half of it again and time to settle.
+) -> tuple[float, ...]:
+    """Longest duration of each phase, s: its plan, half of it again and time to settle.
 
     The items of the pre-use test have limits of their own; the phase ends after all of them.
+    Infinite where a person acts.
     """
     abort = times.withdrawal + crossing_s(abilities, abilities.gap_out_mm) + times.stroke
-    return PhaseLimits(
-        parked=math.inf,
-        checking=sum(testing.limits_s) + SETTLE_S,
-        preloading=_overdue_s(times.preload),
-        inserting=_overdue_s(times.insertion),
-        opening=_overdue_s(times.stroke),
-        backing_off=_overdue_s(times.back_off),
-        suctioning=_overdue_s(times.dwell),
-        withdrawing=_overdue_s(times.withdrawal),
-        closing=_overdue_s(times.stroke),
-        aborting=_overdue_s(abort),
-        halted=math.inf,
-        teaching=math.inf,
-        identifying=excitation.duration_s + SETTLE_S,
-        out_of_service=math.inf,
-    )
+    limits_s = {
+        Phase.CHECKING: sum(testing.limits_s) + SETTLE_S,
+        Phase.PRELOADING: _overdue_s(times.preload),
+        Phase.INSERTING: _overdue_s(times.insertion),
+        Phase.BACKING_OFF: _overdue_s(times.back_off),
+        Phase.OPENING: _overdue_s(times.stroke),
+        Phase.SUCTIONING: _overdue_s(times.dwell),
+        Phase.WITHDRAWING: _overdue_s(times.withdrawal),
+        Phase.CLOSING: _overdue_s(times.stroke),
+        Phase.ABORTING: _overdue_s(abort),
+        Phase.IDENTIFYING: excitation.duration_s + SETTLE_S,
+    }
+    return tuple(limits_s.get(phase, math.inf) for phase in Phase)
 
 
-def longest_cycle_s(limits: PhaseLimits) -> float:
+def longest_cycle_s(plan: Plan) -> float:
     """Longest that a cycle may take before one of its phases is overdue."""
-    return (
-        limits.checking
-        + limits.preloading
-        + limits.inserting
-        + limits.backing_off
-        + limits.opening
-        + limits.suctioning
-        + limits.withdrawing
-        + limits.closing
-    )
+    return sum(plan.limits_s[phase] for phase in CYCLE)
 
 
 def plan(
@@ -302,10 +216,10 @@ def plan(
     search for it ends.
     """
     check(protocol, abilities, site, by_contact)
-    if by_contact:
-        check_search(protocol)
     times = timeline(protocol, abilities, site, by_contact)
-    testing = check_plan(protocol.vacuum_mmhg, abilities)
+    testing = plan_check(
+        protocol.vacuum_mmhg, abilities.relief_mmhg, abilities.jog_mm, times.stroke
+    )
     return Plan(
         motion=motion(protocol, abilities, site),
         contact=ContactSearch(

@@ -1,32 +1,26 @@
 """A calibration as a page: loop, what the models leave on the second run, bounds, parameters."""
 
-from typing import NamedTuple
+import numpy as np
 
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table, Values
 from opensuction.report.summary import Summary
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.rig import Recording
 
 
-class CalibrationRuns(NamedTuple):
-    """The tip in both runs and as the models predict it, mm; arrays over each run's samples."""
+def page(
+    data: Summary, first: Recording, second: Recording, predicted: tuple[Values, ...] | None
+) -> Sheet:
+    """The page. data: the JSON object of the command.
 
-    first_head_mm: Values
-    first_tip_mm: Values
-    second_head_mm: Values
-    second_tip_mm: Values
-    second_time_s: Values
-    model_mm: Values
-    """In the second run by the modified Dahl model; empty where none was found."""
-    plays_mm: Values
-    """The same by the plays."""
-
-
-def page(data: Summary, runs: CalibrationRuns) -> Sheet:
-    """The page. data: the JSON object of the command."""
+    predicted: tip in the second run by the modified Dahl model and by the plays, mm; None where
+    no model was found.
+    """
     sections = [_verdict(data)]
-    if data["model"] is not None:
-        sections += [_runs(runs), _parameters(data)]
-    elif runs.first_head_mm.size:
-        loop = Curve("laser", runs.first_tip_mm, "soft", x=runs.first_head_mm)
+    if predicted is not None:
+        sections += [_runs(first, second, *predicted), _parameters(data)]
+    elif first.head_mm.size:
+        loop = Curve("laser", first.laser_mm, "soft", x=first.head_mm)
         sections.append(
             Section("Recording", plots=(Plot("Loop", "Head (mm)", "Tip (mm)", (loop,)),))
         )
@@ -64,16 +58,17 @@ def _verdict(data: Summary) -> Section:
     return Section("Verdict", tuple(data["reasons"]), (table,))
 
 
-def _runs(runs: CalibrationRuns) -> Section:
-    head_mm, tip_mm = runs.second_head_mm, runs.second_tip_mm
+def _runs(first: Recording, second: Recording, model_mm: Values, plays_mm: Values) -> Section:
+    head_mm, tip_mm = second.head_mm, second.laser_mm
+    time_s = DT_S * np.arange(head_mm.size, dtype=np.float64)
     fitted = Plot(
         "Second run: the loop, and what the models say of it",
         "Head (mm)",
         "Tip (mm)",
         (
             Curve("laser", tip_mm, "soft", x=head_mm),
-            Curve("modified Dahl", runs.model_mm, "head", True, head_mm),
-            Curve("plays", runs.plays_mm, "tip", False, head_mm),
+            Curve("modified Dahl", model_mm, "head", True, head_mm),
+            Curve("plays", plays_mm, "tip", False, head_mm),
         ),
     )
     left = Plot(
@@ -81,57 +76,56 @@ def _runs(runs: CalibrationRuns) -> Section:
         "Time (s)",
         "mm",
         (
-            Curve("modified Dahl", tip_mm - runs.model_mm, "head"),
-            Curve("plays", tip_mm - runs.plays_mm, "tip"),
+            Curve("modified Dahl", tip_mm - model_mm, "head"),
+            Curve("plays", tip_mm - plays_mm, "tip"),
         ),
-        runs.second_time_s,
+        time_s,
         "Nothing was fitted to this run. What the laser adds of noise is in both.",
     )
-    samples = min(runs.first_tip_mm.size, tip_mm.size)
+    samples = min(first.laser_mm.size, tip_mm.size)
     repeated = Plot(
         "Second run less first",
         "Time (s)",
         "mm",
-        (Curve("tip", tip_mm[:samples] - runs.first_tip_mm[:samples], "soft"),),
-        runs.second_time_s[:samples],
+        (Curve("tip", tip_mm[:samples] - first.laser_mm[:samples], "soft"),),
+        time_s[:samples],
         "The same motion twice: the noise of two readings, and what does not repeat.",
     )
     return Section("Two runs", plots=(fitted, left, repeated))
 
 
 def _parameters(data: Summary) -> Section:
-    model = Table(
-        "Modified Dahl model",
-        ("parameter", "value", "unit"),
-        (
-            *((name, entry["value"], entry["unit"]) for name, entry in data["parameters"].items()),
-            ("gap", data["gap_mm"], "mm"),
-            ("gap over nominal", data["gap_ratio"], "mm/mm"),
-        ),
-    )
-    found = data["plays"]
+    found, servo = data["plays"], data["servo"]
+    identified = ((name, one["value"], one["unit"]) for name, one in data["parameters"].items())
     plays = Table(
         "Plays: half width and weight of each",
         ("half width, mm", "weight"),
         tuple(zip(found["thresholds_mm"], found["weights"], strict=True)),
     )
-    rest = Table(
-        "Plays: what they have in common",
-        ("parameter", "value", "unit"),
-        (
+    tables = (
+        _values(
+            "Modified Dahl model",
+            *identified,
+            ("gap", data["gap_mm"], "mm"),
+            ("gap over nominal", data["gap_ratio"], "mm/mm"),
+        ),
+        plays,
+        _values(
+            "Plays: what they have in common",
             ("slope", found["slope"], "mm/mm"),
             ("offset", found["offset_mm"], "mm"),
             ("curvature", found["curvature_per_mm"], "1/mm"),
             ("gap", found["gap_mm"], "mm"),
         ),
-    )
-    servo = Table(
-        "Servo feedforward",
-        ("parameter", "value", "unit"),
-        (
-            ("velocity", data["servo"]["velocity_v_s_per_mm"], "V s/mm"),
-            ("friction", data["servo"]["friction_v"], "V"),
-            ("left unexplained, RMS", data["servo"]["rmse_v"], "V"),
+        _values(
+            "Servo feedforward",
+            ("velocity", servo["velocity_v_s_per_mm"], "V s/mm"),
+            ("friction", servo["friction_v"], "V"),
+            ("left unexplained, RMS", servo["rmse_v"], "V"),
         ),
     )
-    return Section("Parameters", tables=(model, plays, rest, servo))
+    return Section("Parameters", tables=tables)
+
+
+def _values(caption: str, *rows: tuple[str, float, str]) -> Table:
+    return Table(caption, ("parameter", "value", "unit"), rows)

@@ -94,11 +94,6 @@ def _depths(summary: Summary) -> list[tuple[str, str, float]]:
     return sorted(known, key=lambda entry: entry[2])
 
 
-def _upper_end(summary: Summary) -> str:
-    boundary = number(summary, "anatomy", "patient_boundary_mm")
-    return "" if boundary is None or boundary >= 0.0 else quantity(boundary, "mm", 0)
-
-
 def drawing(summary: Summary) -> Drawing | None:
     """Drawing of a cycle, or None where the summary has no deepest tip position."""
     deepest = number(summary, "tip", "deepest_mm")
@@ -122,13 +117,14 @@ def drawing(summary: Summary) -> Drawing | None:
         for depth in range(0, int(bottom_mm) - TICK_MM // 2, TICK_MM)
     ]
     carina = number(summary, "anatomy", "carina_mm")
+    boundary = number(summary, "anatomy", "patient_boundary_mm")
     listed = "; ".join(f"{name.lower()} at {depth:.1f} mm" for name, _, depth in depths)
     return Drawing(
         height_px=y_px(bottom_mm),
         tube_end_px=y_px(0.0),
         carina_px=None if carina is None else y_px(carina),
         catheter_px=None if deepest < -STRAIGHT_MM else y_px(deepest),
-        upper_end=_upper_end(summary),
+        upper_end="" if boundary is None or boundary >= 0.0 else quantity(boundary, "mm", 0),
         marks=marks,
         ticks=ticks,
         description=(

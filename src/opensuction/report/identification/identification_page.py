@@ -7,7 +7,7 @@ from markupsafe import Markup
 from opensuction.report import html
 from opensuction.report.identification import identification_series, identification_words
 from opensuction.report.identification.identification_series import FittedCurves
-from opensuction.report.summary import Summary, flatten, number, text, value
+from opensuction.report.summary import Summary, flatten, number, text, value, warnings
 
 SCRIPTS = ("plot_parts.js", "identification_loop.js", "identification_plots.js")
 """In this order: each uses those before it."""
@@ -17,9 +17,6 @@ HUES = ("tip", "head", "valve", "line-vacuum", "tip-vacuum", "removed", "deepest
 
 SOFTWARE = ("version", "date_utc", "seconds")
 """How it was computed."""
-
-FEW_PARAMETERS = 12
-"""A table with more rows than this is folded up."""
 
 
 def _axis(summary: Summary, which: str) -> str:
@@ -39,13 +36,12 @@ def _model(model: Summary, place: int) -> dict[str, Any]:
         "hue": HUES[place % len(HUES)],
         "dashed": place >= len(HUES),
         "recommended": value(model, "recommended") is True,
-        "errors": [
-            number(model, f"{key}_percent_of_range")
-            for key in ("rmse", "holdout_rmse", "cross_validation")
-        ],
+        "errors": {
+            heading: number(model, key) for heading, key in identification_words.MEASURES.items()
+        },
         "well_posed": value(model, "well_posed"),
         "parameters": identification_words.parameters(model),
-        "warnings": identification_words.warnings(model),
+        "warnings": warnings(model),
         "parameter_file": text(model, "parameter_file"),
     }
 
@@ -88,14 +84,14 @@ def render(summary: Summary, curves: FittedCurves) -> str:
         "title": "Models compared" if len(models) > 1 else "Identification",
         "outcome": identification_words.outcome(summary),
         "sentences": identification_words.sentences(summary),
-        "warnings": identification_words.warnings(identification_words.best(summary)),
+        "warnings": warnings(identification_words.best(summary)),
         "partial": plots["loop"]["samples"] < curves.answer.size,
         "figures": identification_words.figures(summary),
         "models": models,
         "best": best,
         "most": _full_bar(models, number(summary, "line_rmse_percent_of_range")),
-        "measures": _measures(models),
-        "few": FEW_PARAMETERS,
+        "measures": identification_words.measures(summary),
+        "few": identification_words.FEW_PARAMETERS,
         "run": [
             (name, shown)
             for name, shown in (
@@ -120,16 +116,6 @@ def _full_bar(models: list[dict[str, Any]], line: float | None) -> float:
 
     One model that fits badly would make all the others' bars too short to tell apart.
     """
-    errors = [error for model in models for error in model["errors"] if error is not None]
+    errors = [error for model in models for error in model["errors"].values() if error is not None]
     better = [error for error in errors if line is not None and error < line]
     return max(better or errors, default=1.0) or 1.0
-
-
-def _measures(models: list[dict[str, Any]]) -> list[tuple[int, str]]:
-    """Which errors some model has: its place among them, and the heading of its column."""
-    headings = ("Fitted", "Held out", "Cross-validation")
-    return [
-        (place, heading)
-        for place, heading in enumerate(headings)
-        if any(model["errors"][place] is not None for model in models)
-    ]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.report.series import keep_rows, to_list
+from opensuction.report.series import decimals_of, directions, keep_rows, to_list
 
 Array = npt.NDArray[np.float64]
 
@@ -22,9 +22,6 @@ REVERSAL_RATIO = 0.02
 
 LAGS = 300
 """Lags of the autocorrelation that are drawn."""
-
-DIGITS = 4
-"""Digits of a value that a plot can show, the first counted at the range of its quantity."""
 
 
 class FittedCurves(NamedTuple):
@@ -42,29 +39,11 @@ class FittedCurves(NamedTuple):
     """The samples after these were held out."""
 
 
-def decimals_of(range_: float) -> int:
-    """Decimals that a plot of a quantity with this range can show.
-
-    >>> [decimals_of(range_) for range_ in (90.0, 0.02, 5000.0)]
-    [3, 6, 1]
-    """
-    if not range_ > 0.0 or not math.isfinite(range_):
-        return DIGITS
-    return max(DIGITS - math.floor(math.log10(range_)), 0)
-
-
 def loop_end(driven: Array) -> int:
     """How many samples from the first show `LOOP_REVERSALS` reversals; all of them if fewer."""
-    least = REVERSAL_RATIO * float(np.ptp(driven))
-    turning, forth, reversals = float(driven[0]), True, 0
-    for i, value in enumerate(driven.tolist()):
-        if forth == (value >= turning):
-            turning = value
-        elif abs(value - turning) > least:
-            turning, forth, reversals = value, not forth, reversals + 1
-            if reversals > LOOP_REVERSALS:
-                return i
-    return int(driven.size)
+    rises = directions(driven, REVERSAL_RATIO * float(np.ptp(driven)))
+    reversals = np.flatnonzero(np.diff(rises)) + 1
+    return int(reversals[LOOP_REVERSALS] if reversals.size > LOOP_REVERSALS else driven.size)
 
 
 def _round(values: Array, rows: npt.NDArray[np.int64], decimals: int) -> list[float | None]:

@@ -9,11 +9,8 @@ from rich.text import Text
 
 from opensuction.report.depth_bar import glyphs
 from opensuction.report.identification import identification_words as words
-from opensuction.report.summary import Summary, number, text, value
+from opensuction.report.summary import Summary, number, text, value, warnings
 from opensuction.report.terminal import INDENT
-
-FEW_PARAMETERS = 12
-"""More than this are left to the files."""
 
 
 def _table(*headings: tuple[str, bool]) -> Table:
@@ -33,28 +30,19 @@ def _parameters(model: Summary) -> Table:
 
 def _ranking(summary: Summary) -> Table:
     """Models, best first, with the errors that some of them have."""
-    known = words.models(summary)
-    measures = [
-        (heading, key)
-        for heading, key in (
-            ("Fitted", "rmse_percent_of_range"),
-            ("Held out", "holdout_rmse_percent_of_range"),
-            ("Cross-validation", "cross_validation_percent_of_range"),
-        )
-        if any(number(model, key) is not None for model in known)
-    ]
+    measures = words.measures(summary)
     table = _table(
         ("Model", False),
-        *((heading, True) for heading, _ in measures),
+        *((heading, True) for heading in measures),
         ("Inverse", False),
         ("", False),
     )
-    for model in known:
+    for model in words.models(summary):
         best = value(model, "recommended") is True
         posed = value(model, "well_posed")
         table.add_row(
             Text(text(model, "model") or "-"),
-            *(Text(words.percent(number(model, key))) for _, key in measures),
+            *(Text(words.percent(number(model, key))) for key in measures.values()),
             Text({True: "continuous", False: "with gaps"}.get(posed, "-")),
             Text("recommended" if best else ""),
             style="bold" if best else "",
@@ -69,12 +57,12 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
     console.print(Text(f"{glyphs(console).done} {words.outcome(summary)}", style="bold green"))
     for sentence in words.sentences(summary):
         console.print(Padding(Text(sentence), INDENT))
-    for warning in words.warnings(found):
+    for warning in warnings(found):
         console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
     console.print()
     if words.is_comparison(summary):
         console.print(_ranking(summary))
-    elif len(words.parameters(found)) <= FEW_PARAMETERS:
+    elif len(words.parameters(found)) <= words.FEW_PARAMETERS:
         console.print(_parameters(found))
     console.print()
     for file in files:

@@ -31,6 +31,25 @@ class ParameterRow(NamedTuple):
     interval: str
 
 
+FEW_PARAMETERS = 12
+"""More than this are folded up on a page, and left to the files in a terminal."""
+MEASURES = {
+    "Fitted": "rmse_percent_of_range",
+    "Held out": "holdout_rmse_percent_of_range",
+    "Cross-validation": "cross_validation_percent_of_range",
+}
+"""Errors of a model by the heading of their column: keys of the summary."""
+
+
+def measures(summary: Summary) -> dict[str, str]:
+    """Those of `MEASURES` that some model of the summary has."""
+    return {
+        heading: key
+        for heading, key in MEASURES.items()
+        if any(number(model, key) is not None for model in models(summary))
+    }
+
+
 def models(summary: Summary) -> list[Summary]:
     """Models of a summary, best first; one for the object of ``identify``."""
     return rows(summary, "models") or [summary]
@@ -111,12 +130,6 @@ def _gap(model: Summary) -> list[str]:
         return []
     gap = amount(2.0 * gain / decay, text(model, "rmse_unit") or "")
     return [f"Over long travels the way there and the way back lie {gap} apart: the gap."]
-
-
-def warnings(model: Summary) -> list[str]:
-    """Warnings of a model."""
-    found = value(model, "warnings")
-    return [str(entry) for entry in found] if isinstance(found, list) else []
 
 
 def figures(summary: Summary) -> list[Figure]:

@@ -61,7 +61,7 @@ TIMES = ("detected_ms", "detected_bound_ms", "safe_ms", "safe_bound_ms")
 
 
 def _times(entry: Summary) -> tuple[int | None, ...]:
-    return tuple(None if entry[name] is None else int(entry[name]) for name in TIMES)
+    return tuple(None if entry[name] is None else round(entry[name]) for name in TIMES)
 
 
 def _name(alarm: str | None) -> str:

@@ -103,32 +103,3 @@ HIGH_LIGHT = Light("red", Value(2.0, 1.4, 2.8, "Hz", K), DUTY)
 MEDIUM_LIGHT = Light("yellow", Value(0.6, 0.4, 0.8, "Hz", K), DUTY)
 LOW_LIGHT = Light("cyan", Value(0.0, 0.0, 0.0, "Hz", K), Value(1.0, 1.0, 1.0, "of the period", K))
 DARK = Light("none", LOW_LIGHT.flash_hz, Value(0.0, 0.0, 0.0, "of the period", OWN))
-
-
-def _of_tone(name: str, tone: Tone) -> dict[str, Value]:
-    return {
-        f"{name}: fundamental": tone.fundamental_hz,
-        f"{name}: pulse": tone.pulse_s,
-        f"{name}: pause between pulses": tone.pause_s,
-        **({f"{name}: pause between halves": tone.half_pause_s} if tone.halves > 1 else {}),
-        f"{name}: interval of bursts": tone.interval_s,
-    }
-
-
-def _of_light(name: str, light: Light) -> dict[str, Value]:
-    return {f"{name}: flashing": light.flash_hz, f"{name}: lit": light.duty_ratio}
-
-
-VALUES: dict[str, Value] = {
-    **_of_tone("high sound", HIGH),
-    **_of_tone("medium sound", MEDIUM),
-    **_of_tone("low sound", LOW),
-    **_of_tone("reminder", REMINDER),
-    "every sound: rise and fall": EDGE_SHARE,
-    "every sound: harmonics": HARMONICS,
-    "every sound: level": HARMONIC_DB,
-    **_of_light("high light, red", HIGH_LIGHT),
-    **_of_light("medium light, yellow", MEDIUM_LIGHT),
-    **_of_light("low light, cyan", LOW_LIGHT),
-}
-"""Every value by name, for the documentation."""

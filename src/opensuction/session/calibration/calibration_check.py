@@ -82,44 +82,23 @@ def of_fit(
     look = "look for a loose laser or target, a catheter that slips, or a conduit that moves"
     route = "check catheter and how the conduit is laid, and name both"
     drive = "check the drive, its supply and the encoder's scale"
+    model_mm, plays_mm = validation.model_rmse_mm, validation.plays_rmse_mm
+    voltage_ratio = found.servo.velocity_v_s_per_mm / no_load
+    voltage = "servo's voltage for speed over the nominal one"
+    errors = (
+        ("RMSE of the modified Dahl model on the second run", model_mm, MOST_MODEL_RMSE_MM),
+        ("RMSE of the plays on the second run", plays_mm, MOST_PLAYS_RMSE_MM),
+        ("RMS difference of both runs", validation.repeatability_mm, MOST_DIFFERENCE_MM),
+    )
     return (
-        CalibrationCheck(
-            "RMSE of the modified Dahl model on the second run",
-            validation.model_rmse_mm,
-            None,
-            MOST_MODEL_RMSE_MM,
-            "mm",
-            look,
-        ),
-        CalibrationCheck(
-            "RMSE of the plays on the second run",
-            validation.plays_rmse_mm,
-            None,
-            MOST_PLAYS_RMSE_MM,
-            "mm",
-            look,
-        ),
-        CalibrationCheck(
-            "RMS difference of both runs",
-            validation.repeatability_mm,
-            None,
-            MOST_DIFFERENCE_MM,
-            "mm",
-            look,
-        ),
+        *(CalibrationCheck(name, value, None, most, "mm", look) for name, value, most in errors),
         CalibrationCheck(
             "gap over the machine's nominal one", gap_ratio, *GAP_RATIOS, "mm/mm", route
         ),
         CalibrationCheck(
             "head error by the servo's fit", servo_mm, None, MOST_SERVO_MM, "mm", drive
         ),
-        CalibrationCheck(
-            "servo's voltage for speed over the nominal one",
-            found.servo.velocity_v_s_per_mm / no_load,
-            *SERVO_RATIOS,
-            "V/V",
-            drive,
-        ),
+        CalibrationCheck(voltage, voltage_ratio, *SERVO_RATIOS, "V/V", drive),
     )
 
 

@@ -7,11 +7,11 @@ from datetime import datetime
 import numpy as np
 
 from opensuction import __version__
-from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.errors import InputError
-from opensuction.report.calibration.calibration_page import CalibrationRuns
-from opensuction.session.calibration import calibration_check, calibration_run
+from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
+from opensuction.session.cycle import machine_summary
 from opensuction.session.plain import Json, without_nan
 from opensuction.settings import calibration_section, identification_file, plausibility
 from opensuction.settings.calibration_section import Branches, Measured, Origin, Plays
@@ -146,24 +146,7 @@ def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | Non
     }
     if calibrated.found is not None:
         data |= _findings(calibrated, calibrated.found)
-    plain: Json = without_nan(data)
-    return plain
-
-
-def runs(calibrated: Calibrated) -> CalibrationRuns:
-    """The recordings for the page."""
-    first, second, found = calibrated.first, calibrated.second, calibrated.found
-    nothing = (np.empty(0), np.empty(0))
-    model_mm, plays_mm = nothing if found is None else calibration_run.predicted(found, second)
-    return CalibrationRuns(
-        first_head_mm=first.head_mm,
-        first_tip_mm=first.laser_mm,
-        second_head_mm=second.head_mm,
-        second_tip_mm=second.laser_mm,
-        second_time_s=DT_S * np.arange(second.head_mm.size, dtype=np.float64),
-        model_mm=model_mm,
-        plays_mm=plays_mm,
-    )
+    return without_nan(data)
 
 
 def _findings(calibrated: Calibrated, found: Identification) -> Json:
@@ -175,8 +158,7 @@ def _findings(calibrated: Calibrated, found: Identification) -> Json:
             name: {"value": values[field], "unit": unit, "ci95": None}
             for name, (field, unit) in MODIFIED_DAHL.items()
         },
-        "plays": calibration_section.write_section(Plays, found.plays.model)._asdict()
-        | {"gap_mm": prandtl_ishlinskii.gap_mm(found.plays.model)},
+        "plays": machine_summary.plays(found.plays.model),
         "servo": found.servo._asdict(),
         "gap_mm": gap_mm,
         "gap_ratio": gap_mm / float(modified_dahl.gap_mm(calibrated.rig.profile.transmission)),

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
@@ -56,6 +57,11 @@ class Calibrated(NamedTuple):
     def accepted(self) -> bool:
         """Whether a compensator may be driven by it."""
         return not self.reasons
+
+    @property
+    def predicted(self) -> tuple[npt.NDArray[np.float64], ...] | None:
+        """What `predict` makes of the second run; None where no model was found."""
+        return None if self.found is None else predict(self.found, self.second)
 
 
 def resolve(choice: CalibrationChoice) -> Equipment:
@@ -108,7 +114,7 @@ def judged(
 
 def validated(found: Identification, second: Recording) -> Validation:
     """What an identification leaves of another recording."""
-    model_mm, plays_mm = predicted(found, second)
+    model_mm, plays_mm = predict(found, second)
     samples = min(second.laser_mm.size, found.laser_mm.size)
     return Validation(
         model_rmse_mm=_rms(second.laser_mm - model_mm),
@@ -118,9 +124,7 @@ def validated(found: Identification, second: Recording) -> Validation:
     )
 
 
-def predicted(
-    found: Identification, recorded: Recording
-) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], ...]:
+def predict(found: Identification, recorded: Recording) -> tuple[npt.NDArray[np.float64], ...]:
     """Tip by the modified Dahl model and by the plays, mm, for the heads of a recording."""
     head = recorded.head_mm
     plays = found.plays.model

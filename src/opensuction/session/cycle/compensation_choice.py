@@ -1,7 +1,7 @@
 """The compensation that a person chose: a name, or a parameter file that holds name and model."""
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
-from opensuction.controller.setup import Calibration
+from opensuction.controller.calibration import Calibration
 from opensuction.kernel.errors import InputError
 from opensuction.settings import identification_file, plausibility
 from opensuction.settings.calibration_section import Origin

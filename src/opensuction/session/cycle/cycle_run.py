@@ -5,11 +5,13 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
-from opensuction.controller.setup import Calibration
+from opensuction.controller.calibration import Calibration
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import SENTENCES, Taught
@@ -17,6 +19,7 @@ from opensuction.procedure.planning import clinical, teaching_limit
 from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
+from opensuction.report.moment import Moment
 from opensuction.session.cycle import compensation_choice, fault_choice
 from opensuction.session.cycle.resolution import ResolvedCycle
 from opensuction.simulation import closed_loop, self_calibration, trace
@@ -58,17 +61,7 @@ class Prepared(NamedTuple):
     start: LoopState
 
 
-class Progress(NamedTuple):
-    """Where a running cycle is."""
-
-    time_s: float
-    phase: int
-    tip_mm: float
-    valve_open_ratio: float
-    vacuum_mmhg: float
-
-
-Watch = Callable[[Progress], None]
+Watch = Callable[[Moment], None]
 """Hears of each piece of a cycle."""
 
 
@@ -177,7 +170,7 @@ def played(
     """
     watcher = trace.NOBODY
     if watch is not None:
-        watcher = Watcher(lambda row: watch(progress(row)), PIECE_S)
+        watcher = call_by_piece(watch)
     state, columns = trace.record(prepared.loop, state, requests, LIMIT_S, watcher=watcher)
     if not prepared.rig.machine.has_patient:
         return state, columns
@@ -185,18 +178,27 @@ def played(
     return state, trace.join([columns, after])
 
 
-_INDEX = {name: i for i, name in enumerate(COLUMNS)}
-
-
-def progress(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Progress:
-    """Where a cycle is, from a row of its trace."""
-    return Progress(
-        time_s=float(row[_INDEX["time_s"]]),
-        phase=int(row[_INDEX["phase"]]),
-        tip_mm=float(row[_INDEX["truth.tip_mm"]]),
-        valve_open_ratio=float(row[_INDEX["truth.valve_open_ratio"]]),
-        vacuum_mmhg=float(row[_INDEX["readings.line_vacuum_mmhg"]]),
+_WATCHED = tuple(
+    COLUMNS.index(name)
+    for name in (
+        "phase",
+        "time_s",
+        "truth.tip_mm",
+        "truth.valve_open_ratio",
+        "readings.line_vacuum_mmhg",
     )
+)
+"""Columns of a `Moment`."""
+
+
+def call_by_piece(watch: Watch) -> Watcher:
+    """What tells ``watch`` where a cycle is, from the last row of each piece of its trace."""
+
+    def hear(row: npt.NDArray[np.float64]) -> None:
+        phase, *values = (float(row[index]) for index in _WATCHED)
+        watch(Moment(Phase(int(phase)).name.lower(), *values))
+
+    return Watcher(hear, PIECE_S)
 
 
 def checks(prepared: Prepared) -> list[GuidelineCheck]:

@@ -12,7 +12,7 @@ from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle.check_item import ITEMS, ORDER, SENTENCES, CheckItem
+from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.safety.alarm.alarm_episode import Episode
@@ -64,7 +64,7 @@ def _timing(prepared: Prepared, result: Outcome) -> Json:
 
 def _trips(result: Outcome) -> list[Json]:
     return [
-        {"name": _name(code), "sentence": code.row.sentence, "time_s": time_s}
+        {"name": name_of(code), "sentence": code.row.sentence, "time_s": time_s}
         for code, time_s in result.trips
     ]
 
@@ -74,7 +74,7 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
     return [
         {
             "condition": alarm_name(episode.condition),
-            "priority": _name(episode.priority),
+            "priority": name_of(episode.priority),
             "sentence": row_of(episode.condition).sentence,
             "remedy": row_of(episode.condition).remedy,
             "started_s": episode.started_s,
@@ -89,7 +89,7 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
 def alarm_name(condition: int) -> str:
     """A condition as the JSON writes it; one without a name has its number."""
     known = condition in set(Condition)
-    return _name(Condition(condition)) if known else f"unknown-{condition}"
+    return name_of(Condition(condition)) if known else f"unknown-{condition}"
 
 
 def _abort(result: Outcome, columns: Columns) -> Json | None:
@@ -99,9 +99,9 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     event, phase, time_s = result.abort
     if event not in ABORT_SENTENCES:  # the controller stopped: it broke nothing off
         return None
-    failed = SENTENCES[CheckItem(int(columns["check_failed"][-1]))]
+    failed = CheckItem(int(columns["check_failed"][-1])).failure
     return {
-        "event": _name(event),
+        "event": name_of(event),
         "phase": phase.name.lower(),
         "sentence": ABORT_SENTENCES[event].format(phase=phase.name.lower(), failed=failed),
         "time_s": time_s,
@@ -120,21 +120,21 @@ def _check(columns: Columns) -> Json:
         ticks = np.count_nonzero(testing & (items == item))
         listed.append(
             {
-                "name": _name(item),
-                "meaning": ITEMS[item],
+                "name": name_of(item),
+                "meaning": item.title,
                 "passed": None if item not in done else item != failed,
                 "seconds": ticks * DT_S,
             }
         )
     return {
         "passed": passed,
-        "failed_item": None if failed == CheckItem.NONE else _name(failed),
-        "sentence": None if failed == CheckItem.NONE else SENTENCES[failed],
+        "failed_item": None if failed == CheckItem.NONE else name_of(failed),
+        "sentence": None if failed == CheckItem.NONE else failed.failure,
         "items": listed,
     }
 
 
-def _name(member: IntEnum) -> str:
+def name_of(member: IntEnum) -> str:
     """A member as the JSON writes it."""
     return member.name.lower().replace("_", "-")
 
@@ -234,5 +234,4 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "wall_s": wall_s,
         "realtime_factor": realtime_factor,
     }
-    plain: Json = without_nan(data)
-    return plain
+    return without_nan(data)

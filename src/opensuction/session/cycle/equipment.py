@@ -59,7 +59,7 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
     catheter = machine.catheter
     if choice.catheter is not None:
         catheter = choose(choice.catheter, CATHETERS, "catheter")
-    route = choice.conduit if choice.conduit is not None else "standard"
+    route = "standard" if choice.conduit is None else choice.conduit
     choose(route, ROUTES, "conduit")
     machine = machine_kind.equipped(machine, catheter, lay(route, catheter))
     return Equipment(name, machine, person_name, person, choice.seed)

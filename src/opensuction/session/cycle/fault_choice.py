@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.settings.choice import choose
 from opensuction.settings.wording import one_line, show
 from opensuction.simulation.injection import injection
@@ -18,21 +18,7 @@ FORM = "NAME[@S][=STRENGTH], S in seconds after the start or PHASE+S"
 _PARTS = re.compile(r"(?P<name>[^@=]*)(?:@(?P<at>[^@=]*))?(?:=(?P<strength>[^@=]*))?")
 LISTED = "'opensuction cycle --help'"
 """Where all faults are listed: too many for a message."""
-PHASES = {
-    phase.name.lower(): phase
-    for phase in (
-        Phase.CHECKING,
-        Phase.PRELOADING,
-        Phase.INSERTING,
-        Phase.BACKING_OFF,
-        Phase.OPENING,
-        Phase.SUCTIONING,
-        Phase.WITHDRAWING,
-        Phase.CLOSING,
-        Phase.ABORTING,
-        Phase.HALTED,
-    )
-}
+PHASES = {phase.name.lower(): phase for phase in (*CYCLE, Phase.ABORTING, Phase.HALTED)}
 """Phases that a cycle can have once it has begun, by name."""
 WIDEST = max(CATHETERS, key=lambda name: CATHETERS[name].outer_mm)
 

@@ -1,27 +1,23 @@
 """One cycle in which something goes wrong, and what noticed it, in plain data and words."""
 
 import math
-from collections.abc import Callable
-
-import numpy as np
-import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
-from opensuction.procedure.cycle import check_item, upkeep
+from opensuction.procedure.cycle import upkeep
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
-from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Progress
+from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Watch
 from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
 from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun, Notice
-from opensuction.simulation.trace import Columns, Watcher
+from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -30,7 +26,7 @@ RESETS = 2
 WATCHDOG = "the drives heard nothing new from the controller and acted on their own"
 
 
-def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
+def play(prepared: Prepared, watch: Watch) -> InjectedRun:
     """Run the cycle with the faults of its choice; without any it is the healthy cycle.
 
     watch: hears of each piece. Raises InputError where the cycle is over before a fault's instant.
@@ -39,9 +35,6 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
     if not faults:
         state, columns = cycle_run.played(prepared, prepared.start, START, watch)
         return InjectedRun(state, columns, (), columns)
-
-    def hear(row: npt.NDArray[np.float64]) -> None:
-        watch(cycle_run.progress(row))
 
     later = [one for one in faults if not ROWS[one.fault].is_planned]
     restarts = any(one.fault == Fault.CONTROLLER_STOPPED for one in faults)
@@ -52,7 +45,7 @@ def play(prepared: Prepared, watch: Callable[[Progress], None]) -> InjectedRun:
         after_s=AFTERMATH_S if prepared.rig.machine.has_patient else injection.AFTERMATH_S,
         resets=RESETS if restarts else 0,
         seed=prepared.rig.seed,
-        watcher=Watcher(hear, cycle_run.PIECE_S),
+        watcher=cycle_run.call_by_piece(watch),
     )
     if len(later) == 1 and math.isnan(found.faults[0].at_s):
         last_s = found.columns["time_s"].size * DT_S
@@ -72,7 +65,7 @@ def _sentence(notice: Notice, columns: Columns) -> str:
     if notice.detector == Detector.TRIP:
         return Condition(notice.code).row.sentence
     if notice.detector == Detector.CHECK:
-        return f"the pre-use test failed: {check_item.SENTENCES[CheckItem(notice.code)]}"
+        return f"the pre-use test failed: {CheckItem(notice.code).failure}"
     if notice.detector == Detector.REFUSAL:
         return f"the start was refused: {upkeep.SENTENCES[Refusal(notice.code)]}"
     if notice.detector == Detector.DRIVE:

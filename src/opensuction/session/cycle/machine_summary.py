@@ -4,9 +4,10 @@ Keys and units are a contract (docs/reference/results.md).
 """
 
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json
-from opensuction.simulation.rig import Identification
+from opensuction.settings.calibration_section import Plays, write_section
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit, lay
 
 
@@ -21,33 +22,18 @@ def teaching(prepared: Prepared) -> Json | None:
     }
 
 
-def _plays(found: Identification) -> Json:
-    """The plays that `prandtl-ishlinskii` and `preview` work with."""
-    plays = found.plays.model
-    return {
-        "thresholds_mm": plays.thresholds_mm.tolist(),
-        "weights": plays.weights.tolist(),
-        "slope": plays.slope,
-        "offset_mm": plays.offset_mm,
-        "curvature_per_mm": plays.curvature_per_mm,
-        "gap_mm": prandtl_ishlinskii.gap_mm(plays),
-        "rmse_mm": found.plays.rmse_mm,
-        "well_posed": found.plays.well_posed,
-    }
+def plays(model: PrandtlIshlinskii) -> Json:
+    """The plays that `prandtl-ishlinskii` and `preview` work with, and their gap."""
+    return write_section(Plays, model)._asdict() | {"gap_mm": prandtl_ishlinskii.gap_mm(model)}
 
 
 def identification(prepared: Prepared) -> Json | None:
     """What the compensator works with, and where it is from; None for one that needs no model."""
     found, file = prepared.identification, prepared.resolved.parameter_file
-    if found is None and file is None:
-        return None
     model, feedforward = prepared.calibration.model, prepared.calibration.feedforward
     data: Json = {
         "model": "modified-dahl",
-        "slope": model.slope,
-        "velocity_gain": model.velocity_gain,
-        "decay_per_mm": model.decay_per_mm,
-        "offset_mm": model.offset_mm,
+        **model._asdict(),
         "gap_mm": float(modified_dahl.gap_mm(model)),
         "rmse_mm": None,
         "well_posed": bool(modified_dahl.is_monotone(model)),
@@ -62,9 +48,11 @@ def identification(prepared: Prepared) -> Json | None:
         return data | {
             "rmse_mm": found.fit.rmse_mm,
             "samples": found.fit.samples,
-            "plays": _plays(found),
+            "plays": plays(found.plays.model)
+            | {"rmse_mm": found.plays.rmse_mm, "well_posed": found.plays.well_posed},
         }
-    assert file is not None
+    if file is None:
+        return None
     return data | {
         "rmse_mm": file.about.rmse,
         "samples": file.about.recording.fitted_samples,

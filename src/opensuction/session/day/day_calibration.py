@@ -7,8 +7,8 @@ that they hold for, or one that the protocol cannot be done with, lets no furthe
 from typing import NamedTuple
 
 from opensuction.controller import setup
+from opensuction.controller.calibration import Calibration
 from opensuction.controller.record import Settings
-from opensuction.controller.setup import Calibration
 from opensuction.identification.estimator.gap_scale import TRUSTED, ScaleRecord
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition

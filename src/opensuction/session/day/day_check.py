@@ -5,6 +5,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.session.choice import DayChoice
+from opensuction.session.cycle import cycle_summary
 from opensuction.session.cycle.resolution import ResolvedCycle
 
 MOST_CYCLES = 500
@@ -45,7 +46,7 @@ def _check_learning(day: DayChoice, resolved: ResolvedCycle) -> None:
         )
     if resolved.compensation not in ON_PLAYS:
         known = " or ".join(name for name, kind in KIND_OF_NAME.items() if kind in ON_PLAYS)
-        name = resolved.compensation.name.lower().replace("_", "-")
+        name = cycle_summary.name_of(resolved.compensation)
         raise InputError(
             f"--self-calibrate finds a scale of play widths, and compensation '{name}' has none: "
             f"use {known}"

@@ -60,6 +60,10 @@ class DayCycle(NamedTuple):
     """What its contact said of the gap; None without self-calibration."""
 
 
+Sample = tuple[float, float, float, float]
+"""One row of `DaySamples`."""
+
+
 class DaySamples(NamedTuple):
     """The patient over the day, arrays of one length."""
 
@@ -87,47 +91,28 @@ class Day(NamedTuple):
     """Why self-calibration let no further cycle begin."""
 
 
-class _Diary:
-    """Samples of the patient as the day goes on."""
-
-    def __init__(self) -> None:
-        self.rows: list[tuple[float, float, float, float]] = []
-
-    def note(self, state: LoopState) -> None:
-        """Add how it is now."""
-        seen = state.machine.coupling.signs
-        self.rows.append(
-            (
-                state.tick * DT_S,
-                float(np.sum(state.bedside.secretion_ml)),
-                seen.spo2_percent,
-                seen.lung_volume_loss_ml,
-            )
-        )
-
-    def note_trace(self, state: LoopState, columns: Columns) -> None:
-        """Add a cycle, once a second, and how it is after it."""
-        removed = columns["truth.secretion_removed_ml"]
-        after_ml = float(np.sum(state.bedside.secretion_ml))
-        ticks = round(1.0 / DT_S)
-        for i in range(0, removed.size, ticks):
-            self.rows.append(
-                (
-                    float(columns["time_s"][i]),
-                    after_ml + float(removed[-1] - removed[i]),
-                    float(columns["truth.spo2_percent"][i]),
-                    float(columns["truth.lung_volume_loss_ml"][i]),
-                )
-            )
-        self.note(state)
-
-    def samples(self) -> DaySamples:
-        """All of them as arrays."""
-        table = np.array(self.rows)
-        return DaySamples(table[:, 0], table[:, 1], table[:, 2], table[:, 3])
+def _look_at(state: LoopState) -> Sample:
+    """The patient as it is now."""
+    signs = state.machine.coupling.signs
+    secretion_ml = float(np.sum(state.bedside.secretion_ml))
+    return state.tick * DT_S, secretion_ml, signs.spo2_percent, signs.lung_volume_loss_ml
 
 
-def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: _Diary) -> LoopState:
+def _look_back(state: LoopState, columns: Columns) -> list[Sample]:
+    """The patient during a cycle, once a second, and as it is after it."""
+    removed = columns["truth.secretion_removed_ml"]
+    after_ml = float(np.sum(state.bedside.secretion_ml))
+    seen = (
+        columns["time_s"],
+        after_ml + (removed[-1] - removed),
+        columns["truth.spo2_percent"],
+        columns["truth.lung_volume_loss_ml"],
+    )
+    every = np.column_stack([values[:: round(1.0 / DT_S)] for values in seen])
+    return [*map(tuple, every.tolist()), _look_at(state)]
+
+
+def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: list[Sample]) -> LoopState:
     """The loop parked until the schedule is about to act."""
     while True:
         left_s = until_s - state.controller.core.upkeep.schedule.since_cycle_s
@@ -137,8 +122,9 @@ def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: _Diary)
         before = state.tick
         state = idle_time.pass_time(prepared.loop, state, span_s)
         passed_s = (state.tick - before) * DT_S
-        state = state._replace(controller=controller.pass_idle_time(state.controller, passed_s))
-        diary.note(state)
+        kept = upkeep.pass_idle_time(state.controller.core.upkeep, passed_s)
+        state = state._replace(controller=controller.with_upkeep(state.controller, kept))
+        diary.append(_look_at(state))
 
 
 def _pressed(prepared: Prepared, state: LoopState, requests: Requests) -> LoopState:
@@ -180,7 +166,8 @@ def play(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
     )
     prepared = prepared._replace(loop=prepared.loop._replace(controller=timed))
-    state, requests, diary = prepared.start, START, _Diary()
+    state, requests = prepared.start, START
+    diary: list[Sample] = []
     began_ml = float(np.sum(state.bedside.secretion_ml))
     cycles: list[DayCycle] = []
     columns: Columns = {}
@@ -195,7 +182,7 @@ def play(
         prepared = prepared._replace(start=state)
         state, columns = cycle_run.played(prepared, state, requests)
         requests = NO_REQUESTS
-        diary.note_trace(state, columns)
+        diary += _look_back(state, columns)
         columns = _from_its_start(columns)
         done = _cycle(prepared, state, columns, len(cycles) + 1, worn)
         if learning is not None and done.outcome.completed:
@@ -215,7 +202,7 @@ def play(
     return Day(
         asked=asked,
         cycles=tuple(cycles),
-        samples=diary.samples(),
+        samples=DaySamples(*np.array(diary).T),
         last=prepared,
         columns={**columns, "time_s": columns["time_s"] - columns["time_s"][0]},
         produced_ml=left_ml + removed_ml - began_ml,

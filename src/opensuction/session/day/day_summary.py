@@ -1,16 +1,20 @@
-"""A day of cycles as plain data."""
+"""A day of cycles, and what self-calibration found in it, as plain data and in words."""
 
 import numpy as np
 
+from opensuction.identification.estimator.gap_scale import ScaleRecord
 from opensuction.kernel.constant import HOUR_S
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.report.wording import capitalise
+from opensuction.safety.alarm.alarm_episode import Episode
+from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_summary
-from opensuction.session.day import day_gap
 from opensuction.session.day.day_run import Day, DayCycle
 from opensuction.session.plain import Json, without_nan
 
 MINUTE_S = 60.0
+CONDITION = Condition.CALIBRATION_OUT_OF_RANGE
 
 
 def _row(cycle: DayCycle) -> Json:
@@ -28,18 +32,18 @@ def _row(cycle: DayCycle) -> Json:
         "in_airway_s": found.in_airway_s,
         "spo2_nadir_percent": found.spo2_nadir_percent,
         "lung_volume_loss_ml": found.lung_volume_loss_ml,
-        "trips": [item.trip.name.lower().replace("_", "-") for item in found.trips],
+        "trips": [cycle_summary.name_of(item.trip) for item in found.trips],
         "alarms": cycle_summary.alarms(found.alarms),
         "catheter_age_h": cycle.catheter_age_s / HOUR_S,
         "catheter_changed": cycle.catheter_changed,
-        "gap": day_gap.row(cycle.gap),
+        "gap": _gap(cycle.gap),
     }
 
 
 def notes(day: Day) -> list[str]:
     """What a person should know of the day, in sentences."""
     said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, day.asked.every_s))
-    said += day_gap.notes(day)
+    said += gap_notes(day)
     repeat = day.asked.repeat
     if len(day.cycles) < repeat and day.refusal is None:
         said.append(
@@ -58,7 +62,7 @@ def notes(day: Day) -> list[str]:
 
 def plain(day: Day) -> Json:
     """The key ``day`` of the command's JSON."""
-    data: Json = without_nan(
+    return without_nan(
         {
             "repeat": day.asked.repeat,
             "every_min": day.asked.every_min,
@@ -73,4 +77,51 @@ def plain(day: Day) -> Json:
             "notes": notes(day),
         }
     )
-    return data
+
+
+def _gap(record: ScaleRecord | None) -> Json | None:
+    """One cycle's change of the scale; None without self-calibration or after a broken cycle."""
+    if record is None:
+        return None
+    return {
+        "used_scale": record.old,
+        "contact_scale": record.estimated,
+        "next_scale": record.new,
+        "least_scale": record.limits.least,
+        "most_scale": record.limits.most,
+        "in_range": record.in_range,
+    }
+
+
+def gap_words(record: ScaleRecord | None) -> str:
+    """What a contact said, to be added to a line about its cycle."""
+    if record is None:
+        return ""
+    if not np.isfinite(record.estimated):
+        return ", nothing to learn of the gap"
+    return f", gap {record.estimated:.2f} x the identified one"
+
+
+def gap_alarms(day: Day, time_s: float) -> list[Json]:
+    """The alarm that a refused gap is, for the last cycle's JSON. time_s: when it was found."""
+    if day.refusal is None:
+        return []
+    raised = Episode(
+        condition=CONDITION,
+        priority=CONDITION.row.handling.priority,
+        started_s=time_s,
+        ended_s=None,
+        latched=False,
+        acknowledged_s=None,
+    )
+    return cycle_summary.alarms([raised])
+
+
+def gap_notes(day: Day) -> list[str]:
+    """Why no further cycle began, and what to do; nothing where all went well."""
+    if day.refusal is None:
+        return []
+    done, repeat = len(day.cycles), day.asked.repeat
+    kept = f" Cycle {done + 1} of {repeat} was refused." if done < repeat else ""
+    priority = CONDITION.row.handling.priority.name.lower()
+    return [f"Alarm ({priority}): {capitalise(day.refusal)}.{kept} {CONDITION.row.remedy}"]

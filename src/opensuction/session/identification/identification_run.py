@@ -108,32 +108,19 @@ def choose_unit(given: str | None, column: str) -> str:
     return unit_of_column(column) if given is None else given
 
 
-def identify(loaded: LoadedRecording) -> FittedModel:
-    """The chosen model, fitted. Raises InputError where the recording does not allow it."""
-    choice, pair = loaded.choice, loaded.pair
+def fit(loaded: LoadedRecording, progress: Progress | None = None) -> list[FittedModel]:
+    """The chosen model, fitted, or every model, best first. progress: called before each of them.
+
+    Raises InputError where the recording does not allow it.
+    """
+    choice, labels = loaded.choice, loaded.labels
     _check_direction(loaded)
     try:
-        return workbench.identify(
-            pair.driven,
-            pair.answer,
-            pair.time_s,
-            loaded.model or next(iter(MODELS)),
-            loaded.method,
-            choice.holdout,
-            loaded.labels,
-        )
-    except InputError as refused:
-        raise refuse(choice.file, str(refused)) from None
-
-
-def compare(loaded: LoadedRecording, progress: Progress | None = None) -> list[FittedModel]:
-    """Every model, best first. progress: called before each model."""
-    choice, pair = loaded.choice, loaded.pair
-    _check_direction(loaded)
-    try:
-        return workbench.compare(
-            pair.driven, pair.answer, pair.time_s, choice.holdout, loaded.labels, progress
-        )
+        if loaded.model is None:
+            return workbench.compare(*loaded.pair, choice.holdout, labels, progress)
+        return [
+            workbench.identify(*loaded.pair, loaded.model, loaded.method, choice.holdout, labels)
+        ]
     except InputError as refused:
         raise refuse(choice.file, str(refused)) from None
 

@@ -96,19 +96,16 @@ def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
     )
 
 
-def summarise(loaded: LoadedRecording, result: FittedModel, now: datetime, seconds: float) -> Json:
-    """The JSON object of ``identify``. now: in UTC. seconds: that the fit took."""
-    data: Json = without_nan(_figures(result) | _provenance(loaded, now, seconds))
-    return data
-
-
-def summarise_comparison(
+def summarise(
     loaded: LoadedRecording, results: list[FittedModel], now: datetime, seconds: float
 ) -> Json:
-    """The JSON object of ``compare``: models in the order of the workbench, best first."""
+    """The JSON object of ``identify``, or of ``compare`` with its models best first.
+
+    now: in UTC. seconds: that the fit took.
+    """
     models = [_figures(result) for result in results]
-    data: Json = without_nan({"models": models} | _provenance(loaded, now, seconds))
-    return data
+    found = {"models": models} if loaded.model is None else models[0]
+    return without_nan(found | _provenance(loaded, now, seconds))
 
 
 def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datetime) -> Identified:

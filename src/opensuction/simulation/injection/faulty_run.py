@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.controller import controller
-from opensuction.kernel import row
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.simulation import closed_loop
@@ -166,6 +166,7 @@ class FaultyRun:
         own = {
             f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
             for i, name in enumerate(_COMMANDS)
+            if f"commands.{name}" in columns
         }
         return {**columns, **own}
 

@@ -21,7 +21,7 @@ from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.trace import Columns, Watcher
@@ -105,6 +105,15 @@ class InjectedRun(NamedTuple):
     drives obeyed others."""
 
 
+class Room(NamedTuple):
+    """Where a run leaves its rows."""
+
+    table: npt.NDArray[np.float64]
+    """Overwritten by each run."""
+    names: Sequence[str]
+    """Columns that are copied out of it; `SIGNS` are among them."""
+
+
 def _check_one(injection: Injection) -> None:
     fault, at = injection.fault, injection.at
     ROWS[fault].check_strength(injection.strength)
@@ -128,6 +137,8 @@ def check(injections: Sequence[Injection]) -> None:
         _check_one(injection)
 
 
+SIGNS = ("time_s", "phase", "cause", "check_failed", "verdict.trips")
+"""Columns in which the first sign of a fault is looked for."""
 UNWATCHED = Watcher(trace.NOBODY.hear, PIECE_S)
 
 
@@ -139,18 +150,18 @@ def run(
     resets: int = 0,
     seed: int = 0,
     watcher: Watcher = UNWATCHED,
-    table: npt.NDArray[np.float64] | None = None,
+    room: Room | None = None,
 ) -> InjectedRun:
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. table: `room` for the rows, of a caller that has many runs; they
-    are overwritten. Without a fault it gives the healthy loop's rows. Raises InputError for what
-    cannot be injected (see `check`).
+    seed: chance of the faults. room: of a caller that has many runs. Without
+    a fault it gives the healthy loop's rows. Raises InputError for what cannot be injected (see
+    `check`).
     """
     check(injections)
-    table = room(after_s, resets) if table is None else table
-    going = FaultyRun(loop, start, injections, table, seed)
+    room = make_room(after_s, resets) if room is None else room
+    going = FaultyRun(loop, start, injections, room.table, seed)
     most = round(LIMIT_S / DT_S)
     _run_until_rest(going, most, watcher)
     for _ in range(resets):
@@ -160,7 +171,7 @@ def run(
         going.requests = RESET
         _run_until_rest(going, going.done + most, watcher)
     _run_for(going, after_s)
-    columns = trace.by_name(going.table[: going.done])
+    columns = trace.by_name(going.table[: going.done], room.names)
     found = tuple(
         Injected(injection, at_s, _first_sign(columns, at_s, going))
         for injection, at_s in zip(injections, going.at_s, strict=True)
@@ -168,9 +179,11 @@ def run(
     return InjectedRun(going.state, columns, found, going.sent(columns))
 
 
-def room(after_s: float = AFTERMATH_S, resets: int = 0) -> npt.NDArray[np.float64]:
-    """A table for the rows of the longest run."""
-    return trace.rows((1 + resets) * LIMIT_S + ALONE_S + after_s)
+def make_room(
+    after_s: float = AFTERMATH_S, resets: int = 0, names: Sequence[str] = COLUMNS
+) -> Room:
+    """Room for the longest run; names: as in `Room`."""
+    return Room(trace.rows((1 + resets) * LIMIT_S + ALONE_S + after_s), names)
 
 
 def _run_until_rest(going: FaultyRun, last: int, watcher: Watcher) -> None:

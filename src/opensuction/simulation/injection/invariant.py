@@ -16,9 +16,10 @@ from opensuction.kernel.phase import Phase
 from opensuction.safety import condition_mask
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.watch import valve_axis, watch
-from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.closed_loop import COLUMNS, DT_S
 from opensuction.simulation.injection import fault_allowance
 from opensuction.simulation.injection.fault_allowance import PhysicalBound
+from opensuction.simulation.injection.injection import SIGNS
 from opensuction.simulation.outcome import VENTED_MMHG
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
@@ -42,6 +43,18 @@ class Breach(NamedTuple):
 
 
 Check = Callable[[Columns, Settings], Breach | None]
+
+_READ = (
+    "readings.cam_rad",
+    "readings.cam_valid",
+    "readings.head_mm",
+    "readings.head_valid",
+    "truth.contact_n",
+    "truth.tip_mm",
+    "truth.tip_vacuum_mmhg",
+)
+JUDGED = tuple(name for name in COLUMNS if name.startswith("commands.") or name in (*SIGNS, *_READ))
+"""Columns that are looked at here: a campaign copies no others."""
 
 
 def _breach(
@@ -217,14 +230,6 @@ def _is_sucking(columns: Columns) -> Ticks:
     return sucking
 
 
-def _tip(columns: Columns, _: Settings) -> Samples:
-    return columns["truth.tip_mm"]
-
-
-def _force(columns: Columns, _: Settings) -> Samples:
-    return columns["truth.contact_n"]
-
-
 def _advance(columns: Columns, _: Settings) -> Samples:
     return advance_mm(columns["truth.tip_mm"], _is_sucking(columns))
 
@@ -255,8 +260,14 @@ class PhysicalCheck(NamedTuple):
 
 
 PHYSICAL: tuple[PhysicalCheck, ...] = (
-    PhysicalCheck(PhysicalBound.TIP, _tip, lambda settings: settings.limits.cap_mm),
-    PhysicalCheck(PhysicalBound.FORCE, _force, lambda _: FORCE_N),
+    PhysicalCheck(
+        PhysicalBound.TIP,
+        lambda columns, _: columns["truth.tip_mm"],
+        lambda settings: settings.limits.cap_mm,
+    ),
+    PhysicalCheck(
+        PhysicalBound.FORCE, lambda columns, _: columns["truth.contact_n"], lambda _: FORCE_N
+    ),
     PhysicalCheck(PhysicalBound.ADVANCE, _advance, lambda _: ADVANCE_MM),
     PhysicalCheck(
         PhysicalBound.SUCTION,

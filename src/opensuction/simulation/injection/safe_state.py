@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 
@@ -37,57 +37,12 @@ class SafeBounds(NamedTuple):
     """Force up to this is no contact."""
 
 
-def _is_tip_outside(columns: Columns, bounds: SafeBounds) -> Holds:
-    """The tip is outside the patient."""
-    return columns["truth.tip_mm"] <= bounds.boundary_mm
-
-
-def _is_valve_closed(columns: Columns, _bounds: SafeBounds) -> Holds:
-    """The suction valve is closed."""
-    return np.equal(columns["truth.valve_open_ratio"], 0.0)
-
-
-def _is_without_suction(columns: Columns, bounds: SafeBounds) -> Holds:
-    """No vacuum reaches the tip."""
-    return columns["truth.tip_vacuum_mmhg"] <= bounds.vented_mmhg
-
-
-def _is_vented(columns: Columns, bounds: SafeBounds) -> Holds:
-    """The line is vented."""
-    return columns["truth.line_vacuum_mmhg"] <= bounds.vented_mmhg
-
-
-def _is_vacuum_limited(columns: Columns, bounds: SafeBounds) -> Holds:
-    """The line's vacuum is within its limit."""
-    return columns["truth.line_vacuum_mmhg"] <= bounds.vacuum_mmhg
-
-
-def _is_torque_off(columns: Columns, _bounds: SafeBounds) -> Holds:
-    """The insertion drive has no torque."""
-    return np.equal(columns["commands.insertion_on"], 0.0)
-
-
-def _is_pump_off(columns: Columns, _bounds: SafeBounds) -> Holds:
-    """The pump is commanded off."""
-    return np.equal(columns["commands.pump_on"], 0.0)
-
-
 def _is_standing(columns: Columns, _bounds: SafeBounds) -> Holds:
     """The catheter head stands still."""
     ticks = round(STANDING_S / DT_S)
     head = columns["truth.head_mm"]
     before = np.concatenate((np.full(min(ticks, head.size), head[0]), head[:-ticks]))
     return np.asarray(np.abs(head - before) <= STANDING_MM_PER_S * STANDING_S)
-
-
-def _is_untouched(columns: Columns, bounds: SafeBounds) -> Holds:
-    """The tip touches nothing."""
-    return columns["truth.contact_n"] <= bounds.contact_n
-
-
-def _is_resting(columns: Columns, _bounds: SafeBounds) -> Holds:
-    """The controller waits for a person."""
-    return np.isin(columns["phase"], (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE))
 
 
 def _is_not_started(columns: Columns, _bounds: SafeBounds) -> Holds:
@@ -97,16 +52,18 @@ def _is_not_started(columns: Columns, _bounds: SafeBounds) -> Holds:
 
 
 PREDICATES: dict[str, Callable[[Columns, SafeBounds], Holds]] = {
-    "tip-outside": _is_tip_outside,
-    "valve-closed": _is_valve_closed,
-    "no-suction": _is_without_suction,
-    "vented": _is_vented,
-    "vacuum-limited": _is_vacuum_limited,
-    "torque-off": _is_torque_off,
-    "pump-off": _is_pump_off,
+    "tip-outside": lambda columns, bounds: columns["truth.tip_mm"] <= bounds.boundary_mm,
+    "valve-closed": lambda columns, _: columns["truth.valve_open_ratio"] == 0.0,
+    "no-suction": lambda columns, bounds: columns["truth.tip_vacuum_mmhg"] <= bounds.vented_mmhg,
+    "vented": lambda columns, bounds: columns["truth.line_vacuum_mmhg"] <= bounds.vented_mmhg,
+    "vacuum-limited": lambda columns, bounds: (
+        columns["truth.line_vacuum_mmhg"] <= bounds.vacuum_mmhg
+    ),
+    "torque-off": lambda columns, _: columns["commands.insertion_on"] == 0.0,
+    "pump-off": lambda columns, _: columns["commands.pump_on"] == 0.0,
     "standing": _is_standing,
-    "untouched": _is_untouched,
-    "resting": _is_resting,
+    "untouched": lambda columns, bounds: columns["truth.contact_n"] <= bounds.contact_n,
+    "resting": lambda columns, _: np.isin(columns["phase"], RESTING),
     "not-started": _is_not_started,
 }
 """Predicates by name."""

@@ -28,7 +28,6 @@ class Touch(NamedTuple):
 
     tip_mm: float
     force_n: float
-    buckled: bool
 
 
 @compiled
@@ -39,13 +38,12 @@ def touch(tip: Tip, carina_mm: float, free_tip_mm: float) -> Touch:
     """
     overlap = free_tip_mm - carina_mm
     if overlap <= 0.0:
-        return Touch(tip_mm=free_tip_mm, force_n=0.0, buckled=False)
+        return Touch(tip_mm=free_tip_mm, force_n=0.0)
     stiffness = (
         tip.catheter_n_per_mm * tip.carina_n_per_mm / (tip.catheter_n_per_mm + tip.carina_n_per_mm)
     )
     force = stiffness * overlap
-    buckled = force > tip.buckling_n
-    if buckled:
+    if force > tip.buckling_n:
         beyond = overlap - tip.buckling_n / stiffness
         force = tip.buckling_n + tip.post_buckling_ratio * stiffness * beyond
-    return Touch(tip_mm=carina_mm + force / tip.carina_n_per_mm, force_n=force, buckled=buckled)
+    return Touch(tip_mm=carina_mm + force / tip.carina_n_per_mm, force_n=force)

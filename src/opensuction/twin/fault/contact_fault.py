@@ -5,13 +5,12 @@ from typing import Any
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultRow,
-    FaultSite,
     MachineEffect,
-    ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
-from opensuction.twin.fault.reading_fault import Channel, Mode
+from opensuction.twin.fault.reading_fault import Channel
 from opensuction.twin.machine.machine import Machine
 
 NEVER_N = 1.0e9
@@ -52,14 +51,12 @@ def _detach_tip(machine: Machine, strength: float) -> Machine:
 ROWS = (
     FaultRow(
         Fault.SWITCH_STUCK_OPEN,
-        FaultSite.SWITCH,
         "the contact switch never closes",
         MachineEffect(lambda machine, _: _with_switch(machine, close_n=NEVER_N, open_n=NEVER_N)),
         detected_by="no contact within the window",
     ),
     FaultRow(
         Fault.SWITCH_STUCK_CLOSED,
-        FaultSite.SWITCH,
         "the contact switch is closed although nothing touches the tip",
         MachineEffect(
             lambda machine, _: _with_switch(machine, close_n=-1.0, open_n=-1.0, bounce_s=0.0)
@@ -68,7 +65,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.SWITCH_BRIDGED,
-        FaultSite.SWITCH,
         "mucus bridges the contact switch, which closes now and then without a touch",
         # Pressed for good, and chattering for good: closed in its share of the ticks.
         MachineEffect(
@@ -85,21 +81,18 @@ ROWS = (
     ),
     FaultRow(
         Fault.SWITCH_STICKING,
-        FaultSite.SWITCH,
         "the contact switch closes as it should but does not open again",
         MachineEffect(lambda machine, _: _with_switch(machine, open_n=-1.0)),
         detected_by="contact too long, pre-use test of the next cycle",
     ),
     FaultRow(
         Fault.SWITCH_BOUNCING,
-        FaultSite.SWITCH,
         "the contact chatters for long after it has closed",
         MachineEffect(_bounce),
         Strength("how long", "s", 0.001, 10.0, 0.05),
     ),
     FaultRow(
         Fault.SWITCH_STIFF,
-        FaultSite.SWITCH,
         "the contact switch needs more force than it should",
         MachineEffect(_stiffen),
         Strength("force that closes it", "N", 0.081, 5.0, 0.25),
@@ -107,21 +100,13 @@ ROWS = (
     ),
     FaultRow(
         Fault.SWITCH_LATE,
-        FaultSite.SWITCH,
         "the contact switch is read late",
         MachineEffect(lambda machine, delay_s: _with_switch(machine, latency_s=delay_s)),
         Strength("delay", "s", 0.001, 0.059, 0.05),
     ),
-    FaultRow(
-        Fault.SWITCH_INVALID,
-        FaultSite.SWITCH,
-        "the contact switch gives no valid reading",
-        ReadingEffect(Channel.CONTACT, Mode.INVALID),
-        detected_by="its flag",
-    ),
+    invalid_reading(Fault.SWITCH_INVALID, Channel.CONTACT, "the contact switch"),
     FaultRow(
         Fault.CARINA_MISSED,
-        FaultSite.TIP,
         "the tip slips past the carina into a bronchus and meets nothing",
         MachineEffect(_lower_carina),
         Strength("how much deeper the way is free", "mm", 5.0, 100.0, 40.0),
@@ -129,7 +114,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.TUBE_DISPLACED,
-        FaultSite.TIP,
         "the tube has slid down or the neck is bent: the carina is nearer than was taught",
         MachineEffect(lambda machine, nearer_mm: _lower_carina(machine, -nearer_mm)),
         Strength("how much nearer", "mm", 1.0, 60.0, 20.0),
@@ -137,7 +121,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.TIP_BUCKLING,
-        FaultSite.TIP,
         "the tip is so soft that it buckles before the contact switch closes",
         MachineEffect(_soften_tip),
         Strength("force at which it buckles", "N", 0.005, 0.08, 0.03),
@@ -145,7 +128,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.TIP_DETACHED,
-        FaultSite.TIP,
         "the tip has come off with its contact switch, and lies in the airway",
         MachineEffect(_detach_tip),
         Strength("length of the tip", "mm", 1.0, 20.0, 5.0),

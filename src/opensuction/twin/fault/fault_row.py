@@ -5,7 +5,6 @@ machine survives, defaults are strong enough to matter.
 """
 
 from collections.abc import Callable
-from enum import IntEnum
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
@@ -16,25 +15,6 @@ from opensuction.twin.fault.link import Link
 from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient.patient import Patient
-
-
-class FaultSite(IntEnum):
-    """What a fault attacks, in the order of the documentation."""
-
-    SWITCH = 0
-    TIP = 1
-    CATHETER = 2
-    INSERTION_DRIVE = 3
-    HEAD_ENCODER = 4
-    VALVE = 5
-    CAM_ENCODER = 6
-    SUCTION_LINE = 7
-    VACUUM_SENSOR = 8
-    POWER = 9
-    CONTROLLER = 10
-    MESSAGE = 11
-    PATIENT = 12
-    SETTING = 13
 
 
 class Strength(NamedTuple):
@@ -111,7 +91,6 @@ class FaultRow(NamedTuple):
     """A fault that can be injected."""
 
     fault: Fault
-    site: FaultSite
     meaning: str
     """In one sentence: what is broken, and what that does."""
     effect: MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
@@ -184,3 +163,9 @@ class FaultRow(NamedTuple):
         if not isinstance(self.effect, LinkEffect):
             raise TypeError(f"fault '{self.fault.title}' does not change the link")
         return self.effect.change(link, onset)
+
+
+def invalid_reading(fault: Fault, channel: Channel, sensor: str) -> FaultRow:
+    """The fault of a sensor whose readings are flagged as not valid. sensor: with its article."""
+    effect = ReadingEffect(channel, Mode.INVALID)
+    return FaultRow(fault, f"{sensor} gives no valid reading", effect, None, "its flag")

@@ -6,10 +6,10 @@ from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultRow,
-    FaultSite,
     MachineEffect,
     ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
@@ -58,10 +58,6 @@ def _weaken(machine: Machine, lost: float) -> Machine:
     return _with_axis(machine, force_v=machine.insertion_axis.force_v * (1.0 - lost))
 
 
-def _swap_wires(machine: Machine, _strength: float) -> Machine:
-    return _with_axis(machine, polarity=-machine.insertion_axis.polarity)
-
-
 def _part_gear(machine: Machine, _strength: float) -> Machine:
     """Neither does the head follow the motor, nor does the motor feel the head."""
     return machine._replace(gear_backlash_mm=PARTED_MM, load_v_per_n=0.0)
@@ -74,7 +70,6 @@ def _wear_gear(machine: Machine, more_mm: float) -> Machine:
 ROWS = (
     FaultRow(
         Fault.CATHETER_KINKED,
-        FaultSite.CATHETER,
         "the catheter is kinked: it rubs in its conduit, gives way there, and its bore is narrower",
         MachineEffect(_kink),
         share("share of the bore's diameter that is lost", 0.6, 0.1, 0.95),
@@ -82,7 +77,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.CATHETER_JAMMED,
-        FaultSite.CATHETER,
         "the catheter is held fast",
         MachineEffect(_add_friction),
         Strength("force that holds it", "N", 1.0, 50.0, 8.0),
@@ -90,7 +84,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.CONDUIT_REROUTED,
-        FaultSite.CATHETER,
         "the conduit has been laid otherwise since the identification: its gap is another",
         MachineEffect(_reroute),
         Strength("gap over the identified one", "1", 0.3, 3.0, 1.5),
@@ -98,21 +91,18 @@ ROWS = (
     ),
     FaultRow(
         Fault.MOTOR_STALLED,
-        FaultSite.INSERTION_DRIVE,
         "the insertion motor is seized",
         MachineEffect(lambda machine, _: _with_axis(machine, friction_v=SEIZED_V)),
         detected_by="head reading, current",
     ),
     FaultRow(
         Fault.MOTOR_LOST,
-        FaultSite.INSERTION_DRIVE,
         "the insertion motor's winding is broken: no current, no torque, no braking",
         MachineEffect(lambda machine, _: _with_axis(machine, force_v=0.0)),
         detected_by="head reading, current",
     ),
     FaultRow(
         Fault.MOTOR_WEAK,
-        FaultSite.INSERTION_DRIVE,
         "the insertion drive gives less current than it should",
         MachineEffect(_weaken),
         share("share of its force that is lost", 0.8, 0.05, 0.99),
@@ -120,21 +110,20 @@ ROWS = (
     ),
     FaultRow(
         Fault.MOTOR_REVERSED,
-        FaultSite.INSERTION_DRIVE,
         "the insertion motor's wires are swapped: it turns the wrong way",
-        MachineEffect(_swap_wires),
+        MachineEffect(
+            lambda machine, _: _with_axis(machine, polarity=-machine.insertion_axis.polarity)
+        ),
         detected_by="head against its command",
     ),
     FaultRow(
         Fault.GEAR_LOST,
-        FaultSite.INSERTION_DRIVE,
         "the gear has parted: the motor turns, and the catheter head stays where it is",
         MachineEffect(_part_gear),
         detected_by="the head's two sensors",
     ),
     FaultRow(
         Fault.GEAR_WORN,
-        FaultSite.INSERTION_DRIVE,
         "gear and rack have more play than they should",
         MachineEffect(_wear_gear),
         Strength("play in addition", "mm", 0.1, 30.0, 5.0),
@@ -143,14 +132,12 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_FROZEN,
-        FaultSite.HEAD_ENCODER,
         "the head encoder's value no longer changes",
         ReadingEffect(Channel.HEAD, Mode.SCALED, factor=0.0),
         detected_by="head reading",
     ),
     FaultRow(
         Fault.ENCODER_SLIPPING,
-        FaultSite.HEAD_ENCODER,
         "the head encoder's wheel slips: it counts less than the head moves",
         ReadingEffect(Channel.HEAD, Mode.SCALED),
         share("share of the motion that is not counted", 0.2),
@@ -158,7 +145,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_JUMPING,
-        FaultSite.HEAD_ENCODER,
         "the head encoder's value jumps about, anew every 50 ms",
         ReadingEffect(Channel.HEAD, Mode.JUMPING),
         Strength("largest jump", "mm", 0.1, 50.0, 5.0),
@@ -166,7 +152,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_OFFSET,
-        FaultSite.HEAD_ENCODER,
         "the head encoder has lost counts: it is off by a constant",
         ReadingEffect(Channel.HEAD, Mode.OFFSET),
         Strength("reading less truth", "mm", -50.0, 50.0, -5.0),
@@ -174,43 +159,31 @@ ROWS = (
     ),
     FaultRow(
         Fault.ENCODER_NOISY,
-        FaultSite.HEAD_ENCODER,
         "the head encoder's value is noisy",
         ReadingEffect(Channel.HEAD, Mode.NOISY),
         Strength("standard deviation", "mm", 0.005, 10.0, 0.5),
         detected_by="head speed",
     ),
-    FaultRow(
-        Fault.ENCODER_INVALID,
-        FaultSite.HEAD_ENCODER,
-        "the head encoder gives no valid reading",
-        ReadingEffect(Channel.HEAD, Mode.INVALID),
-        detected_by="its flag",
-    ),
+    invalid_reading(Fault.ENCODER_INVALID, Channel.HEAD, "the head encoder"),
     FaultRow(
         Fault.ENCODER_REVERSED,
-        FaultSite.HEAD_ENCODER,
         "the head encoder counts the wrong way",
         ReadingEffect(Channel.HEAD, Mode.SCALED, factor=-1.0),
         detected_by="the head's two sensors, head not following",
     ),
     FaultRow(
         Fault.CARRIAGE_SENSOR_FROZEN,
-        FaultSite.HEAD_ENCODER,
         "the value of the sensor on the catheter head no longer changes",
         ReadingEffect(Channel.CARRIAGE, Mode.SCALED, factor=0.0),
         detected_by="the head's two sensors",
     ),
-    FaultRow(
+    invalid_reading(
         Fault.CARRIAGE_SENSOR_INVALID,
-        FaultSite.HEAD_ENCODER,
-        "the sensor on the catheter head gives no valid reading",
-        ReadingEffect(Channel.CARRIAGE, Mode.INVALID),
-        detected_by="its flag",
+        Channel.CARRIAGE,
+        "the sensor on the catheter head",
     ),
     FaultRow(
         Fault.CURRENT_SENSOR_DEAD,
-        FaultSite.INSERTION_DRIVE,
         "the motor current always reads 0",
         ReadingEffect(Channel.CURRENT, Mode.DEAD),
     ),

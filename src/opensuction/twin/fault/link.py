@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.kernel import random_stream, row
+from opensuction.kernel import random_stream
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.generated import row
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import reading_fault

@@ -1,26 +1,23 @@
 """Faults of the set-up: what a person chose wrongly before the start."""
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import FaultRow, FaultSite, SetupEffect, Strength
+from opensuction.twin.fault.fault_row import FaultRow, SetupEffect, Strength
 
 ROWS = (
     FaultRow(
         Fault.WRONG_PRESET,
-        FaultSite.SETTING,
         "an adult's protocol is set for a neonate",
         SetupEffect(is_planned=True),
         detected_by="the guidelines of the patient's age, before the start",
     ),
     FaultRow(
         Fault.CATHETER_TOO_WIDE,
-        FaultSite.SETTING,
         "a catheter is fitted that is too wide for the tube",
         SetupEffect(is_planned=True),
         detected_by="the guideline's ratio, before the start",
     ),
     FaultRow(
         Fault.CATHETER_EXPIRED,
-        FaultSite.SETTING,
         "the catheter has been used for more than its life",
         SetupEffect(is_planned=False),
         Strength("since its first use", "h", 24.0, 1000.0, 25.0),
@@ -28,7 +25,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.TAUGHT_TOO_DEEP,
-        FaultSite.SETTING,
         "the way to the carina was taught longer than it is",
         SetupEffect(is_planned=True),
         Strength("too much", "mm", 1.0, 60.0, 20.0),

@@ -5,10 +5,10 @@ from typing import Any
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultRow,
-    FaultSite,
     MachineEffect,
     ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
@@ -51,7 +51,6 @@ def _fill_canister(machine: Machine, full: float) -> Machine:
 ROWS = (
     FaultRow(
         Fault.PUMP_RUNAWAY,
-        FaultSite.SUCTION_LINE,
         "the pump runs whatever it is told, and the regulator is shut",
         MachineEffect(
             lambda machine, _: _with_line(
@@ -62,7 +61,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.PUMP_WEAK,
-        FaultSite.SUCTION_LINE,
         "the pump moves less gas than it should",
         MachineEffect(_weaken_pump),
         share("share of its flow that is lost", 0.7, 0.05, 0.99),
@@ -70,28 +68,24 @@ ROWS = (
     ),
     FaultRow(
         Fault.PUMP_LOST,
-        FaultSite.SUCTION_LINE,
         "the pump stands still",
         MachineEffect(lambda machine, _: _weaken_pump(machine, 1.0)),
         detected_by="vacuum signature, pre-use test",
     ),
     FaultRow(
         Fault.REGULATOR_FAILED,
-        FaultSite.SUCTION_LINE,
         "the regulator lets no air in: vacuum rises to the relief valve, and does not vent",
         MachineEffect(lambda machine, _: _with_line(machine, regulator_ml_per_s_per_mmhg=0.0)),
         detected_by="line vacuum, pre-use test",
     ),
     FaultRow(
         Fault.RELIEF_FAILED,
-        FaultSite.SUCTION_LINE,
         "the relief valve does not open",
         MachineEffect(lambda machine, _: _with_line(machine, relief_ml_per_s_per_mmhg=0.0)),
         detected_by="pre-use test; alone it does no harm",
     ),
     FaultRow(
         Fault.LINE_LEAK,
-        FaultSite.SUCTION_LINE,
         "air leaks into line or canister",
         MachineEffect(_leak),
         Strength("leak in addition", "mL/s/mmHg", 0.02, 50.0, 2.0),
@@ -99,7 +93,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.LINE_CLOGGED,
-        FaultSite.SUCTION_LINE,
         "the catheter's bore is clogged",
         MachineEffect(lambda machine, lost: narrow_bore(machine, 1.0 - lost, 1.0 - lost)),
         share("share of its conductance that is lost", 0.95, 0.1),
@@ -107,7 +100,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.CANISTER_FULL,
-        FaultSite.SUCTION_LINE,
         "the canister fills up: it holds less gas, and its float shuts the pump off when full",
         MachineEffect(_fill_canister),
         share("share of its volume that is full; the float shuts from 0.95 on", 1.0, 0.1),
@@ -115,14 +107,12 @@ ROWS = (
     ),
     FaultRow(
         Fault.VACUUM_SENSOR_FROZEN,
-        FaultSite.VACUUM_SENSOR,
         "the vacuum sensor's value no longer changes",
         ReadingEffect(Channel.VACUUM, Mode.SCALED, factor=0.0),
         detected_by="signature",
     ),
     FaultRow(
         Fault.VACUUM_SENSOR_OFFSET,
-        FaultSite.VACUUM_SENSOR,
         "the vacuum sensor is off by a constant",
         ReadingEffect(Channel.VACUUM, Mode.OFFSET),
         Strength("reading less truth", "mmHg", -200.0, 200.0, -50.0),
@@ -130,17 +120,10 @@ ROWS = (
     ),
     FaultRow(
         Fault.VACUUM_SENSOR_NOISY,
-        FaultSite.VACUUM_SENSOR,
         "the vacuum sensor's value is noisy",
         ReadingEffect(Channel.VACUUM, Mode.NOISY),
         Strength("standard deviation", "mmHg", 0.5, 100.0, 20.0),
         detected_by="pre-use test",
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_INVALID,
-        FaultSite.VACUUM_SENSOR,
-        "the vacuum sensor gives no valid reading",
-        ReadingEffect(Channel.VACUUM, Mode.INVALID),
-        detected_by="its flag",
-    ),
+    invalid_reading(Fault.VACUUM_SENSOR_INVALID, Channel.VACUUM, "the vacuum sensor"),
 )

@@ -5,10 +5,10 @@ from typing import Any
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultRow,
-    FaultSite,
     MachineEffect,
     ReadingEffect,
     Strength,
+    invalid_reading,
     share,
 )
 from opensuction.twin.fault.insertion_fault import SEIZED_V
@@ -37,7 +37,6 @@ def _slow_down(machine: Machine, lost: float) -> Machine:
 ROWS = (
     FaultRow(
         Fault.VALVE_STUCK_OPEN,
-        FaultSite.VALVE,
         "the valve's slide does not close, whatever the cam does",
         MachineEffect(lambda machine, left: _with_valve(machine, least_ratio=left)),
         share("opening that is left", 1.0, 0.05),
@@ -45,7 +44,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.VALVE_STUCK_CLOSED,
-        FaultSite.VALVE,
         "the valve's slide has parted from the cam and does not open",
         MachineEffect(lambda machine, left: _with_valve(machine, most_ratio=left)),
         Strength("opening that is left", "1", 0.0, 0.9, 0.0),
@@ -53,7 +51,6 @@ ROWS = (
     ),
     FaultRow(
         Fault.VALVE_SLOW,
-        FaultSite.VALVE,
         "cam and slide move through thick grease",
         MachineEffect(_slow_down),
         share("share of the speed that is lost", 0.8, 0.05, 0.99),
@@ -61,21 +58,18 @@ ROWS = (
     ),
     FaultRow(
         Fault.VALVE_JAMMED,
-        FaultSite.VALVE,
         "the cam is seized where it stands",
         MachineEffect(lambda machine, _: _with_axis(machine, friction_v=SEIZED_V)),
         detected_by="the cam's encoder",
     ),
     FaultRow(
         Fault.VALVE_MOTOR_LOST,
-        FaultSite.VALVE,
         "the valve motor's winding is broken: the spring closes the valve",
         MachineEffect(lambda machine, _: _with_axis(machine, force_v=0.0)),
         detected_by="the cam's encoder",
     ),
     FaultRow(
         Fault.VALVE_SPRING_BROKEN,
-        FaultSite.VALVE,
         "the return spring is broken: the valve closes only by its motor",
         MachineEffect(
             lambda machine, _: _with_valve(machine, spring_preload_v=0.0, spring_v_per_rad=0.0)
@@ -84,14 +78,12 @@ ROWS = (
     ),
     FaultRow(
         Fault.CAM_ENCODER_FROZEN,
-        FaultSite.CAM_ENCODER,
         "the valve encoder's value no longer changes",
         ReadingEffect(Channel.CAM, Mode.SCALED, factor=0.0),
         detected_by="phase overdue",
     ),
     FaultRow(
         Fault.CAM_ENCODER_OFFSET,
-        FaultSite.CAM_ENCODER,
         "the valve encoder is off by a constant",
         ReadingEffect(Channel.CAM, Mode.OFFSET),
         Strength("reading less truth", "rad", -0.6, 0.6, 0.1),
@@ -99,17 +91,10 @@ ROWS = (
     ),
     FaultRow(
         Fault.CAM_ENCODER_NOISY,
-        FaultSite.CAM_ENCODER,
         "the valve encoder's value is noisy",
         ReadingEffect(Channel.CAM, Mode.NOISY),
         Strength("standard deviation", "rad", 0.001, 0.5, 0.05),
         detected_by="valve not seen closed",
     ),
-    FaultRow(
-        Fault.CAM_ENCODER_INVALID,
-        FaultSite.CAM_ENCODER,
-        "the valve encoder gives no valid reading",
-        ReadingEffect(Channel.CAM, Mode.INVALID),
-        detected_by="its flag",
-    ),
+    invalid_reading(Fault.CAM_ENCODER_INVALID, Channel.CAM, "the valve encoder"),
 )

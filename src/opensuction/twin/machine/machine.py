@@ -157,7 +157,7 @@ def _step_valve(
         valve_mechanism.load_v(machine.valve, state.valve.position),
         dt_s,
     )
-    return valve_mechanism.stopped(machine.valve, turned)
+    return dc_axis.stopped(turned, -machine.valve.stop_rad, math.inf)
 
 
 @compiled

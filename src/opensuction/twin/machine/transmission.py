@@ -64,7 +64,7 @@ def bundle(values: Iterable[float]) -> Bundle:
 
 def after_retract(transmission: Transmission, head_mm: float) -> TransmissionState:
     """State at rest after a long retract that ended with the head at ``head_mm``."""
-    plays = bundle(play.retracted_positions_mm(np.array(transmission.widths_mm), head_mm))
+    plays = bundle(head_mm + 0.5 * width_mm for width_mm in transmission.widths_mm)
     behind = float(np.mean(plays)) + 0.5 * transmission.stretch_mm
     return TransmissionState(
         plays_mm=plays,

@@ -7,7 +7,6 @@ grows with the angle and nowhere vanishes: without motor torque the valve closes
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.twin.machine.dc_axis import AxisMotion
 
 
 class ValveMechanism(NamedTuple):
@@ -50,11 +49,3 @@ def load_v(valve: ValveMechanism, cam_rad: float) -> float:
     if cam_rad <= 0.0:
         return 0.0
     return valve.spring_preload_v + valve.spring_v_per_rad * cam_rad
-
-
-@compiled
-def stopped(valve: ValveMechanism, motion: AxisMotion) -> AxisMotion:
-    """Motion of the valve axis after its end stop, which it hits without a bounce."""
-    if motion.position >= -valve.stop_rad:
-        return motion
-    return AxisMotion(position=-valve.stop_rad, velocity=0.0, drive_v=motion.drive_v)

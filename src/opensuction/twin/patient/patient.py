@@ -8,9 +8,9 @@ lung volume, saturation and heart rate.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.monitor import Monitor
 from opensuction.twin.airway import tube
 from opensuction.twin.airway.tube import Tube
+from opensuction.twin.coupling import PatientSigns
 from opensuction.twin.patient import (
     airflow,
     gas_exchange,
@@ -97,28 +97,6 @@ class PatientState(NamedTuple):
     breath: BreathState
 
 
-class PatientTruth(NamedTuple):
-    """The patient from outside."""
-
-    airway_pressure_cmh2o: float
-    """In the trachea, below the tube."""
-    ventilator_pressure_cmh2o: float
-    """At the connector above the tube, where the ventilator measures."""
-    lung_volume_ml: float
-    """Above residual volume."""
-    lung_volume_loss_ml: float
-    """End-expiratory volume lost against the start, smoothed over a breath."""
-    spo2_percent: float
-    """As the oximeter shows it, late."""
-    sao2_percent: float
-    """In the arterial blood that leaves the lung now."""
-    alveolar_o2_mmhg: float
-    heart_rate_per_min: float
-    ventilator_flow_l_per_min: float
-    """Through the tube towards the patient."""
-    tidal_volume_ml: float
-
-
 @compiled
 def is_inside(patient: Patient, tip_mm: float) -> bool:
     """Whether the catheter's tip is past the tube's upper end."""
@@ -198,28 +176,18 @@ def step(
 
 
 @compiled
-def truth(patient: Patient, state: PatientState) -> PatientTruth:
-    """What monitors would show, and what only the twin knows."""
-    return PatientTruth(
+def signs(patient: Patient, state: PatientState) -> PatientSigns:
+    """What the machine and the trace learn of the patient."""
+    return PatientSigns(
         airway_pressure_cmh2o=state.airflow.trachea_cmh2o,
-        ventilator_pressure_cmh2o=state.airflow.connector_cmh2o,
         lung_volume_ml=state.lung.volume_ml - patient.lung.residual_ml,
         lung_volume_loss_ml=state.breath.loss_ml,
         spo2_percent=state.oximeter.shown_percent,
-        sao2_percent=100.0 * state.gas.arterial_saturation,
-        alveolar_o2_mmhg=state.gas.alveolar_mmhg,
         heart_rate_per_min=state.heart.rate_per_min,
-        ventilator_flow_l_per_min=L_PER_MIN_PER_ML_PER_S * state.airflow.tube_ml_per_s,
-        tidal_volume_ml=state.breath.tidal_ml,
-    )
-
-
-@compiled
-def read_monitor(patient: Patient, state: PatientState) -> Monitor:
-    """What the patient's monitor passes on to the machine."""
-    return patient_monitor.read(
-        patient.monitor,
-        state.oximeter.shown_percent,
-        state.shown_per_min,
-        state.airflow.connector_cmh2o,
+        monitor=patient_monitor.read(
+            patient.monitor,
+            state.oximeter.shown_percent,
+            state.shown_per_min,
+            state.airflow.connector_cmh2o,
+        ),
     )

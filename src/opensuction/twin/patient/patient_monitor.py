@@ -7,7 +7,7 @@ over some beats; the pressure from the connector above the tube, a hundred times
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.monitor import ABSENT, Monitor
+from opensuction.kernel.readings import NO_MONITOR, Monitor
 
 
 class PatientMonitor(NamedTuple):
@@ -41,7 +41,7 @@ def read(
 ) -> Monitor:
     """What arrives at the machine."""
     if not (monitor.present and monitor.linked):
-        return ABSENT
+        return NO_MONITOR
     return Monitor(
         connected=True,
         spo2_percent=spo2_percent if monitor.probe_on else 0.0,

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from opensuction.evidence.trial import fault_campaign_page
+from docs.generator import campaign_page
 
 
 def count(cycles: int, broken: int) -> dict[str, Any]:
@@ -39,20 +39,20 @@ FOUND: dict[str, Any] = {
 
 
 def test_counts_and_their_bounds_are_told() -> None:
-    page = fault_campaign_page.markdown(FOUND, "2026-11-21")
+    page = campaign_page.markdown(FOUND, "2026-11-21")
     assert "# Random faults: 100,000 cycles" in page
     assert "| physical bounds, two faults | 40,000 | 17 | 0.012 % |" in page
     assert "In-silico" in page
 
 
 def test_each_kind_of_breach_can_be_played_again() -> None:
-    page = fault_campaign_page.markdown(FOUND, "2026-11-21")
+    page = campaign_page.markdown(FOUND, "2026-11-21")
     assert "| line-leak + pump-lost | time in the airway | 17 | 50 | 44 | 3, 5 |" in page
-    none = fault_campaign_page.markdown({**FOUND, "breaches": []}, "2026-11-21")
+    none = campaign_page.markdown({**FOUND, "breaches": []}, "2026-11-21")
     assert "\nNone.\n" in none
 
 
 def test_only_what_went_untold_is_listed_as_such() -> None:
-    page = fault_campaign_page.markdown(FOUND, "2026-11-21")
+    page = campaign_page.markdown(FOUND, "2026-11-21")
     assert "| `gear-lost` | 900 | 700 |" in page
     assert "pump-lost` | 800" not in page

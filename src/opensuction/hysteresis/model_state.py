@@ -1,9 +1,14 @@
-"""What a model's inverse answers: the move that brings the output to a target, or how far it got.
+"""State of a model with a memory of any kind, and what its inverse answers."""
 
-One record for every model, so that who compensates a hysteresis need not know which one it is.
-"""
+from typing import Any, NamedTuple
 
-from typing import NamedTuple
+
+class ModelState(NamedTuple):
+    """Where the input is, and the memory there."""
+
+    head_mm: float
+    memory: Any
+    """A float, or an array of elements."""
 
 
 class InverseMove(NamedTuple):

@@ -12,7 +12,7 @@ from typing import Any, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.kernel import straight_line
+from opensuction.kernel.generated import straight_line
 
 Row = npt.NDArray[np.float64]
 SCALARS = (float, int, bool)

@@ -59,7 +59,7 @@ def _allowances() -> list[str]:
 
 
 def markdown(found: Json, date: str) -> str:
-    """The page of a campaign. found: its JSON object (`fault_tally.plain` and what was run)."""
+    """The page of a campaign. found: its JSON object (a `Tally` as a mapping, and what was run)."""
     counts = [_count(label, found[key]) for key, label in LABELS.items()]
     return "\n".join(
         [

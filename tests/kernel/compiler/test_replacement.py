@@ -171,7 +171,7 @@ def test_a_change_that_is_none_is_refused(change: Callable[[Tip], Any], message:
 
 PROGRAM = """
 import json
-from tests.kernel.test_record import advance, tip
+from tests.kernel.compiler.test_replacement import advance, tip
 after = advance(tip(), 2.5)
 hits = sum(advance.stats.cache_hits.values()) if hasattr(advance, "stats") else -1
 print(json.dumps([after.place.depth_mm, bool(after.inside), hits]))

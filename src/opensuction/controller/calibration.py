@@ -1,0 +1,48 @@
+"""What is known of a machine from an identification run, or from nominal values alone."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.control.lookup_table import Curves
+from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+
+
+class Feedforward(NamedTuple):
+    """Servo feedforward of the insertion axis, found by calibration; zeros for the paper's PD."""
+
+    velocity_v_s_per_mm: float
+    friction_v: float
+
+
+PLAIN_PD = Feedforward(velocity_v_s_per_mm=0.0, friction_v=0.0)
+
+
+class Calibration(NamedTuple):
+    """What an identification run found; each compensator uses its part of it."""
+
+    model: ModifiedDahl
+    feedforward: Feedforward
+    plays: PrandtlIshlinskii
+    width: Curves
+    """One backlash width: two parallel lines."""
+    table: Curves
+
+
+def assume_nominal(model: ModifiedDahl, feedforward: Feedforward) -> Calibration:
+    """A calibration from the modified Dahl model alone: every other model is its plain backlash."""
+    half_mm = 0.5 * float(modified_dahl.gap_mm(model)) / model.slope
+    middle_mm = -model.offset_mm / model.slope
+    plays = PrandtlIshlinskii(
+        thresholds_mm=np.array([half_mm]),
+        weights=np.array([model.slope]),
+        slope=0.0,
+        offset_mm=model.offset_mm,
+        curvature_per_mm=0.0,
+    )
+    tip_mm = np.array([0.0, 1.0])
+    heads_mm = middle_mm + tip_mm / model.slope
+    width = Curves(0.0, 1.0, heads_mm + half_mm, heads_mm - half_mm)
+    return Calibration(model, feedforward, plays, width, width)

@@ -1,0 +1,20 @@
+import numpy as np
+import pytest
+
+from opensuction.identification.estimator.normal_equation import solve_least_squares
+
+HEAD = 20.0 * np.sin(np.linspace(0.0, 20.0, 9000)) + 0.8 * np.sin(np.linspace(0.0, 900.0, 9000))
+
+
+def test_least_squares_of_nearly_equal_columns_keeps_its_digits() -> None:
+    one = HEAD - HEAD.mean()
+    other = np.cos(np.linspace(0.0, 7.0, HEAD.size))
+    # Alike to 1e-5: normal equations alone see 1e-10 and keep six digits of the factors.
+    columns = np.stack([one, one + 1e-5 * np.ptp(one) * (other - other.mean())])
+    factors = solve_least_squares(columns, np.array([3.0, -2.0]) @ columns)
+    assert factors == pytest.approx([3.0, -2.0], rel=1e-9)
+
+
+def test_least_squares_leaves_an_empty_column_alone() -> None:
+    columns = np.stack([HEAD - HEAD.mean(), np.zeros(HEAD.size)])
+    assert solve_least_squares(columns, 2.0 * columns[0]) == pytest.approx([2.0, 0.0])
