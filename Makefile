@@ -3,7 +3,7 @@
 PYTHON ?= python3
 UV ?= uv
 ARGS ?=
-TESTS ?= not soak and not examples and not sweep
+TESTS = not soak and not examples and not sweep
 
 BIN := .venv/bin
 
