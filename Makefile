@@ -3,6 +3,7 @@
 PYTHON ?= python3
 UV ?= uv
 ARGS ?=
+TESTS = not soak and not examples and not sweep
 
 BIN := .venv/bin
 
@@ -22,8 +23,9 @@ setup: $(PACKAGE) ## create .venv from requirements.lock and install the package
 run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--protocol paper"
 	@$(BIN)/opensuction cycle $(ARGS)
 
-test: $(PACKAGE) ## all tests but the long ones; choose some with ARGS="-k name"
-	@$(BIN)/python -m pytest -m "not soak and not examples" -n auto --dist loadfile -p no:benchmark $(ARGS)
+test: $(PACKAGE) ## all tests but sweeps and long ones; choose some with ARGS="-k name"
+	@$(BIN)/python -m pytest -m "$(TESTS)" -n auto --dist loadfile --no-loadscope-reorder \
+		-p no:benchmark $(ARGS)
 
 check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazards against tests
 	@$(BIN)/ruff check .
@@ -44,7 +46,7 @@ bench: $(PACKAGE) ## speed of the core
 	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)
 
 soak: $(PACKAGE) ## the long tests, and all mutants
-	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m soak $(ARGS)
+	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m "soak or sweep" $(ARGS)
 	@$(BIN)/python -m mutation --out mutation-score.json
 
 mutate: $(PACKAGE) ## mistakes that no test notices; choose modules with ARGS="safety.condition"

@@ -1,13 +1,20 @@
-"""What every test can use: components of the system, a browser, Hypothesis without surprises."""
+"""What every test can use: components of the system, a browser, Hypothesis without surprises.
 
+And what saves time where several processes share the tests: each root is compiled by one of them.
+"""
+
+import fcntl
+import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import Phase, settings
+
+from opensuction.kernel.compiler.dispatcher import CoreFunction
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -34,6 +41,57 @@ settings.register_profile(
     phases=(Phase.explicit, Phase.generate),
 )
 settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", "suite"))
+
+ORDER = (
+    "tests/evidence/paper/test_paper_figures.py",  # the closed loop is compiled, all kinds of it
+    "src/",
+    "tests/kernel/",  # meanwhile what needs none of it
+    "tests/mutation/",
+    "tests/docs/",
+    "tests/traceability/",
+    "tests/settings/",
+    "tests/report/",
+    "tests/recording/",
+    "tests/hysteresis/",
+    "tests/identification/",
+    "tests/controller/test_cycle.py",  # the loop with falsified readings
+    "tests/controller/test_exploration.py",  # the loop with its links
+    "tests/",
+    "tests/controller/",
+)
+"""In which order the first tests of these folders run: no two processes wait for one compilation.
+
+The longest beginning of a name counts; `make test` hands files out in this order.
+"""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    def place(item: pytest.Item) -> int:
+        fitting = [prefix for prefix in ORDER if item.nodeid.startswith(prefix)]
+        return ORDER.index(max(fitting, key=len, default="tests/"))
+
+    items.sort(key=place)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Of the processes that share these tests one compiles a root; the others wait, and load it."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        yield
+        return
+    folder = tmp_path_factory.getbasetemp().parent  # of all these processes
+    build = CoreFunction._build
+
+    def build_or_load(root: CoreFunction, sig: Any, args: tuple[Any, ...]) -> Any:
+        function = f"{root.py_func.__module__}.{root.py_func.__qualname__}{args}"
+        name = hashlib.sha256(function.encode()).hexdigest()[:16]
+        with (folder / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return root._load(sig) or build(root, sig, args)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CoreFunction, "_build", build_or_load)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,7 @@
 """The controller that is debugged is the controller that runs: compiled equals plain Python."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.closed_loop import COLUMNS
+from opensuction.simulation.closed_loop import COLUMNS, LoopState
 from tests.conformance.plain import run_plain
 from tests.controller import drive
 from tests.controller.drive import (
@@ -31,28 +33,34 @@ SHORT = PAPER._replace(travel_mm=1.0, cap_mm=6.0, dwell_s=2.1)
 
 CALIBRATION = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 
-RUNS: dict[str, tuple[CompensationKind, int, dict[int, int], When]] = {
-    "cycle": (CompensationKind.NONE, 11600, {0: START}, NEVER),
-    "direct": (CompensationKind.DIRECT_INVERSE, 7300, {0: START}, NEVER),
-    "stopped": (CompensationKind.EXACT_INVERSE, 8600, {0: START, 7600: ABORT, 8590: RESET}, NEVER),
-    "hands": (
-        CompensationKind.EXACT_INVERSE,
+START_TICKS = 6900
+"""Of a cycle that nothing disturbs before: played once for all runs that have it in common."""
+
+
+class Run(NamedTuple):
+    """What happens from `START_TICKS` on, or from the beginning; ticks count from there."""
+
+    kind: CompensationKind
+    ticks: int
+    pressed: dict[int, int]
+    when: When = NEVER
+    started: bool = False
+    """Whether the cycle has gone on for `START_TICKS`."""
+
+
+EXACT = CompensationKind.EXACT_INVERSE
+RUNS = {
+    "cycle": Run(CompensationKind.NONE, 11600, {0: START}),
+    "direct": Run(CompensationKind.DIRECT_INVERSE, 7300, {0: START}),
+    "started": Run(EXACT, START_TICKS, {0: START}),
+    "stopped": Run(EXACT, 1700, {700: ABORT, 1690: RESET}, started=True),
+    "hands": Run(
+        EXACT,
         900,
         {0: SERVICE, 200: CHANGED, 300: RETURN_TO_SERVICE, 400: TEACH, 600: CONFIRM, 700: ABORT},
-        NEVER,
     ),
-    "blind": (
-        CompensationKind.EXACT_INVERSE,
-        7200,
-        {0: START, 7100: RESET},
-        When(int(Fault.HEAD_NAN), 6900, 6950),
-    ),
-    "contact": (
-        CompensationKind.EXACT_INVERSE,
-        7900,
-        {0: START},
-        When(int(Fault.CONTACT_BOUNCING), 7500, 7900),
-    ),
+    "blind": Run(EXACT, 300, {200: RESET}, When(int(Fault.HEAD_NAN), 0, 50), started=True),
+    "contact": Run(EXACT, 1000, {}, When(int(Fault.CONTACT_BOUNCING), 600, 1000), started=True),
 }
 
 
@@ -60,14 +68,16 @@ def results() -> dict[str, list[list[float]]]:
     """Every column of every run, thinned to every seventh tick."""
     rig = rigs.rig("bench", 1, nominal=True)
     tables = {}
-    for name, (kind, ticks, pressed, when) in RUNS.items():
-        protocol = SHORT if kind == CompensationKind.NONE else PAPER
-        loop, state = rigs.assemble(rig, protocol, kind, CALIBRATION, run=2)
-        buttons = np.zeros(ticks, dtype=np.int64)
-        for tick, bits in pressed.items():
+    ends: dict[str, LoopState] = {}
+    for name, run in RUNS.items():
+        protocol = SHORT if run.kind == CompensationKind.NONE else PAPER
+        loop, parked = rigs.assemble(rig, protocol, run.kind, CALIBRATION, run=2)
+        buttons = np.zeros(run.ticks, dtype=np.int64)
+        for tick, bits in run.pressed.items():
             buttons[tick] = bits
-        table = np.zeros((ticks, len(COLUMNS)))
-        drive.run(loop, state, buttons, when, table)
+        table = np.zeros((run.ticks, len(COLUMNS)))
+        state = ends["started"] if run.started else parked
+        ends[name] = drive.run(loop, state, buttons, run.when, table)
         tables[name] = [[float(value) for value in row] for row in table[::7]]
     return tables
 

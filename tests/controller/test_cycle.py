@@ -1,25 +1,31 @@
 """Cycles in which nothing is broken, and people who press what they like."""
 
+from functools import lru_cache
+from typing import Any, NamedTuple
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.closed_loop import DT_S, Loop
-from opensuction.simulation.trace import Columns, phase_spans, power_up
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.trace import Columns, by_name, phase_spans, power_up
 from opensuction.twin import preset
 from tests.controller.drive import (
     ABORT,
     IDENTIFY,
     NAN,
+    NEVER,
     RESET,
     START,
     at_rest,
     phases,
     rig,
+    run,
     simulate,
 )
 from tests.controller.invariant import assert_held, trips
@@ -113,14 +119,60 @@ def test_starting_again_and_again_is_one_cycle_after_another() -> None:
     assert_held(columns, loop)
 
 
-def moments() -> list[tuple[CompensationKind, int]]:
+class Sound(NamedTuple):
+    """A cycle that nobody stops, up to `SOUND_TICKS`."""
+
+    states: dict[int, LoopState]
+    """Before some ticks."""
+    rows: NDArray[np.float64]
+
+
+SOUND_TICKS = 36_000
+FIRST, EVERY = 10, 300
+"""Ticks at which the cycle is stopped: the first one, and how far apart they are."""
+
+
+@lru_cache(maxsize=1)
+def sound(kind: CompensationKind) -> Sound:
+    loop, state = at_rest(kind)
+    table = np.empty((SOUND_TICKS, len(COLUMNS)))
+    states, done, ticks = {}, 0, FIRST
+    while done < SOUND_TICKS:
+        rows = table[done : done + ticks]
+        buttons = np.zeros(len(rows), dtype=np.int64)
+        buttons[0] = START if done == 0 else 0
+        state = run(loop, state, buttons, NEVER, rows)
+        done, ticks = done + ticks, EVERY
+        states[done] = state
+    return Sound(states, table)
+
+
+def stopped(
+    kind: CompensationKind, tick: int, buttons: dict[float, int], seconds: float
+) -> Columns:
+    """A cycle with buttons pressed some time (s) after a tick, to its end."""
+    before, ticks = sound(kind), round(seconds / DT_S)
+    table = np.empty((tick + ticks, len(COLUMNS)))
+    table[:tick] = before.rows[:tick]
+    pressed = np.zeros(ticks, dtype=np.int64)
+    for time_s, bits in buttons.items():
+        pressed[round(time_s / DT_S)] = bits
+    run(at_rest(kind)[0], before.states[tick], pressed, NEVER, table[tick:])
+    table[:, COLUMNS.index("time_s")] = np.arange(len(table)) * DT_S
+    return by_name(table)
+
+
+def moments() -> list[Any]:
     """Which quarters of the instants for which kind: all for the two that people use most.
 
     The others have every other one in turn, so that each phase and each instant is stopped in.
+    One of each kind is no sweep, another one for the next kind.
     """
     often = (EXACT, CompensationKind.PREVIEW)
     return [
-        (kind, part)
+        pytest.param(
+            kind, part, marks=() if part == (kind + 2 * (kind // 4)) % 4 else pytest.mark.sweep
+        )
         for kind in CompensationKind
         for part in range(4)
         if kind in often or (kind + part) % 2 == 0
@@ -134,14 +186,13 @@ def test_a_person_can_stop_it_at_any_time_and_go_on_afterwards(
 ) -> None:
     loop, _ = at_rest(kind)
     stopped_in = set()
-    for time_s in np.arange(0.01 + 0.3 * part, 36.0, 1.2):
-        buttons = {0.0: START, float(time_s): ABORT, 56.0: RESET, 57.0: START}
-        _, columns = simulate(kind, 97.0, buttons)
+    for tick in range(FIRST + EVERY * part, SOUND_TICKS, 4 * EVERY):
+        columns = stopped(kind, tick, {0.0: ABORT, 20.0: RESET, 21.0: START}, 61.0)
         order = phases(columns)
         assert order[-(len(CYCLE) + 3) :] == [Phase.ABORTING, Phase.HALTED, Phase.PARKED, *CYCLE]
         assert trips(columns) == set()
         assert_held(columns, loop)
-        halted = {name: values[:56000] for name, values in columns.items()}
+        halted = {name: values[: tick + 20_000] for name, values in columns.items()}
         assert_out(halted, loop)
         assert_out(columns, loop)
         stopped_in.add(order[-(len(CYCLE) + 4)])

@@ -216,14 +216,19 @@ def test_a_desaturation_is_seen_late_and_ends_the_cycle_it_falls_into(name: str)
     assert state.controller.core.procedure.phase == Phase.HALTED
 
 
+@pytest.mark.parametrize(
+    "seeds",
+    [range(100, 105), pytest.param(range(105, 120), marks=pytest.mark.sweep)],
+    ids=["five", "more"],
+)
 @pytest.mark.parametrize("name", [*PROTOCOLS, "adult-ards"])
-def test_no_drawn_patient_is_taken_for_one_in_danger(name: str) -> None:
-    """Twenty drawn patients of each preset, in a cycle and for a minute and a half after it.
+def test_no_drawn_patient_is_taken_for_one_in_danger(name: str, seeds: range) -> None:
+    """Drawn patients of each preset, in a cycle and for a minute and a half after it.
 
     On one machine and its plan: they differ in what the monitor shows, not in where the tip goes.
     """
     ready = prepared(name)
-    for seed in range(100, 120):
+    for seed in seeds:
         person = patient_preset.patient(name, seed)
         own = ready.loop.machine.patient
         person = person._replace(carina_mm=own.carina_mm, secretion=own.secretion)

@@ -5,10 +5,11 @@ Each fault is a change of the twin's own parameters at an instant of a phase.
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START
@@ -18,12 +19,14 @@ from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
-from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
 from opensuction.twin.machine.machine import Machine
 
 PIECE = 10
-"""Ticks between two looks at the phase."""
+"""Ticks between two looks at the phase, up to the fault."""
+PIECE_AFTER = 100
+"""And after it, where a look only finds out whether all is over."""
 AFTER_S = 16.0
 """A cycle that goes on has ended by then, or has its valve closed."""
 BEGUN_S = 0.3
@@ -48,22 +51,44 @@ def held(machine: Machine, force_n: float) -> Machine:
     return machine._replace(insertion_axis=axis._replace(friction_v=friction_v))
 
 
-def broken(
-    ready: Prepared, fault: Callable[[Machine], Machine], phase: Phase
-) -> tuple[dict[Condition, float], Columns]:
-    """Trips of a cycle with a fault, s after the fault began; and the trace."""
-    loop, state, requests = ready.loop, ready.start, START
-    table = trace.rows(70.0)
-    done, since, at_rest = 0, -1, False
-    while done < len(table) and not at_rest:
-        state, ticks = closed_loop.run(loop, state, requests, table[done : done + PIECE])
+class Begun(NamedTuple):
+    """A cycle that has just come to a fault."""
+
+    state: LoopState
+    rows: NDArray[np.float64]
+    """Of all ticks so far."""
+
+
+@cache
+def begun(machine: str, approach: str, phase: Phase) -> Begun:
+    """A sound cycle up to `BEGUN_S` after a phase began."""
+    ready = prepared(machine, approach)
+    state, requests, table, done = ready.start, START, trace.rows(70.0), 0
+    while True:
+        state, ticks = closed_loop.run(ready.loop, state, requests, table[done : done + PIECE])
         requests, done = NO_REQUESTS, done + ticks
         now = state.controller.core.procedure
-        if since < 0 and now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
-            loop, since = loop._replace(machine=fault(loop.machine)), done
-        over = since >= 0 and (done - since) * DT_S > AFTER_S
-        at_rest = over or (done > PIECE and now.phase in RESTING)
-    assert since >= 0
+        if now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
+            return Begun(state, table[:done].copy())
+        assert done == PIECE or now.phase not in RESTING
+
+
+def broken(
+    machine: str, approach: str, fault: Callable[[Machine], Machine], phase: Phase
+) -> tuple[dict[Condition, float], Columns]:
+    """Trips of a cycle with a fault, s after the fault began; and the trace."""
+    state, before = begun(machine, approach, phase)
+    loop = prepared(machine, approach).loop
+    loop = loop._replace(machine=fault(loop.machine))
+    table = trace.rows(70.0)
+    since = done = len(before)
+    table[:done] = before
+    over = at_rest = False
+    while done < len(table) and not at_rest and not over:
+        state, ticks = closed_loop.run(loop, state, NO_REQUESTS, table[done : done + PIECE_AFTER])
+        done += ticks
+        over = (done - since) * DT_S > AFTER_S
+        at_rest = state.controller.core.procedure.phase in RESTING
     columns = trace.by_name(table[:done])
     masks = columns["verdict.trips"].astype(np.int64)
     found = {
@@ -135,7 +160,7 @@ FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Condition, float]] 
 @pytest.mark.parametrize("name", FAULTS)
 def test_what_breaks_is_named_in_time(name: str) -> None:
     fault, phase, code, bound_s = FAULTS[name]
-    found, columns = broken(prepared("clinical", "travel"), fault, phase)
+    found, columns = broken("clinical", "travel", fault, phase)
     assert code in found
     assert 0.0 < found[code] <= bound_s
     assert min(found, key=lambda other: found[other]) == code
@@ -145,9 +170,7 @@ def test_what_breaks_is_named_in_time(name: str) -> None:
 
 
 def test_what_holds_the_catheter_fast_is_not_pulled_for_long() -> None:
-    found, columns = broken(
-        prepared("clinical", "travel"), lambda m: held(m, 8.0), Phase.WITHDRAWING
-    )
+    found, columns = broken("clinical", "travel", lambda m: held(m, 8.0), Phase.WITHDRAWING)
     assert found[Condition.CATHETER_JAMMED] < 0.25
     assert Condition.HEAD_NOT_FOLLOWING not in found
     assert found[Condition.WITHDRAWAL_BLOCKED] < found[Condition.CATHETER_JAMMED] + 0.5
@@ -160,7 +183,7 @@ def test_a_carina_that_is_missed_before_the_switch_was_seen_to_work_raises_both(
         return machine._replace(airway=airway._replace(carina_mm=airway.carina_mm + 40.0))
 
     ready = prepared("clinical", "contact")
-    found, columns = broken(ready, deeper, Phase.INSERTING)
+    found, columns = broken("clinical", "contact", deeper, Phase.INSERTING)
     assert set(found) == {Condition.CARINA_MISSED, Condition.CONTACT_STUCK_OPEN}
     assert columns["truth.tip_mm"].max() < ready.protocol.travel_mm
     assert columns["truth.tip_mm"][-1] < ready.rig.site.boundary_mm
@@ -173,7 +196,7 @@ def test_a_switch_that_closes_where_nothing_is_does_so_for_no_longer_than_a_mome
     def closed(machine: Machine) -> Machine:
         return machine._replace(switch=machine.switch._replace(close_n=-1.0, open_n=-1.0))
 
-    found, _ = broken(prepared("clinical", "contact"), closed, phase)
+    found, _ = broken("clinical", "contact", closed, phase)
     code = min(found, key=lambda other: found[other])
     assert code in (Condition.CONTACT_STUCK_CLOSED, Condition.CONTACT_TIME)
     assert found[Condition.CONTACT_STUCK_CLOSED] < 2.5

@@ -9,6 +9,7 @@ from opensuction.kernel.commands import Commands
 from opensuction.twin import coupling, parameter, plant, preset
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
+from tests.budget import simulated
 
 DT_S = 0.001
 VALUES = parameter.nominal(parameter.BENCH)
@@ -32,6 +33,7 @@ scripts = st.lists(
 )
 
 
+@simulated
 @given(script=scripts)
 def test_secretions_are_moved_never_made_or_lost(
     script: list[tuple[float, float, bool, float]],

@@ -8,6 +8,7 @@ from opensuction.kernel.commands import Commands
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
+from tests.budget import simulated
 
 DT_S = 0.001
 VALUES = parameter.nominal(parameter.BENCH)
@@ -125,6 +126,7 @@ HOLDING_V = VALUES["spring_preload_v"] + VALUES["spring_v_per_rad"] * AT_FULL_ST
 """Balances the spring at the full stroke; friction holds the rest."""
 
 
+@simulated
 @given(
     script=st.lists(
         st.tuples(
