@@ -16,6 +16,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     LinearForm,
     VectorForm,
+    invert,
     ranges_of,
     simulate,
     start,
@@ -246,22 +247,21 @@ def is_sliding(case: Case, target: float) -> bool:
 def test_the_inverse_undoes_the_model(case: Case, path_mm: Array, memory: float) -> None:
     wanted = outputs(case, path_mm, memory)
     state = start(case.model, case.record, float(path_mm[0]), memory)
-    inputs_mm, reached = [], []
+    inputs_mm, reached = invert(case.model, case.record, state, wanted)
+    if case.monotone and is_told(case, path_mm, wanted):
+        assert reached.all()
+        # Slopes down to .03: the output's rounding, through the inverse of every move.
+        assert inputs_mm == pytest.approx(path_mm, abs=1e-6)
+    state = start(case.model, case.record, float(path_mm[0]), memory)
     for target_mm in wanted:
         found = case.model.inverse_step(case.record, state, float(target_mm))
         state = case.model.step(case.record, state, found.move_mm)
-        inputs_mm.append(state.head_mm)
-        reached.append(found.reached)
         if not is_sliding(case, float(target_mm)):
             assert found.reached != case.refuses_inverse
         if found.reached:
             assert case.model.output_mm(case.record, state) == pytest.approx(
                 target_mm, abs=ROUNDING_MM
             )
-    if case.monotone and is_told(case, path_mm, wanted):
-        assert all(reached)
-        # Slopes down to .03: the output's rounding, through the inverse of every move.
-        assert inputs_mm == pytest.approx(path_mm.tolist(), abs=1e-6)
 
 
 @every_case

@@ -206,3 +206,21 @@ def simulate(
         values = ", ".join(f"{value:.6g}" for value in fields[:MOST_SHOWN])
         raise InputError(f"{model.name}: parameters {values} are not well posed")
     return model.simulate(record, inputs, model.memory(record, float(inputs[0]), memory_ratio))
+
+
+def invert(
+    model: HysteresisModel, record: Record, state: ModelState, targets_mm: ArrayLike
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Inputs that make the output run through a row of targets, each from the one before.
+
+    targets_mm: shape (n,). Returns the inputs in mm and whether each target was reached, both of
+    shape (n,). Where a model is not monotone some targets are reached only by a jump of the input,
+    or not at all: look at both.
+    """
+    targets = np.asarray(targets_mm, dtype=np.float64)
+    inputs_mm, reached = np.empty(targets.size), np.empty(targets.size, dtype=np.bool_)
+    for k in range(targets.size):
+        found = model.inverse_step(record, state, float(targets[k]))
+        state = model.step(record, state, found.move_mm)
+        inputs_mm[k], reached[k] = state.head_mm, found.reached
+    return inputs_mm, reached
