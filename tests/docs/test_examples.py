@@ -74,7 +74,9 @@ def run_shell(block: Block, reader: Reader) -> None:
         check=False,
     )
     assert done.returncode == block.exit_status, done.stdout
-    reader.printed.append(done.stdout)
+    # Pages show what is printed once the core is compiled.
+    lines = done.stdout.splitlines(keepends=True)
+    reader.printed.append("".join(line for line in lines if not line.startswith("Compil")))
 
 
 def run_python(block: Block, reader: Reader) -> None:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import qr
+from scipy.linalg import get_lapack_funcs, qr
 from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
@@ -67,11 +67,12 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
         raise InputError(f"head_mm: constant at {head[0]:g}, should move")
     used = np.arange(0, head.size, max(head.size // USED_SAMPLES, 1))
     widths = np.arange(GRID_SHARE, WIDEST_SHARE + 0.5 * GRID_SHARE, GRID_SHARE) * range_mm
-    columns = np.vstack([head[None, used], play_positions_mm(head, 0.5 * widths, used)])
+    plays = play_positions_mm(head, 0.5 * widths, used)
+    columns = np.vstack([head[None, used], plays, np.ones((1, used.size))])
     # A compensation has room for so many plays: where more are found, the grid is made coarser.
     for every in range(1, widths.size):
         grid = np.arange(0, widths.size, every)
-        weights, offset_mm, curvature = _solve(columns[[0, *(1 + grid)]], tip[used])
+        weights, offset_mm, curvature = _solve(columns[[0, *(1 + grid), -1]], tip[used])
         if not weights.sum() > 0.0:
             raise InputError("tip_mm: does not follow head_mm; negate one of them")
         kept = weights[1:] > LEAST_SHARE * weights.sum()
@@ -117,29 +118,34 @@ def _solve(
 ) -> tuple[NDArray[np.float64], float, float]:
     """Weights of the columns (>= 0), offset and curvature (of either sign).
 
-    Orthogonal columns of the same space make a small system of the same solution. From round to
-    round only the bend changes: it adds a row for what lies outside that space.
+    columns: shape (n, samples), the last of ones. Rotated so that they are a triangle, they make a
+    small system of the same solution. From round to round only the bend changes: it adds a row for
+    what lies outside their space.
     """
     count = columns.shape[0]
-    basis, triangle = qr(
-        np.vstack([columns, np.ones(target.size)]).T, mode="economic", check_finite=False
-    )
-    right_side = np.append(basis.T @ target, 0.0)
-    system = np.zeros((count + 2, count + 4))
-    system[:-1, : count + 1] = triangle
-    system[:-1, count + 1] = -triangle[:, -1]
-    weights, offset_mm, curvature = np.zeros(count), 0.0, 0.0
+    (factors, scales), triangle = qr(columns.T, mode="raw", check_finite=False)
+    multiply = get_lapack_funcs("ormqr", (factors,))
+
+    def rotate(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        rotated: NDArray[np.float64] = multiply("L", "T", factors, scales, values[:, None], 1)[0]
+        return rotated[:, 0]
+
+    wanted, right_side = rotate(target), np.zeros(count + 1)
+    right_side[:-1] = wanted[:count]
+    system = np.zeros((count + 1, count + 3))
+    system[:-1, :count] = triangle[:count]
+    system[:, count] = -system[:, count - 1]  # an offset of either sign
+    weights, offset_mm, curvature = np.zeros(count - 1), 0.0, 0.0
     for _ in range(ROUNDS):
         found, _ = nnls(system, right_side)
-        weights = found[:count]
-        offset_mm = float(found[-4] - found[-3])
+        weights = found[: count - 1]
+        offset_mm = float(found[count - 1] - found[count])
         curvature = float(found[-2] - found[-1])
-        inner = weights @ columns
-        bend = inner * inner
-        within = basis.T @ bend
-        outside = bend - basis @ within
+        inner = weights @ columns[:-1]
+        bend = rotate(inner * inner)
+        outside = bend[count:]
         length = math.sqrt(float(outside @ outside))
-        system[:, -2] = np.append(within, length)
+        system[:, -2] = np.append(bend[:count], length)
         system[:, -1] = -system[:, -2]
-        right_side[-1] = outside @ target / length if length > 0.0 else 0.0
+        right_side[-1] = outside @ wanted[count:] / length if length > 0.0 else 0.0
     return weights, offset_mm, curvature
