@@ -14,6 +14,16 @@ from opensuction.cli import app
 
 Process = subprocess.Popen[str]
 PROGRAM = (sys.executable, "-m", "opensuction.cli.app")
+HEARING = (
+    sys.executable,
+    "-c",
+    "import signal\n"
+    "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
+    "from opensuction.cli import app\n"
+    "app.main()",
+)
+"""The same where whoever runs the tests ignores signals, as ``nohup`` and a job of a shell do."""
 
 
 class Ran(NamedTuple):
@@ -60,7 +70,7 @@ def opensuction_process(
 def begun(*arguments: str, cwd: Path, environment: Mapping[str, str] | None = None) -> Process:
     """The same, still running: wait for a line of it, then do to it what is tested."""
     return subprocess.Popen(
-        [*PROGRAM, *arguments],
+        [*HEARING, *arguments],
         cwd=cwd,
         env={**os.environ, **(environment or {})},
         stdin=subprocess.DEVNULL,
