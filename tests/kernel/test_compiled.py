@@ -213,6 +213,16 @@ def test_an_unchanged_core_compiles_nothing(core: TinyCore) -> None:
     assert core.files() == written
 
 
+@pytest.mark.parametrize("suffix", ["nbc", "nbi", "translated"])
+def test_a_damaged_file_of_the_cache_is_made_anew(core: TinyCore, suffix: str) -> None:
+    core.run("limit_mm(1.0)")
+    for file in core.cache.rglob(f"*.{suffix}"):
+        file.write_bytes(file.read_bytes()[:-20])
+    call = "limit_mm(1.0) + plan(cap)"
+    assert core.run(call).value == 6.0 + 139.0
+    assert core.run(call) == Answer(6.0 + 139.0)
+
+
 def test_roots_that_hold_the_same_functions_live_in_one_process(core: TinyCore) -> None:
     # Each from the cache, the outer ones first: none may be bound to what another one holds.
     refused = "refusal(plan, cap._replace(speed_mm_per_s=-2.0))"

@@ -141,7 +141,11 @@ class CoreFunction(CPUDispatcher):
                 self.enable_caching()
             finally:
                 setattr(config, CACHE_SETTING, previous)
-        found = self._cache.load_overload(sig, self.targetctx)
+        try:
+            found = self._cache.load_overload(sig, self.targetctx)
+        except Exception:  # whatever pickle makes of a damaged file
+            self._cache.flush()  # it is made anew
+            found = None
         (self._cache_misses if found is None else self._cache_hits)[sig] += 1
         return found
 

@@ -24,9 +24,6 @@ from opensuction.kernel.compiler import compilation
 ENVIRONMENT_PREFIX = "_ZN08NumbaEnv"
 """Names of the variables by which compiled code finds the globals of its Python function."""
 
-DYNAMIC_PREFIX = "numba.dynamic.globals"
-"""Names of the variables that hold an address of this process: such code cannot be kept."""
-
 INNER_LEVEL = 1
 """LLVM's level for a function by itself. It makes the code small before it is linked; what level 3
 adds is done in the root in any case."""

@@ -66,12 +66,16 @@ class Store:
         self._keys: dict[CodeLibrary, str | None] = {}
 
     def read(self) -> None:
-        """Take in the files that were written since the last time."""
+        """Take in the files that were written since the last time; a damaged one is removed."""
         machine = _machine()
         for file in sorted(self._folder.glob("*" + SUFFIX)):
             if file.name not in self._read:
                 self._read.add(file.name)
-                made_for, contents = pickle.loads(file.read_bytes())
+                try:
+                    made_for, contents = pickle.loads(file.read_bytes())
+                except Exception:  # whatever pickle makes of a damaged file
+                    file.unlink(missing_ok=True)
+                    continue
                 if made_for == machine:
                     self._known.add(contents)
 
