@@ -119,8 +119,8 @@ class Exploration(RuleBasedStateMachine):
         wiring = Wiring(link=self.link, watchdog=self.watchdog)
         done = 0
         while done < ticks:
-            self.state, ran = closed_loop.run_linked(
-                self.loop, wiring, self.state, requests, table[done:], self.messages
+            self.state, ran = closed_loop.run(
+                self.loop, self.state, requests, table[done:], wiring, self.messages
             )
             requests = NO_REQUESTS
             done += ran

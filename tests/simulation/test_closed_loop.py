@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.compiler.dispatcher import CoreFunction
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, NO_REQUESTS, START
 from opensuction.procedure.planning.protocol import PAPER
@@ -185,6 +186,30 @@ def test_a_trace_with_too_few_columns_is_refused() -> None:
     loop, start = ready()
     with pytest.raises(IndexError, match="columns"):
         closed_loop.run(loop, start, START, np.zeros((10, len(COLUMNS) - 1)))
+
+
+def test_a_trace_that_is_no_table_of_rows_is_refused() -> None:
+    """Machine code for rows of doubles would write past them."""
+    loop, start = ready()
+    columns = np.asfortranarray(trace.rows(0.05))
+    for table in (columns, trace.rows(0.05).astype(np.float32), trace.rows(0.05)[:, ::-1]):
+        with pytest.raises(TypeError, match="rows of doubles"):
+            closed_loop.run(loop, start, START, table)  # type: ignore[arg-type]
+
+
+@pytest.mark.skipif(not isinstance(closed_loop._run, CoreFunction), reason="nothing is compiled")
+def test_a_whole_number_in_a_setting_compiles_nothing_anew() -> None:
+    loop, start = ready()
+    closed_loop.run(loop, start, NO_REQUESTS, trace.rows(0.05))
+    before = len(closed_loop._run.overloads)  # type: ignore[attr-defined]
+    settings = loop.controller
+    whole = settings._replace(limits=settings.limits._replace(in_airway_s=30))
+    floats = settings._replace(limits=settings.limits._replace(in_airway_s=30.0))
+    tables = trace.rows(5.0), trace.rows(5.0)
+    for chosen, table in zip((whole, floats), tables, strict=True):
+        closed_loop.run(loop._replace(controller=chosen), start, START, table)
+    np.testing.assert_array_equal(*tables)
+    assert len(closed_loop._run.overloads) == before  # type: ignore[attr-defined]
 
 
 def test_a_row_holds_what_was_read_before_the_machine_moved() -> None:

@@ -15,6 +15,7 @@ from opensuction.controller import controller
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.compiler.entry import Entry
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
@@ -218,7 +219,7 @@ def _tick(
 
 
 @compiled
-def run_linked(
+def _run(
     loop: Loop,
     wiring: Wiring,
     state: LoopState,
@@ -226,7 +227,7 @@ def run_linked(
     trace: npt.NDArray[np.float64],
     messages: Messages | None,
 ) -> tuple[LoopState, int]:
-    """`run` with what lies between the two sides."""
+    """`run`, as machine code."""
     sides, heads_mm = _Sides(loop.controller, loop.machine, wiring), loop.heads_mm
     now, bedside = _SidesState(state.tick, state.controller, state.machine), state.bedside
     active = state.controller.core.procedure.phase not in RESTING
@@ -253,16 +254,32 @@ HEALTHY = Wiring(
 """Where the link is not played."""
 
 
+def _kind(loop: Loop, *_: object) -> bool:
+    return loop.heads_mm is None
+
+
+_play = Entry(_run, _kind)
+
+
 def run(
-    loop: Loop, state: LoopState, requests: Requests, trace: npt.NDArray[np.float64]
+    loop: Loop,
+    state: LoopState,
+    requests: Requests,
+    trace: npt.NDArray[np.float64],
+    wiring: Wiring = HEALTHY,
+    messages: Messages | None = None,
 ) -> tuple[LoopState, int]:
     """Run until the trace is full or the machine comes to rest.
 
     requests: pressed in the first tick only. trace: shape (ticks, columns), written row by row.
-    Returns the state and how many rows were written; it stops early after the first tick at rest
-    (parked or halted) that follows a tick of activity. Run in pieces it gives the same rows.
+    wiring, messages: what lies between the two sides, and what it remembers; played where there
+    are messages. Returns the state and how many rows were written; it stops early after the first
+    tick at rest (parked or halted) that follows a tick of activity. Run in pieces it gives the
+    same rows. Raises TypeError where the trace is not a table of doubles, row after row.
     """
-    return run_linked(loop, HEALTHY, state, requests, trace, None)
+    if trace.dtype != np.float64 or not trace.flags.c_contiguous:
+        raise TypeError(f"trace: {trace.dtype} {trace.strides}, should be rows of doubles")
+    return _play(loop, wiring, state, requests, trace, messages)
 
 
 def messages(reading: Readings) -> Messages:

@@ -135,13 +135,8 @@ class FaultyRun:
     def _play(self, ticks: int) -> None:
         piece = self.table[self.done : self.done + ticks]
         first = self.state.tick
-        self.state, ran = closed_loop.run_linked(
-            self._loop,
-            self._wiring,
-            self.state,
-            self.requests,
-            piece,
-            self._messages,
+        self.state, ran = closed_loop.run(
+            self._loop, self.state, self.requests, piece, self._wiring, self._messages
         )
         if self._messages is not None:
             self._keep_sent(self._messages, first, ran)
