@@ -116,10 +116,17 @@ def simulate(
     head_mm: shape (k,); each step between samples is taken as one monotone move. positions_mm:
     the plays before the first sample, shape (n,). Returns tip positions in mm, shape (k,).
     """
-    tip_mm, moved_mm = np.empty(head_mm.size), positions_mm.copy()
+    tip_mm = np.empty(head_mm.size)
     for k in range(head_mm.size):
-        _move(model, moved_mm, head_mm[k])
-        tip_mm[k] = output_mm(model, moved_mm, head_mm[k])
+        tip_mm[k] = model.slope * head_mm[k]
+    # One play after the other, each in a register: twice as fast as all of them at each sample.
+    for j in range(model.weights.size):
+        position_mm, reach_mm, weight = positions_mm[j], model.thresholds_mm[j], model.weights[j]
+        for k in range(head_mm.size):
+            position_mm = min(max(position_mm, head_mm[k] - reach_mm), head_mm[k] + reach_mm)
+            tip_mm[k] += weight * position_mm
+    for k in range(head_mm.size):
+        tip_mm[k] = bent_mm(model, tip_mm[k])
     return tip_mm
 
 

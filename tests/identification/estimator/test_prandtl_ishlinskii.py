@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as pi
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
@@ -63,3 +64,11 @@ def test_bad_recordings_are_refused() -> None:
         estimator.fit(HEAD_MM, -HEAD_MM)
     with pytest.raises(InputError, match="at least 100"):
         estimator.fit(HEAD_MM[:50], HEAD_MM[:50])
+
+
+def test_a_recording_of_two_depths_alone_is_explained_though_it_tells_no_plays_apart() -> None:
+    head = np.where(np.arange(2000) // 100 % 2, 100.0, 0.0)
+    tip = 0.9 * play.simulate(10.0, head, head[0] + 5.0) - 3.0
+    found = estimator.fit(head, tip)
+    assert found.rmse_mm < 1e-3
+    assert (found.model.weights > 0.0).all()

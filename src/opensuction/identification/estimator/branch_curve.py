@@ -36,6 +36,14 @@ def _read(head_mm: ArrayLike, tip_mm: ArrayLike) -> tuple[NDArray[np.float64], N
     return head[::every], tip[::every]
 
 
+def _fit_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
+    """Slope and offset of the straight line that is nearest to ``y`` over ``x``."""
+    x_mean, y_mean = float(x.mean()), float(y.mean())
+    centred = x - x_mean
+    slope = float(centred @ y) / float(centred @ centred)
+    return slope, y_mean - slope * x_mean
+
+
 def fit_parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     """One backlash width: the single play that fits the recording best, as two parallel lines.
 
@@ -48,9 +56,9 @@ def fit_parallel(head_mm: ArrayLike, tip_mm: ArrayLike) -> Curves:
     def line(width_mm: float) -> tuple[float, float, float]:
         """Sum of squares, gain and offset of the best line over the play of one width."""
         moved = play.simulate(width_mm, head, head[0] + 0.5 * width_mm)
-        gain, offset = np.polyfit(moved, tip, 1)
+        gain, offset = _fit_line(moved, tip)
         rest = tip - gain * moved - offset
-        return float(rest @ rest), float(gain), float(offset)
+        return float(rest @ rest), gain, offset
 
     found = minimize_scalar(
         lambda width_mm: line(width_mm)[0],
@@ -104,15 +112,14 @@ def _fit_branch(
         word = "inwards" if sign > 0.0 else "outwards"
         raise InputError(f"head_mm: no long travel {word} to take that branch from")
     spacing = depths[1] - depths[0]
-    slope, middle = np.polyfit(tip[on], head[on], 1)
+    slope, middle = _fit_line(tip[on], head[on])
     curve: NDArray[np.float64] = slope * depths + middle
-    known = np.zeros(depths.size, dtype=bool)
-    for i, depth in enumerate(depths):
-        near = on & (np.abs(tip - depth) <= 0.5 * spacing)
-        if np.any(near):
-            # Along the mean slope to the entry's own depth.
-            curve[i] = float(np.mean(head[near] - slope * (tip[near] - depth)))
-            known[i] = True
+    # The mean of what lies next to an entry, along the mean slope to the entry's own depth.
+    nearest = np.rint((tip[on] - depths[0]) / spacing).astype(np.int64)
+    counts = np.bincount(nearest, minlength=depths.size)
+    above = np.bincount(nearest, head[on] - slope * tip[on] - middle, minlength=depths.size)
+    known = counts > 0
+    curve[known] += above[known] / counts[known]
     first, last = int(np.argmax(known)), depths.size - 1 - int(np.argmax(known[::-1]))
     curve[:first] += curve[first] - (slope * depths[first] + middle)
     curve[last + 1 :] += curve[last] - (slope * depths[last] + middle)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import get_lapack_funcs, qr
+from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
@@ -26,6 +26,7 @@ from opensuction.hysteresis import prandtl_ishlinskii as model_of
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.record import find_turns, read_pair
+from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 100
@@ -40,6 +41,10 @@ ROUNDS = 4
 """Rounds for the curvature; each lowers its error a hundredfold."""
 LEAST_SHARE = 1e-4
 """Smaller weights, as shares of their sum, are rounding and are left out."""
+
+ROUNDING = 1e-12
+"""Raises the square of each column by this share of itself while the plays are chosen: as much as
+rounding can leave of a sum of `USED_SAMPLES` products, so that there is a solution always."""
 
 
 class PrandtlIshlinskiiFit(NamedTuple):
@@ -68,18 +73,17 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
     used = np.arange(0, head.size, max(head.size // USED_SAMPLES, 1))
     widths = np.arange(GRID_SHARE, WIDEST_SHARE + 0.5 * GRID_SHARE, GRID_SHARE) * range_mm
     plays = play_positions_mm(head, 0.5 * widths, used)
-    columns = np.vstack([head[None, used], plays, np.ones((1, used.size))])
     # A compensation has room for so many plays: where more are found, the grid is made coarser.
     for every in range(1, widths.size):
-        grid = np.arange(0, widths.size, every)
-        weights, offset_mm, curvature = _solve(columns[[0, *(1 + grid), -1]], tip[used])
+        columns = np.vstack([head[None, used], plays[::every], np.ones((1, used.size))])
+        weights, offset_mm, curvature = _solve(columns, tip[used])
         if not weights.sum() > 0.0:
             raise InputError("tip_mm: does not follow head_mm; negate one of them")
         kept = weights[1:] > LEAST_SHARE * weights.sum()
         if np.count_nonzero(kept) <= PLAYS:
             break
     model = PrandtlIshlinskii(
-        thresholds_mm=np.ascontiguousarray(0.5 * widths[grid[kept]]),
+        thresholds_mm=np.ascontiguousarray(0.5 * widths[::every][kept]),
         weights=np.ascontiguousarray(weights[1:][kept]),
         slope=float(weights[0]),
         offset_mm=offset_mm,
@@ -95,6 +99,23 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
     )
 
 
+@compiled
+def _simulate_plays(
+    thresholds_mm: NDArray[np.float64], head_mm: NDArray[np.float64], wanted: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Positions of plays at the samples ``wanted`` of a record that begins after a long retract."""
+    positions_mm = np.empty((thresholds_mm.size, wanted.size))
+    for j in range(thresholds_mm.size):
+        position_mm, width_mm = head_mm[0] + thresholds_mm[j], 2.0 * thresholds_mm[j]
+        done = 0
+        for k in range(head_mm.size):
+            position_mm = play.step(width_mm, position_mm, head_mm[k])
+            if done < wanted.size and wanted[done] == k:
+                positions_mm[j, done] = position_mm
+                done += 1
+    return positions_mm
+
+
 def play_positions_mm(
     head_mm: NDArray[np.float64], thresholds_mm: NDArray[np.float64], used: NDArray[np.int64]
 ) -> NDArray[np.float64]:
@@ -103,14 +124,10 @@ def play_positions_mm(
     used: indices of these samples, ascending. Returns shape (thresholds, used).
     """
     # Between two turns of the head a play depends on no sample but the last.
-    kept = np.union1d(used, find_turns(head_mm, 0.0))
-    wanted = np.searchsorted(kept, used)
-    return np.array(
-        [
-            play.simulate(2.0 * threshold_mm, head_mm[kept], head_mm[0] + threshold_mm)[wanted]
-            for threshold_mm in thresholds_mm
-        ]
-    )
+    is_kept = np.zeros(head_mm.size, dtype=bool)
+    is_kept[used] = is_kept[find_turns(head_mm, 0.0)] = True
+    kept = np.flatnonzero(is_kept)
+    return _simulate_plays(thresholds_mm, head_mm[kept], np.searchsorted(kept, used))
 
 
 def _solve(
@@ -118,34 +135,38 @@ def _solve(
 ) -> tuple[NDArray[np.float64], float, float]:
     """Weights of the columns (>= 0), offset and curvature (of either sign).
 
-    columns: shape (n, samples), the last of ones. Rotated so that they are a triangle, they make a
-    small system of the same solution. From round to round only the bend changes: it adds a row for
-    what lies outside their space.
+    columns: shape (n, samples), the last of ones. The normal equations keep their triangle: a
+    small system of the same solution, to which each round adds the bend of the last one's sum.
     """
     count = columns.shape[0]
-    (factors, scales), triangle = qr(columns.T, mode="raw", check_finite=False)
-    multiply = get_lapack_funcs("ormqr", (factors,))
-
-    def rotate(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        rotated: NDArray[np.float64] = multiply("L", "T", factors, scales, values[:, None], 1)[0]
-        return rotated[:, 0]
-
-    wanted, right_side = rotate(target), np.zeros(count + 1)
-    right_side[:-1] = wanted[:count]
-    system = np.zeros((count + 1, count + 3))
-    system[:-1, :count] = triangle[:count]
-    system[:, count] = -system[:, count - 1]  # an offset of either sign
-    weights, offset_mm, curvature = np.zeros(count - 1), 0.0, 0.0
-    for _ in range(ROUNDS):
-        found, _ = nnls(system, right_side)
-        weights = found[: count - 1]
-        offset_mm = float(found[count - 1] - found[count])
-        curvature = float(found[-2] - found[-1])
+    gram, right_side = np.empty((count + 1, count + 1)), np.append(columns @ target, 0.0)
+    gram[:count, :count] = columns @ columns.T
+    weights, offset_mm, curvature = _solve_normal(gram[:count, :count], right_side[:count], count)
+    for _ in range(ROUNDS - 1):
         inner = weights @ columns[:-1]
-        bend = rotate(inner * inner)
-        outside = bend[count:]
-        length = math.sqrt(float(outside @ outside))
-        system[:, -2] = np.append(bend[:count], length)
-        system[:, -1] = -system[:, -2]
-        right_side[-1] = outside @ wanted[count:] / length if length > 0.0 else 0.0
+        bend = inner * inner
+        gram[:count, count] = gram[count, :count] = columns @ bend
+        gram[count, count], right_side[count] = bend @ bend, bend @ target
+        weights, offset_mm, curvature = _solve_normal(gram, right_side, count)
     return weights, offset_mm, curvature
+
+
+def _solve_normal(
+    gram: NDArray[np.float64], right_side: NDArray[np.float64], count: int
+) -> tuple[NDArray[np.float64], float, float]:
+    """Solution of normal equations whose first ``count - 1`` factors are not negative."""
+    size, lengths = len(gram), np.sqrt(np.maximum(np.diag(gram), np.finfo(np.float64).tiny))
+    alike, right_side = gram / np.outer(lengths, lengths), right_side / lengths
+    # Columns that cannot be told apart share what is theirs, instead of having no solution.
+    lower = cholesky(alike + ROUNDING * np.eye(size), lower=True, check_finite=False)
+    found, _ = nnls(
+        np.hstack([lower.T, -lower.T[:, count - 1 :]]),
+        solve_triangular(lower, right_side, lower=True, check_finite=False),
+    )
+    factors = found[:size]
+    factors[count - 1 :] -= found[size:]
+    # The few columns that are used can be told apart: exactly now.
+    used = np.flatnonzero(factors)
+    factors[used] = np.linalg.lstsq(alike[np.ix_(used, used)], right_side[used])[0]
+    factors /= lengths
+    return np.maximum(factors[: count - 1], 0.0), float(factors[count - 1]), factors[count:].sum()
