@@ -5,7 +5,7 @@ machine survives, defaults are strong enough to matter.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
@@ -49,6 +49,24 @@ class PatientEffect(NamedTuple):
 
     change: Callable[[Patient, float], Patient]
     """From a patient and the strength to the patient with the fault."""
+
+
+Change = Callable[[Any, float], Any]
+"""From a part of machine or patient and the strength to that part with the fault."""
+
+
+def _exchange(whole: Any, part: str, change: Change, strength: float) -> Any:
+    return whole._replace(**{part: change(getattr(whole, part), strength)})
+
+
+def in_machine(part: str, change: Change) -> MachineEffect:
+    """One part of the machine goes on with other parameters. part: a field of `Machine`."""
+    return MachineEffect(lambda machine, strength: _exchange(machine, part, change, strength))
+
+
+def in_patient(part: str, change: Change) -> PatientEffect:
+    """One part of the patient does. part: a field of `Patient`."""
+    return PatientEffect(lambda patient, strength: _exchange(patient, part, change, strength))
 
 
 class ReadingEffect(NamedTuple):

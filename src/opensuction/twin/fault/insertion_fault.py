@@ -1,7 +1,5 @@
 """Faults of the catheter in its conduit, of the insertion drive, and of the head's two sensors."""
 
-from typing import Any
-
 from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
@@ -9,13 +7,14 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    in_machine,
     invalid_reading,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.fault.suction_fault import narrow_bore
 from opensuction.twin.machine.machine import Machine
-from opensuction.twin.machine.transmission import bundle
+from opensuction.twin.machine.transmission import Transmission, bundle
 
 SEIZED_V = 1.0e6
 """Friction that no drive overcomes, and every motion ends in at once."""
@@ -27,14 +26,10 @@ KINK_MM = 15.0
 """[assumed] Head travel that a catheter kinked flat gives way before it moves on."""
 
 
-def _with_axis(machine: Machine, **values: Any) -> Machine:
-    return machine._replace(insertion_axis=machine.insertion_axis._replace(**values))
-
-
 def _add_friction(machine: Machine, force_n: float) -> Machine:
     """Friction in addition, as a force at the head."""
-    more_v = machine.load_v_per_n * force_n
-    return _with_axis(machine, friction_v=machine.insertion_axis.friction_v + more_v)
+    axis, more_v = machine.insertion_axis, machine.load_v_per_n * force_n
+    return machine._replace(insertion_axis=axis._replace(friction_v=axis.friction_v + more_v))
 
 
 def _kink(machine: Machine, lost: float) -> Machine:
@@ -46,25 +41,9 @@ def _kink(machine: Machine, lost: float) -> Machine:
     return narrow._replace(transmission=conduit._replace(stretch_mm=stretch))
 
 
-def _reroute(machine: Machine, gap_ratio: float) -> Machine:
-    conduit = machine.transmission
+def _reroute(conduit: Transmission, gap_ratio: float) -> Transmission:
     widths = bundle(width * gap_ratio for width in conduit.widths_mm)
-    return machine._replace(
-        transmission=conduit._replace(widths_mm=widths, stretch_mm=conduit.stretch_mm * gap_ratio)
-    )
-
-
-def _weaken(machine: Machine, lost: float) -> Machine:
-    return _with_axis(machine, force_v=machine.insertion_axis.force_v * (1.0 - lost))
-
-
-def _part_gear(machine: Machine, _strength: float) -> Machine:
-    """Neither does the head follow the motor, nor does the motor feel the head."""
-    return machine._replace(gear_backlash_mm=PARTED_MM, load_v_per_n=0.0)
-
-
-def _wear_gear(machine: Machine, more_mm: float) -> Machine:
-    return machine._replace(gear_backlash_mm=machine.gear_backlash_mm + more_mm)
+    return conduit._replace(widths_mm=widths, stretch_mm=conduit.stretch_mm * gap_ratio)
 
 
 ROWS = (
@@ -85,47 +64,48 @@ ROWS = (
     FaultRow(
         Fault.CONDUIT_REROUTED,
         "the conduit has been laid otherwise since the identification: its gap is another",
-        MachineEffect(_reroute),
+        in_machine("transmission", _reroute),
         Strength("gap over the identified one", "1", 0.3, 3.0, 1.5),
         detected_by="the next identification or self-calibration",
     ),
     FaultRow(
         Fault.MOTOR_STALLED,
         "the insertion motor is seized",
-        MachineEffect(lambda machine, _: _with_axis(machine, friction_v=SEIZED_V)),
+        in_machine("insertion_axis", lambda axis, _: axis._replace(friction_v=SEIZED_V)),
         detected_by="head reading, current",
     ),
     FaultRow(
         Fault.MOTOR_LOST,
         "the insertion motor's winding is broken: no current, no torque, no braking",
-        MachineEffect(lambda machine, _: _with_axis(machine, force_v=0.0)),
+        in_machine("insertion_axis", lambda axis, _: axis._replace(force_v=0.0)),
         detected_by="head reading, current",
     ),
     FaultRow(
         Fault.MOTOR_WEAK,
         "the insertion drive gives less current than it should",
-        MachineEffect(_weaken),
+        in_machine(
+            "insertion_axis", lambda axis, lost: axis._replace(force_v=axis.force_v * (1.0 - lost))
+        ),
         share("share of its force that is lost", 0.8, 0.05, 0.99),
         detected_by="head behind its command",
     ),
     FaultRow(
         Fault.MOTOR_REVERSED,
         "the insertion motor's wires are swapped: it turns the wrong way",
-        MachineEffect(
-            lambda machine, _: _with_axis(machine, polarity=-machine.insertion_axis.polarity)
-        ),
+        in_machine("insertion_axis", lambda axis, _: axis._replace(polarity=-axis.polarity)),
         detected_by="head against its command",
     ),
     FaultRow(
         Fault.GEAR_LOST,
         "the gear has parted: the motor turns, and the catheter head stays where it is",
-        MachineEffect(_part_gear),
+        # Neither does the head follow the motor, nor does the motor feel the head.
+        MachineEffect(lambda it, _: it._replace(gear_backlash_mm=PARTED_MM, load_v_per_n=0.0)),
         detected_by="the head's two sensors",
     ),
     FaultRow(
         Fault.GEAR_WORN,
         "gear and rack have more play than they should",
-        MachineEffect(_wear_gear),
+        in_machine("gear_backlash_mm", lambda play_mm, more_mm: play_mm + more_mm),
         Strength("play in addition", "mm", 0.1, 30.0, 5.0),
         detected_by="the head's two sensors; under 2 mm the next identification or "
         "self-calibration",
@@ -178,9 +158,7 @@ ROWS = (
         detected_by="the head's two sensors",
     ),
     invalid_reading(
-        Fault.CARRIAGE_SENSOR_INVALID,
-        Channel.CARRIAGE,
-        "the sensor on the catheter head",
+        Fault.CARRIAGE_SENSOR_INVALID, Channel.CARRIAGE, "the sensor on the catheter head"
     ),
     FaultRow(
         Fault.CURRENT_SENSOR_DEAD,

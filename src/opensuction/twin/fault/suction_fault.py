@@ -1,25 +1,21 @@
 """Faults of pump, regulator, canister, suction line and vacuum sensor."""
 
-from typing import Any
-
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultRow,
     MachineEffect,
     ReadingEffect,
     Strength,
+    in_machine,
     invalid_reading,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.machine.machine import Machine
+from opensuction.twin.machine.suction_line import SuctionLine
 
 GAS_LEFT = 0.05
 """[assumed] Share of the canister's volume that is gas when its float has shut."""
-
-
-def _with_line(machine: Machine, **values: Any) -> Machine:
-    return machine._replace(line=machine.line._replace(**values))
 
 
 def narrow_bore(machine: Machine, gas_ratio: float, mucus_ratio: float) -> Machine:
@@ -33,61 +29,59 @@ def narrow_bore(machine: Machine, gas_ratio: float, mucus_ratio: float) -> Machi
     )
 
 
-def _weaken_pump(machine: Machine, lost: float) -> Machine:
-    return _with_line(machine, pump_free_ml_per_s=machine.line.pump_free_ml_per_s * (1.0 - lost))
+def _weaken_pump(line: SuctionLine, lost: float) -> SuctionLine:
+    return line._replace(pump_free_ml_per_s=line.pump_free_ml_per_s * (1.0 - lost))
 
 
-def _leak(machine: Machine, more: float) -> Machine:
-    leak = machine.line.leak_ml_per_s_per_mmhg + more
-    return _with_line(machine, leak_ml_per_s_per_mmhg=leak)
+def _leak(line: SuctionLine, more: float) -> SuctionLine:
+    return line._replace(leak_ml_per_s_per_mmhg=line.leak_ml_per_s_per_mmhg + more)
 
 
-def _fill_canister(machine: Machine, full: float) -> Machine:
+def _fill_canister(line: SuctionLine, full: float) -> SuctionLine:
     gas = max(1.0 - full, GAS_LEFT)
-    less = machine if gas > GAS_LEFT else _weaken_pump(machine, 1.0)
-    return _with_line(less, mmhg_per_ml=less.line.mmhg_per_ml / gas)
+    less = line if gas > GAS_LEFT else _weaken_pump(line, 1.0)
+    return less._replace(mmhg_per_ml=less.mmhg_per_ml / gas)
 
 
 ROWS = (
     FaultRow(
         Fault.PUMP_RUNAWAY,
         "the pump runs whatever it is told, and the regulator is shut",
-        MachineEffect(
-            lambda machine, _: _with_line(
-                machine, pump_runs_away=True, regulator_ml_per_s_per_mmhg=0.0
-            )
+        in_machine(
+            "line",
+            lambda line, _: line._replace(pump_runs_away=True, regulator_ml_per_s_per_mmhg=0.0),
         ),
         detected_by="line vacuum",
     ),
     FaultRow(
         Fault.PUMP_WEAK,
         "the pump moves less gas than it should",
-        MachineEffect(_weaken_pump),
+        in_machine("line", _weaken_pump),
         share("share of its flow that is lost", 0.7, 0.05, 0.99),
         detected_by="vacuum signature, pre-use test",
     ),
     FaultRow(
         Fault.PUMP_LOST,
         "the pump stands still",
-        MachineEffect(lambda machine, _: _weaken_pump(machine, 1.0)),
+        in_machine("line", lambda line, _: _weaken_pump(line, 1.0)),
         detected_by="vacuum signature, pre-use test",
     ),
     FaultRow(
         Fault.REGULATOR_FAILED,
         "the regulator lets no air in: vacuum rises to the relief valve, and does not vent",
-        MachineEffect(lambda machine, _: _with_line(machine, regulator_ml_per_s_per_mmhg=0.0)),
+        in_machine("line", lambda line, _: line._replace(regulator_ml_per_s_per_mmhg=0.0)),
         detected_by="line vacuum, pre-use test",
     ),
     FaultRow(
         Fault.RELIEF_FAILED,
         "the relief valve does not open",
-        MachineEffect(lambda machine, _: _with_line(machine, relief_ml_per_s_per_mmhg=0.0)),
+        in_machine("line", lambda line, _: line._replace(relief_ml_per_s_per_mmhg=0.0)),
         detected_by="pre-use test; alone it does no harm",
     ),
     FaultRow(
         Fault.LINE_LEAK,
         "air leaks into line or canister",
-        MachineEffect(_leak),
+        in_machine("line", _leak),
         Strength("leak in addition", "mL/s/mmHg", 0.02, 50.0, 2.0),
         detected_by="vacuum signature, pre-use test",
     ),
@@ -101,7 +95,7 @@ ROWS = (
     FaultRow(
         Fault.CANISTER_FULL,
         "the canister fills up: it holds less gas, and its float shuts the pump off when full",
-        MachineEffect(_fill_canister),
+        in_machine("line", _fill_canister),
         share("share of its volume that is full; the float shuts from 0.95 on", 1.0, 0.1),
         detected_by="vacuum signature, pre-use test",
     ),
