@@ -11,9 +11,7 @@ Source: [Jorba-2005] for Taylor steps; the series is that of the hypergeometric 
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 TOLERANCE = 1e-14
@@ -115,7 +113,7 @@ def _small_state(growth: Growth) -> float:
 
 @compiled
 def _taylor_step(
-    growth: Growth, state: float, travel: float, reach: float, terms: NDArray[np.float64]
+    growth: Growth, state: float, travel: float, reach: float, terms: Array
 ) -> tuple[float, float]:
     """The state after a first part of the travel, and how long that part was.
 
@@ -146,7 +144,7 @@ def _taylor_step(
 
 
 @compiled
-def _curved_step(growth: Growth, state: float, travel: float, terms: NDArray[np.float64]) -> float:
+def _curved_step(growth: Growth, state: float, travel: float, terms: Array) -> float:
     """The state ``u`` after a travel for any m; error-controlled."""
     reach = math.pow(growth.gain / growth.outward, 1.0 / growth.exponent)
     small = _small_state(growth)
@@ -170,7 +168,7 @@ def _curved_step(growth: Growth, state: float, travel: float, terms: NDArray[np.
 
 
 @compiled
-def step(growth: Growth, state: float, travel: float, terms: NDArray[np.float64]) -> float:
+def step(growth: Growth, state: float, travel: float, terms: Array) -> float:
     """The state after a travel of any length, above 0; to `TOLERANCE` of its limit.
 
     terms: workspace of shape (2, MOST_TERMS). A state that runs away gives NaN.

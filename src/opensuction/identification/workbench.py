@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.hysteresis_model import (
-    Array,
     HysteresisModel,
     LinearForm,
     VectorForm,
@@ -31,6 +30,7 @@ from opensuction.identification.judgement.candidate import (
 )
 from opensuction.identification.judgement.diagnosis import Names
 from opensuction.identification.record import read_pair, read_samples
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
 
 MODELS = {name: model for name, model in CATALOGUE.items() if model.form is not None}

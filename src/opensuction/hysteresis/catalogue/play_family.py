@@ -6,7 +6,6 @@ import numpy as np
 
 from opensuction.hysteresis import play, prandtl_ishlinskii, preisach
 from opensuction.hysteresis.catalogue.hysteresis_model import (
-    Array,
     FitParameter,
     HysteresisModel,
     LinearForm,
@@ -18,6 +17,7 @@ from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
+from opensuction.kernel.array import Array
 
 
 def _simulate_play(record: Play, head_mm: Array, position_mm: float) -> Array:

@@ -10,12 +10,13 @@ Source: [calc-gap-scale].
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.record import read_pair
+from opensuction.kernel.array import Array
 from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 
 
@@ -85,7 +86,7 @@ def find_contact(
     return ContactEpisode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
 
 
-def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
+def _earlier_mm(head: Array, tick: int, delay: int) -> float:
     """Head at the instant that a delayed line reports at a tick."""
     return float(head[max(tick - delay, 0)])
 

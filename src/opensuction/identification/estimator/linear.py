@@ -13,12 +13,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-
-Array = NDArray[np.float64]
 
 BLOCKS = 20
 """Blocks of a cross-validation: short enough that what one holds is seen elsewhere too."""

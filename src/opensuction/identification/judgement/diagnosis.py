@@ -4,12 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from opensuction.identification.record import REVERSAL_SHARE, check_motion, find_turns
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-
-Array = NDArray[np.float64]
 
 FEWEST_REVERSALS = 3
 """With fewer no branch of the loop is seen twice."""

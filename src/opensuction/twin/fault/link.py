@@ -8,9 +8,9 @@ kept in rings of rows, so that one can come late.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from opensuction.kernel import random_stream
+from opensuction.kernel.array import Array
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
@@ -21,7 +21,7 @@ from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
 RING_TICKS = 2048
 """Rows that a ring holds: longer than the longest delay, and than what is simulated at once."""
-Ring = npt.NDArray[np.float64]
+Ring = Array
 """Last messages one way, shape (`RING_TICKS`, columns)."""
 
 _write_commands = row.writer(Commands)
