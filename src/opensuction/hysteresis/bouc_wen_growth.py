@@ -105,13 +105,6 @@ def _state_near_zero(growth: Growth, travel: float) -> float:
 
 
 @compiled
-def _small_state(growth: Growth) -> float:
-    """Largest state on either side of zero whose travel `_travel_from_zero` sums quickly."""
-    bend = max(abs(growth.outward), abs(growth.homeward))
-    return math.pow(SMALL_SHARE * growth.gain / bend, 1.0 / growth.exponent)
-
-
-@compiled
 def _taylor_step(
     growth: Growth, state: float, travel: float, reach: float, terms: Array
 ) -> tuple[float, float]:
@@ -147,7 +140,9 @@ def _taylor_step(
 def _curved_step(growth: Growth, state: float, travel: float, terms: Array) -> float:
     """The state ``u`` after a travel for any m; error-controlled."""
     reach = math.pow(growth.gain / growth.outward, 1.0 / growth.exponent)
-    small = _small_state(growth)
+    # Largest state on either side of zero whose travel `_travel_from_zero` sums quickly.
+    bend = max(abs(growth.outward), abs(growth.homeward))
+    small = math.pow(SMALL_SHARE * growth.gain / bend, 1.0 / growth.exponent)
     for _ in range(MOST_STEPS):
         if travel <= 0.0:
             return state

@@ -19,9 +19,6 @@ import numpy as np
 from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
-ENGAGED_MM = 1e-9
-"""A play counts as engaged once so little of its slot is left."""
-
 
 class Curved(Protocol):
     """What both forms of the model have besides their plays."""
@@ -120,20 +117,6 @@ def simulate(model: PrandtlIshlinskii, head_mm: Array, positions_mm: Array) -> A
 
 
 @compiled
-def advance_slope(
-    model: PrandtlIshlinskii, positions_mm: Array, head_mm: float, direction: float
-) -> float:
-    """Slope dy/dx when the head moves on from here in one direction (+1.0 carina, -1.0 back)."""
-    slope = model.slope
-    for j in range(model.weights.size):
-        left_mm = model.thresholds_mm[j] + direction * (positions_mm[j] - head_mm)
-        if left_mm <= ENGAGED_MM:
-            slope += model.weights[j]
-    inner_mm = _inner_mm(model, positions_mm, head_mm)
-    return slope * (1.0 + 2.0 * model.curvature_per_mm * inner_mm)
-
-
-@compiled
 def total_slope(model: PrandtlIshlinskii) -> float:
     """Slope of v over long travels, every play moving: ``c + sum_j w_j``."""
     slope = model.slope
@@ -191,11 +174,6 @@ def saturated_head_mm(model: PrandtlIshlinskii, tip_mm: float, direction: float)
 def gap_mm(model: PrandtlIshlinskii) -> float:
     """Distance between the advancing and the retracting branch, mm of tip (curvature left out)."""
     return 2.0 * float(model.thresholds_mm @ model.weights)
-
-
-def width_mm(model: PrandtlIshlinskii) -> float:
-    """Mean full width of the gap, mm of head: weights as shares, the head itself as width 0."""
-    return gap_mm(model) / float(total_slope(model))
 
 
 def is_well_posed(model: PrandtlIshlinskii, deepest_mm: float, highest_mm: float) -> bool:

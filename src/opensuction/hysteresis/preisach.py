@@ -136,12 +136,6 @@ def simulate(model: Preisach, head_mm: Array, positions_mm: Array) -> Array:
 
 
 @compiled
-def cell_count(levels: int) -> int:
-    """Cells of a triangle of so many levels."""
-    return levels * (levels + 1) // 2
-
-
-@compiled
 def basis(model: Preisach, head_mm: Array, positions_mm: Array) -> Array:
     """The matrix that makes the model linear: ``simulate`` is ``basis @ factors``.
 
@@ -151,7 +145,7 @@ def basis(model: Preisach, head_mm: Array, positions_mm: Array) -> Array:
     """
     levels = model.weights_mm.shape[0]
     positions = positions_mm.copy()
-    columns = np.empty((head_mm.size, cell_count(levels) + 1))
+    columns = np.empty((head_mm.size, levels * (levels + 1) // 2 + 1))
     for i in range(head_mm.size):
         _move(model, positions, head_mm[i])
         column = 0
@@ -164,18 +158,12 @@ def basis(model: Preisach, head_mm: Array, positions_mm: Array) -> Array:
     return columns
 
 
-@compiled
 def from_factors(low_mm: float, high_mm: float, levels: int, factors: Array) -> Preisach:
     """The model whose output is ``basis @ factors``. factors: mm, shape (cells + 1,)."""
     weights_mm = np.zeros((levels, levels))
-    column = 0
-    for k in range(levels):
-        for j in range(levels - k):
-            weights_mm[k, j] = factors[column]
-            column += 1
-    return Preisach(
-        low_mm=low_mm, high_mm=high_mm, weights_mm=weights_mm, offset_mm=factors[column]
-    )
+    rows, places = np.indices(weights_mm.shape)
+    weights_mm[rows + places < levels] = factors[:-1]
+    return Preisach(low_mm, high_mm, weights_mm, offset_mm=float(factors[-1]))
 
 
 @compiled
@@ -189,16 +177,12 @@ def is_rising(model: Preisach) -> bool:
     return True
 
 
-@compiled
 def is_monotone(model: Preisach) -> bool:
     """Whether the output follows the input at once everywhere on the grid.
 
     That is the row without a gap: each of its cells above 0, and none of the others below.
     """
-    for j in range(model.weights_mm.shape[0]):
-        if not model.weights_mm[0, j] > 0.0:
-            return False
-    return is_rising(model)
+    return bool((model.weights_mm[0] > 0.0).all()) and is_rising(model)
 
 
 @compiled

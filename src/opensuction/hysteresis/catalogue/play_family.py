@@ -130,9 +130,7 @@ PRANDTL_ISHLINSKII = HysteresisModel(
         basis=_prandtl_ishlinskii_basis,
         degree=lambda _record: 0,
         with_factors=lambda record, factors: record._replace(
-            slope=float(factors[0]),
-            weights=factors[1:-1].copy(),
-            offset_mm=float(factors[-1]),
+            slope=float(factors[0]), weights=factors[1:-1].copy(), offset_mm=float(factors[-1])
         ),
         parameters=lambda record, ranges: [
             *(
