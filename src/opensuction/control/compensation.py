@@ -41,15 +41,8 @@ class CompensationKind(IntEnum):
     """The same with the reference known ahead: gap crossed before it moves, start prepared."""
 
 
-KIND_OF_NAME = {
-    "none": CompensationKind.NONE,
-    "direct-inverse": CompensationKind.DIRECT_INVERSE,
-    "exact-inverse": CompensationKind.EXACT_INVERSE,
-    "gap-width": CompensationKind.GAP_WIDTH,
-    "lookup-table": CompensationKind.LOOKUP_TABLE,
-    "prandtl-ishlinskii": CompensationKind.PRANDTL_ISHLINSKII,
-    "preview": CompensationKind.PREVIEW,
-}
+KIND_OF_NAME = {kind.name.lower().replace("_", "-"): kind for kind in CompensationKind}
+"""Compensators by their name on the command line and in files."""
 
 LOOKS_AHEAD = (CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW)
 """Kinds that cross the gap before the reference moves; the procedure plans the time for it."""

@@ -71,11 +71,7 @@ def step(
     ahead_in_mm, ahead_out_mm = branches_mm(curves, reference_mm + reference_mm_per_s * dt_s)
     goal_mm, ahead_mm = (outer_mm, ahead_out_mm) if outwards else (inner_mm, ahead_in_mm)
     velocity = head_path.step(
-        limits,
-        goal_mm - state.head_mm,
-        (ahead_mm - goal_mm) / dt_s,
-        state.head_mm_per_s,
-        dt_s,
+        limits, goal_mm - state.head_mm, (ahead_mm - goal_mm) / dt_s, state.head_mm_per_s, dt_s
     )
     half_mm = max(0.5 * (inner_mm - outer_mm), 1e-9)  # its sign carries the branch
     return state._replace(

@@ -183,6 +183,12 @@ class FaultRow(NamedTuple):
         return self.effect.change(link, onset)
 
 
+def frozen_reading(fault: Fault, channel: Channel, value: str, detected_by: str) -> FaultRow:
+    """The fault of a sensor whose value stays what it was. value: how it is called."""
+    effect = ReadingEffect(channel, Mode.SCALED, factor=0.0)
+    return FaultRow(fault, f"{value} no longer changes", effect, None, detected_by)
+
+
 def invalid_reading(fault: Fault, channel: Channel, sensor: str) -> FaultRow:
     """The fault of a sensor whose readings are flagged as not valid. sensor: with its article."""
     effect = ReadingEffect(channel, Mode.INVALID)

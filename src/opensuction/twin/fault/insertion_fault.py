@@ -7,6 +7,7 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    frozen_reading,
     in_machine,
     invalid_reading,
     share,
@@ -110,12 +111,7 @@ ROWS = (
         detected_by="the head's two sensors; under 2 mm the next identification or "
         "self-calibration",
     ),
-    FaultRow(
-        Fault.ENCODER_FROZEN,
-        "the head encoder's value no longer changes",
-        ReadingEffect(Channel.HEAD, Mode.SCALED, factor=0.0),
-        detected_by="head reading",
-    ),
+    frozen_reading(Fault.ENCODER_FROZEN, Channel.HEAD, "the head encoder's value", "head reading"),
     FaultRow(
         Fault.ENCODER_SLIPPING,
         "the head encoder's wheel slips: it counts less than the head moves",
@@ -151,11 +147,11 @@ ROWS = (
         ReadingEffect(Channel.HEAD, Mode.SCALED, factor=-1.0),
         detected_by="the head's two sensors, head not following",
     ),
-    FaultRow(
+    frozen_reading(
         Fault.CARRIAGE_SENSOR_FROZEN,
-        "the value of the sensor on the catheter head no longer changes",
-        ReadingEffect(Channel.CARRIAGE, Mode.SCALED, factor=0.0),
-        detected_by="the head's two sensors",
+        Channel.CARRIAGE,
+        "the value of the sensor on the catheter head",
+        "the head's two sensors",
     ),
     invalid_reading(
         Fault.CARRIAGE_SENSOR_INVALID, Channel.CARRIAGE, "the sensor on the catheter head"

@@ -6,6 +6,7 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    frozen_reading,
     in_machine,
     invalid_reading,
     share,
@@ -99,11 +100,8 @@ ROWS = (
         share("share of its volume that is full; the float shuts from 0.95 on", 1.0, 0.1),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_FROZEN,
-        "the vacuum sensor's value no longer changes",
-        ReadingEffect(Channel.VACUUM, Mode.SCALED, factor=0.0),
-        detected_by="signature",
+    frozen_reading(
+        Fault.VACUUM_SENSOR_FROZEN, Channel.VACUUM, "the vacuum sensor's value", "signature"
     ),
     FaultRow(
         Fault.VACUUM_SENSOR_OFFSET,

@@ -5,6 +5,7 @@ from opensuction.twin.fault.fault_row import (
     FaultRow,
     ReadingEffect,
     Strength,
+    frozen_reading,
     in_machine,
     invalid_reading,
     share,
@@ -64,11 +65,8 @@ ROWS = (
         ),
         detected_by="pre-use test",
     ),
-    FaultRow(
-        Fault.CAM_ENCODER_FROZEN,
-        "the valve encoder's value no longer changes",
-        ReadingEffect(Channel.CAM, Mode.SCALED, factor=0.0),
-        detected_by="phase overdue",
+    frozen_reading(
+        Fault.CAM_ENCODER_FROZEN, Channel.CAM, "the valve encoder's value", "phase overdue"
     ),
     FaultRow(
         Fault.CAM_ENCODER_OFFSET,
