@@ -3,11 +3,11 @@
 from opensuction.twin.airway.airway import Airway
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
-    FaultRow,
     MachineEffect,
     Strength,
     in_machine,
     invalid_reading,
+    row,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel
@@ -46,23 +46,20 @@ def _detach_tip(machine: Machine, length_mm: float) -> Machine:
     return machine._replace(transmission=shorter, switch=_open_for_good(machine.switch))
 
 
-ROWS = (
-    FaultRow(
-        Fault.SWITCH_STUCK_OPEN,
+ROWS = {
+    Fault.SWITCH_STUCK_OPEN: row(
         "the contact switch never closes",
         in_machine("switch", _open_for_good),
         detected_by="no contact within the window",
     ),
-    FaultRow(
-        Fault.SWITCH_STUCK_CLOSED,
+    Fault.SWITCH_STUCK_CLOSED: row(
         "the contact switch is closed although nothing touches the tip",
         in_machine(
             "switch", lambda switch, _: switch._replace(close_n=-1.0, open_n=-1.0, bounce_s=0.0)
         ),
         detected_by="pre-use test, contact where none can be, contact too long",
     ),
-    FaultRow(
-        Fault.SWITCH_BRIDGED,
+    Fault.SWITCH_BRIDGED: row(
         "mucus bridges the contact switch, which closes now and then without a touch",
         # Pressed for good, and chattering for good: closed in its share of the ticks.
         in_machine(
@@ -74,58 +71,50 @@ ROWS = (
         share("share of the time for which it is closed", 0.3),
         detected_by="pre-use test, contact where none can be",
     ),
-    FaultRow(
-        Fault.SWITCH_STICKING,
+    Fault.SWITCH_STICKING: row(
         "the contact switch closes as it should but does not open again",
         in_machine("switch", lambda switch, _: switch._replace(open_n=-1.0)),
         detected_by="contact too long, pre-use test of the next cycle",
     ),
-    FaultRow(
-        Fault.SWITCH_BOUNCING,
+    Fault.SWITCH_BOUNCING: row(
         "the contact chatters for long after it has closed",
         in_machine("switch", _bounce),
         Strength("how long", "s", 0.001, 10.0, 0.05),
     ),
-    FaultRow(
-        Fault.SWITCH_STIFF,
+    Fault.SWITCH_STIFF: row(
         "the contact switch needs more force than it should",
         in_machine("switch", _stiffen),
         Strength("force that closes it", "N", 0.081, 5.0, 0.25),
         detected_by="no contact within the window where the catheter buckles before",
     ),
-    FaultRow(
-        Fault.SWITCH_LATE,
+    Fault.SWITCH_LATE: row(
         "the contact switch is read late",
         in_machine("switch", lambda switch, delay_s: switch._replace(latency_s=delay_s)),
         Strength("delay", "s", 0.001, 0.059, 0.05),
     ),
-    invalid_reading(Fault.SWITCH_INVALID, Channel.CONTACT, "the contact switch"),
-    FaultRow(
-        Fault.CARINA_MISSED,
+    Fault.SWITCH_INVALID: invalid_reading(Channel.CONTACT, "the contact switch"),
+    Fault.CARINA_MISSED: row(
         "the tip slips past the carina into a bronchus and meets nothing",
         in_machine("airway", _lower_carina),
         Strength("how much deeper the way is free", "mm", 5.0, 100.0, 40.0),
         detected_by="no contact within the window; none by travel, which stops short of the carina",
     ),
-    FaultRow(
-        Fault.TUBE_DISPLACED,
+    Fault.TUBE_DISPLACED: row(
         "the tube has slid down or the neck is bent: the carina is nearer than was taught",
         in_machine("airway", lambda airway, nearer_mm: _lower_carina(airway, -nearer_mm)),
         Strength("how much nearer", "mm", 1.0, 60.0, 20.0),
         detected_by="contact before the window",
     ),
-    FaultRow(
-        Fault.TIP_BUCKLING,
+    Fault.TIP_BUCKLING: row(
         "the tip is so soft that it buckles before the contact switch closes",
         in_machine("airway", _soften_tip),
         Strength("force at which it buckles", "N", 0.005, 0.08, 0.03),
         detected_by="no contact within the window",
     ),
-    FaultRow(
-        Fault.TIP_DETACHED,
+    Fault.TIP_DETACHED: row(
         "the tip has come off with its contact switch, and lies in the airway",
         MachineEffect(_detach_tip),
         Strength("length of the tip", "mm", 1.0, 20.0, 5.0),
         detected_by="no contact within the window",
     ),
-)
+}

@@ -105,16 +105,19 @@ class SetupEffect(NamedTuple):
     """Whether it is there before the cycle is planned, or only when it is requested."""
 
 
+Effect = MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
+
+
 class FaultRow(NamedTuple):
     """A fault that can be injected."""
 
     fault: Fault
     meaning: str
     """In one sentence: what is broken, and what that does."""
-    effect: MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
-    strength: Strength | None = None
+    effect: Effect
+    strength: Strength | None
     """None where there is no more or less of it."""
-    detected_by: str = ""
+    detected_by: str
     """What can detect it; empty where nothing in this machine can while it is the only fault."""
 
     @property
@@ -183,13 +186,27 @@ class FaultRow(NamedTuple):
         return self.effect.change(link, onset)
 
 
-def frozen_reading(fault: Fault, channel: Channel, value: str, detected_by: str) -> FaultRow:
+Part = Callable[[Fault], FaultRow]
+"""A row but for its fault: that is its key in the table."""
+
+
+def row(
+    meaning: str,
+    effect: Effect,
+    strength: Strength | None = None,
+    detected_by: str = "",
+) -> Part:
+    """The row of the fault that is its key; see `FaultRow`."""
+    return lambda fault: FaultRow(fault, meaning, effect, strength, detected_by)
+
+
+def frozen_reading(channel: Channel, value: str, detected_by: str) -> Part:
     """The fault of a sensor whose value stays what it was. value: how it is called."""
     effect = ReadingEffect(channel, Mode.SCALED, factor=0.0)
-    return FaultRow(fault, f"{value} no longer changes", effect, None, detected_by)
+    return row(f"{value} no longer changes", effect, detected_by=detected_by)
 
 
-def invalid_reading(fault: Fault, channel: Channel, sensor: str) -> FaultRow:
+def invalid_reading(channel: Channel, sensor: str) -> Part:
     """The fault of a sensor whose readings are flagged as not valid. sensor: with its article."""
     effect = ReadingEffect(channel, Mode.INVALID)
-    return FaultRow(fault, f"{sensor} gives no valid reading", effect, None, "its flag")
+    return row(f"{sensor} gives no valid reading", effect, detected_by="its flag")

@@ -2,13 +2,13 @@
 
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
-    FaultRow,
     MachineEffect,
     ReadingEffect,
     Strength,
     frozen_reading,
     in_machine,
     invalid_reading,
+    row,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
@@ -44,9 +44,8 @@ def _fill_canister(line: SuctionLine, full: float) -> SuctionLine:
     return less._replace(mmhg_per_ml=less.mmhg_per_ml / gas)
 
 
-ROWS = (
-    FaultRow(
-        Fault.PUMP_RUNAWAY,
+ROWS = {
+    Fault.PUMP_RUNAWAY: row(
         "the pump runs whatever it is told, and the regulator is shut",
         in_machine(
             "line",
@@ -54,68 +53,59 @@ ROWS = (
         ),
         detected_by="line vacuum",
     ),
-    FaultRow(
-        Fault.PUMP_WEAK,
+    Fault.PUMP_WEAK: row(
         "the pump moves less gas than it should",
         in_machine("line", _weaken_pump),
         share("share of its flow that is lost", 0.7, 0.05, 0.99),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.PUMP_LOST,
+    Fault.PUMP_LOST: row(
         "the pump stands still",
         in_machine("line", lambda line, _: _weaken_pump(line, 1.0)),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.REGULATOR_FAILED,
+    Fault.REGULATOR_FAILED: row(
         "the regulator lets no air in: vacuum rises to the relief valve, and does not vent",
         in_machine("line", lambda line, _: line._replace(regulator_ml_per_s_per_mmhg=0.0)),
         detected_by="line vacuum, pre-use test",
     ),
-    FaultRow(
-        Fault.RELIEF_FAILED,
+    Fault.RELIEF_FAILED: row(
         "the relief valve does not open",
         in_machine("line", lambda line, _: line._replace(relief_ml_per_s_per_mmhg=0.0)),
         detected_by="pre-use test; alone it does no harm",
     ),
-    FaultRow(
-        Fault.LINE_LEAK,
+    Fault.LINE_LEAK: row(
         "air leaks into line or canister",
         in_machine("line", _leak),
         Strength("leak in addition", "mL/s/mmHg", 0.02, 50.0, 2.0),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.LINE_CLOGGED,
+    Fault.LINE_CLOGGED: row(
         "the catheter's bore is clogged",
         MachineEffect(lambda machine, lost: narrow_bore(machine, 1.0 - lost, 1.0 - lost)),
         share("share of its conductance that is lost", 0.95, 0.1),
         detected_by="vacuum signature",
     ),
-    FaultRow(
-        Fault.CANISTER_FULL,
+    Fault.CANISTER_FULL: row(
         "the canister fills up: it holds less gas, and its float shuts the pump off when full",
         in_machine("line", _fill_canister),
         share("share of its volume that is full; the float shuts from 0.95 on", 1.0, 0.1),
         detected_by="vacuum signature, pre-use test",
     ),
-    frozen_reading(
-        Fault.VACUUM_SENSOR_FROZEN, Channel.VACUUM, "the vacuum sensor's value", "signature"
+    Fault.VACUUM_SENSOR_FROZEN: frozen_reading(
+        Channel.VACUUM, "the vacuum sensor's value", "signature"
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_OFFSET,
+    Fault.VACUUM_SENSOR_OFFSET: row(
         "the vacuum sensor is off by a constant",
         ReadingEffect(Channel.VACUUM, Mode.OFFSET),
         Strength("reading less truth", "mmHg", -200.0, 200.0, -50.0),
         detected_by="pre-use test: a vented line",
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_NOISY,
+    Fault.VACUUM_SENSOR_NOISY: row(
         "the vacuum sensor's value is noisy",
         ReadingEffect(Channel.VACUUM, Mode.NOISY),
         Strength("standard deviation", "mmHg", 0.5, 100.0, 20.0),
         detected_by="pre-use test",
     ),
-    invalid_reading(Fault.VACUUM_SENSOR_INVALID, Channel.VACUUM, "the vacuum sensor"),
-)
+    Fault.VACUUM_SENSOR_INVALID: invalid_reading(Channel.VACUUM, "the vacuum sensor"),
+}
