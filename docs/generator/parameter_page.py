@@ -152,14 +152,14 @@ def _guidelines() -> str:
 
 
 def _monitor_limits() -> str:
-    limits = patient_limit.AGE_LIMITS
+    limits, hints = patient_limit.AGE_LIMITS, _hints(patient_limit.AgeLimits)
     ages = sorted(limits, reverse=True)
     rows = [
         [
             f"`{name}`",
             *(f"{getattr(limits[age], name):g}" for age in ages),
             unit_of(name),
-            patient_limit.MEANINGS[name],
+            _meaning(hints[name]),
             source,
         ]
         for name, source in patient_limit.SOURCES.items()
@@ -300,8 +300,11 @@ def _hints(record_type: type[Any]) -> Mapping[str, Any]:
 
 def _described(hint: Any) -> tuple[str, str]:
     """Range and meaning in the annotation of a field."""
-    texts = [entry.text for entry in get_args(hint)[1:] if isinstance(entry, Meaning)]
-    return describe(limit_of(hint)), texts[0]
+    return describe(limit_of(hint)), _meaning(hint)
+
+
+def _meaning(hint: Any) -> str:
+    return next(entry.text for entry in get_args(hint)[1:] if isinstance(entry, Meaning))
 
 
 def _fields(record_type: type[Any]) -> str:

@@ -83,7 +83,7 @@ def test_the_model_is_its_basis_times_its_factors(
     model = triangle(weights)
     start = preisach.start_positions_mm(model, path_mm[0], memory)
     columns = preisach.basis(model, path_mm, start)
-    assert columns.shape == (path_mm.size, preisach.cell_count(LEVELS) + 1)
+    assert columns.shape == (path_mm.size, CELLS + 1)
     assert columns @ np.array([*weights, -4.0]) == pytest.approx(
         preisach.simulate(model, path_mm, start), abs=1e-11
     )

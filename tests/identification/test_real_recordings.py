@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.identification.workbench import FittedModel, Labels, compare
+from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.workbench import FittedModel, compare
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "mrd"
 SETTLED = 50

@@ -6,14 +6,8 @@ import pytest
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
-from opensuction.identification.workbench import (
-    METHODS,
-    MODELS,
-    Labels,
-    compare,
-    identify,
-    methods_of,
-)
+from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.workbench import METHODS, MODELS, compare, identify, methods_of
 from opensuction.kernel.errors import InputError
 from tests.identification.plant import paper_plant
 

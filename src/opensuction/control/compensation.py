@@ -8,7 +8,6 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from opensuction.control import direct_inverse, exact_inverse, head_path, lookup_table, preview
 from opensuction.control.exact_inverse import HeadState
@@ -19,6 +18,7 @@ from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play_sum import NO_PLAYS, PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -41,15 +41,8 @@ class CompensationKind(IntEnum):
     """The same with the reference known ahead: gap crossed before it moves, start prepared."""
 
 
-KIND_OF_NAME = {
-    "none": CompensationKind.NONE,
-    "direct-inverse": CompensationKind.DIRECT_INVERSE,
-    "exact-inverse": CompensationKind.EXACT_INVERSE,
-    "gap-width": CompensationKind.GAP_WIDTH,
-    "lookup-table": CompensationKind.LOOKUP_TABLE,
-    "prandtl-ishlinskii": CompensationKind.PRANDTL_ISHLINSKII,
-    "preview": CompensationKind.PREVIEW,
-}
+KIND_OF_NAME = {kind.name.lower().replace("_", "-"): kind for kind in CompensationKind}
+"""Compensators by their name on the command line and in files."""
 
 LOOKS_AHEAD = (CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW)
 """Kinds that cross the gap before the reference moves; the procedure plans the time for it."""
@@ -61,7 +54,7 @@ FED_FORWARD = (*LOOKS_AHEAD, CompensationKind.PRANDTL_ISHLINSKII)
 """Kinds whose servo gets velocity and friction feedforward; the others keep the paper's PD."""
 
 
-Branches = NDArray[np.float64]
+Branches = Array
 """Heads inwards and outwards of the curves, shape (2, n); a kind that is on none has None, and then
 nothing of them is compiled. Apart from the `Compensation`, for a reference to an array in a record
 is counted at every hand."""

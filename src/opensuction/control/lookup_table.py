@@ -9,12 +9,10 @@ Source: [Kesner-2011] for the width, [Bardou-2012] for the table: references 20 
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from opensuction.control import head_path
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -25,14 +23,14 @@ class Curves(NamedTuple):
     """Tip depth of the first entry."""
     spacing_mm: float
     """Distance from one depth to the next, above 0."""
-    inwards_mm: NDArray[np.float64]
+    inwards_mm: Array
     """Head on the way in, shape (n,), at least two."""
-    outwards_mm: NDArray[np.float64]
+    outwards_mm: Array
     """Head on the way out, shape (n,)."""
 
 
 @compiled
-def _between(values: NDArray[np.float64], index: int, share: float) -> float:
+def _between(values: Array, index: int, share: float) -> float:
     return float(values[index] + share * (values[index + 1] - values[index]))
 
 
@@ -73,11 +71,7 @@ def step(
     ahead_in_mm, ahead_out_mm = branches_mm(curves, reference_mm + reference_mm_per_s * dt_s)
     goal_mm, ahead_mm = (outer_mm, ahead_out_mm) if outwards else (inner_mm, ahead_in_mm)
     velocity = head_path.step(
-        limits,
-        goal_mm - state.head_mm,
-        (ahead_mm - goal_mm) / dt_s,
-        state.head_mm_per_s,
-        dt_s,
+        limits, goal_mm - state.head_mm, (ahead_mm - goal_mm) / dt_s, state.head_mm_per_s, dt_s
     )
     half_mm = max(0.5 * (inner_mm - outer_mm), 1e-9)  # its sign carries the branch
     return state._replace(

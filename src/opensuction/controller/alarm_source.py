@@ -29,14 +29,9 @@ STOPPED = 1 << Condition.AUTOMATION_STOPPED
 RECOVERY = 1 << Condition.RECOVERY_NEEDED
 CHECK_FAILED = 1 << Condition.CHECK_FAILED
 CARINA_MISSED = 1 << Condition.CARINA_MISSED
-CONTACT_STUCK = 1 << Condition.CONTACT_STUCK_CLOSED
 NOT_WITHDRAWN = 1 << Condition.WITHDRAWAL_TIME
 """The governor has a trip of this number for a withdrawal of its own."""
 VALVE_STUCK_OPEN = 1 << Condition.VALVE_STUCK_OPEN
-VALVE_STUCK_CLOSED = 1 << Condition.VALVE_STUCK_CLOSED
-PUMP_RUNAWAY = 1 << Condition.PUMP_RUNAWAY
-LIFE_OVER = 1 << Condition.CATHETER_LIFE_OVER
-LIFE_ENDING = 1 << Condition.CATHETER_LIFE_ENDING
 
 ENDING_S = 3600.0
 """How long before a catheter's life is over a person is told: time to plan a change (assumed)."""
@@ -64,7 +59,7 @@ def _found(plan: CheckPlan, item: int, readings: Readings) -> int:
     vacuum = readings.line_vacuum_mmhg > plan.vented_mmhg
     if item == CheckItem.VALVE_OPENS and vacuum:
         # The item wants the line vented too: with the pump off nothing may draw.
-        return CHECK_FAILED | PUMP_RUNAWAY
+        return CHECK_FAILED | 1 << Condition.PUMP_RUNAWAY
     return CHECK_FAILED | int(OF_ITEM[item])
 
 
@@ -72,7 +67,7 @@ def _found(plan: CheckPlan, item: int, readings: Readings) -> int:
 def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
     """What it means that a phase took too long."""
     if phase == Phase.OPENING:
-        return VALVE_STUCK_CLOSED
+        return 1 << Condition.VALVE_STUCK_CLOSED
     if phase == Phase.CLOSING:
         return VALVE_STUCK_OPEN
     if phase == Phase.ABORTING:
@@ -109,7 +104,8 @@ def reasons(
     if cause == Event.CHECK_FAILED:
         return STOPPED | _found(plan.check, procedure.check.failed, readings)
     if cause == Event.CONTACT_MISPLACED:
-        return STOPPED | (CONTACT_STUCK if readings.contact_closed else CARINA_MISSED)
+        stuck = readings.contact_closed
+        return STOPPED | (1 << Condition.CONTACT_STUCK_CLOSED if stuck else CARINA_MISSED)
     return held  # a person's abort, and the end of any
 
 
@@ -138,7 +134,7 @@ def conditions(
     if _is_missed(service, upkeep, phase, refused):
         found |= STOPPED
     if upkeep.catheter_age_s >= service.life_s:
-        found |= LIFE_OVER
+        found |= 1 << Condition.CATHETER_LIFE_OVER
     elif upkeep.catheter_age_s >= service.life_s - max(ENDING_S, service.cycle_s):
-        found |= LIFE_ENDING
+        found |= 1 << Condition.CATHETER_LIFE_ENDING
     return found

@@ -14,6 +14,7 @@ from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
+from opensuction.kernel.zero import make_zero
 from opensuction.procedure.cycle import cycle, progress, upkeep
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
@@ -41,15 +42,11 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     watch = governor.start(settings.limits, head_mm)
     if not parked:
         head = head._replace(head_mm=watch.last.head_mm)
-    core = CoreState(
+    core = make_zero(
+        CoreState,
         procedure=procedure,
         upkeep=upkeep.start(catheter_age_s),
-        insertion_servo=ServoState(error=0.0, velocity=0.0),
-        valve_servo=ServoState(error=0.0, velocity=0.0),
-        cam_rad=0.0,
         governor=watch,
-        tripped=False,
-        powerless=False,
         reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
     )
     return State(core=core, compensation=head, alarms=alarm_state.START)

@@ -10,13 +10,7 @@ from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 from opensuction.safety import patient_limit, tip_bound
-from opensuction.safety.limits import (
-    DriveLimits,
-    Limits,
-    LineLimits,
-    ValveLimits,
-    WindowLimits,
-)
+from opensuction.safety.limits import DriveLimits, Limits, LineLimits, ValveLimits, WindowLimits
 from opensuction.safety.watch.vacuum_signature import CLOSED_SHARE
 
 OUTSIDE_MARGIN_MM = 1.0

@@ -12,14 +12,6 @@ from opensuction.procedure.cycle.progress import ControlFeedback
 
 
 @compiled
-def _head_mm(known_mm: float, readings: Readings) -> float:
-    """Head as it is read in this tick; the last that was known where it is not."""
-    if readings.head_valid and is_number(readings.head_mm):
-        return readings.head_mm
-    return known_mm
-
-
-@compiled
 def _home(
     settings: Settings, let_through: HeadState, demand: Demand, phase: int, dt_s: float
 ) -> HeadState:
@@ -87,7 +79,9 @@ def feedback(
     """
     here, contact_tip_mm, tip_mm = head, 0.0, 0.0
     if touched or confirm:
-        head_mm = _head_mm(state.governor.watch.head_mm, readings)
+        head_mm = state.governor.watch.head_mm
+        if readings.head_valid and is_number(readings.head_mm):
+            head_mm = readings.head_mm
         tip_mm = compensation.loading_tip_mm(
             settings.compensation, settings.parked.head_mm, head_mm
         )

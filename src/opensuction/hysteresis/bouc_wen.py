@@ -23,11 +23,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
-from numpy.typing import NDArray
 
 from opensuction.hysteresis import bouc_wen_growth, bracket
 from opensuction.hysteresis.bouc_wen_growth import MOST_TERMS, Growth
 from opensuction.hysteresis.model_state import InverseMove
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -117,7 +117,7 @@ def is_monotone(model: BoucWen) -> bool:
 
 
 @compiled
-def _step(model: BoucWen, memory_mm: float, move_mm: float, terms: NDArray[np.float64]) -> float:
+def _step(model: BoucWen, memory_mm: float, move_mm: float, terms: Array) -> float:
     """`step` with a workspace of shape (2, MOST_TERMS)."""
     if not (math.isfinite(move_mm) and math.isfinite(memory_mm)):
         return math.nan
@@ -152,9 +152,7 @@ def output_mm(model: BoucWen, input_mm: float, memory_mm: float) -> float:
 
 
 @compiled
-def simulate(
-    model: BoucWen, input_mm: NDArray[np.float64], memory_mm: float
-) -> NDArray[np.float64]:
+def simulate(model: BoucWen, input_mm: Array, memory_mm: float) -> Array:
     """Outputs for a whole record of inputs.
 
     input_mm: shape (n,), finite; each step between samples is one monotone move.

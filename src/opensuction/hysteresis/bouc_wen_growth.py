@@ -11,9 +11,7 @@ Source: [Jorba-2005] for Taylor steps; the series is that of the hypergeometric 
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 TOLERANCE = 1e-14
@@ -107,15 +105,8 @@ def _state_near_zero(growth: Growth, travel: float) -> float:
 
 
 @compiled
-def _small_state(growth: Growth) -> float:
-    """Largest state on either side of zero whose travel `_travel_from_zero` sums quickly."""
-    bend = max(abs(growth.outward), abs(growth.homeward))
-    return math.pow(SMALL_SHARE * growth.gain / bend, 1.0 / growth.exponent)
-
-
-@compiled
 def _taylor_step(
-    growth: Growth, state: float, travel: float, reach: float, terms: NDArray[np.float64]
+    growth: Growth, state: float, travel: float, reach: float, terms: Array
 ) -> tuple[float, float]:
     """The state after a first part of the travel, and how long that part was.
 
@@ -146,10 +137,12 @@ def _taylor_step(
 
 
 @compiled
-def _curved_step(growth: Growth, state: float, travel: float, terms: NDArray[np.float64]) -> float:
+def _curved_step(growth: Growth, state: float, travel: float, terms: Array) -> float:
     """The state ``u`` after a travel for any m; error-controlled."""
     reach = math.pow(growth.gain / growth.outward, 1.0 / growth.exponent)
-    small = _small_state(growth)
+    # Largest state on either side of zero whose travel `_travel_from_zero` sums quickly.
+    bend = max(abs(growth.outward), abs(growth.homeward))
+    small = math.pow(SMALL_SHARE * growth.gain / bend, 1.0 / growth.exponent)
     for _ in range(MOST_STEPS):
         if travel <= 0.0:
             return state
@@ -170,7 +163,7 @@ def _curved_step(growth: Growth, state: float, travel: float, terms: NDArray[np.
 
 
 @compiled
-def step(growth: Growth, state: float, travel: float, terms: NDArray[np.float64]) -> float:
+def step(growth: Growth, state: float, travel: float, terms: Array) -> float:
     """The state after a travel of any length, above 0; to `TOLERANCE` of its limit.
 
     terms: workspace of shape (2, MOST_TERMS). A state that runs away gives NaN.

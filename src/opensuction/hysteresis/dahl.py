@@ -15,9 +15,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
-from numpy.typing import NDArray
 
 from opensuction.hysteresis.model_state import InverseMove
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -58,9 +58,7 @@ def output_n(model: Dahl, deflection_mm: float) -> float:
 
 
 @compiled
-def simulate(
-    model: Dahl, input_mm: NDArray[np.float64], deflection_mm: float
-) -> NDArray[np.float64]:
+def simulate(model: Dahl, input_mm: Array, deflection_mm: float) -> Array:
     """Forces for a whole record of inputs.
 
     input_mm: shape (n,), finite; each step between samples is one monotone move.

@@ -20,11 +20,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
-from numpy.typing import NDArray
 
 from opensuction.hysteresis import bracket, modified_dahl, play
 from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 MOST_DOUBLINGS = 60
@@ -34,14 +34,14 @@ MOST_DOUBLINGS = 60
 class Generalised(NamedTuple):
     """Elements and weights of the generalised model, mm to mm."""
 
-    decay_lengths_mm: NDArray[np.float64]
+    decay_lengths_mm: Array
     """Travel over which each Dahl state forgets, above 0; shape (d,), d may be 0."""
-    widths_mm: NDArray[np.float64]
+    widths_mm: Array
     """Full width of each play, at least 0; shape (p,), p may be 0."""
-    weights: NDArray[np.float64]
+    weights: Array
     """mm of output per mm of element, the Dahl states first; shape (d + p,). A positive weight
     of a Dahl state makes the output lag, one of a play moves it along behind a gap."""
-    envelope_mm: NDArray[np.float64]
+    envelope_mm: Array
     """Coefficients c_k of p = sum_k c_k t^k with t the place in the range, -1 at its low end, +1
     at its high end; shape (degree + 1,)."""
     centre_mm: float
@@ -53,8 +53,8 @@ class Generalised(NamedTuple):
 def on_range(
     low_mm: float,
     high_mm: float,
-    decay_lengths_mm: NDArray[np.float64],
-    widths_mm: NDArray[np.float64],
+    decay_lengths_mm: Array,
+    widths_mm: Array,
     degree: int,
 ) -> Generalised:
     """A model for a range of the input with every weight still 0: `basis` and `with_factors`."""
@@ -68,16 +68,14 @@ def on_range(
     )
 
 
-def with_factors(model: Generalised, factors: NDArray[np.float64]) -> Generalised:
+def with_factors(model: Generalised, factors: Array) -> Generalised:
     """The model whose output is ``basis @ factors``. factors: shape (d + p + degree + 1,)."""
     size = model.weights.size
     return model._replace(weights=factors[:size].copy(), envelope_mm=factors[size:].copy())
 
 
 @compiled
-def start_elements_mm(
-    model: Generalised, head_mm: float, memory_ratio: float
-) -> NDArray[np.float64]:
+def start_elements_mm(model: Generalised, head_mm: float, memory_ratio: float) -> Array:
     """Elements after a past summed up in one number.
 
     memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 relaxed; between.
@@ -93,9 +91,7 @@ def start_elements_mm(
 
 
 @compiled
-def _move(
-    model: Generalised, elements_mm: NDArray[np.float64], head_mm: float, move_mm: float
-) -> None:
+def _move(model: Generalised, elements_mm: Array, head_mm: float, move_mm: float) -> None:
     """Move every element in place by one monotone move that ends at ``head_mm``."""
     decays = model.decay_lengths_mm.size
     for j in range(decays):
@@ -122,7 +118,7 @@ def _envelope_term(model: Generalised, head_mm: float, degree: int) -> float:
 
 
 @compiled
-def _output_mm(model: Generalised, head_mm: float, elements_mm: NDArray[np.float64]) -> float:
+def _output_mm(model: Generalised, head_mm: float, elements_mm: Array) -> float:
     """Output for a place of the input and the elements there, mm."""
     total_mm = 0.0
     for j in range(model.weights.size):
@@ -148,9 +144,7 @@ def step(model: Generalised, state: ModelState, move_mm: float) -> ModelState:
 
 
 @compiled
-def simulate(
-    model: Generalised, head_mm: NDArray[np.float64], elements_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def simulate(model: Generalised, head_mm: Array, elements_mm: Array) -> Array:
     """Outputs for a whole record of inputs.
 
     head_mm: shape (n,), finite; each step between samples is one monotone move.
@@ -166,9 +160,7 @@ def simulate(
 
 
 @compiled
-def basis(
-    model: Generalised, head_mm: NDArray[np.float64], elements_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def basis(model: Generalised, head_mm: Array, elements_mm: Array) -> Array:
     """The matrix that makes the model linear: ``simulate`` is ``basis @ factors``.
 
     head_mm, elements_mm: as for `simulate`. Columns: Dahl states, plays (both mm), then t^0,
@@ -219,7 +211,7 @@ def _missing_mm(
     state: ModelState,
     target_mm: float,
     move_mm: float,
-    trial_mm: NDArray[np.float64],
+    trial_mm: Array,
 ) -> float:
     """Output less target after a move, mm. trial_mm: workspace of the elements' shape."""
     for k in range(trial_mm.size):  # no slice: its assignment takes seconds to compile

@@ -14,8 +14,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
-from numpy.typing import NDArray
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 NEWTON_STEPS = 80
@@ -61,9 +61,7 @@ def output_mm(model: ModifiedDahl, head_mm: float, lag_mm: float) -> float:
 
 
 @compiled
-def simulate(
-    model: ModifiedDahl, head_mm: NDArray[np.float64], lag_mm: float
-) -> NDArray[np.float64]:
+def simulate(model: ModifiedDahl, head_mm: Array, lag_mm: float) -> Array:
     """Tip positions for a whole record of head positions.
 
     head_mm: shape (n,); each step between samples is taken as one monotone move.

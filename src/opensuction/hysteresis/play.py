@@ -15,9 +15,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
-from numpy.typing import NDArray
 
 from opensuction.hysteresis.model_state import InverseMove
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -43,9 +43,7 @@ def step(width_mm: float, position_mm: float, head_mm: float) -> float:
 
 
 @compiled
-def simulate(
-    width_mm: float, head_mm: NDArray[np.float64], position_mm: float
-) -> NDArray[np.float64]:
+def simulate(width_mm: float, head_mm: Array, position_mm: float) -> Array:
     """Positions of one play element for a whole record of head positions.
 
     head_mm: shape (n,). position_mm: the element before the first sample; it is brought within

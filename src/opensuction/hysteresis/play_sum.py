@@ -13,18 +13,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from opensuction.hysteresis.prandtl_ishlinskii import (
-    ENGAGED_MM,
-    PrandtlIshlinskii,
-    bent_mm,
-    straight_mm,
-)
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii, bent_mm, straight_mm
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import straight_line
 
 PLAYS = 16
 """Room for so many: 240 machines of the twin were identified with 7 to 13."""
+ENGAGED_MM = 1e-9
+"""A play counts as engaged once so little of its slot is left."""
 Sixteen = tuple[float, ...]
 """A number for each play."""
 
@@ -39,12 +36,13 @@ class PlaySum(NamedTuple):
     curvature_per_mm: float
 
 
-def _padded(values: Iterable[float]) -> Sixteen:
+def padded(values: Iterable[float]) -> Sixteen:
+    """A number for each play, 0 for the spare ones."""
     found = tuple(float(value) for value in values)
     return found + (0.0,) * (PLAYS - len(found))
 
 
-NONE_MM: Sixteen = _padded(())
+NONE_MM: Sixteen = padded(())
 """Positions of plays that nobody uses."""
 NO_PLAYS = PlaySum(NONE_MM, NONE_MM, 0.0, 0.0, 0.0)
 
@@ -56,24 +54,12 @@ def bundle(model: PrandtlIshlinskii) -> PlaySum:
             f"the compensation has {model.weights.size} plays, should have at most {PLAYS}: "
             "join neighbouring thresholds"
         )
-    return PlaySum(
-        _padded(model.thresholds_mm),
-        _padded(model.weights),
-        model.slope,
-        model.offset_mm,
-        model.curvature_per_mm,
-    )
+    return PlaySum(padded(model.thresholds_mm), padded(model.weights), *model[2:])
 
 
 def unbundle(model: PlaySum) -> PrandtlIshlinskii:
     """The model with its plays as arrays, the spare ones among them."""
-    return PrandtlIshlinskii(
-        np.array(model.thresholds_mm),
-        np.array(model.weights),
-        model.slope,
-        model.offset_mm,
-        model.curvature_per_mm,
-    )
+    return PrandtlIshlinskii(np.array(model.thresholds_mm), np.array(model.weights), *model[2:])
 
 
 def _written_out(head: str, each: str, result: str) -> Any:
@@ -140,7 +126,7 @@ def output_mm(model: PlaySum, positions_mm: Sixteen, head_mm: float) -> float:
 
 @compiled
 def advance_slope(model: PlaySum, positions_mm: Sixteen, head_mm: float, direction: float) -> float:
-    """Slope dy/dx when the head moves on from here: as `prandtl_ishlinskii.advance_slope`."""
+    """Slope dy/dx when the head moves on from here in one direction (+1.0 carina, -1.0 back)."""
     slope = _slope(model, _left_mm(model, positions_mm, head_mm, direction), ENGAGED_MM)
     inner_mm = _inner_mm(model, positions_mm, head_mm)
     return slope * (1.0 + 2.0 * model.curvature_per_mm * inner_mm)

@@ -15,12 +15,9 @@ import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
-
-ENGAGED_MM = 1e-9
-"""A play counts as engaged once so little of its slot is left."""
 
 
 class Curved(Protocol):
@@ -38,9 +35,9 @@ class Curved(Protocol):
 class PrandtlIshlinskii(NamedTuple):
     """Parameters of the model, head_mm to tip_mm."""
 
-    thresholds_mm: NDArray[np.float64]
+    thresholds_mm: Array
     """r: half the full width of each play, ascending, above 0, shape (n,)."""
-    weights: NDArray[np.float64]
+    weights: Array
     """w: mm of tip for each mm of a play, >= 0, shape (n,)."""
     slope: float
     """c: weight of the head itself, >= 0 (a play of threshold 0)."""
@@ -51,15 +48,13 @@ class PrandtlIshlinskii(NamedTuple):
 
 
 @compiled
-def retracted_positions_mm(model: PrandtlIshlinskii, head_mm: float) -> NDArray[np.float64]:
+def retracted_positions_mm(model: PrandtlIshlinskii, head_mm: float) -> Array:
     """Positions of the plays after a long retract to ``head_mm``, shape (n,)."""
     return head_mm + model.thresholds_mm
 
 
 @compiled
-def step(
-    model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float
-) -> NDArray[np.float64]:
+def step(model: PrandtlIshlinskii, positions_mm: Array, head_mm: float) -> Array:
     """Positions of the plays once the head has moved monotonically to ``head_mm``; exact.
 
     positions_mm: shape (n,), read and not changed. Returns a new array of that shape.
@@ -70,7 +65,7 @@ def step(
 
 
 @compiled
-def _move(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float) -> None:
+def _move(model: PrandtlIshlinskii, positions_mm: Array, head_mm: float) -> None:
     """`step` in place."""
     for j in range(positions_mm.size):
         reach_mm = model.thresholds_mm[j]
@@ -78,7 +73,7 @@ def _move(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: 
 
 
 @compiled
-def _inner_mm(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float) -> float:
+def _inner_mm(model: PrandtlIshlinskii, positions_mm: Array, head_mm: float) -> float:
     """The sum v, before the curvature."""
     inner_mm = model.slope * head_mm
     for j in range(model.weights.size):
@@ -102,15 +97,13 @@ def straight_mm(model: Curved, tip_mm: float) -> float:
 
 
 @compiled
-def output_mm(model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float) -> float:
+def output_mm(model: PrandtlIshlinskii, positions_mm: Array, head_mm: float) -> float:
     """Tip position for a head position and positions of the plays, shape (n,)."""
     return bent_mm(model, _inner_mm(model, positions_mm, head_mm))
 
 
 @compiled
-def simulate(
-    model: PrandtlIshlinskii, head_mm: NDArray[np.float64], positions_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def simulate(model: PrandtlIshlinskii, head_mm: Array, positions_mm: Array) -> Array:
     """Tip positions for a whole record of head positions.
 
     head_mm: shape (k,); each step between samples is taken as one monotone move. positions_mm:
@@ -131,20 +124,6 @@ def simulate(
 
 
 @compiled
-def advance_slope(
-    model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float, direction: float
-) -> float:
-    """Slope dy/dx when the head moves on from here in one direction (+1.0 carina, -1.0 back)."""
-    slope = model.slope
-    for j in range(model.weights.size):
-        left_mm = model.thresholds_mm[j] + direction * (positions_mm[j] - head_mm)
-        if left_mm <= ENGAGED_MM:
-            slope += model.weights[j]
-    inner_mm = _inner_mm(model, positions_mm, head_mm)
-    return slope * (1.0 + 2.0 * model.curvature_per_mm * inner_mm)
-
-
-@compiled
 def total_slope(model: PrandtlIshlinskii) -> float:
     """Slope of v over long travels, every play moving: ``c + sum_j w_j``."""
     slope = model.slope
@@ -155,7 +134,7 @@ def total_slope(model: PrandtlIshlinskii) -> float:
 
 @compiled
 def inverse_step(
-    model: PrandtlIshlinskii, positions_mm: NDArray[np.float64], head_mm: float, target_mm: float
+    model: PrandtlIshlinskii, positions_mm: Array, head_mm: float, target_mm: float
 ) -> float:
     """Head move that brings the tip to a target, signed mm; exact, the shortest there is.
 
@@ -202,11 +181,6 @@ def saturated_head_mm(model: PrandtlIshlinskii, tip_mm: float, direction: float)
 def gap_mm(model: PrandtlIshlinskii) -> float:
     """Distance between the advancing and the retracting branch, mm of tip (curvature left out)."""
     return 2.0 * float(model.thresholds_mm @ model.weights)
-
-
-def width_mm(model: PrandtlIshlinskii) -> float:
-    """Mean full width of the gap, mm of head: weights as shares, the head itself as width 0."""
-    return gap_mm(model) / float(total_slope(model))
 
 
 def is_well_posed(model: PrandtlIshlinskii, deepest_mm: float, highest_mm: float) -> bool:

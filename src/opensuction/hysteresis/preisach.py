@@ -19,10 +19,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from opensuction.hysteresis import bracket, play
 from opensuction.hysteresis.model_state import InverseMove, ModelState
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -33,7 +33,7 @@ class Preisach(NamedTuple):
     """Low end of the grid: below, every relay is down."""
     high_mm: float
     """High end of the grid, above the low one: beyond, every relay is up."""
-    weights_mm: NDArray[np.float64]
+    weights_mm: Array
     """Output that the relays of each cell add when they are up; shape (levels, levels), of which
     the triangle ``k + l < levels`` counts: k the gap of its relays, l where it lies, in levels."""
     offset_mm: float
@@ -48,7 +48,7 @@ def level_mm(model: Preisach) -> float:
 
 
 @compiled
-def start_positions_mm(model: Preisach, head_mm: float, memory_ratio: float) -> NDArray[np.float64]:
+def start_positions_mm(model: Preisach, head_mm: float, memory_ratio: float) -> Array:
     """Memory after a past summed up in one number.
 
     memory_ratio: +1.0 after a long advance, -1.0 after a long retract, 0.0 relaxed (shaken by
@@ -69,7 +69,7 @@ def _place(model: Preisach, row: int, position_mm: float) -> float:
 
 
 @compiled
-def _sums_mm(model: Preisach) -> NDArray[np.float64]:
+def _sums_mm(model: Preisach) -> Array:
     """Output of the first l cells of each row, shape (levels, levels + 1)."""
     levels = model.weights_mm.shape[0]
     sums_mm = np.zeros((levels, levels + 1))
@@ -82,9 +82,9 @@ def _sums_mm(model: Preisach) -> NDArray[np.float64]:
 @compiled
 def _output_mm(
     model: Preisach,
-    sums_mm: NDArray[np.float64],
+    sums_mm: Array,
     head_mm: float,
-    positions_mm: NDArray[np.float64],
+    positions_mm: Array,
 ) -> float:
     """Output for the plays' positions; not a number for an input that is none."""
     if not math.isfinite(head_mm):
@@ -104,7 +104,7 @@ def output_mm(model: Preisach, state: ModelState) -> float:
 
 
 @compiled
-def _move(model: Preisach, positions_mm: NDArray[np.float64], head_mm: float) -> None:
+def _move(model: Preisach, positions_mm: Array, head_mm: float) -> None:
     """Move every row's play in place by one monotone move that ends at ``head_mm``."""
     for k in range(positions_mm.size):
         positions_mm[k] = play.step(k * level_mm(model), positions_mm[k], head_mm)
@@ -120,9 +120,7 @@ def step(model: Preisach, state: ModelState, move_mm: float) -> ModelState:
 
 
 @compiled
-def simulate(
-    model: Preisach, head_mm: NDArray[np.float64], positions_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def simulate(model: Preisach, head_mm: Array, positions_mm: Array) -> Array:
     """Outputs for a whole record of inputs.
 
     head_mm: shape (n,), finite; each step between samples is one monotone move.
@@ -138,15 +136,7 @@ def simulate(
 
 
 @compiled
-def cell_count(levels: int) -> int:
-    """Cells of a triangle of so many levels."""
-    return levels * (levels + 1) // 2
-
-
-@compiled
-def basis(
-    model: Preisach, head_mm: NDArray[np.float64], positions_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def basis(model: Preisach, head_mm: Array, positions_mm: Array) -> Array:
     """The matrix that makes the model linear: ``simulate`` is ``basis @ factors``.
 
     model: gives the grid; its weights do not matter. head_mm, positions_mm: as for `simulate`.
@@ -155,7 +145,7 @@ def basis(
     """
     levels = model.weights_mm.shape[0]
     positions = positions_mm.copy()
-    columns = np.empty((head_mm.size, cell_count(levels) + 1))
+    columns = np.empty((head_mm.size, levels * (levels + 1) // 2 + 1))
     for i in range(head_mm.size):
         _move(model, positions, head_mm[i])
         column = 0
@@ -168,20 +158,12 @@ def basis(
     return columns
 
 
-@compiled
-def from_factors(
-    low_mm: float, high_mm: float, levels: int, factors: NDArray[np.float64]
-) -> Preisach:
+def from_factors(low_mm: float, high_mm: float, levels: int, factors: Array) -> Preisach:
     """The model whose output is ``basis @ factors``. factors: mm, shape (cells + 1,)."""
     weights_mm = np.zeros((levels, levels))
-    column = 0
-    for k in range(levels):
-        for j in range(levels - k):
-            weights_mm[k, j] = factors[column]
-            column += 1
-    return Preisach(
-        low_mm=low_mm, high_mm=high_mm, weights_mm=weights_mm, offset_mm=factors[column]
-    )
+    rows, places = np.indices(weights_mm.shape)
+    weights_mm[rows + places < levels] = factors[:-1]
+    return Preisach(low_mm, high_mm, weights_mm, offset_mm=float(factors[-1]))
 
 
 @compiled
@@ -195,26 +177,22 @@ def is_rising(model: Preisach) -> bool:
     return True
 
 
-@compiled
 def is_monotone(model: Preisach) -> bool:
     """Whether the output follows the input at once everywhere on the grid.
 
     That is the row without a gap: each of its cells above 0, and none of the others below.
     """
-    for j in range(model.weights_mm.shape[0]):
-        if not model.weights_mm[0, j] > 0.0:
-            return False
-    return is_rising(model)
+    return bool((model.weights_mm[0] > 0.0).all()) and is_rising(model)
 
 
 @compiled
 def _missing_mm(
     model: Preisach,
-    sums_mm: NDArray[np.float64],
+    sums_mm: Array,
     state: ModelState,
     target_mm: float,
     move_mm: float,
-    trial_mm: NDArray[np.float64],
+    trial_mm: Array,
 ) -> float:
     """Output less target after a move, mm. trial_mm: workspace of shape (levels,)."""
     for k in range(trial_mm.size):  # no slice: its assignment takes seconds to compile

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 
@@ -18,7 +19,7 @@ REVERSAL_SHARE = 0.05
 """Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
 
 
-def read_samples(name: str, values: ArrayLike, least: int) -> NDArray[np.float64]:
+def read_samples(name: str, values: ArrayLike, least: int) -> Array:
     """One recorded quantity as a contiguous array of finite numbers, shape (n,).
 
     name: how messages call it. least: smallest number of samples that makes sense.
@@ -43,7 +44,7 @@ def read_samples(name: str, values: ArrayLike, least: int) -> NDArray[np.float64
 
 def read_pair(
     names: tuple[str, str], first: ArrayLike, second: ArrayLike, least: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array]:
     """Two quantities recorded at the same instants, both as by `read_samples`.
 
     Raises InputError as `read_samples` does and where their lengths differ.
@@ -56,9 +57,7 @@ def read_pair(
     return one, two
 
 
-def check_motion(
-    names: tuple[str, str], input_: NDArray[np.float64], output: NDArray[np.float64], unit: str = ""
-) -> None:
+def check_motion(names: tuple[str, str], input_: Array, output: Array, unit: str = "") -> None:
     """Refuse what cannot show a hysteresis. names, unit: of the input, as messages call them.
 
     Raises InputError for an input or output that does not move and an input that never reverses.
@@ -78,7 +77,7 @@ def check_motion(
 
 
 @compiled
-def find_turns(head_mm: NDArray[np.float64], smallest_mm: float) -> NDArray[np.int64]:
+def find_turns(head_mm: Array, smallest_mm: float) -> NDArray[np.int64]:
     """Samples where the head turns, turns smaller than ``smallest_mm`` left out, shape (turns,)."""
     found = np.empty(head_mm.size, dtype=np.int64)
     count, extreme, direction = 0, 0, 0.0
@@ -96,9 +95,7 @@ def find_turns(head_mm: NDArray[np.float64], smallest_mm: float) -> NDArray[np.i
     return found[:count].copy()
 
 
-def thin(
-    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], samples: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def thin(head_mm: Array, tip_mm: Array, samples: int) -> tuple[Array, Array]:
     """The same recording with about as many samples as asked for, and every turn of the head.
 
     Between turns a move of the head is monotone, in however many samples it was recorded, so

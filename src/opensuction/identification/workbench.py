@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.hysteresis_model import (
-    Array,
     HysteresisModel,
     LinearForm,
     VectorForm,
@@ -29,8 +28,9 @@ from opensuction.identification.judgement.candidate import (
     judge_superposition,
     judge_vector,
 )
-from opensuction.identification.judgement.diagnosis import Names
+from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.record import read_pair, read_samples
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
 
 MODELS = {name: model for name, model in CATALOGUE.items() if model.form is not None}
@@ -57,16 +57,6 @@ MOST_HOLDOUT_RATIO = 0.9
 
 Progress = Callable[[str, int, int], None]
 """Called before each model: its name, how many are done, how many there are."""
-
-
-class Labels(NamedTuple):
-    """How the caller's quantities and their units are called."""
-
-    input_name: str = "input"
-    output_name: str = "output"
-    input_unit: str = "mm"
-    output_unit: str = "mm"
-    time_name: str = "time"
 
 
 class FittedModel(NamedTuple):
@@ -128,7 +118,6 @@ class _Recording(NamedTuple):
     input_: Array
     output: Array
     fitted_samples: int
-    names: Names
     labels: Labels
     warnings: tuple[str, ...]
 
@@ -141,8 +130,7 @@ def _check(
     labels: Labels,
 ) -> _Recording:
     """The recording, fit to be fitted. Raises InputError."""
-    names = Names(labels.input_name, labels.output_name, labels.input_unit)
-    driven, answer = read_pair(names[:2], input_, output, LEAST_SAMPLES)
+    driven, answer = read_pair(labels[:2], input_, output, LEAST_SAMPLES)
     check_holdout(holdout_ratio)
     fitted_samples = driven.size - int(driven.size * holdout_ratio)
     if fitted_samples < LEAST_SAMPLES:
@@ -157,11 +145,11 @@ def _check(
             raise InputError(f"{labels.time_name} has {time.size} samples, not {driven.size}")
         diagnosis.check_time(time, labels.time_name)
     begin_in, begin_out = driven[:fitted_samples], answer[:fitted_samples]
-    diagnosis.check_recording(begin_in, begin_out, names)
+    diagnosis.check_recording(begin_in, begin_out, labels)
     warnings = diagnosis.judge_recording(
-        begin_in, begin_out, None if time is None else time[:fitted_samples], names
+        begin_in, begin_out, None if time is None else time[:fitted_samples], labels
     )
-    return _Recording(driven, answer, fitted_samples, names, labels, warnings)
+    return _Recording(driven, answer, fitted_samples, labels, warnings)
 
 
 def methods_of(model: HysteresisModel) -> tuple[str, ...]:
@@ -184,7 +172,7 @@ def _candidate(recording: _Recording, model: HysteresisModel, method: str) -> Ca
     if method in SEARCHES:
         found = NonlinearFit(search(method, model.form, input_, output), determined=True)
     else:
-        found = nonlinear.FITS[model.name](input_, output, recording.names[:2])
+        found = nonlinear.FITS[model.name](input_, output, recording.labels[:2])
     return judge_vector(model, model.form, found, input_, output)
 
 

@@ -162,11 +162,6 @@ STORE = Store(CACHE_FOLDER / "translated", is_core)
 """What compiled callers link, kept in this folder."""
 
 
-def is_cold() -> bool:
-    """Whether nothing was compiled yet from these sources: the next call takes a while."""
-    return next(CACHE_FOLDER.rglob("*.nbc"), None) is None
-
-
 def compiled(function: Function) -> Function:
     """Compile a core function on its first call; the same source runs as plain Python.
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.zero import make_zero
 
 LARGEST = 1.0e6
 """Largest reading in mm, rad, mmHg or A that is a number: no machine comes near it, and no speed or
@@ -25,15 +26,7 @@ class Monitor(NamedTuple):
     airway_pressure_valid: bool
 
 
-NO_MONITOR = Monitor(
-    connected=False,
-    spo2_percent=0.0,
-    spo2_valid=False,
-    heart_rate_per_min=0.0,
-    heart_rate_valid=False,
-    airway_pressure_cmh2o=0.0,
-    airway_pressure_valid=False,
-)
+NO_MONITOR = make_zero(Monitor)
 """No monitor: on the bench, or where its link is lost."""
 
 

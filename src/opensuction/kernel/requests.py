@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from opensuction.kernel.zero import make_zero
+
 
 class Requests(NamedTuple):
     """Buttons of one tick; each is true in the tick in which it was pressed."""
@@ -44,21 +46,7 @@ class Host(NamedTuple):
     message, a recorder or console that is lost, reserve energy in use. It can only add alarms."""
 
 
-NO_REQUESTS = Requests(
-    start=False,
-    identify=False,
-    abort=False,
-    reset=False,
-    teach=False,
-    confirm=False,
-    home=False,
-    service=False,
-    changed=False,
-    return_to_service=False,
-    not_needed=False,
-    acknowledge=False,
-    audio_pause=False,
-)
+NO_REQUESTS = make_zero(Requests)
 START = NO_REQUESTS._replace(start=True)
 IDENTIFY = NO_REQUESTS._replace(identify=True)
 ABORT = NO_REQUESTS._replace(abort=True)

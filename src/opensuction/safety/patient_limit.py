@@ -1,8 +1,9 @@
 """Limits of what a patient's monitor may say, by age and by the ventilator's settings."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.meaning import Meaning
 
 LOST_CMH2O = 5.0
 """Pressure below PEEP at which lung volume is being lost [design-lung]."""
@@ -21,10 +22,10 @@ half a second; assumed."""
 class AgeLimits(NamedTuple):
     """What is set by age; sources in `SOURCES`."""
 
-    spo2_percent: float
-    heart_rate_per_min: float
-    airway_most_cmh2o: float
-    breath_s: float
+    spo2_percent: Annotated[float, Meaning("lowest saturation, as the oximeter shows it")]
+    heart_rate_per_min: Annotated[float, Meaning("lowest heart rate")]
+    airway_most_cmh2o: Annotated[float, Meaning("highest pressure at the connector")]
+    breath_s: Annotated[float, Meaning("longest time in which no breath moves the pressure")]
 
 
 AGE_LIMITS: dict[AgeGroup, AgeLimits] = {
@@ -44,28 +45,21 @@ SOURCES: dict[str, str] = {
 }
 """Where each limit comes from."""
 
-MEANINGS: dict[str, str] = {
-    "spo2_percent": "lowest saturation, as the oximeter shows it",
-    "heart_rate_per_min": "lowest heart rate",
-    "airway_most_cmh2o": "highest pressure at the connector",
-    "breath_s": "longest time in which no breath moves the pressure",
-}
-"""What each limit bounds."""
-
 
 class PatientLimits(NamedTuple):
     """The limits of one patient."""
 
-    monitored: bool
-    """Whether a monitor belongs to the machine: without one nothing here is judged."""
     spo2_percent: float
     heart_rate_per_min: float
     airway_most_cmh2o: float
+    breath_s: float
+    """These and what is before them: `AgeLimits`."""
+    monitored: bool
+    """Whether a monitor belongs to the machine: without one nothing here is judged."""
     airway_least_cmh2o: float
     """Below it lung volume is being lost."""
     breath_cmh2o: float
     """Every breath crosses it twice."""
-    breath_s: float
     open_s: float
 
 
@@ -73,12 +67,9 @@ def limits_of(age: AgeGroup, peep_cmh2o: float, monitored: bool) -> PatientLimit
     """Limits for a patient of an age on a ventilator set to this PEEP."""
     chosen = AGE_LIMITS[age]
     return PatientLimits(
+        *chosen,
         monitored=monitored,
-        spo2_percent=chosen.spo2_percent,
-        heart_rate_per_min=chosen.heart_rate_per_min,
-        airway_most_cmh2o=chosen.airway_most_cmh2o,
         airway_least_cmh2o=peep_cmh2o - LOST_CMH2O - TRANSDUCER_CMH2O,
         breath_cmh2o=peep_cmh2o + BREATH_CMH2O,
-        breath_s=chosen.breath_s,
         open_s=OPEN_S if peep_cmh2o >= LEAST_PEEP_CMH2O else chosen.breath_s,
     )

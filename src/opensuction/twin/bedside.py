@@ -78,6 +78,4 @@ def step(
         coupling.mucus_ml,
         TICKS * dt_s,
     )
-    return BedsideState(
-        patient=patient, secretion_ml=rest, produced_ml_per_s=state.produced_ml_per_s
-    )
+    return state._replace(patient=patient, secretion_ml=rest)

@@ -8,7 +8,8 @@ signs and the volume of mucus within reach of the tip.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.readings import NO_MONITOR, Monitor
+from opensuction.kernel.readings import Monitor
+from opensuction.kernel.zero import make_zero
 
 TICKS = 10
 """Ticks of the machine for each step of the bedside."""
@@ -30,7 +31,7 @@ class PatientSigns(NamedTuple):
     """What the monitor passes on."""
 
 
-NO_SIGNS = PatientSigns(0.0, 0.0, 0.0, 0.0, 0.0, NO_MONITOR)
+NO_SIGNS = make_zero(PatientSigns)
 
 
 class CouplingState(NamedTuple):

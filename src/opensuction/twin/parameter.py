@@ -243,11 +243,7 @@ _GEARED: dict[str, tuple[float, float, str]] = {
     "no_load_mm_per_s": (60.0, 0.8, "[assumed] gearing"),
     "insertion_time_constant_s": (0.0128, 0.0, "[computed] motor's 8.3 ms / 0.65"),
     "moving_mass_kg": (16.4, 0.0, "[computed] rotor's 0.56 g cm2 at 0.058 mm/rad"),
-    "insertion_friction_v": (
-        0.4,
-        0.05,
-        "[computed] 0.32 V for the motor's 4 mA; guide [assumed]",
-    ),
+    "insertion_friction_v": (0.4, 0.05, "[computed] 0.32 V for the motor's 4 mA; guide [assumed]"),
     "drive_a_per_n": (0.00385, 0.0, "[computed] 60 mm/s / 24 V / 0.65 gear efficiency"),
     # Valve axis: half the bench's gear ratio, so the same spring takes twice the voltage
     "cam_no_load_rad_per_s": (
@@ -260,11 +256,9 @@ _GEARED: dict[str, tuple[float, float, str]] = {
 }
 """Value, spread and source of what the bedside's faster gears change."""
 
-CLINICAL: dict[str, Parameter] = {
-    name: entry
-    if name not in _GEARED
-    else entry._replace(value=_GEARED[name][0], spread=_GEARED[name][1], source=_GEARED[name][2])
-    for name, entry in BENCH.items()
+CLINICAL: dict[str, Parameter] = BENCH | {
+    name: BENCH[name]._replace(value=value, spread=spread, source=source)
+    for name, (value, spread, source) in _GEARED.items()
 }
 """The bedside machine: the bench with faster gears."""
 

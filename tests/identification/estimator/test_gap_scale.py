@@ -35,7 +35,7 @@ def test_the_scale_of_the_widths_is_found(scale: float, pressed: float) -> None:
 def test_the_plain_travel_would_be_biased() -> None:
     """The narrow plays open the switch first [calc-gap-scale]."""
     travel = travel_mm(MODEL, 0.2)
-    assert travel < pi.width_mm(MODEL) - 0.5
+    assert travel < pi.gap_mm(MODEL) / pi.total_slope(MODEL) - 0.5
     assert gap_scale.estimate_scale(MODEL, ContactEpisode(travel, 0.2), TRUSTED) == pytest.approx(
         1.0
     )

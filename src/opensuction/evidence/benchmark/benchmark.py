@@ -25,10 +25,10 @@ from opensuction.evidence.benchmark.benchmark_plant import (
     wide_recording,
 )
 from opensuction.evidence.benchmark.benchmark_plant import noise_mm as laser_noise_mm
-from opensuction.hysteresis.catalogue.hysteresis_model import Array
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
 from opensuction.identification.estimator import servo
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import START
 from opensuction.procedure.cycle import cycle

@@ -13,10 +13,11 @@ import numpy as np
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
-from opensuction.hysteresis.catalogue.hysteresis_model import Array, Record, simulate
+from opensuction.hysteresis.catalogue.hysteresis_model import Record, simulate
 from opensuction.hysteresis.play import Play
 from opensuction.identification.estimator import branch_curve, nonlinear, superposition
 from opensuction.kernel import random_stream
+from opensuction.kernel.array import Array
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.plan import Excitation
 from opensuction.simulation import rig as rigs

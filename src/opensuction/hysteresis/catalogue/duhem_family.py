@@ -15,7 +15,6 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     LONGEST,
     SHORTEST,
     STEEPEST,
-    Array,
     FitParameter,
     HysteresisModel,
     ModelParameter,
@@ -26,6 +25,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 from opensuction.hysteresis.dahl import Dahl
 from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.array import Array
 
 SHALLOWEST = 0.1
 """Bound below a slope, over output range by input range [assumed]."""
@@ -72,18 +72,6 @@ def _dahl_bounds(ranges: Ranges) -> Array:
     )
 
 
-DAHL_FORM = VectorForm(
-    parameters=(
-        FitParameter("stiffness", "{out}/{in}", logarithmic=True),
-        FitParameter("limit", "{out}", logarithmic=True),
-        FitParameter("offset", "{out}"),
-        FitParameter("initial_output", "{out}"),
-    ),
-    bounds=_dahl_bounds,
-    record=lambda vector: Dahl(*vector[:2].tolist()),
-    simulate=_simulate_dahl,
-)
-
 DAHL = HysteresisModel(
     name="dahl",
     title="Dahl",
@@ -96,7 +84,17 @@ DAHL = HysteresisModel(
         ModelParameter("stiffness_n_per_mm", "sigma_0", "N/mm", "slope where the force is 0"),
         ModelParameter("coulomb_n", "F_c", "N", "force in sliding"),
     ),
-    form=DAHL_FORM,
+    form=VectorForm(
+        parameters=(
+            FitParameter("stiffness", "{out}/{in}", logarithmic=True),
+            FitParameter("limit", "{out}", logarithmic=True),
+            FitParameter("offset", "{out}"),
+            FitParameter("initial_output", "{out}"),
+        ),
+        bounds=_dahl_bounds,
+        record=lambda vector: Dahl(*vector[:2].tolist()),
+        simulate=_simulate_dahl,
+    ),
     memory=lambda record, _head_mm, ratio: ratio * dahl.saturation_mm(record),
     step=_step_memory(dahl.step),
     output_mm=lambda record, state: dahl.output_n(record, state.memory),

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from opensuction.hysteresis.model_state import InverseMove, ModelState
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-
-Array = NDArray[np.float64]
 
 Record = Any
 """A model's NamedTuple of parameters."""

@@ -6,7 +6,6 @@ import numpy as np
 
 from opensuction.hysteresis import play, prandtl_ishlinskii, preisach
 from opensuction.hysteresis.catalogue.hysteresis_model import (
-    Array,
     FitParameter,
     HysteresisModel,
     LinearForm,
@@ -18,6 +17,7 @@ from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
+from opensuction.kernel.array import Array
 
 
 def _simulate_play(record: Play, head_mm: Array, position_mm: float) -> Array:
@@ -130,9 +130,7 @@ PRANDTL_ISHLINSKII = HysteresisModel(
         basis=_prandtl_ishlinskii_basis,
         degree=lambda _record: 0,
         with_factors=lambda record, factors: record._replace(
-            slope=float(factors[0]),
-            weights=factors[1:-1].copy(),
-            offset_mm=float(factors[-1]),
+            slope=float(factors[0]), weights=factors[1:-1].copy(), offset_mm=float(factors[-1])
         ),
         parameters=lambda record, ranges: [
             *(

@@ -10,7 +10,7 @@ Source: [calc-gap-scale].
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from opensuction.hysteresis import prandtl_ishlinskii
@@ -77,17 +77,12 @@ def find_contact(
     first, opened = int(ticks[0]), int(ticks[-1]) + 1
     turn = first + int(np.argmax(head[first:opened]))
     delay = round(latency_s / period_s)
-    closing_mm = _earlier_mm(head, first, delay)
-    opening_mm = _earlier_mm(head, opened, delay)
+    # The head at the instants that a delayed line reports.
+    closing_mm, opening_mm = (head[max(tick - delay, 0)] for tick in (first, opened))
     travel_mm, pressed_mm = head[turn] - opening_mm, head[turn] - closing_mm
     if not (travel_mm > 0.0 and pressed_mm >= 0.0):
         return None
     return ContactEpisode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
-
-
-def _earlier_mm(head: NDArray[np.float64], tick: int, delay: int) -> float:
-    """Head at the instant that a delayed line reports at a tick."""
-    return float(head[max(tick - delay, 0)])
 
 
 def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: ScaleLimits) -> float:

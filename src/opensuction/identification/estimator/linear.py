@@ -13,12 +13,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-
-Array = NDArray[np.float64]
 
 BLOCKS = 20
 """Blocks of a cross-validation: short enough that what one holds is seen elsewhere too."""
@@ -50,15 +48,9 @@ class LinearFit(NamedTuple):
     """Root mean square error of the blocks left out."""
 
 
-class Products(NamedTuple):
-    """Sums of products of a design and its target, for every block."""
-
-    gram: Array
-    """Shape (blocks, k, k)."""
-    right: Array
-    """Shape (blocks, k)."""
-    power: Array
-    """Shape (blocks,)."""
+Products = tuple[Array, Array, Array]
+"""Sums of products for every block: of the columns, shape (blocks, k, k), of columns and target,
+shape (blocks, k), and of the target, shape (blocks,)."""
 
 
 def cut_blocks(samples: int, count: int = BLOCKS) -> list[slice]:
@@ -70,10 +62,10 @@ def cut_blocks(samples: int, count: int = BLOCKS) -> list[slice]:
 def sum_products(columns: Array, target: Array) -> Products:
     """Sums of products block by block; columns, shape (k, n), and target about their means."""
     parts = [(columns[:, cut], target[cut]) for cut in cut_blocks(target.size)]
-    return Products(
-        gram=np.array([part @ part.T for part, _ in parts]),
-        right=np.array([part @ aim for part, aim in parts]),
-        power=np.array([aim @ aim for _, aim in parts]),
+    return (
+        np.array([part @ part.T for part, _ in parts]),
+        np.array([part @ aim for part, aim in parts]),
+        np.array([aim @ aim for _, aim in parts]),
     )
 
 
@@ -120,7 +112,7 @@ def fit(designs: Iterable[Design], target: Array, solve: Solve) -> LinearFit:
         means = design.columns.mean(axis=1)
         columns = design.columns - means[:, None]
         sums = sum_products(columns, target - mean)
-        gram, right = sums.gram.sum(axis=0), sums.right.sum(axis=0)
+        gram, right = sums[0].sum(axis=0), sums[1].sum(axis=0)
         ridge = design.penalty * np.diag(gram)
         ridge[ridge.size - design.spared :] = 0.0
         error = _left_out_error(sums, gram + np.diag(ridge), right, target.size, solve)
@@ -140,7 +132,7 @@ def fit(designs: Iterable[Design], target: Array, solve: Solve) -> LinearFit:
 def _left_out_error(sums: Products, gram: Array, right: Array, samples: int, solve: Solve) -> float:
     """Root mean square error of every block, predicted from the others."""
     total = 0.0
-    for part, aim, power in zip(sums.gram, sums.right, sums.power, strict=True):
+    for part, aim, power in zip(*sums, strict=True):
         factors = solve(gram - part, right - aim)
         total += power - 2.0 * float(factors @ aim) + float(factors @ part @ factors)
     return math.sqrt(max(total, 0.0) / samples)

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
@@ -21,9 +20,8 @@ from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.normal_equation import solve_least_squares
 from opensuction.identification.record import thin
 from opensuction.identification.residual import squares
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-
-Array = NDArray[np.float64]
 
 GRID_POINTS = 40
 """Lengths of a Dahl state tried: neighbours differ by a factor of 1.3."""

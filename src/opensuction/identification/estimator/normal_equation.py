@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 LEAST_PIVOT = 1e-13
@@ -12,7 +12,7 @@ LEAST_PIVOT = 1e-13
 
 
 @compiled
-def _factorise(gram: NDArray[np.float64]) -> NDArray[np.float64]:
+def _factorise(gram: Array) -> Array:
     """Lower triangle of a matrix with ones on its diagonal; dependent rows get a pivot of 0."""
     lower = np.zeros(gram.shape)
     for i in range(gram.shape[0]):
@@ -28,7 +28,7 @@ def _factorise(gram: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def _substitute(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def _substitute(lower: Array, right: Array) -> Array:
     """Solution of ``lower @ lower.T @ factors = right``, rows without a pivot left at 0."""
     size = right.size
     forward, factors = np.zeros(size), np.zeros(size)
@@ -48,7 +48,7 @@ def _substitute(lower: NDArray[np.float64], right: NDArray[np.float64]) -> NDArr
 
 
 @compiled
-def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def solve(gram: Array, right: Array) -> Array:
     """Solution of symmetric normal equations by Cholesky; dependent columns get a factor of 0.
 
     gram: shape (k, k); right: shape (k,). Columns are scaled to length one first.
@@ -65,9 +65,7 @@ def solve(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.f
     return factors / lengths
 
 
-def solve_least_squares(
-    columns: NDArray[np.float64], target: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def solve_least_squares(columns: Array, target: Array) -> Array:
     """Factors that bring ``factors @ columns`` nearest to the target.
 
     columns: shape (factors, n), each about its mean; target: shape (n,), likewise. Normal

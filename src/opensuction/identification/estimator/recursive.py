@@ -13,10 +13,10 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
-from numpy.typing import NDArray
 
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 
@@ -42,7 +42,7 @@ class RecursiveState(NamedTuple):
     slope: float
     velocity_gain: float
     offset_mm: float
-    covariance: NDArray[np.float64]
+    covariance: Array
     """Of slope, gain and offset, shape (3, 3)."""
     head_mm: float
     """Head at the last sample used."""
@@ -82,9 +82,7 @@ def model_of(settings: RecursiveSettings, state: RecursiveState) -> ModifiedDahl
 
 
 @compiled
-def _correct(
-    settings: RecursiveSettings, covariance: NDArray[np.float64], column: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _correct(settings: RecursiveSettings, covariance: Array, column: Array) -> Array:
     """Gain of one measurement; ``covariance`` is overwritten with the one after it."""
     noise = settings.noise_mm * settings.noise_mm
     seen = np.zeros(3)
@@ -145,9 +143,9 @@ def step(
 def track(
     settings: RecursiveSettings,
     state: RecursiveState,
-    head_mm: NDArray[np.float64],
-    tip_mm: NDArray[np.float64],
-) -> tuple[RecursiveState, NDArray[np.float64]]:
+    head_mm: Array,
+    tip_mm: Array,
+) -> tuple[RecursiveState, Array]:
     """Take in a whole record; the state after it and the estimates after every sample.
 
     head_mm, tip_mm: shape (n,). Estimates: slope, velocity gain, offset_mm, error_mm; (n, 4).

@@ -9,14 +9,13 @@ import random
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution, minimize
 
 from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm, ranges_of
 from opensuction.identification.residual import squares
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
 
-Array = NDArray[np.float64]
 Cost = Callable[[Array], float]
 
 SEED = 1

@@ -9,9 +9,10 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from opensuction.identification.record import read_pair, read_samples
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 10
@@ -34,9 +35,7 @@ class ServoFit(NamedTuple):
     """How many samples were fast enough and not saturated."""
 
 
-def velocity_mm_per_s(
-    position_mm: ArrayLike, period_s: float, window_s: float
-) -> NDArray[np.float64]:
+def velocity_mm_per_s(position_mm: ArrayLike, period_s: float, window_s: float) -> Array:
     """Velocity of a position record: central difference over a window, without delay.
 
     position_mm: shape (n,), sampled every ``period_s``. window_s: the whole window, at least two
@@ -58,9 +57,7 @@ def velocity_mm_per_s(
     index = np.arange(position.size)
     before = np.maximum(index - half, 0)
     after = np.minimum(index + half, position.size - 1)
-    velocity: NDArray[np.float64] = (position[after] - position[before]) / (
-        (after - before) * period_s
-    )
+    velocity: Array = (position[after] - position[before]) / ((after - before) * period_s)
     return velocity
 
 

@@ -17,12 +17,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-Array = NDArray[np.float64]
+from opensuction.kernel.array import Array
 
 CONFIDENCE = 0.95
 

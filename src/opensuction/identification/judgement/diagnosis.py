@@ -4,12 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from opensuction.identification.record import REVERSAL_SHARE, check_motion, find_turns
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-
-Array = NDArray[np.float64]
 
 FEWEST_REVERSALS = 3
 """With fewer no branch of the loop is seen twice."""
@@ -52,33 +50,35 @@ MOST_LAGS = 200
 """Lags of the autocorrelation that are kept for a plot."""
 
 
-class Names(NamedTuple):
-    """How messages call the recorded quantities and the unit of the input."""
+class Labels(NamedTuple):
+    """How the caller's quantities and their units are called."""
 
-    input_name: str
-    output_name: str
-    input_unit: str
+    input_name: str = "input"
+    output_name: str = "output"
+    input_unit: str = "mm"
+    output_unit: str = "mm"
+    time_name: str = "time"
 
 
-def check_recording(input_: Array, output: Array, names: Names) -> None:
+def check_recording(input_: Array, output: Array, labels: Labels) -> None:
     """Refuse what can only be fitted with nonsense.
 
     Raises InputError for a quantity that does not move, an input that never reverses or only
     trembles, and an output whose sign is against the input's.
     """
-    check_motion(names[:2], input_, output, names.input_unit)
+    check_motion(labels[:2], input_, output, labels.input_unit)
     range_ = float(np.ptp(input_))
     moves = np.diff(input_)
     about = input_ - input_.mean()
     if float(moves @ moves) > TREMBLING * float(about @ about):
         raise InputError(
-            f"{names.input_name}: trembles within {range_:.4g} {names.input_unit} but does "
+            f"{labels.input_name}: trembles within {range_:.4g} {labels.input_unit} but does "
             "not travel; record a motion to and fro that is larger than the gap"
         )
     correlation = float(np.corrcoef(input_, output)[0, 1])
     if correlation < REVERSED_CORRELATION:
         raise InputError(
-            f"{names.output_name}: moves against {names.input_name} (correlation "
+            f"{labels.output_name}: moves against {labels.input_name} (correlation "
             f"{correlation:.2f}), should follow it; negate one of them"
         )
 
@@ -94,7 +94,7 @@ def check_time(time_s: Array, name: str = "time") -> None:
 
 
 def judge_recording(
-    input_: Array, output: Array, time_s: Array | None, names: Names
+    input_: Array, output: Array, time_s: Array | None, labels: Labels
 ) -> tuple[str, ...]:
     """What is weak about a recording, a sentence each. Arrays of shape (n,)."""
     range_ = float(np.ptp(input_))
@@ -102,17 +102,17 @@ def judge_recording(
     reversals = find_turns(input_, REVERSAL_SHARE * range_).size
     if reversals < FEWEST_REVERSALS:
         said.append(
-            f"Too few reversals: {names.input_name} turns {reversals} times by more than "
+            f"Too few reversals: {labels.input_name} turns {reversals} times by more than "
             f"{REVERSAL_SHARE:.0%} of its range, {FEWEST_REVERSALS} or more show each branch twice."
         )
     steps = np.abs(np.diff(input_))
     step = float(steps[steps > 0.0].min())
     if range_ < FEWEST_STEPS * step:
         said.append(
-            f"Range too small: {names.input_name} covers {range_ / step:.0f} steps of its "
-            f"resolution ({step:.3g} {names.input_unit}), {FEWEST_STEPS} or more are needed."
+            f"Range too small: {labels.input_name} covers {range_ / step:.0f} steps of its "
+            f"resolution ({step:.3g} {labels.input_unit}), {FEWEST_STEPS} or more are needed."
         )
-    said.extend(_find_clipping(input_, output, names))
+    said.extend(_find_clipping(input_, output, labels))
     if time_s is not None:
         intervals = np.diff(time_s)
         usual = float(np.median(intervals))
@@ -125,7 +125,7 @@ def judge_recording(
     return tuple(said)
 
 
-def _find_clipping(input_: Array, output: Array, names: Names) -> list[str]:
+def _find_clipping(input_: Array, output: Array, labels: Labels) -> list[str]:
     """Whether the output rests at an extreme while the input travels on outwards.
 
     On the way back it may rest there: that is the gap.
@@ -140,9 +140,9 @@ def _find_clipping(input_: Array, output: Array, names: Names) -> list[str]:
         enough = travelled > CLIPPED_TRAVEL * float(np.ptp(input_))
         if enough and np.count_nonzero(both) > CLIPPED_SHARE * output.size:
             said.append(
-                f"Clipped: {names.output_name} stays at its {word} value ({extreme:g}) while "
-                f"{names.input_name} travels on by {travelled:.3g} {names.input_unit}; the sensor "
-                "may be at its end."
+                f"Clipped: {labels.output_name} stays at its {word} value ({extreme:g}) while "
+                f"{labels.input_name} travels on by {travelled:.3g} {labels.input_unit}; the "
+                "sensor may be at its end."
             )
     return said
 

@@ -10,11 +10,11 @@ from functools import cache
 from typing import Any, get_type_hints
 
 import numpy as np
-import numpy.typing as npt
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.generated import straight_line
 
-Row = npt.NDArray[np.float64]
+Row = Array
 SCALARS = (float, int, bool)
 
 

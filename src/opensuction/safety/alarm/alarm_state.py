@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.zero import make_zero
 from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_clock import Clocks
-from opensuction.safety.priority import NONE
 
 LONGEST_PAUSE_S = 120.0
 """Longest audio pause: as much as ventilators have, [ISO-80601-2-12] [K]."""
@@ -78,34 +78,10 @@ class Signals(NamedTuple):
     """Sound the reminder once."""
 
 
-RELEASED = Buttons(acknowledge=False, audio_pause=False, reset=False)
-SILENT = Signals(
-    priority=NONE,
-    audible=NONE,
-    first=NOTHING,
-    present=0,
-    latched=0,
-    acknowledged=0,
-    escalated=0,
-    pause_left_s=0.0,
-    reminder=False,
-)
-"""Nothing to tell."""
-
-
-START = AlarmState(
-    present=0,
-    latched=0,
-    acknowledged=0,
-    escalated=0,
-    waiting=0,
-    clocks=alarm_clock.START,
-    pause_left_s=0.0,
-    paused_priority=NONE,
-    owed_s=0.0,
-    silent_s=0.0,
-    pressed=RELEASED,
-)
+RELEASED = make_zero(Buttons)
+SILENT = make_zero(Signals, first=NOTHING)
+"""Nothing to tell; 0 is also the number of no priority."""
+START = make_zero(AlarmState, clocks=alarm_clock.START)
 """State at power-up: nothing is known yet; what holds is signalled after its delay."""
 
 

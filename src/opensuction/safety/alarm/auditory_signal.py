@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
 from opensuction.safety.alarm.signal_value import (
     EDGE_SHARE,
@@ -25,7 +25,7 @@ from opensuction.safety.alarm.signal_value import (
 )
 from opensuction.safety.priority import Priority
 
-Samples = npt.NDArray[np.float64]
+Samples = Array
 
 TONES: dict[Priority, Tone] = {
     Priority.HIGH: HIGH,

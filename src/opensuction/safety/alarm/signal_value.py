@@ -75,13 +75,9 @@ MEDIUM = Tone(
     half_pause_s=NO_HALF,
     interval_s=Value(4.0, 2.5, 30.0, "s", K),
 )
-LOW = Tone(
+LOW = MEDIUM._replace(
     pattern=(2,),
-    halves=1,
     fundamental_hz=_fundamental(392.0),
-    pulse_s=Value(0.200, 0.125, 0.250, "s", K),
-    pause_s=Value(0.200, 0.125, 0.250, "s", K),
-    half_pause_s=NO_HALF,
     interval_s=Value(16.0, 15.0, math.inf, "s", K),
 )
 REMINDER = LOW._replace(pattern=(1,), interval_s=Value(60.0, 15.0, math.inf, "s", OWN))

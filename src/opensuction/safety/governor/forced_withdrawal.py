@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.zero import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.duration import extend
@@ -28,7 +29,7 @@ class ForcedWithdrawal(NamedTuple):
     """And its reading says nothing meanwhile."""
 
 
-NONE = ForcedWithdrawal(forced_s=0.0, blocked_s=0.0, unseen_s=0.0)
+NONE = make_zero(ForcedWithdrawal)
 
 
 @compiled

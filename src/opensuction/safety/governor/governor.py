@@ -10,6 +10,7 @@ from typing import NamedTuple
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import LARGEST, Readings
+from opensuction.kernel.zero import make_zero
 from opensuction.safety import tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import forced_withdrawal, judgement, limiter
@@ -17,10 +18,7 @@ from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import (
-    patient_watch,
-    watch,
-)
+from opensuction.safety.watch import patient_watch, watch
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.watch import Watch
 
@@ -56,14 +54,7 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
     if not abs(head_mm) <= LARGEST:
         head_mm = float(tip_bound.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
-        last=Setpoints(
-            head_mm=head_mm,
-            head_mm_per_s=0.0,
-            insertion_on=False,
-            valve_open=False,
-            pump_on=False,
-            vacuum_mmhg=0.0,
-        ),
+        last=make_zero(Setpoints, head_mm=head_mm),
         valve_command_changed=False,
         watch=watch.start(limits, head_mm),
         patient=patient_watch.UNSEEN,

@@ -94,12 +94,7 @@ def _narrow_suction(
 
 @compiled
 def narrow(
-    limits: Limits,
-    last: Setpoints,
-    seen: Watch,
-    proposal: Setpoints,
-    trips: int,
-    dt_s: float,
+    limits: Limits, last: Setpoints, seen: Watch, proposal: Setpoints, trips: int, dt_s: float
 ) -> tuple[Setpoints, int]:
     """Setpoints that may be let through, and the reaction that this is.
 
@@ -111,9 +106,9 @@ def narrow(
     held = valve_open or seen.durations.sucking_s > 0.0
     released = not proposal.insertion_on and reaction != Reaction.WITHDRAW
     driven = reaction != Reaction.TORQUE_OFF and not released
+    changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
     if not driven:
         head, velocity = seen.head_mm, 0.0  # a start begins from where it is
-        changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
         if released and reaction == Reaction.PASS and changed:
             reaction = Reaction.CAP
     elif reaction == Reaction.WITHDRAW:
@@ -126,11 +121,7 @@ def narrow(
         )
         if (held or stopped) and head < proposal.head_mm:
             reaction = Reaction.HOLD
-        elif (
-            head != proposal.head_mm
-            or valve_open != proposal.valve_open
-            or vacuum != proposal.vacuum_mmhg
-        ):
+        elif changed or head != proposal.head_mm:
             reaction = Reaction.CAP
     allowed = Setpoints(
         head_mm=head,

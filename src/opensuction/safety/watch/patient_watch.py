@@ -19,6 +19,7 @@ from typing import NamedTuple
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Monitor
+from opensuction.kernel.zero import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.patient_limit import PatientLimits
 from opensuction.safety.watch.duration import extend
@@ -56,7 +57,7 @@ class PatientWatch(NamedTuple):
     """Bit mask of what holds now, of `condition.Condition`."""
 
 
-UNSEEN = PatientWatch(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, raised=False, missing_s=0.0, conditions=0)
+UNSEEN = make_zero(PatientWatch)
 """At power-up."""
 
 

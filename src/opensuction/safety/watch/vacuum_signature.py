@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.zero import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
 from opensuction.safety.watch.duration import extend
@@ -93,7 +94,7 @@ class LineWatch(NamedTuple):
     unvented_s: float
 
 
-START = LineWatch(0.0, 0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+START = make_zero(LineWatch)
 
 
 @compiled

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
+from opensuction.kernel.zero import make_zero
 from opensuction.safety import tip_bound
 from opensuction.safety.limits import Limits
 from opensuction.safety.tip_bound import TipInterval
@@ -87,21 +88,17 @@ class Watch(NamedTuple):
     line: LineWatch
 
 
-NO_DURATIONS = Durations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_DURATIONS = make_zero(Durations)
 
 
 def start(limits: Limits, head_mm: float) -> Watch:
     """What is known at power-up with the head read at ``head_mm``."""
-    return Watch(
+    return make_zero(
+        Watch,
         head_mm=head_mm,
-        speed_mm_per_s=0.0,
         tip=tip_bound.assume_anywhere(limits.tip, head_mm),
         suction_start_mm=head_mm,
         advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=0.0),
-        cam_rad=0.0,
-        parked_closed=False,
-        open_contact_ticks=0,
-        late_ticks=0,
         invalid=invalid_ticks.NONE,
         durations=NO_DURATIONS,
         drive=drive_force.REST,

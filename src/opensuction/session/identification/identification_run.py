@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.identification import workbench
-from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Labels, Progress
+from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Progress
 from opensuction.kernel.errors import InputError
 from opensuction.recording import pair as recorded
 from opensuction.recording import table

@@ -4,15 +4,13 @@ It is stepped with the patient. The machine gets the volume within reach of its 
 the volume that it took.
 """
 
-import numpy as np
-import numpy.typing as npt
-
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 BIN_MM = 10.0
 """Length of one bin of secretions."""
 
-Bins = npt.NDArray[np.float64]
+Bins = Array
 """Secretions in each bin from the tube's lower end downwards, mL, shape (bins,)."""
 
 

@@ -5,7 +5,7 @@ machine survives, defaults are strong enough to matter.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
@@ -51,6 +51,24 @@ class PatientEffect(NamedTuple):
     """From a patient and the strength to the patient with the fault."""
 
 
+Change = Callable[[Any, float], Any]
+"""From a part of machine or patient and the strength to that part with the fault."""
+
+
+def _exchange(whole: Any, part: str, change: Change, strength: float) -> Any:
+    return whole._replace(**{part: change(getattr(whole, part), strength)})
+
+
+def in_machine(part: str, change: Change) -> MachineEffect:
+    """One part of the machine goes on with other parameters. part: a field of `Machine`."""
+    return MachineEffect(lambda machine, strength: _exchange(machine, part, change, strength))
+
+
+def in_patient(part: str, change: Change) -> PatientEffect:
+    """One part of the patient does. part: a field of `Patient`."""
+    return PatientEffect(lambda patient, strength: _exchange(patient, part, change, strength))
+
+
 class ReadingEffect(NamedTuple):
     """A reading changes on its way to the controller; what it measures does not."""
 
@@ -87,16 +105,19 @@ class SetupEffect(NamedTuple):
     """Whether it is there before the cycle is planned, or only when it is requested."""
 
 
+Effect = MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
+
+
 class FaultRow(NamedTuple):
     """A fault that can be injected."""
 
     fault: Fault
     meaning: str
     """In one sentence: what is broken, and what that does."""
-    effect: MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
-    strength: Strength | None = None
+    effect: Effect
+    strength: Strength | None
     """None where there is no more or less of it."""
-    detected_by: str = ""
+    detected_by: str
     """What can detect it; empty where nothing in this machine can while it is the only fault."""
 
     @property
@@ -165,7 +186,27 @@ class FaultRow(NamedTuple):
         return self.effect.change(link, onset)
 
 
-def invalid_reading(fault: Fault, channel: Channel, sensor: str) -> FaultRow:
+Part = Callable[[Fault], FaultRow]
+"""A row but for its fault: that is its key in the table."""
+
+
+def row(
+    meaning: str,
+    effect: Effect,
+    strength: Strength | None = None,
+    detected_by: str = "",
+) -> Part:
+    """The row of the fault that is its key; see `FaultRow`."""
+    return lambda fault: FaultRow(fault, meaning, effect, strength, detected_by)
+
+
+def frozen_reading(channel: Channel, value: str, detected_by: str) -> Part:
+    """The fault of a sensor whose value stays what it was. value: how it is called."""
+    effect = ReadingEffect(channel, Mode.SCALED, factor=0.0)
+    return row(f"{value} no longer changes", effect, detected_by=detected_by)
+
+
+def invalid_reading(channel: Channel, sensor: str) -> Part:
     """The fault of a sensor whose readings are flagged as not valid. sensor: with its article."""
     effect = ReadingEffect(channel, Mode.INVALID)
-    return FaultRow(fault, f"{sensor} gives no valid reading", effect, None, "its flag")
+    return row(f"{sensor} gives no valid reading", effect, detected_by="its flag")

@@ -13,15 +13,16 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import FaultRow
 
 ROWS: dict[Fault, FaultRow] = {
-    row.fault: row
-    for row in (
-        *contact_fault.ROWS,
-        *insertion_fault.ROWS,
-        *valve_fault.ROWS,
-        *suction_fault.ROWS,
-        *link_fault.ROWS,
-        *patient_fault.ROWS,
-        *setup_fault.ROWS,
+    fault: part(fault)
+    for rows in (
+        contact_fault.ROWS,
+        insertion_fault.ROWS,
+        valve_fault.ROWS,
+        suction_fault.ROWS,
+        link_fault.ROWS,
+        patient_fault.ROWS,
+        setup_fault.ROWS,
     )
+    for fault, part in rows.items()
 }
 """Rows by fault. Their order counts: campaigns draw a fault by its place here."""

@@ -1,21 +1,21 @@
 """Faults of the catheter in its conduit, of the insertion drive, and of the head's two sensors."""
 
-from typing import Any
-
 from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
-    FaultRow,
     MachineEffect,
     ReadingEffect,
     Strength,
+    frozen_reading,
+    in_machine,
     invalid_reading,
+    row,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.fault.suction_fault import narrow_bore
 from opensuction.twin.machine.machine import Machine
-from opensuction.twin.machine.transmission import bundle
+from opensuction.twin.machine.transmission import Transmission, bundle
 
 SEIZED_V = 1.0e6
 """Friction that no drive overcomes, and every motion ends in at once."""
@@ -27,14 +27,10 @@ KINK_MM = 15.0
 """[assumed] Head travel that a catheter kinked flat gives way before it moves on."""
 
 
-def _with_axis(machine: Machine, **values: Any) -> Machine:
-    return machine._replace(insertion_axis=machine.insertion_axis._replace(**values))
-
-
 def _add_friction(machine: Machine, force_n: float) -> Machine:
     """Friction in addition, as a force at the head."""
-    more_v = machine.load_v_per_n * force_n
-    return _with_axis(machine, friction_v=machine.insertion_axis.friction_v + more_v)
+    axis, more_v = machine.insertion_axis, machine.load_v_per_n * force_n
+    return machine._replace(insertion_axis=axis._replace(friction_v=axis.friction_v + more_v))
 
 
 def _kink(machine: Machine, lost: float) -> Machine:
@@ -46,145 +42,107 @@ def _kink(machine: Machine, lost: float) -> Machine:
     return narrow._replace(transmission=conduit._replace(stretch_mm=stretch))
 
 
-def _reroute(machine: Machine, gap_ratio: float) -> Machine:
-    conduit = machine.transmission
+def _reroute(conduit: Transmission, gap_ratio: float) -> Transmission:
     widths = bundle(width * gap_ratio for width in conduit.widths_mm)
-    return machine._replace(
-        transmission=conduit._replace(widths_mm=widths, stretch_mm=conduit.stretch_mm * gap_ratio)
-    )
+    return conduit._replace(widths_mm=widths, stretch_mm=conduit.stretch_mm * gap_ratio)
 
 
-def _weaken(machine: Machine, lost: float) -> Machine:
-    return _with_axis(machine, force_v=machine.insertion_axis.force_v * (1.0 - lost))
-
-
-def _part_gear(machine: Machine, _strength: float) -> Machine:
-    """Neither does the head follow the motor, nor does the motor feel the head."""
-    return machine._replace(gear_backlash_mm=PARTED_MM, load_v_per_n=0.0)
-
-
-def _wear_gear(machine: Machine, more_mm: float) -> Machine:
-    return machine._replace(gear_backlash_mm=machine.gear_backlash_mm + more_mm)
-
-
-ROWS = (
-    FaultRow(
-        Fault.CATHETER_KINKED,
+ROWS = {
+    Fault.CATHETER_KINKED: row(
         "the catheter is kinked: it rubs in its conduit, gives way there, and its bore is narrower",
         MachineEffect(_kink),
         share("share of the bore's diameter that is lost", 0.6, 0.1, 0.95),
         detected_by="head behind its command, motor current, vacuum signature of a clog",
     ),
-    FaultRow(
-        Fault.CATHETER_JAMMED,
+    Fault.CATHETER_JAMMED: row(
         "the catheter is held fast",
         MachineEffect(_add_friction),
         Strength("force that holds it", "N", 1.0, 50.0, 8.0),
         detected_by="motor current, head behind its command; under 2 N only by slowness",
     ),
-    FaultRow(
-        Fault.CONDUIT_REROUTED,
+    Fault.CONDUIT_REROUTED: row(
         "the conduit has been laid otherwise since the identification: its gap is another",
-        MachineEffect(_reroute),
+        in_machine("transmission", _reroute),
         Strength("gap over the identified one", "1", 0.3, 3.0, 1.5),
         detected_by="the next identification or self-calibration",
     ),
-    FaultRow(
-        Fault.MOTOR_STALLED,
+    Fault.MOTOR_STALLED: row(
         "the insertion motor is seized",
-        MachineEffect(lambda machine, _: _with_axis(machine, friction_v=SEIZED_V)),
+        in_machine("insertion_axis", lambda axis, _: axis._replace(friction_v=SEIZED_V)),
         detected_by="head reading, current",
     ),
-    FaultRow(
-        Fault.MOTOR_LOST,
+    Fault.MOTOR_LOST: row(
         "the insertion motor's winding is broken: no current, no torque, no braking",
-        MachineEffect(lambda machine, _: _with_axis(machine, force_v=0.0)),
+        in_machine("insertion_axis", lambda axis, _: axis._replace(force_v=0.0)),
         detected_by="head reading, current",
     ),
-    FaultRow(
-        Fault.MOTOR_WEAK,
+    Fault.MOTOR_WEAK: row(
         "the insertion drive gives less current than it should",
-        MachineEffect(_weaken),
+        in_machine(
+            "insertion_axis", lambda axis, lost: axis._replace(force_v=axis.force_v * (1.0 - lost))
+        ),
         share("share of its force that is lost", 0.8, 0.05, 0.99),
         detected_by="head behind its command",
     ),
-    FaultRow(
-        Fault.MOTOR_REVERSED,
+    Fault.MOTOR_REVERSED: row(
         "the insertion motor's wires are swapped: it turns the wrong way",
-        MachineEffect(
-            lambda machine, _: _with_axis(machine, polarity=-machine.insertion_axis.polarity)
-        ),
+        in_machine("insertion_axis", lambda axis, _: axis._replace(polarity=-axis.polarity)),
         detected_by="head against its command",
     ),
-    FaultRow(
-        Fault.GEAR_LOST,
+    Fault.GEAR_LOST: row(
         "the gear has parted: the motor turns, and the catheter head stays where it is",
-        MachineEffect(_part_gear),
+        # Neither does the head follow the motor, nor does the motor feel the head.
+        MachineEffect(lambda it, _: it._replace(gear_backlash_mm=PARTED_MM, load_v_per_n=0.0)),
         detected_by="the head's two sensors",
     ),
-    FaultRow(
-        Fault.GEAR_WORN,
+    Fault.GEAR_WORN: row(
         "gear and rack have more play than they should",
-        MachineEffect(_wear_gear),
+        in_machine("gear_backlash_mm", lambda play_mm, more_mm: play_mm + more_mm),
         Strength("play in addition", "mm", 0.1, 30.0, 5.0),
         detected_by="the head's two sensors; under 2 mm the next identification or "
         "self-calibration",
     ),
-    FaultRow(
-        Fault.ENCODER_FROZEN,
-        "the head encoder's value no longer changes",
-        ReadingEffect(Channel.HEAD, Mode.SCALED, factor=0.0),
-        detected_by="head reading",
-    ),
-    FaultRow(
-        Fault.ENCODER_SLIPPING,
+    Fault.ENCODER_FROZEN: frozen_reading(Channel.HEAD, "the head encoder's value", "head reading"),
+    Fault.ENCODER_SLIPPING: row(
         "the head encoder's wheel slips: it counts less than the head moves",
         ReadingEffect(Channel.HEAD, Mode.SCALED),
         share("share of the motion that is not counted", 0.2),
         detected_by="the head's two sensors",
     ),
-    FaultRow(
-        Fault.ENCODER_JUMPING,
+    Fault.ENCODER_JUMPING: row(
         "the head encoder's value jumps about, anew every 50 ms",
         ReadingEffect(Channel.HEAD, Mode.JUMPING),
         Strength("largest jump", "mm", 0.1, 50.0, 5.0),
         detected_by="head speed",
     ),
-    FaultRow(
-        Fault.ENCODER_OFFSET,
+    Fault.ENCODER_OFFSET: row(
         "the head encoder has lost counts: it is off by a constant",
         ReadingEffect(Channel.HEAD, Mode.OFFSET),
         Strength("reading less truth", "mm", -50.0, 50.0, -5.0),
         detected_by="head speed at the jump, the head's two sensors",
     ),
-    FaultRow(
-        Fault.ENCODER_NOISY,
+    Fault.ENCODER_NOISY: row(
         "the head encoder's value is noisy",
         ReadingEffect(Channel.HEAD, Mode.NOISY),
         Strength("standard deviation", "mm", 0.005, 10.0, 0.5),
         detected_by="head speed",
     ),
-    invalid_reading(Fault.ENCODER_INVALID, Channel.HEAD, "the head encoder"),
-    FaultRow(
-        Fault.ENCODER_REVERSED,
+    Fault.ENCODER_INVALID: invalid_reading(Channel.HEAD, "the head encoder"),
+    Fault.ENCODER_REVERSED: row(
         "the head encoder counts the wrong way",
         ReadingEffect(Channel.HEAD, Mode.SCALED, factor=-1.0),
         detected_by="the head's two sensors, head not following",
     ),
-    FaultRow(
-        Fault.CARRIAGE_SENSOR_FROZEN,
-        "the value of the sensor on the catheter head no longer changes",
-        ReadingEffect(Channel.CARRIAGE, Mode.SCALED, factor=0.0),
-        detected_by="the head's two sensors",
-    ),
-    invalid_reading(
-        Fault.CARRIAGE_SENSOR_INVALID,
+    Fault.CARRIAGE_SENSOR_FROZEN: frozen_reading(
         Channel.CARRIAGE,
-        "the sensor on the catheter head",
+        "the value of the sensor on the catheter head",
+        "the head's two sensors",
     ),
-    FaultRow(
-        Fault.CURRENT_SENSOR_DEAD,
+    Fault.CARRIAGE_SENSOR_INVALID: invalid_reading(
+        Channel.CARRIAGE, "the sensor on the catheter head"
+    ),
+    Fault.CURRENT_SENSOR_DEAD: row(
         "the motor current always reads 0",
         ReadingEffect(Channel.CURRENT, Mode.DEAD),
     ),
-)
+}

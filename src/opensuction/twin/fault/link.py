@@ -8,20 +8,21 @@ kept in rings of rows, so that one can come late.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from opensuction.kernel import random_stream
+from opensuction.kernel.array import Array
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Readings
+from opensuction.kernel.zero import make_zero
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
 RING_TICKS = 2048
 """Rows that a ring holds: longer than the longest delay, and than what is simulated at once."""
-Ring = npt.NDArray[np.float64]
+Ring = Array
 """Last messages one way, shape (`RING_TICKS`, columns)."""
 
 _write_commands = row.writer(Commands)
@@ -61,16 +62,10 @@ class LinkState(NamedTuple):
 
 def healthy(seed: int) -> Link:
     """A link that lets everything through. seed: its chance once it does not."""
-    return Link(
+    return make_zero(
+        Link,
         first=reading_fault.HEALTHY,
         second=reading_fault.HEALTHY,
-        reading_delay_ticks=0,
-        reading_lost_share=0.0,
-        readings_repeated=False,
-        command_delay_ticks=0,
-        command_lost_share=0.0,
-        commands_repeated=False,
-        late_until_tick=0,
         controller_runs=True,
         mains=True,
         reserve=True,
@@ -119,7 +114,7 @@ def _invalidate(readings: Readings) -> Readings:
 def _chances(link: Link, tick: int) -> tuple[float, float]:
     if link.reading_lost_share == 0.0 and link.command_lost_share == 0.0:
         return 1.0, 1.0
-    first, second, _ = random_stream.uniform_pair(reading_fault.stream_at(link.stream, tick))
+    first, second, _ = random_stream.uniform_pair(link.stream._replace(counter=tick))
     return first, second
 
 

@@ -1,73 +1,63 @@
 """Faults of power, controller and messages: of what lies between controller and drives."""
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import FaultRow, LinkEffect, Strength, share
+from opensuction.twin.fault.fault_row import LinkEffect, Strength, row, share
 
-ROWS = (
-    FaultRow(
-        Fault.POWER_LOST,
+ROWS = {
+    Fault.POWER_LOST: row(
         "mains power is gone; the drives draw the catheter out on reserve energy",
         LinkEffect(lambda link, _: link._replace(mains=False, controller_runs=False)),
         detected_by="the drives themselves",
     ),
-    FaultRow(
-        Fault.POWER_LOST_WITHOUT_RESERVE,
+    Fault.POWER_LOST_WITHOUT_RESERVE: row(
         "mains power and reserve energy are gone: no torque, valve shut by its spring, line vented",
         LinkEffect(
             lambda link, _: link._replace(mains=False, reserve=False, controller_runs=False)
         ),
         detected_by="an alarm on a battery of its own",
     ),
-    FaultRow(
-        Fault.CONTROLLER_STOPPED,
+    Fault.CONTROLLER_STOPPED: row(
         "the controller stops; a new one starts later",
         LinkEffect(lambda link, _: link._replace(controller_runs=False)),
         Strength("time until then", "s", 0.1, 600.0, 10.0),
         detected_by="the drives' own watchdog",
     ),
-    FaultRow(
-        Fault.TICK_LATE,
+    Fault.TICK_LATE: row(
         "the controller's ticks end after their deadline",
         LinkEffect(lambda link, onset: link._replace(late_until_tick=onset.tick + onset.ticks)),
         Strength("for how long", "s", 0.001, 60.0, 1.0),
         detected_by="the host's report of each",
     ),
-    FaultRow(
-        Fault.MESSAGE_LATE,
+    Fault.MESSAGE_LATE: row(
         "commands reach the drives late",
         LinkEffect(lambda link, onset: link._replace(command_delay_ticks=onset.ticks)),
         Strength("delay", "s", 0.001, 0.06, 0.02),
     ),
-    FaultRow(
-        Fault.MESSAGE_LOST,
+    Fault.MESSAGE_LOST: row(
         "commands are lost on their way to the drives, which keep the last",
         LinkEffect(lambda link, onset: link._replace(command_lost_share=onset.strength)),
         share("share that is lost", 1.0),
         detected_by="the drives' own watchdog",
     ),
-    FaultRow(
-        Fault.MESSAGE_REPEATED,
+    Fault.MESSAGE_REPEATED: row(
         "the drives are sent the same old command again and again",
         LinkEffect(lambda link, _: link._replace(commands_repeated=True)),
         detected_by="the drives' own watchdog: its number does not change",
     ),
-    FaultRow(
-        Fault.READING_LATE,
+    Fault.READING_LATE: row(
         "readings reach the controller late",
         LinkEffect(lambda link, onset: link._replace(reading_delay_ticks=onset.ticks)),
         Strength("delay", "s", 0.001, 0.06, 0.02),
     ),
-    FaultRow(
-        Fault.READING_LOST,
+    Fault.READING_LOST: row(
         "readings are lost on their way and come without a valid flag",
         LinkEffect(lambda link, onset: link._replace(reading_lost_share=onset.strength)),
         share("share that is lost", 1.0),
         detected_by="the flags",
     ),
-    FaultRow(
-        Fault.READING_REPEATED,
+    Fault.READING_REPEATED: row(
         "the controller is sent the same old readings again and again",
         LinkEffect(lambda link, _: link._replace(readings_repeated=True)),
         detected_by="head reading",
     ),
-)
+}

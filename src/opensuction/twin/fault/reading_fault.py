@@ -83,12 +83,6 @@ def begin(
 
 
 @compiled
-def stream_at(stream: RandomStream, block: int) -> RandomStream:
-    """The stream at a block, whatever was drawn before."""
-    return RandomStream(stream.key_0, stream.key_1, block)
-
-
-@compiled
 def distort(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
     """What is read of a channel where ``true`` is right."""
     if fault.channel != channel:
@@ -102,7 +96,7 @@ def distort(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
     if fault.mode == Mode.INVALID:
         return math.nan
     block = tick if fault.mode == Mode.NOISY else tick // JUMP_TICKS
-    first, second, _ = random_stream.uniform_pair(stream_at(fault.stream, block))
+    first, second, _ = random_stream.uniform_pair(fault.stream._replace(counter=block))
     if fault.mode == Mode.JUMPING:
         return true + fault.strength * (2.0 * first - 1.0)
     radius = math.sqrt(-2.0 * math.log(first))

@@ -1,25 +1,22 @@
 """Faults of pump, regulator, canister, suction line and vacuum sensor."""
 
-from typing import Any
-
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
-    FaultRow,
     MachineEffect,
     ReadingEffect,
     Strength,
+    frozen_reading,
+    in_machine,
     invalid_reading,
+    row,
     share,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.machine.machine import Machine
+from opensuction.twin.machine.suction_line import SuctionLine
 
 GAS_LEFT = 0.05
 """[assumed] Share of the canister's volume that is gas when its float has shut."""
-
-
-def _with_line(machine: Machine, **values: Any) -> Machine:
-    return machine._replace(line=machine.line._replace(**values))
 
 
 def narrow_bore(machine: Machine, gas_ratio: float, mucus_ratio: float) -> Machine:
@@ -33,97 +30,82 @@ def narrow_bore(machine: Machine, gas_ratio: float, mucus_ratio: float) -> Machi
     )
 
 
-def _weaken_pump(machine: Machine, lost: float) -> Machine:
-    return _with_line(machine, pump_free_ml_per_s=machine.line.pump_free_ml_per_s * (1.0 - lost))
+def _weaken_pump(line: SuctionLine, lost: float) -> SuctionLine:
+    return line._replace(pump_free_ml_per_s=line.pump_free_ml_per_s * (1.0 - lost))
 
 
-def _leak(machine: Machine, more: float) -> Machine:
-    leak = machine.line.leak_ml_per_s_per_mmhg + more
-    return _with_line(machine, leak_ml_per_s_per_mmhg=leak)
+def _leak(line: SuctionLine, more: float) -> SuctionLine:
+    return line._replace(leak_ml_per_s_per_mmhg=line.leak_ml_per_s_per_mmhg + more)
 
 
-def _fill_canister(machine: Machine, full: float) -> Machine:
+def _fill_canister(line: SuctionLine, full: float) -> SuctionLine:
     gas = max(1.0 - full, GAS_LEFT)
-    less = machine if gas > GAS_LEFT else _weaken_pump(machine, 1.0)
-    return _with_line(less, mmhg_per_ml=less.line.mmhg_per_ml / gas)
+    less = line if gas > GAS_LEFT else _weaken_pump(line, 1.0)
+    return less._replace(mmhg_per_ml=less.mmhg_per_ml / gas)
 
 
-ROWS = (
-    FaultRow(
-        Fault.PUMP_RUNAWAY,
+ROWS = {
+    Fault.PUMP_RUNAWAY: row(
         "the pump runs whatever it is told, and the regulator is shut",
-        MachineEffect(
-            lambda machine, _: _with_line(
-                machine, pump_runs_away=True, regulator_ml_per_s_per_mmhg=0.0
-            )
+        in_machine(
+            "line",
+            lambda line, _: line._replace(pump_runs_away=True, regulator_ml_per_s_per_mmhg=0.0),
         ),
         detected_by="line vacuum",
     ),
-    FaultRow(
-        Fault.PUMP_WEAK,
+    Fault.PUMP_WEAK: row(
         "the pump moves less gas than it should",
-        MachineEffect(_weaken_pump),
+        in_machine("line", _weaken_pump),
         share("share of its flow that is lost", 0.7, 0.05, 0.99),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.PUMP_LOST,
+    Fault.PUMP_LOST: row(
         "the pump stands still",
-        MachineEffect(lambda machine, _: _weaken_pump(machine, 1.0)),
+        in_machine("line", lambda line, _: _weaken_pump(line, 1.0)),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.REGULATOR_FAILED,
+    Fault.REGULATOR_FAILED: row(
         "the regulator lets no air in: vacuum rises to the relief valve, and does not vent",
-        MachineEffect(lambda machine, _: _with_line(machine, regulator_ml_per_s_per_mmhg=0.0)),
+        in_machine("line", lambda line, _: line._replace(regulator_ml_per_s_per_mmhg=0.0)),
         detected_by="line vacuum, pre-use test",
     ),
-    FaultRow(
-        Fault.RELIEF_FAILED,
+    Fault.RELIEF_FAILED: row(
         "the relief valve does not open",
-        MachineEffect(lambda machine, _: _with_line(machine, relief_ml_per_s_per_mmhg=0.0)),
+        in_machine("line", lambda line, _: line._replace(relief_ml_per_s_per_mmhg=0.0)),
         detected_by="pre-use test; alone it does no harm",
     ),
-    FaultRow(
-        Fault.LINE_LEAK,
+    Fault.LINE_LEAK: row(
         "air leaks into line or canister",
-        MachineEffect(_leak),
+        in_machine("line", _leak),
         Strength("leak in addition", "mL/s/mmHg", 0.02, 50.0, 2.0),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.LINE_CLOGGED,
+    Fault.LINE_CLOGGED: row(
         "the catheter's bore is clogged",
         MachineEffect(lambda machine, lost: narrow_bore(machine, 1.0 - lost, 1.0 - lost)),
         share("share of its conductance that is lost", 0.95, 0.1),
         detected_by="vacuum signature",
     ),
-    FaultRow(
-        Fault.CANISTER_FULL,
+    Fault.CANISTER_FULL: row(
         "the canister fills up: it holds less gas, and its float shuts the pump off when full",
-        MachineEffect(_fill_canister),
+        in_machine("line", _fill_canister),
         share("share of its volume that is full; the float shuts from 0.95 on", 1.0, 0.1),
         detected_by="vacuum signature, pre-use test",
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_FROZEN,
-        "the vacuum sensor's value no longer changes",
-        ReadingEffect(Channel.VACUUM, Mode.SCALED, factor=0.0),
-        detected_by="signature",
+    Fault.VACUUM_SENSOR_FROZEN: frozen_reading(
+        Channel.VACUUM, "the vacuum sensor's value", "signature"
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_OFFSET,
+    Fault.VACUUM_SENSOR_OFFSET: row(
         "the vacuum sensor is off by a constant",
         ReadingEffect(Channel.VACUUM, Mode.OFFSET),
         Strength("reading less truth", "mmHg", -200.0, 200.0, -50.0),
         detected_by="pre-use test: a vented line",
     ),
-    FaultRow(
-        Fault.VACUUM_SENSOR_NOISY,
+    Fault.VACUUM_SENSOR_NOISY: row(
         "the vacuum sensor's value is noisy",
         ReadingEffect(Channel.VACUUM, Mode.NOISY),
         Strength("standard deviation", "mmHg", 0.5, 100.0, 20.0),
         detected_by="pre-use test",
     ),
-    invalid_reading(Fault.VACUUM_SENSOR_INVALID, Channel.VACUUM, "the vacuum sensor"),
-)
+    Fault.VACUUM_SENSOR_INVALID: invalid_reading(Channel.VACUUM, "the vacuum sensor"),
+}

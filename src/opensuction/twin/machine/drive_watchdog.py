@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.zero import make_zero
 from opensuction.twin.machine.machine import Machine
 
 SILENCE_S = 0.02
@@ -55,10 +56,10 @@ class WatchdogState(NamedTuple):
     """It has moved in instead of out: no torque any more."""
 
 
-LISTENING = WatchdogState(
-    silent_s=0.0, alone=False, alone_s=0.0, ramp_mm=0.0, from_mm=0.0, astray=False
-)
+LISTENING = make_zero(WatchdogState)
 """As after the start of a controller."""
+IDLE = make_zero(Commands)
+"""No torque, no pump; the valve shut by its spring, and the line vented."""
 
 
 def of(machine: Machine, home_mm: float) -> DriveWatchdog:
@@ -89,14 +90,7 @@ def step(
     # Half a tick forgives a time that is a sum of ticks.
     alone = state.alone or not mains or silent > watchdog.silence_s + 0.5 * dt_s
     if not alone:
-        return WatchdogState(
-            silent_s=silent,
-            alone=False,
-            alone_s=0.0,
-            ramp_mm=head_mm,
-            from_mm=head_mm,
-            astray=False,
-        )
+        return LISTENING._replace(silent_s=silent, ramp_mm=head_mm, from_mm=head_mm)
     # Never inwards, and never far ahead of the head.
     wanted = max(state.ramp_mm - watchdog.out_mm_per_s * dt_s, head_mm - LEAD_MM)
     ramp = min(max(wanted, watchdog.home_mm), max(head_mm, watchdog.home_mm))
@@ -117,13 +111,9 @@ def commands(
 ) -> Commands:
     """Commands of the drives themselves. powered: by the mains or by reserve energy."""
     pulling = powered and not state.astray and head_mm > watchdog.home_mm + HOME_MM
-    return Commands(
+    return IDLE._replace(
         head_mm=state.ramp_mm,
         insertion_v=GAIN_V_PER_MM * (state.ramp_mm - head_mm) if pulling else 0.0,
         insertion_on=pulling,
         cam_rad=cam_rad,
-        valve_v=0.0,
-        valve_on=False,
-        pump_on=False,
-        vacuum_mmhg=0.0,
     )

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.zero import make_zero
 from opensuction.twin.machine.dc_axis import AxisMotion
 from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
 
@@ -98,22 +99,10 @@ class HandState(NamedTuple):
     """Time since the tip's resistance was felt; 0 before."""
 
 
-NOBODY = Hand(
-    present=False,
-    quick_until_mm=0.0,
-    quick_mm_per_s=0.0,
-    slow_mm_per_s=0.0,
-    out_mm_per_s=0.0,
-    acceleration_mm_per_s2=0.0,
-    felt_n=0.0,
-    reaction_s=0.0,
-    confirm_s=0.0,
-    hold_s=0.0,
-    park_mm=0.0,
-)
+NOBODY = make_zero(Hand)
 """No hand is at the machine."""
-AWAY = HandState(stage=0, stage_s=0.0, felt_s=0.0)
-PUSHING = HandState(stage=1, stage_s=0.0, felt_s=0.0)
+AWAY = make_zero(HandState)
+PUSHING = AWAY._replace(stage=1)
 
 
 def draw(park_head_mm: float, quick_mm: float, seed: int, run: int) -> Hand:

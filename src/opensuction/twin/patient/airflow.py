@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.zero import make_zero
 from opensuction.twin.patient.ventilator import Supply
 
 
@@ -29,13 +30,7 @@ class Airflow(NamedTuple):
 
 def still(pressure_cmh2o: float) -> Airflow:
     """No flow, the same pressure everywhere."""
-    return Airflow(
-        tube_ml_per_s=0.0,
-        suction_ml_per_s=0.0,
-        lung_ml_per_s=0.0,
-        trachea_cmh2o=pressure_cmh2o,
-        connector_cmh2o=pressure_cmh2o,
-    )
+    return make_zero(Airflow, trachea_cmh2o=pressure_cmh2o, connector_cmh2o=pressure_cmh2o)
 
 
 @compiled

@@ -7,8 +7,8 @@ during suction is the patient before it. The display shows the mean of a window 
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 
 SAMPLE_S = 0.5
@@ -28,7 +28,7 @@ class Oximeter(NamedTuple):
 class OximeterState(NamedTuple):
     """State of the oximeter."""
 
-    history: npt.NDArray[np.float64]
+    history: Array
     """Saturation of past samples as a ring, shape (MEMORY,); never written, only replaced."""
     latest: int
     """Place of the latest sample in the ring."""

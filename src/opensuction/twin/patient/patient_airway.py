@@ -28,11 +28,6 @@ REPLACED = (
 """Parameters of the bench's rubber trachea that a patient's own take the place of."""
 
 
-def free_length_mm(patient: Patient) -> float:
-    """Length over which the tip can bend sideways when it touches the carina."""
-    return patient.carina_mm + HOLDING_SHARE * patient.tube_length_mm
-
-
 def _soften_n(buckling_n: float) -> float:
     """Buckling load of the hardest tip that spares the carina."""
     while buckling_n > FIRM_MOST_N:
@@ -47,7 +42,7 @@ def adapt(values: ParameterValues, patient: Patient) -> ParameterValues:
     length (Euler); where that would press too hard, a softer tip is taken.
     """
     secretion = patient.secretion
-    free = FREE_MM / free_length_mm(patient)
+    free = FREE_MM / (patient.carina_mm + HOLDING_SHARE * patient.tube_length_mm)
     uptake = values["uptake_ml_per_s_per_mmhg"]
     return {
         **values,
