@@ -140,28 +140,9 @@ def cell(value: Any) -> dict[str, str]:
 
 def render(sheet: Sheet) -> str:
     """The page as self-contained HTML that needs no network."""
-    plots: dict[str, Any] = {}
-    sections = []
-    for number, section in enumerate(sheet.sections, start=1):
-        drawn = []
-        for i, plot in enumerate(section.plots, start=1):
-            name = f"plot-{number}-{i}"
-            plots[name] = to_plain(plot)
-            drawn.append({"id": name, "title": plot.title, "caption": plot.caption})
-        sections.append(
-            {
-                "id": f"section-{number}",
-                "title": section.title,
-                "text": section.text,
-                "tables": [
-                    {
-                        "caption": table.caption,
-                        "columns": table.columns,
-                        "rows": [[cell(value) for value in row] for row in table.rows],
-                    }
-                    for table in section.tables
-                ],
-                "plots": drawn,
-            }
-        )
-    return html.render("sheet.html.j2", SCRIPTS, sheet=sheet, sections=sections, plots=plots)
+    plots = {
+        f"plot-{number}-{i}": to_plain(plot)
+        for number, section in enumerate(sheet.sections, start=1)
+        for i, plot in enumerate(section.plots, start=1)
+    }
+    return html.render("sheet.html.j2", SCRIPTS, sheet=sheet, plots=plots, cell=cell)

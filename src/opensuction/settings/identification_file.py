@@ -150,23 +150,12 @@ def load(path: Path | str) -> Identified:
             name: _parameter(entry, f"{path}: parameters.{name}")
             for name, entry in parameters.items()
         },
-        servo=None if servo is None else validate(_Servo, servo, f"{path}: servo").feedforward(),
+        servo=None if servo is None else validate(Feedforward, servo, f"{path}: servo"),
         measured=validate(Measured, measured, path) if measured else None,
     )
 
 
 _REMEDY: Final = "give a file that opensuction identify or opensuction calibrate wrote"
-
-
-class _Servo(NamedTuple):
-    """The section ``servo``, with its ranges."""
-
-    velocity_v_s_per_mm: Annotated[float, Ge(0)]
-    friction_v: Annotated[float, Ge(0)]
-
-    def feedforward(self) -> Feedforward:
-        """As the controller takes it: volts per mm/s, and volts."""
-        return Feedforward(*self)
 
 
 def _check_version(content: Mapping[str, Any], path: Path | str) -> None:

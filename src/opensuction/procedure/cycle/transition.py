@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 
 
 class Event(IntEnum):
@@ -82,18 +82,7 @@ NORMAL: dict[tuple[Phase, Event], Phase] = {
     (P.OUT_OF_SERVICE, E.SERVICE_ENDED_AWAY): P.HALTED,
 }
 
-ACTIVE = (
-    P.CHECKING,
-    P.PRELOADING,
-    P.INSERTING,
-    P.BACKING_OFF,
-    P.OPENING,
-    P.SUCTIONING,
-    P.WITHDRAWING,
-    P.CLOSING,
-    P.IDENTIFYING,
-    P.TEACHING,
-)
+ACTIVE = (*CYCLE, P.IDENTIFYING, P.TEACHING)
 """Phases in which the machine does something that can be broken off."""
 
 BROKEN_OFF: dict[tuple[Phase, Event], Phase] = {

@@ -228,7 +228,7 @@ def plan(
             backoff_mm=protocol.backoff_mm,
         ),
         check=testing,
-        teaching=teaching.plan(site.age),
+        plausible=teaching.PLAUSIBLE[site.age],
         excitation=excitation,
         preload_s=times.preload,
         dwell_s=times.dwell,
