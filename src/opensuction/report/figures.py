@@ -67,22 +67,20 @@ def stop_error(summary: Summary) -> Figure:
     """
     error = number(summary, "tip", "stop_error_mm")
     target, cap = number(summary, "tip", "target_mm"), number(summary, "anatomy", "cap_mm")
-    name, shown = "Stopping error", quantity(error, "mm", signed=True)
     limit = "" if target is None else f"target {quantity(target, 'mm')}"
-    if error is None:
-        return Figure(name, shown, limit, FigureVerdict.ABSENT, "")
-    if target is None or cap is None:
-        return Figure(name, shown, limit, FigureVerdict.NEUTRAL, "")
+    if error is None or target is None or cap is None:
+        return _without_limit("Stopping error", error, "mm", beside=limit, signed=True)
     tolerance, whose = cap - target, "cap"
     carina = number(summary, "anatomy", "carina_mm")
     if text(summary, "approach") == "contact" and carina is not None and carina > target:
         tolerance, whose = carina - target, "carina"
     limit += f", margin to the {whose} {quantity(tolerance, 'mm')}"
+    verdict, remark = FigureVerdict.GOOD, "at the target"
     if error < -tolerance:
-        return Figure(name, shown, limit, FigureVerdict.NOTICE, "short of the target")
-    if error > tolerance:
-        return Figure(name, shown, limit, FigureVerdict.BAD, "beyond the target")
-    return Figure(name, shown, limit, FigureVerdict.GOOD, "at the target")
+        verdict, remark = FigureVerdict.NOTICE, "short of the target"
+    elif error > tolerance:
+        verdict, remark = FigureVerdict.BAD, "beyond the target"
+    return Figure("Stopping error", quantity(error, "mm", signed=True), limit, verdict, remark)
 
 
 def negative_pressure(summary: Summary) -> Figure:
@@ -134,11 +132,16 @@ def carina_force(summary: Summary) -> Figure:
 
 
 def _without_limit(
-    name: str, value: float | None, unit: str, decimals: int = 1, beside: str = ""
+    name: str,
+    value: float | None,
+    unit: str,
+    decimals: int = 1,
+    beside: str = "",
+    signed: bool = False,
 ) -> Figure:
     """A figure that there is no limit for. beside: what is said instead of one."""
     verdict = FigureVerdict.ABSENT if value is None else FigureVerdict.NEUTRAL
-    return Figure(name, quantity(value, unit, decimals), beside, verdict, "")
+    return Figure(name, quantity(value, unit, decimals, signed=signed), beside, verdict, "")
 
 
 def figures(summary: Summary) -> list[Figure]:

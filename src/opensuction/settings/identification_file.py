@@ -23,7 +23,7 @@ from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import to_mapping, validate
-from opensuction.settings.wording import one_line, refuse, unknown
+from opensuction.settings.wording import name_source, one_line, refuse, unknown
 
 FORMAT_VERSION: Final = 2
 """Raised with every change that older software would misread. 2: what a calibration measured."""
@@ -222,14 +222,12 @@ def _measured(found: Calibration, identified: Identified, path: Path | str) -> C
     measured, depths = identified.measured, identified.about.recording.output
     if measured is None:
         return found
-    try:
+    with name_source(path):
         return found._replace(
             plays=calibration_section.read_plays(measured.plays, depths.lowest, depths.highest),
             width=calibration_section.read_curves(measured.gap_width, "gap_width"),
             table=calibration_section.read_curves(measured.lookup_table, "lookup_table"),
         )
-    except InputError as refused:
-        raise refuse(path, str(refused)) from None
 
 
 def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:

@@ -178,7 +178,7 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
                 "below the limit" if details["type"].startswith("greater") else "above the limit"
             )
             relation = "exactly the limit" if given == bound else relation
-            number, limit = _with_unit(show(given), unit), _with_unit(str(bound), unit)
+            number, limit = (f"{value} {unit}".rstrip() for value in (show(given), bound))
             return f"{number}, {relation} of {limit}"
         case "finite_number":
             return f"{show(given)}, not a finite number"
@@ -187,10 +187,6 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
         case _:
             message = str(details["msg"])
             return f"{show(given)}: {message[:1].lower()}{message[1:]}"
-
-
-def _with_unit(number: str, unit: str) -> str:
-    return f"{number} {unit}" if unit else number
 
 
 def _wanted(field: _Field) -> str:

@@ -23,7 +23,7 @@ from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import one_line, show
+from opensuction.settings.wording import name_source, one_line, show
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -209,11 +209,9 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Hazard
     if not isinstance(given, Mapping):
         raise InputError(one_line(f"{place} is {show(given)}, not a section"))
     claim = validate(HazardClaim, common | dict(given), place)
-    try:
+    with name_source(place):
         _check_fault(claim)
         _check_answer(claim)
-    except InputError as refusal:
-        raise InputError(one_line(f"{place}: {refusal}")) from None
     return claim
 
 
