@@ -107,28 +107,17 @@ def in_airway(summary: Summary) -> Figure:
     )
 
 
-def peak_vacuum(summary: Summary) -> Figure:
-    """Highest vacuum in the line against its set point and limit."""
-    peak, setpoint, bound = (
-        number(summary, "vacuum", key) for key in ("peak_mmhg", "setpoint_mmhg", "limit_mmhg")
-    )
-    limits = [*_known("set to", setpoint, "mmHg", 0), *_known("limit", bound, "mmHg", 0)]
-    verdict = _against(peak, bound, "limit")
-    return Figure("Highest vacuum", quantity(peak, "mmHg", 0), ", ".join(limits), *verdict)
-
-
 def carina_force(summary: Summary) -> Figure:
     """Highest force on the carina."""
-    force, bound = number(summary, "carina_force_peak_n"), number(summary, "carina_force_limit_n")
-    verdict, remark = _against(force, bound, "limit")
-    if force == 0.0:
+    force = number(summary, "carina_force_peak_n")
+    verdict, remark = FigureVerdict.NEUTRAL, "contact, as wanted"
+    if force is None:
+        verdict, remark = FigureVerdict.ABSENT, ""
+    elif force == 0.0:
         verdict, remark = FigureVerdict.GOOD, "no contact"
-    elif force is not None and text(summary, "approach") == "travel":
+    elif text(summary, "approach") == "travel":
         verdict, remark = FigureVerdict.NOTICE, "contact, and none was wanted"
-    elif force is not None:
-        remark = remark or "contact, as wanted"
-    limit = "" if force is None else "".join(_known("limit", bound, "N", 2))
-    return Figure("Force on the carina", quantity(force, "N", 2), limit, verdict, remark)
+    return Figure("Force on the carina", quantity(force, "N", 2), "", verdict, remark)
 
 
 def _without_limit(
@@ -152,11 +141,13 @@ def figures(summary: Summary) -> list[Figure]:
     rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
     share = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
     largest = "".join(_known("largest", peak, "mm", 2))
+    vacuum = number(summary, "vacuum", "peak_mmhg")
+    set_to = "".join(_known("set to", number(summary, "vacuum", "setpoint_mmhg"), "mmHg", 0))
     return [
         deepest_tip(summary),
         negative_pressure(summary),
         in_airway(summary),
-        peak_vacuum(summary),
+        _without_limit("Highest vacuum", vacuum, "mmHg", 0, set_to),
         _without_limit("Lowest oxygen saturation", number(summary, "spo2_nadir_percent"), "%"),
         _without_limit("Lung volume lost", number(summary, "lung_volume_loss_ml"), "mL", 0),
         _without_limit("Lowest airway pressure", pressure, "cmH2O"),

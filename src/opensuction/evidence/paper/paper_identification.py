@@ -69,8 +69,10 @@ def _modified_dahl_claims(fit: Fit) -> list[PaperClaim]:
     )
     return [
         *(
-            PaperClaim(symbol, WHERE, getattr(PUBLISHED, field), getattr(model, field), *others)
-            for symbol, field, *others in rows
+            PaperClaim(
+                symbol, WHERE, getattr(PUBLISHED, key), getattr(model, key), most, unit, origin, why
+            )
+            for symbol, key, most, unit, origin, why in rows
         ),
         PaperClaim(name, WHERE, RMSE_MM, fit.rmse_mm, 0.05, "mm", "calibrated", rest),
     ]

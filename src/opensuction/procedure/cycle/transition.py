@@ -103,14 +103,8 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {**NORMAL, **BROKEN_OFF}
 STAY = -1
 
 
-def _frozen() -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
-    table = np.full((len(Phase), len(Event)), STAY, dtype=np.int64)
-    for (phase, event), following in TRANSITIONS.items():
-        table[phase, event] = following
-    return table
-
-
-TABLE = _frozen()
+TABLE = np.full((len(Phase), len(Event)), STAY, dtype=np.int64)
+TABLE[tuple(zip(*TRANSITIONS, strict=True))] = list(TRANSITIONS.values())
 """``TRANSITIONS`` as an array for the compiled step, shape (phases, events)."""
 
 

@@ -137,23 +137,14 @@ def figures(summary: Summary) -> list[Figure]:
     found = best(summary)
     error = number(found, "rmse_percent_of_range")
     line = number(summary, "line_rmse_percent_of_range")
+    held = number(found, "holdout_rmse_percent_of_range")
+    validated = number(found, "cross_validation_percent_of_range")
+    times = f"{line / error:.1f} times as much" if line is not None and error else ""
     listed = [
         ("Error", error, "RMSE, in percent of the output's range"),
-        (
-            "On samples held out",
-            number(found, "holdout_rmse_percent_of_range"),
-            "predicted, not fitted",
-        ),
-        (
-            "Cross-validation",
-            number(found, "cross_validation_percent_of_range"),
-            "blocks left out in turn",
-        ),
-        (
-            "A straight line leaves",
-            line,
-            f"{line / error:.1f} times as much" if line is not None and error else "",
-        ),
+        ("On samples held out", held, "predicted, not fitted"),
+        ("Cross-validation", validated, "blocks left out in turn"),
+        ("A straight line leaves", line, times),
     ]
     shown = [
         Figure(name, percent(known), limit, FigureVerdict.NEUTRAL, "")

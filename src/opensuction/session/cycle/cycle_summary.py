@@ -158,17 +158,14 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
         )
     model = prepared.calibration.model
     on_dahl = kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
-    if not on_dahl or modified_dahl.is_monotone(model):
-        return found
-    slope, gain = model.slope, model.velocity_gain
-    sentence = (
-        f"The identified model is not monotone (c = {slope:.3f} is not above 2 beta = "
-        f"{2 * gain:.3f}): at a reversal it has no continuous inverse"
-    )
-    if kind == CompensationKind.DIRECT_INVERSE:
-        found.append(f"{sentence}, and the printed compensator jumps there.")
-    else:
-        found.append(f"{sentence}; the reversal is crossed as a gap.")
+    if on_dahl and not modified_dahl.is_monotone(model):
+        crossing = "; the reversal is crossed as a gap."
+        if kind == CompensationKind.DIRECT_INVERSE:
+            crossing = ", and the printed compensator jumps there."
+        found.append(
+            f"The identified model is not monotone (c = {model.slope:.3f} is not above 2 beta = "
+            f"{2 * model.velocity_gain:.3f}): at a reversal it has no continuous inverse{crossing}"
+        )
     return found
 
 

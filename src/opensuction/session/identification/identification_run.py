@@ -10,7 +10,7 @@ from opensuction.identification.workbench import METHODS, MODELS, FittedModel, L
 from opensuction.kernel.errors import InputError
 from opensuction.recording import pair as recorded
 from opensuction.recording import table
-from opensuction.recording.pair import Pair, TimeSpan
+from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
@@ -84,9 +84,8 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
             time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
             recorded.check_time(choice.time, time_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
-        pair = recorded.cut(
-            Pair(columns[choice.input], answer, time_s), TimeSpan(choice.from_s, choice.to_s)
-        )
+        pair = Pair(columns[choice.input], answer, time_s)
+        pair = recorded.cut(pair, choice.from_s, choice.to_s)
         recorded.check(pair, choice.input, choice.output)
     return LoadedRecording(choice, model, method, found, pair, name_columns(choice))
 
