@@ -226,11 +226,9 @@ def _check_fault(claim: HazardClaim) -> None:
     at_start = ROWS[claim.fault].is_setup
     for phase in claim.phases:
         if at_start != (phase == SET_UP):
-            way = (
-                f"only be there before the start: phases = ['{SET_UP}']"
-                if at_start
-                else ("not be set up: name phases of a cycle")
-            )
+            way = "not be set up: name phases of a cycle"
+            if at_start:
+                way = f"only be there before the start: phases = ['{SET_UP}']"
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
         phases = (*PHASES[claim.approach], ALL, SET_UP)
         choose(phase, dict.fromkeys(phases), f"phase by {claim.approach} in phases")

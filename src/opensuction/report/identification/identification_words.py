@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from opensuction.report.figures import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value
+from opensuction.report.wording import amount
 
 DISCLAIMER = (
     "Research software, not a medical device: not for use on people or animals. The figures "
@@ -72,12 +73,7 @@ def percent(fraction: float | None) -> str:
     >>> percent(0.2846), percent(None)
     ('0.285 %', '-')
     """
-    return "-" if fraction is None else f"{fraction:.3g} %"
-
-
-def amount(number_: float | None, unit: str) -> str:
-    """Number in four digits with its unit, or a dash."""
-    return "-" if number_ is None else f"{number_:.4g} {unit}".strip()
+    return amount(fraction, "%", 3)
 
 
 def outcome(summary: Summary) -> str:
