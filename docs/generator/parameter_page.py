@@ -9,7 +9,7 @@ from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.meaning import Meaning
 from opensuction.procedure.planning import clinical, guideline, protocol
 from opensuction.safety import patient_limit
-from opensuction.settings.limit import describe, limit_of, trim
+from opensuction.settings.limit import describe, trim
 from opensuction.settings.unit import unit_of
 from opensuction.twin import parameter
 from opensuction.twin.machine import catheter, hand
@@ -300,7 +300,7 @@ def _hints(record_type: type[Any]) -> Mapping[str, Any]:
 
 def _described(hint: Any) -> tuple[str, str]:
     """Range and meaning in the annotation of a field."""
-    return describe(limit_of(hint)), _meaning(hint)
+    return describe(hint), _meaning(hint)
 
 
 def _meaning(hint: Any) -> str:
@@ -309,7 +309,7 @@ def _meaning(hint: Any) -> str:
 
 def _fields(record_type: type[Any]) -> str:
     hints = _hints(record_type)
-    return ", ".join(f"`{name}` ({describe(limit_of(hints[name]))})" for name in hints)
+    return ", ".join(f"`{name}` ({describe(hints[name])})" for name in hints)
 
 
 def _between(value: float | tuple[float, float]) -> str:

@@ -3,7 +3,7 @@ import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.recording import pair
-from opensuction.recording.pair import Pair, TimeSpan
+from opensuction.recording.pair import Pair
 
 RAMP = np.arange(20.0)
 
@@ -17,7 +17,7 @@ def test_time_must_rise() -> None:
 
 
 def test_a_span_keeps_both_of_its_ends() -> None:
-    inside = pair.cut(Pair(RAMP, 2.0 * RAMP, 0.5 * RAMP), TimeSpan(from_s=1.0, to_s=2.0))
+    inside = pair.cut(Pair(RAMP, 2.0 * RAMP, 0.5 * RAMP), 1.0, 2.0)
     assert inside.time_s is not None
     assert inside.time_s.tolist() == [1.0, 1.5, 2.0]
     assert inside.answer.tolist() == [4.0, 6.0, 8.0]
@@ -25,7 +25,7 @@ def test_a_span_keeps_both_of_its_ends() -> None:
 
 def test_a_span_without_samples_is_refused() -> None:
     with pytest.raises(InputError, match=r"from 50 to inf s; the recording is from 0 to 19 s"):
-        pair.cut(Pair(RAMP, RAMP, RAMP), TimeSpan(from_s=50.0, to_s=None))
+        pair.cut(Pair(RAMP, RAMP, RAMP), 50.0, None)
 
 
 def test_constant_or_short_records_are_refused() -> None:

@@ -3,9 +3,11 @@
 import threading
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
+from rich.status import Status
 
 if TYPE_CHECKING:
     from opensuction.kernel.compiler.compilation import Compilation
@@ -112,40 +114,29 @@ class ProgressTeller:
 
         worker = threading.Thread(target=run, daemon=True)
         worker.start()
-        if doing is not None and self._console.is_terminal:
-            self._spin(worker, compilations, doing)
-        else:
-            self._watch(worker, compilations)
+        spins = doing is not None and self._console.is_terminal
+        with self._console.status(doing or "") if spins else nullcontext() as status:
+            self._follow(worker, compilations, status)
         if compilations.seconds > SHORT_S:
             self.tell(f"Compiled in {compilations.seconds:.0f} s, and kept for the next time")
         if failures:
             raise failures[0]
         return results[0]
 
-    def _announce(self) -> None:
-        self.tell("Compiling the control core: once for this version, up to a minute")
-
-    def _spin(self, worker: threading.Thread, compilations: _Compilations, doing: str) -> None:
-        """Wait with a spinner."""
-        announced = False
-        with self._console.status(doing) as status:
-            while worker.is_alive():
-                worker.join(POLL_S)
-                slow = compilations.seconds > SHORT_S
-                if slow and not announced:
-                    self._announce()
-                    announced = True
-                status.update(compilations.state if slow and compilations.are_running else doing)
-
-    def _watch(self, worker: threading.Thread, compilations: _Compilations) -> None:
-        """Wait; a line now and then while there is something to compile."""
-        due_s = SHORT_S
+    def _follow(
+        self, worker: threading.Thread, compilations: _Compilations, spinner: Status | None
+    ) -> None:
+        """Wait; what is compiled shows beside the spinner, or now and then in a line."""
+        doing, due_s = spinner and spinner.status, SHORT_S
         while worker.is_alive():
             worker.join(POLL_S)
             spent_s = compilations.seconds
             if spent_s > due_s:
                 if due_s == SHORT_S:
-                    self._announce()
-                else:
+                    self.tell("Compiling the control core: once for this version, up to a minute")
+                elif spinner is None:
                     self.tell(compilations.state)
                 due_s = NEWS_S * (1.0 + spent_s // NEWS_S)
+            if spinner is not None:
+                slow = spent_s > SHORT_S and compilations.are_running
+                spinner.update(compilations.state if slow else doing)

@@ -15,7 +15,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings
 from opensuction.procedure.cycle import progress, schedule
-from opensuction.procedure.cycle.check import CheckPlan
+from opensuction.procedure.cycle.check import VENTED_MMHG
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
@@ -54,9 +54,9 @@ OF_ITEM = np.array(
 
 
 @compiled
-def _found(plan: CheckPlan, item: int, readings: Readings) -> int:
+def _found(item: int, readings: Readings) -> int:
     """What a failed item of the pre-use test means."""
-    vacuum = readings.line_vacuum_mmhg > plan.vented_mmhg
+    vacuum = readings.line_vacuum_mmhg > VENTED_MMHG
     if item == CheckItem.VALVE_OPENS and vacuum:
         # The item wants the line vented too: with the pump off nothing may draw.
         return CHECK_FAILED | 1 << Condition.PUMP_RUNAWAY
@@ -102,7 +102,7 @@ def reasons(
     if cause == Event.PHASE_OVERDUE:
         return held | STOPPED | _overdue(plan, before, readings)
     if cause == Event.CHECK_FAILED:
-        return STOPPED | _found(plan.check, procedure.check.failed, readings)
+        return STOPPED | _found(procedure.check.failed, readings)
     if cause == Event.CONTACT_MISPLACED:
         stuck = readings.contact_closed
         return STOPPED | (1 << Condition.CONTACT_STUCK_CLOSED if stuck else CARINA_MISSED)

@@ -1,8 +1,9 @@
 """What is known of a machine from an identification run, or from nominal values alone."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from annotated_types import Ge
 
 from opensuction.control.lookup_table import Curves
 from opensuction.hysteresis import modified_dahl
@@ -13,8 +14,8 @@ from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 class Feedforward(NamedTuple):
     """Servo feedforward of the insertion axis, found by calibration; zeros for the paper's PD."""
 
-    velocity_v_s_per_mm: float
-    friction_v: float
+    velocity_v_s_per_mm: Annotated[float, Ge(0)]
+    friction_v: Annotated[float, Ge(0)]
 
 
 PLAIN_PD = Feedforward(velocity_v_s_per_mm=0.0, friction_v=0.0)

@@ -7,6 +7,7 @@ from opensuction.controller.record import CoreState, Settings
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
+from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ControlFeedback
 
@@ -19,7 +20,7 @@ def _home(
     home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
     speed = settings.plan.motion.abort_mm_per_s
     if phase == Phase.TEACHING:
-        speed = settings.plan.teaching.home_mm_per_s
+        speed = teaching.HOME_MM_PER_S
     sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
     if phase == Phase.CHECKING:
         # The jog stays within the gap: it moves no tip, though the model has none so sharp.

@@ -25,16 +25,6 @@ class Pair(NamedTuple):
     """Rising; None where the recording has no time, and its samples count as evenly spaced."""
 
 
-class TimeSpan(NamedTuple):
-    """Part of a recording by its time, both ends in seconds and included; None: no end."""
-
-    from_s: float | None
-    to_s: float | None
-
-
-EVERYTHING = TimeSpan(from_s=None, to_s=None)
-
-
 def check_time(name: str, time_s: Array) -> None:
     """Refuse a time that does not rise; raises InputError with the row."""
     steps = np.diff(time_s)
@@ -50,15 +40,15 @@ def check_time(name: str, time_s: Array) -> None:
     )
 
 
-def cut(pair: Pair, span: TimeSpan) -> Pair:
-    """The samples inside a span of time; all of a pair without time.
+def cut(pair: Pair, from_s: float | None, to_s: float | None) -> Pair:
+    """The samples inside a span of time, both ends included; all of a pair without time.
 
     Raises InputError for a span without samples.
     """
-    if pair.time_s is None or span == EVERYTHING:
+    if pair.time_s is None or (from_s is None and to_s is None):
         return pair
-    low = -np.inf if span.from_s is None else span.from_s
-    high = np.inf if span.to_s is None else span.to_s
+    low = -np.inf if from_s is None else from_s
+    high = np.inf if to_s is None else to_s
     inside = (pair.time_s >= low) & (pair.time_s <= high)
     if not inside.any():
         raise InputError(

@@ -21,23 +21,18 @@ PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 """Ticks of Parquet's units of time."""
 
 
-def _parquet(path: Path) -> Any:
-    """The Parquet module of pyarrow; InputError where it is not installed."""
+def _file(path: Path) -> Any:
+    """The file, open; InputError where pyarrow is not installed or cannot make it out."""
     try:
-        import pyarrow.parquet as parquet
+        import pyarrow
+        import pyarrow.parquet
     except ImportError:
         raise InputError(
             f"{path}: is Parquet, which needs pyarrow: pip install 'opensuction[parquet]', or "
             "save the table as CSV"
         ) from None
-    return parquet
-
-
-def _file(path: Path) -> Any:
-    import pyarrow
-
     try:
-        return _parquet(path).ParquetFile(path)
+        return pyarrow.parquet.ParquetFile(path)
     except pyarrow.ArrowInvalid:
         raise InputError(
             f"{path}: begins like Parquet and is damaged or incomplete; save it again"
@@ -46,7 +41,6 @@ def _file(path: Path) -> Any:
 
 def read_names(path: Path) -> tuple[str, ...]:
     """Names of the columns. Raises InputError for a damaged file and for too many rows."""
-    _parquet(path)
     with _file(path) as file:
         samples = file.metadata.num_rows
         if samples > MOST_SAMPLES:

@@ -67,22 +67,20 @@ def stop_error(summary: Summary) -> Figure:
     """
     error = number(summary, "tip", "stop_error_mm")
     target, cap = number(summary, "tip", "target_mm"), number(summary, "anatomy", "cap_mm")
-    name, shown = "Stopping error", quantity(error, "mm", signed=True)
     limit = "" if target is None else f"target {quantity(target, 'mm')}"
-    if error is None:
-        return Figure(name, shown, limit, FigureVerdict.ABSENT, "")
-    if target is None or cap is None:
-        return Figure(name, shown, limit, FigureVerdict.NEUTRAL, "")
+    if error is None or target is None or cap is None:
+        return _without_limit("Stopping error", error, "mm", beside=limit, signed=True)
     tolerance, whose = cap - target, "cap"
     carina = number(summary, "anatomy", "carina_mm")
     if text(summary, "approach") == "contact" and carina is not None and carina > target:
         tolerance, whose = carina - target, "carina"
     limit += f", margin to the {whose} {quantity(tolerance, 'mm')}"
+    verdict, remark = FigureVerdict.GOOD, "at the target"
     if error < -tolerance:
-        return Figure(name, shown, limit, FigureVerdict.NOTICE, "short of the target")
-    if error > tolerance:
-        return Figure(name, shown, limit, FigureVerdict.BAD, "beyond the target")
-    return Figure(name, shown, limit, FigureVerdict.GOOD, "at the target")
+        verdict, remark = FigureVerdict.NOTICE, "short of the target"
+    elif error > tolerance:
+        verdict, remark = FigureVerdict.BAD, "beyond the target"
+    return Figure("Stopping error", quantity(error, "mm", signed=True), limit, verdict, remark)
 
 
 def negative_pressure(summary: Summary) -> Figure:
@@ -109,36 +107,30 @@ def in_airway(summary: Summary) -> Figure:
     )
 
 
-def peak_vacuum(summary: Summary) -> Figure:
-    """Highest vacuum in the line against its set point and limit."""
-    peak, setpoint, bound = (
-        number(summary, "vacuum", key) for key in ("peak_mmhg", "setpoint_mmhg", "limit_mmhg")
-    )
-    limits = [*_known("set to", setpoint, "mmHg", 0), *_known("limit", bound, "mmHg", 0)]
-    verdict = _against(peak, bound, "limit")
-    return Figure("Highest vacuum", quantity(peak, "mmHg", 0), ", ".join(limits), *verdict)
-
-
 def carina_force(summary: Summary) -> Figure:
     """Highest force on the carina."""
-    force, bound = number(summary, "carina_force_peak_n"), number(summary, "carina_force_limit_n")
-    verdict, remark = _against(force, bound, "limit")
-    if force == 0.0:
+    force = number(summary, "carina_force_peak_n")
+    verdict, remark = FigureVerdict.NEUTRAL, "contact, as wanted"
+    if force is None:
+        verdict, remark = FigureVerdict.ABSENT, ""
+    elif force == 0.0:
         verdict, remark = FigureVerdict.GOOD, "no contact"
-    elif force is not None and text(summary, "approach") == "travel":
+    elif text(summary, "approach") == "travel":
         verdict, remark = FigureVerdict.NOTICE, "contact, and none was wanted"
-    elif force is not None:
-        remark = remark or "contact, as wanted"
-    limit = "" if force is None else "".join(_known("limit", bound, "N", 2))
-    return Figure("Force on the carina", quantity(force, "N", 2), limit, verdict, remark)
+    return Figure("Force on the carina", quantity(force, "N", 2), "", verdict, remark)
 
 
 def _without_limit(
-    name: str, value: float | None, unit: str, decimals: int = 1, beside: str = ""
+    name: str,
+    value: float | None,
+    unit: str,
+    decimals: int = 1,
+    beside: str = "",
+    signed: bool = False,
 ) -> Figure:
     """A figure that there is no limit for. beside: what is said instead of one."""
     verdict = FigureVerdict.ABSENT if value is None else FigureVerdict.NEUTRAL
-    return Figure(name, quantity(value, unit, decimals), beside, verdict, "")
+    return Figure(name, quantity(value, unit, decimals, signed=signed), beside, verdict, "")
 
 
 def figures(summary: Summary) -> list[Figure]:
@@ -149,11 +141,13 @@ def figures(summary: Summary) -> list[Figure]:
     rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
     share = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
     largest = "".join(_known("largest", peak, "mm", 2))
+    vacuum = number(summary, "vacuum", "peak_mmhg")
+    set_to = "".join(_known("set to", number(summary, "vacuum", "setpoint_mmhg"), "mmHg", 0))
     return [
         deepest_tip(summary),
         negative_pressure(summary),
         in_airway(summary),
-        peak_vacuum(summary),
+        _without_limit("Highest vacuum", vacuum, "mmHg", 0, set_to),
         _without_limit("Lowest oxygen saturation", number(summary, "spo2_nadir_percent"), "%"),
         _without_limit("Lung volume lost", number(summary, "lung_volume_loss_ml"), "mL", 0),
         _without_limit("Lowest airway pressure", pressure, "cmH2O"),

@@ -189,17 +189,12 @@ def _backoff_mm(summary: Summary) -> float | None:
     """How far the tip left the carina before suction; None where it did not or is not known."""
     if not any(phase.get("name") == "backing_off" for phase in rows(summary, "phases")):
         return None
-    given = number(summary, "contact", "backoff_mm")
     deepest, reached = number(summary, "tip", "deepest_mm"), number(summary, "tip", "reached_mm")
-    if given is not None or deepest is None or reached is None:
-        return given
-    return deepest - reached
+    return None if deepest is None or reached is None else deepest - reached
 
 
 def _contact(summary: Summary) -> str:
     force = number(summary, "carina_force_peak_n")
-    if force is None:
-        force = number(summary, "contact", "force_n")
     if force is None:
         return ""
     if force == 0.0:

@@ -88,10 +88,6 @@ def _decimals(arrays: list[Values]) -> int:
     return series.decimals_of(float(span))
 
 
-def _looks(curve: Curve) -> dict[str, Any]:
-    return {"label": curve.label, "hue": curve.hue, "dashed": curve.dashed}
-
-
 def to_plain(plot: Plot) -> dict[str, Any]:
     """A plot thinned and ready for JSON: extremes of every curve are kept."""
     data: dict[str, Any] = {
@@ -100,28 +96,22 @@ def to_plain(plot: Plot) -> dict[str, Any]:
         "levels": [level._asdict() for level in plot.levels],
         "marks": [mark._asdict() for mark in plot.marks],
     }
-    y_decimals = _decimals([curve.y for curve in plot.curves])
+    values = [curve.y for curve in plot.curves]
+    kept, decimals = None, _decimals(values)
     if plot.x is not None and all(curve.x is None for curve in plot.curves):
-        kept = series.keep_rows([curve.y for curve in plot.curves], [], BUCKETS)
+        kept = series.keep_rows(values, [], BUCKETS)
         data["x"] = series.to_list(plot.x[kept], _decimals([plot.x]))
-        data["curves"] = [
-            _looks(curve) | {"y": series.to_list(curve.y[kept], y_decimals)}
-            for curve in plot.curves
-        ]
-        return data
     data["curves"] = []
     for curve in plot.curves:
-        x = curve.x if curve.x is not None else plot.x
-        if x is None:
-            raise ValueError(f"curve '{curve.label}' of '{plot.title}' has no abscissa")
-        kept = series.keep_rows([x, curve.y], [], BUCKETS)
-        data["curves"].append(
-            _looks(curve)
-            | {
-                "x": series.to_list(x[kept], _decimals([x])),
-                "y": series.to_list(curve.y[kept], y_decimals),
-            }
-        )
+        drawn: dict[str, Any] = {"label": curve.label, "hue": curve.hue, "dashed": curve.dashed}
+        rows = kept
+        if rows is None:
+            x = curve.x if curve.x is not None else plot.x
+            if x is None:
+                raise ValueError(f"curve '{curve.label}' of '{plot.title}' has no abscissa")
+            rows = series.keep_rows([x, curve.y], [], BUCKETS)
+            drawn["x"] = series.to_list(x[rows], _decimals([x]))
+        data["curves"].append(drawn | {"y": series.to_list(curve.y[rows], decimals)})
     return data
 
 
@@ -140,28 +130,9 @@ def cell(value: Any) -> dict[str, str]:
 
 def render(sheet: Sheet) -> str:
     """The page as self-contained HTML that needs no network."""
-    plots: dict[str, Any] = {}
-    sections = []
-    for number, section in enumerate(sheet.sections, start=1):
-        drawn = []
-        for i, plot in enumerate(section.plots, start=1):
-            name = f"plot-{number}-{i}"
-            plots[name] = to_plain(plot)
-            drawn.append({"id": name, "title": plot.title, "caption": plot.caption})
-        sections.append(
-            {
-                "id": f"section-{number}",
-                "title": section.title,
-                "text": section.text,
-                "tables": [
-                    {
-                        "caption": table.caption,
-                        "columns": table.columns,
-                        "rows": [[cell(value) for value in row] for row in table.rows],
-                    }
-                    for table in section.tables
-                ],
-                "plots": drawn,
-            }
-        )
-    return html.render("sheet.html.j2", SCRIPTS, sheet=sheet, sections=sections, plots=plots)
+    plots = {
+        f"plot-{number}-{i}": to_plain(plot)
+        for number, section in enumerate(sheet.sections, start=1)
+        for i, plot in enumerate(section.plots, start=1)
+    }
+    return html.render("sheet.html.j2", SCRIPTS, sheet=sheet, plots=plots, cell=cell)

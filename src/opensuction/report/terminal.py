@@ -10,6 +10,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.report import figures, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figures import FigureVerdict
@@ -17,15 +18,7 @@ from opensuction.report.moment import Moment
 from opensuction.report.summary import Summary, is_completed, rows, text, warnings
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
-PLANNED: Final = (
-    "checking",
-    "preloading",
-    "inserting",
-    "opening",
-    "suctioning",
-    "withdrawing",
-    "closing",
-)
+PLANNED: Final = [phase.name.lower() for phase in CYCLE if phase != Phase.BACKING_OFF]
 """Phases of a cycle that stops by travel, in order."""
 
 REFRESH_PER_S: Final = 10
@@ -183,19 +176,28 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
         Text(outcome, style="bold green" if good else "bold red"),
         Text(f"({what}{'' if seed is None else f', seed {seed}'})", style="dim"),
     )
-    for sentence in narrative.sentences(summary):
-        console.print(Padding(Text(sentence), INDENT))
+    print_indented(console, narrative.sentences(summary))
     for alarm in rows(summary, "alarms"):
         style = ALARM_STYLES.get(text(alarm, "priority") or "", "")
-        console.print(Padding(Text(narrative.alarm(alarm), style=style), INDENT))
-    for warning in warnings(summary):
-        console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
+        print_indented(console, [narrative.alarm(alarm)], style)
+    print_indented(console, [f"Warning: {warning}" for warning in warnings(summary)], "yellow")
     console.print()
     console.print(_figure_table(summary))
     absent = [f.name.lower() for f in figures.figures(summary) if f.verdict is FigureVerdict.ABSENT]
     if absent:
         console.print(Text(f"No value in this run: {', '.join(absent)}", style="dim"))
+    print_end(console, files, DISCLAIMER)
+
+
+def print_indented(console: Console, said: Iterable[str], style: str = "") -> None:
+    """Sentences, each in lines of its own."""
+    for sentence in said:
+        console.print(Padding(Text(sentence, style=style), INDENT))
+
+
+def print_end(console: Console, files: Iterable[object], disclaimer: str) -> None:
+    """The files that were written, and what the result is not."""
     console.print()
     for file in files:
         console.print(Text(f"Written: {file}"), soft_wrap=True)
-    console.print(Text(DISCLAIMER, style="dim"))
+    console.print(Text(disclaimer, style="dim"))

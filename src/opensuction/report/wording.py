@@ -65,6 +65,11 @@ def quantity(value: float | None, unit: str, decimals: int = 1, *, signed: bool 
     return f"{rounded:{'+' if signed else ''}.{decimals}f} {unit}"
 
 
+def amount(value: float | None, unit: str, digits: int = 4) -> str:
+    """Number of any size in some digits with its unit, which a ratio does not have; or a dash."""
+    return "-" if value is None else f"{value:.{digits}g} {unit}".rstrip()
+
+
 def capitalise(said: str) -> str:
     """A sentence with its first letter as a capital, the rest as it was."""
     return said[:1].upper() + said[1:]

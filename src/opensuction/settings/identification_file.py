@@ -23,7 +23,7 @@ from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import to_mapping, validate
-from opensuction.settings.wording import one_line, refuse, unknown
+from opensuction.settings.wording import name_source, one_line, refuse, unknown
 
 FORMAT_VERSION: Final = 2
 """Raised with every change that older software would misread. 2: what a calibration measured."""
@@ -150,23 +150,12 @@ def load(path: Path | str) -> Identified:
             name: _parameter(entry, f"{path}: parameters.{name}")
             for name, entry in parameters.items()
         },
-        servo=None if servo is None else validate(_Servo, servo, f"{path}: servo").feedforward(),
+        servo=None if servo is None else validate(Feedforward, servo, f"{path}: servo"),
         measured=validate(Measured, measured, path) if measured else None,
     )
 
 
 _REMEDY: Final = "give a file that opensuction identify or opensuction calibrate wrote"
-
-
-class _Servo(NamedTuple):
-    """The section ``servo``, with its ranges."""
-
-    velocity_v_s_per_mm: Annotated[float, Ge(0)]
-    friction_v: Annotated[float, Ge(0)]
-
-    def feedforward(self) -> Feedforward:
-        """As the controller takes it: volts per mm/s, and volts."""
-        return Feedforward(*self)
 
 
 def _check_version(content: Mapping[str, Any], path: Path | str) -> None:
@@ -233,14 +222,12 @@ def _measured(found: Calibration, identified: Identified, path: Path | str) -> C
     measured, depths = identified.measured, identified.about.recording.output
     if measured is None:
         return found
-    try:
+    with name_source(path):
         return found._replace(
             plays=calibration_section.read_plays(measured.plays, depths.lowest, depths.highest),
             width=calibration_section.read_curves(measured.gap_width, "gap_width"),
             table=calibration_section.read_curves(measured.lookup_table, "lookup_table"),
         )
-    except InputError as refused:
-        raise refuse(path, str(refused)) from None
 
 
 def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:

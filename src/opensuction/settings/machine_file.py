@@ -12,12 +12,11 @@ from os import PathLike
 from typing import Any, TypeVar
 
 from opensuction.controller.machine_profile import SOURCES, MachineProfile
-from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
 from opensuction.settings.parameter_section import LISTED, Table, change
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import join_key, refuse, show, unknown
+from opensuction.settings.wording import join_key, name_source, refuse, show, unknown
 from opensuction.simulation import machine_kind
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.twin import preset
@@ -52,12 +51,9 @@ def load(path: str | PathLike[str]) -> MachineKind:
     for key, names in CHOICES.items():
         if key not in given:
             raise refuse(path, f"{key} is missing; give one of {', '.join(names)}")
-    try:
+    with name_source(path):
         choose(given["preset"], preset.MACHINE_TABLES, "preset")
         return _read_kind(given["preset"], given, path)
-    except InputError as refused:
-        message = str(refused)
-        raise refused if message.startswith(f"{path}: ") else refuse(path, message) from None
 
 
 def _read_kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
@@ -104,7 +100,4 @@ def _read_controller(profile: MachineProfile, given: object, path: object) -> Ma
     for name in given:
         if name not in SOURCES:
             raise refuse(path, unknown(f"key controller.{name}", name, SOURCES, LISTED))
-    try:
-        return validate(MachineProfile, {**profile._asdict(), **given}, "controller")
-    except InputError as refused:
-        raise refuse(path, str(refused)) from None
+    return validate(MachineProfile, {**profile._asdict(), **given}, "controller")

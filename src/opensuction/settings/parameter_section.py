@@ -6,7 +6,7 @@ keep their value and spread.
 """
 
 from collections.abc import Mapping
-from math import isfinite
+from math import inf, isfinite
 
 from opensuction.settings.limit import trim
 from opensuction.settings.wording import join_key, refuse, show, unknown
@@ -63,16 +63,13 @@ def _entry(entry: Parameter, given: object, key: str, where: object) -> Paramete
 def _number(entry: Parameter, given: object, key: str, where: object) -> float:
     if isinstance(given, bool) or not isinstance(given, int | float):
         raise refuse(where, f"{key} is {show(given)}, not a number; give {_wanted(entry)}")
-    if not _is_finite(given):
-        raise refuse(where, f"{key} is {show(given)}, not a finite number")
-    return float(given)
-
-
-def _is_finite(given: float) -> bool:
     try:
-        return isfinite(given)
+        number = float(given)
     except OverflowError:  # an integer that no float holds
-        return False
+        number = inf
+    if not isfinite(number):
+        raise refuse(where, f"{key} is {show(given)}, not a finite number")
+    return number
 
 
 def _unit(entry: Parameter) -> str:

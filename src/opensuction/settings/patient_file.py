@@ -7,11 +7,10 @@ carina_mm = { value = 60.0, spread = 4.0 }      # drawn by the seed
 
 from os import PathLike
 
-from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
 from opensuction.settings.parameter_section import change
 from opensuction.settings.toml_file import load_toml
-from opensuction.settings.wording import refuse
+from opensuction.settings.wording import name_source, refuse
 from opensuction.twin.patient import patient_kind
 from opensuction.twin.patient.patient_kind import PatientKind
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -27,14 +26,9 @@ def load(path: str | PathLike[str]) -> PatientKind:
     if "preset" not in given:
         raise refuse(path, f"preset is missing; give one of {', '.join(PATIENT_TABLES)}")
     name = given.pop("preset")
-    try:
+    with name_source(path):
         choose(name, PATIENT_TABLES, "preset")
-    except InputError as refused:
-        raise refuse(path, str(refused)) from None
-    start = patient_kind.of_preset(name)
-    kind = start._replace(table=change(start.table, given, "", path))
-    try:
+        start = patient_kind.of_preset(name)
+        kind = start._replace(table=change(start.table, given, "", path))
         patient_kind.check(kind)
-    except InputError as refused:
-        raise refuse(path, str(refused)) from None
     return kind

@@ -3,33 +3,24 @@
 import re
 from typing import Final
 
+_AS_WRITTEN: Final = ("cm", "deg", "h", "kg", "m", "min", "mm", "ms", "ohm", "rad", "s", "us")
+
 SYMBOLS: Final = {
+    **{unit: unit for unit in _AS_WRITTEN},
     "a": "A",
-    "cm": "cm",
     "cmh2o": "cmH2O",
-    "deg": "deg",
-    "h": "h",
     "hz": "Hz",
-    "kg": "kg",
     "kpa": "kPa",
     "l": "L",
-    "m": "m",
-    "min": "min",
     "ml": "mL",
-    "mm": "mm",
     "mm2": "mm^2",
     "mm3": "mm^3",
     "mmhg": "mmHg",
-    "ms": "ms",
     "n": "N",
     "n_s": "N s",
-    "ohm": "ohm",
     "pa": "Pa",
     "percent": "%",
-    "rad": "rad",
-    "s": "s",
     "s2": "s^2",
-    "us": "us",
     "v": "V",
     "v_s": "V s",
     "w": "W",

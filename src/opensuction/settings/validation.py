@@ -26,7 +26,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
-from opensuction.settings.limit import Limit, describe, limit_of, trim
+from opensuction.settings.limit import describe, trim
 from opensuction.settings.unit import unit_of
 from opensuction.settings.wording import join_key, refuse, show, unknown
 
@@ -48,11 +48,12 @@ class _Field(NamedTuple):
     """One field of a record type, with what is needed to check and to explain it."""
 
     name: str
+    hint: Any
+    """The type with its annotations."""
     type: Any
-    """The bare type, without its annotations."""
+    """The bare type, without them."""
     adapter: TypeAdapter[Any] | None
     """None for sections and enumerations."""
-    limit: Limit
 
 
 def validate(record_type: type[Record], mapping: object, where: object) -> Record:
@@ -85,45 +86,34 @@ def to_mapping(record: Any) -> Any:
 
 
 @cache
-def _fields(record_type: type[tuple[Any, ...]]) -> tuple[_Field, ...]:
+def _fields(record_type: Any) -> tuple[_Field, ...]:
     """Fields of a record type in their order."""
     hints = get_type_hints(record_type, include_extras=True)
-    return tuple(_field(name, hints[name]) for name in _names(record_type))
-
-
-def _names(record_type: Any) -> tuple[str, ...]:
-    names: tuple[str, ...] = record_type._fields
-    return names
+    return tuple(_field(name, hints[name]) for name in record_type._fields)
 
 
 def _field(name: str, hint: Any) -> _Field:
     bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
     if _is_record(bare) or _is_enumeration(bare):
-        return _Field(name, bare, None, limit_of(hint))
+        return _Field(name, hint, bare, None)
     adapter = TypeAdapter[Any](hint, config=ConfigDict(strict=True, allow_inf_nan=False))
-    return _Field(name, bare, adapter, limit_of(hint))
+    return _Field(name, hint, bare, adapter)
 
 
 def _is_record(candidate: Any) -> bool:
-    return (
-        isinstance(candidate, type)
-        and issubclass(candidate, tuple)
-        and hasattr(candidate, "_fields")
-    )
+    return isinstance(candidate, type) and hasattr(candidate, "_fields")
 
 
 def _is_enumeration(candidate: Any) -> bool:
     return isinstance(candidate, type) and issubclass(candidate, Enum)
 
 
-def _section(
-    record_type: type[tuple[Any, ...]], given: object, section: str, problems: list[str]
-) -> tuple[Any, ...] | None:
+def _section(record_type: Any, given: object, section: str, problems: list[str]) -> Any:
     """Record of one section, or None after adding what is wrong to ``problems``.
 
     Unknown keys come first: a misspelt key is also a missing one, and its message is the better.
     """
-    names = _names(record_type)
+    names = record_type._fields
     if isinstance(given, record_type):
         given = dict(zip(names, given, strict=True))
     if not isinstance(given, Mapping):
@@ -188,7 +178,7 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
                 "below the limit" if details["type"].startswith("greater") else "above the limit"
             )
             relation = "exactly the limit" if given == bound else relation
-            number, limit = _with_unit(show(given), unit), _with_unit(str(bound), unit)
+            number, limit = (f"{value} {unit}".rstrip() for value in (show(given), bound))
             return f"{number}, {relation} of {limit}"
         case "finite_number":
             return f"{show(given)}, not a finite number"
@@ -199,18 +189,14 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
             return f"{show(given)}: {message[:1].lower()}{message[1:]}"
 
 
-def _with_unit(number: str, unit: str) -> str:
-    return f"{number} {unit}" if unit else number
-
-
 def _wanted(field: _Field) -> str:
     """The remedy: what the field takes, with its unit and range."""
     if _is_record(field.type):
-        return f"give a section with the keys {', '.join(_names(field.type))}"
+        return f"give a section with the keys {', '.join(field.type._fields)}"
     if _is_enumeration(field.type):
         return f"give one of {', '.join(_members(field.type))}"
     kind = KINDS.get(field.type, "a value")
     unit = unit_of(field.name)
-    limits = describe(field.limit)
+    limits = describe(field.hint)
     amount = f"{kind} in {unit}" if unit and field.type in (int, float) else kind
     return f"give {amount}, {limits}" if limits else f"give {amount}"

@@ -2,7 +2,8 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Final
 
 from opensuction.kernel.errors import InputError
@@ -33,6 +34,16 @@ def one_line(text: str) -> str:
 def refuse(where: object, problem: str) -> InputError:
     """The error, on one line, for a problem that a file or another source has."""
     return InputError(one_line(f"{where}: {problem}"))
+
+
+@contextmanager
+def name_source(where: object) -> Iterator[None]:
+    """A refusal in here names its source, as that of `refuse`, where it does not yet."""
+    try:
+        yield
+    except InputError as refused:
+        message = str(refused)
+        raise refused if message.startswith(f"{where}: ") else refuse(where, message) from None
 
 
 def show(value: object) -> str:

@@ -103,7 +103,7 @@ def test_an_item_fails_with_the_wrong_vacuum(item: CheckItem, vacuum_mmhg: float
 def test_a_line_may_lose_five_percent_in_a_second(lost: float, passes: bool) -> None:
     state = at(CheckItem.VACUUM_HOLDS)
     for tick in range(2000):
-        fallen = 120.0 * (1.0 - lost * max(tick * DT_S - PLAN.settle_s, 0.0) / PLAN.leak_s)
+        fallen = 120.0 * (1.0 - lost * max(tick * DT_S - check.VACUUM_SETTLE_S, 0.0) / check.LEAK_S)
         state = check.step(PLAN, state, AT_HOME._replace(line_vacuum_mmhg=fallen), RESTING, DT_S)
         if state.item == CheckItem.NONE or state.failed != CheckItem.NONE:
             break
@@ -141,7 +141,7 @@ def test_a_bouncing_contact_never_passes_in_less_than_its_time(closed: list[bool
         state = check.step(PLAN, state, VENTED._replace(contact_closed=bounced), RESTING, DT_S)
         unbroken = 0 if bounced else unbroken + 1
         if state.item != CheckItem.CONTACT_OPEN:
-            assert unbroken * DT_S >= PLAN.hold_s
+            assert unbroken * DT_S >= check.HOLD_S
             return
 
 

@@ -8,7 +8,7 @@ from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.teaching import PLAUSIBLE, SENTENCES, Taught, TeachingState
 from opensuction.procedure.planning import teaching_limit
 
-ADULT = teaching.plan(AgeGroup.ADULT)
+ADULT = PLAUSIBLE[AgeGroup.ADULT]
 
 
 def confirmed(tip_mm: float, readable: bool = True) -> TeachingState:
@@ -34,7 +34,7 @@ def test_a_dead_encoder_teaches_nothing() -> None:
 
 def test_it_ends_only_after_the_head_was_away_and_has_rested_at_home() -> None:
     def over(state: TeachingState) -> bool:
-        return bool(teaching.is_over(ADULT, state, 0.001))
+        return bool(teaching.is_over(state, 0.001))
 
     resting = teaching.UNTAUGHT
     for _ in range(1000):

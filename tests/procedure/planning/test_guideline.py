@@ -3,19 +3,18 @@
 import pytest
 
 from opensuction.kernel.age_group import AgeGroup
-from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline, Planned, checks
+from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline, checks
 
-ADULT = Planned(
+ADULT = Guideline(
     vacuum_mmhg=120.0,
     negative_pressure_s=15.0,
     in_airway_s=25.0,
-    catheter_mm=4.0,
-    tube_mm=8.5,
+    catheter_ratio=4.0 / 8.5,
     speed_mm_per_s=10.0,
 )
 
 
-def failed(age: AgeGroup, planned: Planned) -> list[str]:
+def failed(age: AgeGroup, planned: Guideline) -> list[str]:
     return [check.name for check in checks(age, planned) if not check.ok]
 
 
@@ -29,8 +28,14 @@ def test_the_usual_adult_cycle_meets_everything() -> None:
         ({"vacuum_mmhg": 151.0}, "vacuum"),
         ({"negative_pressure_s": 15.1}, "suction time"),
         ({"in_airway_s": 31.0}, "time in the airway"),
-        ({"tube_mm": 7.5}, "catheter over tube diameter"),  # .533: the paper's own tube
-        ({"tube_mm": 8.0}, "catheter over tube diameter"),  # exactly half is not below half
+        (
+            {"catheter_ratio": 4.0 / 7.5},
+            "catheter over tube diameter",
+        ),  # .533: the paper's own tube
+        (
+            {"catheter_ratio": 4.0 / 8.0},
+            "catheter over tube diameter",
+        ),  # not below half
         ({"speed_mm_per_s": 12.0}, "speed inwards"),
     ],
 )
@@ -39,7 +44,7 @@ def test_each_limit_is_found_broken_alone(change: dict[str, float], name: str) -
 
 
 def test_adult_suction_is_too_much_for_a_neonate() -> None:
-    broken = failed(AgeGroup.NEONATE, ADULT._replace(tube_mm=3.5))
+    broken = failed(AgeGroup.NEONATE, ADULT._replace(catheter_ratio=4.0 / 3.5))
     assert {"vacuum", "suction time", "catheter over tube diameter"} <= set(broken)
 
 

@@ -35,17 +35,16 @@ def _compute(options: BenchmarkOptions, progress: "ProgressTeller", _: Path) -> 
 def _summarise(console: "Console", data: Json, folder: Path) -> None:
     from rich.table import Table
 
-    rows: dict[str, list[str]] = {}
-    names = list(dict.fromkeys(entry["compensation"] for entry in data["results"]))
-    for entry in data["results"]:
-        shown = "-" if entry["rmse_mm"] is None else f"{entry['rmse_mm']:.3g}"
-        rows.setdefault(entry["plant"], []).append(shown)
+    from opensuction.evidence.benchmark import benchmark_page
+
+    names, rows = benchmark_page.by_plant(data["results"])
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("RMSE, mm", no_wrap=True)
     for name in names:
         table.add_column(name.replace("-", "-\n", 1), justify="right")
-    for plant, cells in rows.items():
-        table.add_row(plant, *cells)
+    for plant, entries in rows.items():
+        errors = (entry["rmse_mm"] for entry in entries.values())
+        table.add_row(plant, *("-" if error is None else f"{error:.3g}" for error in errors))
     console.print(table)
     console.print("Mean of the seeds. In-silico: every plant is a simulated one.")
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)

@@ -33,24 +33,15 @@ class CompareOptions(NamedTuple):
     results: OutputChoice = OutputChoice()
 
 
-def _identify(options: IdentifyOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
-    """Fit one model."""
-    return _compute(options.recording, options.model, options.method, progress, folder)
-
-
-def _compare(options: CompareOptions, progress: "ProgressTeller", folder: Path) -> CommandResult:
-    """Fit every model."""
-    return _compute(options.recording, None, None, progress, folder)
-
-
 def _compute(
-    recording: RecordingChoice,
-    model: str | None,
-    method: str | None,
-    progress: "ProgressTeller",
-    folder: Path,
+    options: IdentifyOptions | CompareOptions, progress: "ProgressTeller", folder: Path
 ) -> CommandResult:
+    """Fit one model, or every one to compare them."""
     from opensuction.session.identification import identification_run
+
+    recording, model, method = options.recording, None, None
+    if isinstance(options, IdentifyOptions):
+        model, method = options.model, options.method
 
     def tell(model: str, done: int, models: int) -> None:
         progress.tell(f"Identifying {model} ({done + 1} of {models})")
@@ -110,7 +101,7 @@ def _write_up(
 IDENTIFY = Command(
     name="identify",
     options=IdentifyOptions,
-    run=delivering("identify", "Identifying", _identify),
+    run=delivering("identify", "Identifying", _compute),
     sentence="Fit a model of hysteresis to a recording of your own.",
     details="Fits the output to the input, with 95 % intervals, and writes identification.toml "
     "(parameters, which 'opensuction cycle --compensation' takes), report.html (loop, time and "
@@ -134,7 +125,7 @@ allowed, or Parquet (pip install 'opensuction[parquet]'). Units are read from th
 COMPARE = Command(
     name="compare",
     options=CompareOptions,
-    run=delivering("compare", "Identifying", _compare),
+    run=delivering("compare", "Identifying", _compute),
     sentence="Fit every model to a recording, recommend one.",
     details="Writes report.html (ranking, and all models in the same plots), comparison.json and a "
     "parameter file for each model.",

@@ -30,16 +30,15 @@ from opensuction.identification.estimator import prandtl_ishlinskii as play_esti
 from opensuction.identification.estimator import servo
 from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.requests import START
 from opensuction.procedure.cycle import cycle
-from opensuction.procedure.planning import clinical, planner
+from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.resolution import ResolvedCycle
-from opensuction.simulation import ideal_loop, outcome, self_calibration
+from opensuction.simulation import ideal_loop, outcome
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import Identification, Rig
@@ -120,17 +119,12 @@ def _take_twin(twin: Twin, seed: int) -> CarryOut:
 
 def _cycle(resolved: ResolvedCycle, rig: Rig, scale: float, identified: Identification) -> Run:
     """One cycle; the controller goes by what was identified, the conduit may be laid otherwise."""
-    kind, calibration = resolved.compensation, identified.calibration
-    if kind == CompensationKind.NONE:
+    calibration = identified.calibration
+    if resolved.compensation == CompensationKind.NONE:
         calibration = rigs.uncalibrated(rig.profile)
-    found = resolved.protocol
-    if isinstance(found, Template):
-        able = setup.abilities(rig.profile, kind, calibration, rig.site)
-        found = clinical.fitted(found, able, rig.site, False)
-    rerouted = self_calibration.with_widths(rig, scale)
-    loop, start = rigs.assemble(rerouted, found, kind, calibration, cycle_run.CYCLE_RUN)
-    prepared = cycle_run.Prepared(resolved, rerouted, found, calibration, None, None, loop, start)
-    _, columns = cycle_run.played(prepared, start, START)
+    resolved = resolved._replace(choice=resolved.choice._replace(gap_scale=scale))
+    prepared = cycle_run.assemble(resolved, rig, calibration)
+    columns = cycle_run.play(prepared)
     scored = outcome.tracked(columns, cycle_run.tracked_span_s(prepared))
     figures = cycle_run.figures(prepared, columns)
     error = outcome.tracking_error_mm(columns)[scored]

@@ -102,29 +102,19 @@ def _play(head: Array, tip: Array) -> Plant:
     return of_record("play", Play(width, gain, lines.first_mm - gain * middle))
 
 
-def _superposition(name: str) -> Callable[[Array, Array], Plant]:
-    return lambda head, tip: superposition.fit(CATALOGUE[name], head, tip).simulate
+def _superposition(name: str, about: str) -> Model:
+    model = CATALOGUE[name]
+    return Model(name, about, lambda head, tip: superposition.fit(model, head, tip).simulate)
 
 
+FITTED = "fitted to the bench drawn by the seed"
 MODELS = (
     Model("modified-dahl", "eqs. (3) and (4), the published parameters", _published),
-    Model("bouc-wen", "fitted to the bench drawn by the seed", _bouc_wen),
-    Model("play", "fitted to the bench drawn by the seed: one gap with corners", _play),
-    Model(
-        "prandtl-ishlinskii",
-        "fitted to the bench drawn by the seed, plays of known widths",
-        _superposition("prandtl-ishlinskii"),
-    ),
-    Model(
-        "preisach",
-        "fitted to the bench drawn by the seed",
-        _superposition("preisach"),
-    ),
-    Model(
-        "generalised",
-        "fitted to the bench drawn by the seed",
-        _superposition("generalised"),
-    ),
+    Model("bouc-wen", FITTED, _bouc_wen),
+    Model("play", f"{FITTED}: one gap with corners", _play),
+    _superposition("prandtl-ishlinskii", f"{FITTED}, plays of known widths"),
+    _superposition("preisach", FITTED),
+    _superposition("generalised", FITTED),
 )
 LEFT_OUT = (
     "Dahl is left out as a plant: its output is a force that saturates, so no head brings its tip "

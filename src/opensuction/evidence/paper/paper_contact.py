@@ -4,15 +4,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from opensuction.control.compensation import CompensationKind
 from opensuction.evidence.paper.claim import PaperClaim
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import START
-from opensuction.procedure.planning.protocol import PAPER
 from opensuction.report.sheet import Curve, Level, Plot, Section, Table
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.cycle import cycle_run, resolution
 from opensuction.simulation import rig as rigs
-from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
@@ -32,12 +30,8 @@ CLOSING_N = 0.08017
 """Fig. 10."""
 PRESS_MM_PER_S = 0.5
 """Quasi-static: the switch's delay of some milliseconds adds nothing that shows."""
-CYCLE_RUN = 2
-"""Number of the noise stream, as in any cycle."""
 SWITCH_RUN = 7
 """Number of the stream that the bouncing of a pressed switch is drawn from."""
-LIMIT_S = 60.0
-DEGREES = 180.0 / np.pi
 
 
 class Press(NamedTuple):
@@ -66,16 +60,10 @@ def press(rig: Rig) -> Press:
 
 def run_cycle(distance_mm: float, seed: int) -> Columns:
     """A contact cycle of the paper, without compensation, the carina at a distance."""
-    rig = rigs.rig("bench", seed)
-    loop, start = rigs.assemble(
-        rigs.with_carina(rig, distance_mm),
-        PAPER,
-        CompensationKind.NONE,
-        rigs.uncalibrated(rig.profile),
-        CYCLE_RUN,
-        by_contact=True,
-    )
-    return trace.record(loop, start, START, LIMIT_S)[1]
+    choice = CycleChoice(RigChoice("bench", seed=seed), approach="contact", compensation="none")
+    resolved = resolution.resolve(choice)
+    rig = rigs.with_carina(resolved.equipment.draw(), distance_mm)
+    return cycle_run.play(cycle_run.assemble(resolved, rig, rigs.uncalibrated(rig.profile)))
 
 
 def stopped_mm(columns: Columns) -> float:
@@ -177,7 +165,7 @@ def _histories(cycles: dict[tuple[float, int], Columns]) -> tuple[Plot, Plot]:
         start = float(columns["time_s"][np.argmax(columns["phase"] == Phase.INSERTING)])
         time_s = columns["time_s"] - start
         tips.append(Curve(f"L = {distance:g} mm", columns["truth.laser_mm"], hue, x=time_s))
-        cam = DEGREES * columns["readings.cam_rad"]
+        cam = np.degrees(columns["readings.cam_rad"])
         cams.append(Curve(f"L = {distance:g} mm", cam, hue, x=time_s))
     return (
         Plot("Fig. 11, upper: tip", "Time (s)", "Tip (mm)", tuple(tips)),

@@ -61,15 +61,19 @@ def _modified_dahl_claims(fit: Fit) -> list[PaperClaim]:
     routing = "about what one routing of the conduit changes"
     rest = "what the model cannot follow of the plant"
     name = "RMSE of the modified Dahl model"
-    gain, decay = PUBLISHED.velocity_gain, PUBLISHED.decay_per_mm
-    offset = PUBLISHED.offset_mm
+    rows = (
+        ("c", "slope", 0.02, "mm/mm", "calibrated", routing),
+        ("beta", "velocity_gain", 0.08, "mm/mm", "predicted", shape),
+        ("alpha_0", "decay_per_mm", 0.01, "1/mm", "calibrated", routing),
+        ("y_0", "offset_mm", 0.3, "mm", "calibrated", routing),
+    )
     return [
-        PaperClaim("c", WHERE, PUBLISHED.slope, model.slope, 0.02, "mm/mm", "calibrated", routing),
-        PaperClaim("beta", WHERE, gain, model.velocity_gain, 0.08, "mm/mm", "predicted", shape),
-        PaperClaim(
-            "alpha_0", WHERE, decay, model.decay_per_mm, 0.01, "1/mm", "calibrated", routing
+        *(
+            PaperClaim(
+                symbol, WHERE, getattr(PUBLISHED, key), getattr(model, key), most, unit, origin, why
+            )
+            for symbol, key, most, unit, origin, why in rows
         ),
-        PaperClaim("y_0", WHERE, offset, model.offset_mm, 0.3, "mm", "calibrated", routing),
         PaperClaim(name, WHERE, RMSE_MM, fit.rmse_mm, 0.05, "mm", "calibrated", rest),
     ]
 

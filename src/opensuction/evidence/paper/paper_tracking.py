@@ -24,7 +24,6 @@ OURS = ("exact-inverse", "preview")
 """Compensators that the paper does not have."""
 SHOWN_SEED = 1
 """The trial that is drawn, as the paper draws one of its five."""
-DEGREES = 180.0 / np.pi
 
 
 class TrackingTrial(NamedTuple):
@@ -126,7 +125,7 @@ def _cam(found: TrackingTrial) -> Plot:
         "Fig. 9(d): cam of the suction valve",
         "Time (s)",
         "Cam (degrees)",
-        (Curve("cam", DEGREES * columns["readings.cam_rad"], "valve"),),
+        (Curve("cam", np.degrees(columns["readings.cam_rad"]), "valve"),),
         columns["time_s"] - start_s,
         "30 degrees at 15 degrees per second, as in the paper.",
     )

@@ -74,16 +74,14 @@ def _sheet(claims: list[PaperClaim], sections: tuple[Section, ...]) -> Sheet:
 def run(tell: Callable[[str], None] = lambda _: None) -> Reproduction:
     """Run everything; some seconds. tell: called with a line of progress before each part."""
     tell("Fig. 5 and 7: the published model and its inverse")
-    backlash, claims = paper_backlash.section()
+    backlash, on_backlash = paper_backlash.section()
     tell("Fig. 6: identification on the bench")
-    identification, more = paper_identification.section()
-    claims += more
+    identification, on_identification = paper_identification.section()
     tell("Fig. 9 and Table I: known travel length, five machines")
-    tracking, more, table1 = paper_tracking.section()
-    claims += more
+    tracking, on_tracking, table1 = paper_tracking.section()
     tell("Fig. 10, 11 and Table II: contact at three distances, five machines")
-    contact, more, table2 = paper_contact.section()
-    claims += more
+    contact, on_contact, table2 = paper_contact.section()
+    claims = on_backlash + on_identification + on_tracking + on_contact
     sections = (backlash, identification, tracking, contact, paper_requirement.section())
     return Reproduction(claims, table1, table2, _sheet(claims, sections))
 

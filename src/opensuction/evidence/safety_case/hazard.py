@@ -23,7 +23,7 @@ from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
-from opensuction.settings.wording import one_line, show
+from opensuction.settings.wording import name_source, one_line, show
 from opensuction.twin.fault.fault import BY_NAME, Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -209,11 +209,9 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Hazard
     if not isinstance(given, Mapping):
         raise InputError(one_line(f"{place} is {show(given)}, not a section"))
     claim = validate(HazardClaim, common | dict(given), place)
-    try:
+    with name_source(place):
         _check_fault(claim)
         _check_answer(claim)
-    except InputError as refusal:
-        raise InputError(one_line(f"{place}: {refusal}")) from None
     return claim
 
 
@@ -228,11 +226,9 @@ def _check_fault(claim: HazardClaim) -> None:
     at_start = ROWS[claim.fault].is_setup
     for phase in claim.phases:
         if at_start != (phase == SET_UP):
-            way = (
-                f"only be there before the start: phases = ['{SET_UP}']"
-                if at_start
-                else ("not be set up: name phases of a cycle")
-            )
+            way = "not be set up: name phases of a cycle"
+            if at_start:
+                way = f"only be there before the start: phases = ['{SET_UP}']"
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
         phases = (*PHASES[claim.approach], ALL, SET_UP)
         choose(phase, dict.fromkeys(phases), f"phase by {claim.approach} in phases")

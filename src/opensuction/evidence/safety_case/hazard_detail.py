@@ -50,18 +50,12 @@ def _faults(verdict: HazardVerdict) -> list[Json]:
     listed = []
     for (fault, phase), results in groups.items():
         group = HazardVerdict(verdict.hazard, tuple(results))
-        known = ROWS[group.worst.case.claim.fault].strength
-        unit = "" if known is None or known.unit == "1" else f" {known.unit}"
-        strengths = sorted({result.case.strength for result in results})
-        listed.append(
-            entry(group)
-            | {
-                "fault": fault,
-                "phase": phase,
-                "strengths": ""
-                if known is None
-                else ", ".join(f"{one:g}" for one in strengths) + unit,
-                "finding": group.worst.problem or "within bounds",
-            }
-        )
+        known, strengths = ROWS[group.worst.case.claim.fault].strength, ""
+        if known is not None:
+            listed_strengths = sorted({result.case.strength for result in results})
+            strengths = ", ".join(f"{one:g}" for one in listed_strengths)
+            strengths += "" if known.unit == "1" else f" {known.unit}"
+        finding = group.worst.problem or "within bounds"
+        shown = {"fault": fault, "phase": phase, "strengths": strengths, "finding": finding}
+        listed.append(entry(group) | shown)
     return listed

@@ -3,17 +3,18 @@
 A part is kept under the hash of the core's sources: cases of other sources are other cases.
 """
 
-import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+
+from pydantic import ConfigDict, TypeAdapter
 
 from opensuction.evidence import crew
 from opensuction.evidence.trial import fault_campaign
 from opensuction.evidence.trial.fault_campaign import Case, Part
 from opensuction.kernel.compiled import sources_hash
-from opensuction.simulation.injection.invariant import Breach
-from opensuction.twin.fault.fault import Fault
+
+CASES = TypeAdapter(list[Case], config=ConfigDict(ser_json_inf_nan="constants"))
+"""Cases as JSON, and back."""
 
 
 def path(folder: Path, part: Part) -> Path:
@@ -22,32 +23,12 @@ def path(folder: Path, part: Part) -> Path:
     return folder / sources_hash() / f"{name}.json"
 
 
-def _plain(case: Case) -> dict[str, Any]:
-    return {
-        "number": case.drawn.number,
-        "faults": [int(fault) for fault in case.faults],
-        "noticed": case.noticed,
-        "commands": case.commands,
-        "physical": case.physical,
-    }
-
-
-def _case(entry: dict[str, Any], machines: int) -> Case:
-    return Case(
-        drawn=fault_campaign.draw(entry["number"], machines),
-        faults=tuple(Fault(number) for number in entry["faults"]),
-        noticed=entry["noticed"],
-        commands=tuple(Breach(*values) for values in entry["commands"]),
-        physical=tuple(Breach(*values) for values in entry["physical"]),
-    )
-
-
 def keep(folder: Path, part: Part, cases: list[Case]) -> None:
     """Keep a part that was played; written whole or not at all."""
     file = path(folder, part)
     file.parent.mkdir(parents=True, exist_ok=True)
     beside = file.with_suffix(".part")
-    beside.write_text(json.dumps([_plain(case) for case in cases]))
+    beside.write_bytes(CASES.dump_json(cases))
     beside.replace(file)
 
 
@@ -56,7 +37,7 @@ def kept(folder: Path, part: Part) -> list[Case] | None:
     file = path(folder, part)
     if not file.exists():
         return None
-    return [_case(entry, part.machines) for entry in json.loads(file.read_text())]
+    return CASES.validate_json(file.read_bytes())
 
 
 def _parts(whole: Part, size: int) -> list[Part]:

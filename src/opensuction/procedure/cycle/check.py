@@ -15,16 +15,29 @@ from opensuction.kernel.generated import straight_line
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 
+HOLD_S = 0.05
+"""How long a condition must hold; longer than a switch bounces (10 ms)."""
+VENTED_MMHG = 5.0
+"""Highest vacuum of a vented line, a sensor's error (1 % of 500 mmHg; assumed)."""
+NEAR_MMHG = 12.0
+"""Distance of the line to relief valve or lower set point that still counts: a sensor's 5 mmHg, 5
+that relief or regulator let the pump raise the line, and 2; assumed."""
+LEVEL_S = 0.15
+"""How long the line must stay there; it climbs through in 0.12 s [computed]."""
+VACUUM_SETTLE_S = 0.2
+"""Line and regulator settle, ten of their time constants (17 ms) [computed]."""
+LEAK_S = 1.0
+"""How long the vacuum is watched with the pump off; assumed."""
+LEAK_SHARE = 0.05
+"""Loss of vacuum in that time: a leak that takes 2 % of the pump's flow at 120 mmHg [computed]; a
+sound line loses 2 %. Assumed to be the least that matters."""
+
 
 class CheckPlan(NamedTuple):
-    """Numbers of the pre-use test; `planning.check_plan` says where each comes from."""
+    """Numbers of a pre-use test; `planning.check_plan` says where each comes from."""
 
     jog_mm: float
     """Head travel that shows that the motor answers, within the gap of the transmission."""
-    hold_s: float
-    """How long a condition must hold."""
-    vented_mmhg: float
-    """Highest vacuum of a vented line."""
     ready_mmhg: float
     """Vacuum that the pump must reach."""
     set_mmhg: float
@@ -35,16 +48,6 @@ class CheckPlan(NamedTuple):
     """Vacuum at which the relief valve opens."""
     beyond_mmhg: float
     """Set point that only the relief valve keeps the line from."""
-    near_mmhg: float
-    """How near to either the line must come."""
-    level_s: float
-    """How long it must stay there."""
-    settle_s: float
-    """Time that regulator and line take to settle."""
-    leak_s: float
-    """How long the line is watched with the pump off."""
-    leak_share: float
-    """Largest share of its vacuum that it may lose in that time."""
     limits_s: tuple[float, ...]
     """Longest time for each item, by its number."""
 
@@ -79,15 +82,8 @@ class CheckSeen(NamedTuple):
     closed: bool
 
 
-def _following() -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    table = np.zeros(len(CheckItem), dtype=np.int64)
-    table[CheckItem.NONE] = ORDER[0]
-    for item, following in zip(ORDER, (*ORDER[1:], CheckItem.NONE), strict=True):
-        table[item] = following
-    return table
-
-
-FOLLOWING = _following()
+FOLLOWING = np.zeros(len(CheckItem), dtype=np.int64)
+FOLLOWING[[CheckItem.NONE, *ORDER]] = [*ORDER, CheckItem.NONE]
 """The item after each; the first after NONE, NONE after the last."""
 
 
@@ -128,15 +124,15 @@ def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> b
     """Whether the condition of an item that tests the suction line holds; true for any other."""
     item = state.item
     if item == CheckItem.LINE_VENTED:
-        return vacuum_mmhg <= plan.vented_mmhg
+        return vacuum_mmhg <= VENTED_MMHG
     if item == CheckItem.VACUUM_BUILDS:
         return vacuum_mmhg >= plan.ready_mmhg
     if item == CheckItem.RELIEF_OPENS:
-        return abs(vacuum_mmhg - plan.relief_mmhg) <= plan.near_mmhg
+        return abs(vacuum_mmhg - plan.relief_mmhg) <= NEAR_MMHG
     if item == CheckItem.REGULATOR_HOLDS:
-        return abs(vacuum_mmhg - plan.lowered_mmhg) <= plan.near_mmhg
+        return abs(vacuum_mmhg - plan.lowered_mmhg) <= NEAR_MMHG
     if item == CheckItem.VACUUM_HOLDS:
-        return vacuum_mmhg >= (1.0 - plan.leak_share) * state.vacuum_mmhg
+        return vacuum_mmhg >= (1.0 - LEAK_SHARE) * state.vacuum_mmhg
     return True
 
 
@@ -151,22 +147,22 @@ def _condition(plan: CheckPlan, state: CheckState, readings: Readings, seen: Che
     if item == CheckItem.HEAD_RETURNS:
         return abs(seen.off_park_mm) <= seen.settle_mm
     if item == CheckItem.VALVE_OPENS:
-        return seen.opened and readings.line_vacuum_mmhg <= plan.vented_mmhg
+        return seen.opened and readings.line_vacuum_mmhg <= VENTED_MMHG
     if item == CheckItem.VALVE_CLOSES:
         return seen.closed
     return _line_condition(plan, state, readings.line_vacuum_mmhg)
 
 
 @compiled
-def _needed_s(plan: CheckPlan, item: int) -> float:
+def _needed_s(item: int) -> float:
     """How long the condition of an item must hold."""
     if item == CheckItem.VACUUM_BUILDS:
-        return plan.settle_s
+        return VACUUM_SETTLE_S
     if item == CheckItem.VACUUM_HOLDS:
-        return plan.settle_s + plan.leak_s
+        return VACUUM_SETTLE_S + LEAK_S
     if item in (CheckItem.RELIEF_OPENS, CheckItem.REGULATOR_HOLDS):
-        return plan.level_s
-    return plan.hold_s
+        return LEVEL_S
+    return HOLD_S
 
 
 @compiled
@@ -176,13 +172,13 @@ def step(
     """Advance the test by one tick; with ``item`` and ``failed`` both NONE all have passed."""
     item = state.item
     vacuum = state.vacuum_mmhg
-    if item == CheckItem.VACUUM_HOLDS and state.ticks * dt_s < plan.settle_s:
+    if item == CheckItem.VACUUM_HOLDS and state.ticks * dt_s < VACUUM_SETTLE_S:
         vacuum = readings.line_vacuum_mmhg
     valid = _valid(readings)
     open_contact = not readings.contact_closed or item == CheckItem.READINGS
     holds = valid and open_contact and _condition(plan, state, readings, seen)
     held = state.held_ticks + 1 if holds else 0
-    if held * dt_s >= _needed_s(plan, item):
+    if held * dt_s >= _needed_s(item):
         return UNTESTED._replace(item=FOLLOWING[item], vacuum_mmhg=vacuum)
     failed = 0
     if state.ticks * dt_s >= item_limit_s(plan.limits_s, item):

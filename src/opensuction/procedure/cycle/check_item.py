@@ -49,11 +49,7 @@ class CheckItem(IntEnum):
         "Line is vented with the pump off",
         "there is vacuum in the line with the pump off",
     )
-    VALVE_OPENS = (
-        7,
-        "Suction valve opens in time",
-        "the suction valve does not open in time",
-    )
+    VALVE_OPENS = (7, "Suction valve opens in time", "the suction valve does not open in time")
     VALVE_CLOSES = (
         8,
         "Suction valve closes in time, by its spring alone",

@@ -106,12 +106,6 @@ def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
 
 
 @compiled
-def _is_advancing(phase: int) -> bool:
-    """From the gap's taking up until the valve is asked to open."""
-    return phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
-
-
-@compiled
 def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bool:
     """Whether the line has had its vacuum since the pump was started for this insertion.
 
@@ -119,7 +113,7 @@ def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bo
     in shows as a fall of the vacuum, and can draw no more than the canister holds.
     """
     filled = readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
-    return _is_advancing(phase) and (was_ready or filled)
+    return phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF) and (was_ready or filled)
 
 
 @compiled

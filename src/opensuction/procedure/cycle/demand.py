@@ -67,11 +67,6 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
 
 
 @compiled
-def _is_homing(phase: int) -> bool:
-    return phase in (Phase.PARKED, Phase.CHECKING, Phase.ABORTING)
-
-
-@compiled
 def _is_driven(phase: int, bringing: bool) -> bool:
     """Torque on the insertion drive: not while hands move the head."""
     if phase == Phase.TEACHING:
@@ -96,13 +91,14 @@ def ask(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
     if phase == Phase.CHECKING:
         pumping = check.is_pumping(item)
         vacuum_mmhg = check.set_point_mmhg(plan.check, item)
+    homing = phase in (Phase.PARKED, Phase.CHECKING, Phase.ABORTING)
     direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
     return Demand(
         reference_mm=now.reference_mm,
         reference_mm_per_s=now.reference_mm_per_s,
         direction=direction,
         starts_in_s=starts_in_s,
-        homing=_is_homing(phase) or (phase == Phase.TEACHING and bringing),
+        homing=homing or (phase == Phase.TEACHING and bringing),
         jog_mm=plan.check.jog_mm if check.is_jogging(item) else 0.0,
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,

@@ -6,7 +6,7 @@ from opensuction.control.profile import Profile
 from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
 from opensuction.procedure.cycle.check import CheckPlan
-from opensuction.procedure.cycle.teaching import TeachingPlan
+from opensuction.procedure.cycle.teaching import TravelRange
 
 BACK_OFF_SHARE = 0.5
 """Share of the head's acceleration that the tip's reference uses to back off: a head that comes
@@ -57,7 +57,8 @@ class Plan(NamedTuple):
     motion: Motion
     contact: ContactSearch
     check: CheckPlan
-    teaching: TeachingPlan
+    plausible: TravelRange
+    """Lengths that may be taught."""
     excitation: Excitation
     preload_s: float
     """Time given to the head to take up the gap before insertion."""

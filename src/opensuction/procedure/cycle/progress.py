@@ -156,7 +156,7 @@ def step_teaching(
 ) -> TeachingState:
     """Advance teaching by one tick."""
     return teaching.step(
-        plan.teaching,
+        plan.plausible,
         state,
         requests.confirm and not requests.abort,
         requests.home,
@@ -201,7 +201,7 @@ def _phase_event(
     if phase == Phase.IDENTIFYING:
         return flag(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
     if phase == Phase.TEACHING:
-        over = teaching.is_over(plan.teaching, state.teaching, dt_s)
+        over = teaching.is_over(state.teaching, dt_s)
         return flag(over, Event.TEACHING_ENDED)
     return _insertion_event(plan, state, readings, feedback, settled, dt_s)
 

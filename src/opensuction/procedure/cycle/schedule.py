@@ -81,10 +81,7 @@ def restart() -> ScheduleState:
 
 def pass_idle_time(state: ScheduleState, duration_s: float) -> ScheduleState:
     """After a time in which nothing happened."""
-    return ScheduleState(
-        since_cycle_s=state.since_cycle_s + duration_s,
-        since_assessment_s=state.since_assessment_s + duration_s,
-    )
+    return ScheduleState(*(since_s + duration_s for since_s in state))
 
 
 @compiled

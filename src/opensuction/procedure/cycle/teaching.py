@@ -59,15 +59,6 @@ PLAUSIBLE: dict[AgeGroup, TravelRange] = {
 """Taught lengths outside are refused."""
 
 
-class TeachingPlan(NamedTuple):
-    """Numbers of the phase."""
-
-    plausible: TravelRange
-    away_mm: float
-    returned_s: float
-    home_mm_per_s: float
-
-
 class TeachingState(NamedTuple):
     """Where teaching stands; the length stays until the next one is taught."""
 
@@ -80,16 +71,6 @@ class TeachingState(NamedTuple):
     home_ticks: int
     bringing: bool
     """The drive brings the head home."""
-
-
-def plan(age: AgeGroup) -> TeachingPlan:
-    """The phase for a patient's age."""
-    return TeachingPlan(
-        plausible=PLAUSIBLE[age],
-        away_mm=AWAY_MM,
-        returned_s=RETURNED_S,
-        home_mm_per_s=HOME_MM_PER_S,
-    )
 
 
 UNTAUGHT = TeachingState(taught=0, taught_mm=0.0, away=False, home_ticks=0, bringing=False)
@@ -109,7 +90,7 @@ def _judge(span: TravelRange, tip_mm: float, readable: bool) -> int:
 
 @compiled
 def step(
-    plan: TeachingPlan,
+    plausible: TravelRange,
     state: TeachingState,
     confirm: bool,
     home: bool,
@@ -120,24 +101,24 @@ def step(
 ) -> TeachingState:
     """One tick of the phase.
 
-    confirm, home: requests. readable: the head reading is valid. off_park_mm: head less its park
-    position. tip_mm: estimated tip, where a person confirms.
+    plausible: for the patient's age. confirm, home: requests. readable: the head reading is valid.
+    off_park_mm: head less its park position. tip_mm: estimated tip, where a person confirms.
     """
     taught, taught_mm = state.taught, state.taught_mm
     if confirm:
-        taught = _judge(plan.plausible, tip_mm, readable)
+        taught = _judge(plausible, tip_mm, readable)
         taught_mm = tip_mm if taught == Taught.TAKEN else 0.0
     return TeachingState(
         taught=taught,
         taught_mm=taught_mm,
-        away=state.away or (readable and abs(off_park_mm) > plan.away_mm),
+        away=state.away or (readable and abs(off_park_mm) > AWAY_MM),
         home_ticks=state.home_ticks + 1 if is_home else 0,
         bringing=state.bringing or home,
     )
 
 
 @compiled
-def is_over(plan: TeachingPlan, state: TeachingState, dt_s: float) -> bool:
+def is_over(state: TeachingState, dt_s: float) -> bool:
     """Whether the head has been away, or was sent home, and is home again."""
-    returned = state.home_ticks * dt_s >= plan.returned_s
+    returned = state.home_ticks * dt_s >= RETURNED_S
     return returned and (state.away or state.bringing)

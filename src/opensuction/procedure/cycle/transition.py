@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 
 
 class Event(IntEnum):
@@ -82,18 +82,7 @@ NORMAL: dict[tuple[Phase, Event], Phase] = {
     (P.OUT_OF_SERVICE, E.SERVICE_ENDED_AWAY): P.HALTED,
 }
 
-ACTIVE = (
-    P.CHECKING,
-    P.PRELOADING,
-    P.INSERTING,
-    P.BACKING_OFF,
-    P.OPENING,
-    P.SUCTIONING,
-    P.WITHDRAWING,
-    P.CLOSING,
-    P.IDENTIFYING,
-    P.TEACHING,
-)
+ACTIVE = (*CYCLE, P.IDENTIFYING, P.TEACHING)
 """Phases in which the machine does something that can be broken off."""
 
 BROKEN_OFF: dict[tuple[Phase, Event], Phase] = {
@@ -114,14 +103,8 @@ TRANSITIONS: dict[tuple[Phase, Event], Phase] = {**NORMAL, **BROKEN_OFF}
 STAY = -1
 
 
-def _frozen() -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
-    table = np.full((len(Phase), len(Event)), STAY, dtype=np.int64)
-    for (phase, event), following in TRANSITIONS.items():
-        table[phase, event] = following
-    return table
-
-
-TABLE = _frozen()
+TABLE = np.full((len(Phase), len(Event)), STAY, dtype=np.int64)
+TABLE[tuple(zip(*TRANSITIONS, strict=True))] = list(TRANSITIONS.values())
 """``TRANSITIONS`` as an array for the compiled step, shape (phases, events)."""
 
 

@@ -1,10 +1,8 @@
 """Bounds of the pre-use test for a vacuum set point on a machine."""
 
-from opensuction.procedure.cycle.check import CheckPlan
+from opensuction.procedure.cycle.check import HOLD_S, LEAK_S, VACUUM_SETTLE_S, CheckPlan
 from opensuction.procedure.cycle.check_item import CheckItem
 
-HOLD_S = 0.05
-"""How long a condition must hold; longer than a switch bounces (10 ms)."""
 SENSOR_LIMIT_S = 0.5
 """Time in which sensors and contact must read soundly; assumed."""
 HOMING_LIMIT_S = 2.0
@@ -15,8 +13,6 @@ STROKE_SHARE = 1.5
 """A stroke of the valve may last this many times its planned duration (and `STROKE_SETTLE_S`)."""
 STROKE_SETTLE_S = 0.5
 """Time for the valve's servo to settle; assumed."""
-VENTED_MMHG = 5.0
-"""Highest vacuum of a vented line, a sensor's error (1 % of 500 mmHg; assumed)."""
 VACUUM_READY_SHARE = 0.9
 """Share of the set point that the pump must reach; assumed."""
 VACUUM_LIMIT_S = 4.0
@@ -29,18 +25,6 @@ BEYOND_MMHG = 25.0
 """Set point over the relief valve's; 219 mL/s through it take 4 [computed]."""
 LOWERED_SHARE = 0.75
 """Lower set point, as share of the cycle's; assumed."""
-NEAR_MMHG = 12.0
-"""Distance that still counts: a sensor's 5 mmHg, 5 that relief or regulator let the pump raise the
-line, and 2; assumed."""
-LEVEL_S = 0.15
-"""How long the line must stay there; it climbs through in 0.12 s [computed]."""
-VACUUM_SETTLE_S = 0.2
-"""Line and regulator settle, ten of their time constants (17 ms) [computed]."""
-LEAK_S = 1.0
-"""How long the vacuum is watched with the pump off; assumed."""
-LEAK_SHARE = 0.05
-"""Loss of vacuum in that time: a leak that takes 2 % of the pump's flow at 120 mmHg [computed]; a
-sound line loses 2 %. Assumed to be the least that matters."""
 
 LIMITS_S = {
     CheckItem.READINGS: SENSOR_LIMIT_S,
@@ -68,17 +52,10 @@ def plan_check(vacuum_mmhg: float, relief_mmhg: float, jog_mm: float, stroke_s: 
     limits_s = {CheckItem.NONE: 0.0, **LIMITS_S, **strokes_s}
     return CheckPlan(
         jog_mm=jog_mm,
-        hold_s=HOLD_S,
-        vented_mmhg=VENTED_MMHG,
         ready_mmhg=VACUUM_READY_SHARE * vacuum_mmhg,
         set_mmhg=vacuum_mmhg,
         lowered_mmhg=LOWERED_SHARE * vacuum_mmhg,
         relief_mmhg=relief_mmhg,
         beyond_mmhg=relief_mmhg + BEYOND_MMHG,
-        near_mmhg=NEAR_MMHG,
-        level_s=LEVEL_S,
-        settle_s=VACUUM_SETTLE_S,
-        leak_s=LEAK_S,
-        leak_share=LEAK_SHARE,
         limits_s=tuple(limits_s[item] for item in sorted(CheckItem)),
     )

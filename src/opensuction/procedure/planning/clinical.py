@@ -12,8 +12,8 @@ from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.guideline import (
     GUIDELINES,
     SOURCES,
+    Guideline,
     GuidelineCheck,
-    Planned,
     checks,
 )
 from opensuction.procedure.planning.planner import Abilities
@@ -182,12 +182,11 @@ def held_against_guidelines(
     times = planner.timeline(protocol, abilities, site, by_contact)
     return checks(
         site.age,
-        Planned(
+        Guideline(
             vacuum_mmhg=protocol.vacuum_mmhg,
             negative_pressure_s=times.negative_pressure,
             in_airway_s=times.in_airway,
-            catheter_mm=site.catheter_mm,
-            tube_mm=site.tube_mm,
+            catheter_ratio=site.catheter_mm / site.tube_mm,
             speed_mm_per_s=protocol.insertion_mm_per_s,
         ),
     )

@@ -9,7 +9,7 @@ from opensuction.kernel.age_group import AgeGroup
 
 
 class Guideline(NamedTuple):
-    """Limits for one age group, each with its source in `SOURCES`."""
+    """Limits for one age group, each with its source in `SOURCES`; or what a plan would do."""
 
     vacuum_mmhg: float
     """Highest vacuum with the tip occluded."""
@@ -78,31 +78,17 @@ class GuidelineCheck(NamedTuple):
         return self.value < self.limit if self.strict else self.value <= self.limit
 
 
-class Planned(NamedTuple):
-    """What a plan would do, as far as guidelines limit it."""
-
-    vacuum_mmhg: float
-    negative_pressure_s: float
-    in_airway_s: float
-    catheter_mm: float
-    """Outer diameter."""
-    tube_mm: float
-    """Inner diameter of the tracheostomy tube."""
-    speed_mm_per_s: float
-
-
-def checks(age: AgeGroup, planned: Planned) -> list[GuidelineCheck]:
-    """The clinical requirements of the paper's section II-A, held against a plan."""
-    limit = GUIDELINES[age]
-
-    def check(name: str, value: float, key: str, unit: str, strict: bool = False) -> GuidelineCheck:
-        return GuidelineCheck(name, value, getattr(limit, key), unit, strict, SOURCES[key])
-
-    ratio = planned.catheter_mm / planned.tube_mm
+def checks(age: AgeGroup, planned: Guideline) -> list[GuidelineCheck]:
+    """The clinical requirements of the paper's section II-A. planned: what a plan would do."""
+    words = (
+        ("vacuum", "mmHg"),
+        ("suction time", "s"),
+        ("time in the airway", "s"),
+        ("catheter over tube diameter", ""),
+        ("speed inwards", "mm/s"),
+    )
+    rows = zip(words, Guideline._fields, planned, GUIDELINES[age], strict=True)
     return [
-        check("vacuum", planned.vacuum_mmhg, "vacuum_mmhg", "mmHg"),
-        check("suction time", planned.negative_pressure_s, "negative_pressure_s", "s"),
-        check("time in the airway", planned.in_airway_s, "in_airway_s", "s"),
-        check("catheter over tube diameter", ratio, "catheter_ratio", "", strict=True),
-        check("speed inwards", planned.speed_mm_per_s, "speed_mm_per_s", "mm/s"),
+        GuidelineCheck(name, value, limit, unit, field == "catheter_ratio", SOURCES[field])
+        for (name, unit), field, value, limit in rows
     ]

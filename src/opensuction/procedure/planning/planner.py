@@ -61,11 +61,8 @@ class Timeline(NamedTuple):
 
 def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     """Time to cross a gap from rest to rest within the head's limits."""
-    return float(
-        profile.duration_s(
-            profile.Profile(0.0, gap_mm, abilities.head_mm_per_s, abilities.acceleration_mm_per_s2)
-        )
-    )
+    speed, acceleration = abilities.head_mm_per_s, abilities.acceleration_mm_per_s2
+    return float(profile.duration_s(profile.Profile(0.0, gap_mm, speed, acceleration)))
 
 
 def motion(protocol: Protocol, abilities: Abilities, site: Site) -> Motion:
@@ -228,7 +225,7 @@ def plan(
             backoff_mm=protocol.backoff_mm,
         ),
         check=testing,
-        teaching=teaching.plan(site.age),
+        plausible=teaching.PLAUSIBLE[site.age],
         excitation=excitation,
         preload_s=times.preload,
         dwell_s=times.dwell,

@@ -1,9 +1,9 @@
 """The sound of an alarm as a file that any player opens."""
 
 import io
-import wave
 
 import numpy as np
+from scipy.io import wavfile
 
 from opensuction.safety.alarm import auditory_signal
 from opensuction.safety.priority import Priority
@@ -20,9 +20,5 @@ def encode(priority: Priority) -> bytes:
     """What is heard of an alarm of this priority for `SECONDS`, as a WAV file of one channel."""
     samples = auditory_signal.repeat(priority, SECONDS, SAMPLE_RATE_HZ)
     buffer = io.BytesIO()
-    with wave.open(buffer, "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(SAMPLE_RATE_HZ)
-        file.writeframes(np.round(samples * FULL_SCALE).astype("<i2").tobytes())
+    wavfile.write(buffer, SAMPLE_RATE_HZ, np.round(samples * FULL_SCALE).astype("<i2"))
     return buffer.getvalue()

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.report.summary import Summary, number, rows, text, value
+from opensuction.report.wording import amount
 
 
 class Requirement(NamedTuple):
@@ -17,11 +18,6 @@ class Requirement(NamedTuple):
     source: str
 
 
-def _amount(amount: float | None, unit: str) -> str:
-    """Number of any size with its unit, which a ratio does not have."""
-    return "-" if amount is None else f"{amount:.3g} {unit}".rstrip()
-
-
 def requirements(summary: Summary) -> list[Requirement]:
     """Requirements in the order of the summary; empty where it has none."""
     listed = []
@@ -32,8 +28,8 @@ def requirements(summary: Summary) -> list[Requirement]:
         listed.append(
             Requirement(
                 name=(text(check, "name") or "?").capitalize(),
-                planned=_amount(number(check, "value"), unit),
-                limit="-" if limit is None else f"{word} {_amount(limit, unit)}",
+                planned=amount(number(check, "value"), unit, 3),
+                limit="-" if limit is None else f"{word} {amount(limit, unit, 3)}",
                 met=met if isinstance(met, bool) else None,
                 source=text(check, "source") or "",
             )

@@ -9,21 +9,28 @@ from opensuction.kernel.constant import HOUR_S
 from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table, Values
 from opensuction.report.summary import Summary
 
-COLUMNS = (
-    "cycle",
-    "at, h",
-    "completed",
-    "secretions before, mL",
-    "removed, mL",
-    "suction, s",
-    "lowest SpO2, %",
-    "lung volume lost, mL",
-    "catheter age, h",
-    "catheter changed",
-    "alarms",
-)
-SCALES = ("used_scale", "contact_scale", "next_scale", "least_scale", "most_scale")
-"""Of a cycle's ``gap``, in the order of the table's columns."""
+COLUMNS = {
+    "cycle": "number",
+    "at, h": "start_h",
+    "completed": "is_completed",
+    "secretions before, mL": "secretion_before_ml",
+    "removed, mL": "removed_ml",
+    "suction, s": "negative_pressure_s",
+    "lowest SpO2, %": "spo2_nadir_percent",
+    "lung volume lost, mL": "lung_volume_loss_ml",
+    "catheter age, h": "catheter_age_h",
+    "catheter changed": "new_catheter",
+    "alarms": "alarm_names",
+}
+"""Of the table: what stands in each, keys of a cycle or of what `_cycles` adds."""
+SCALES = {
+    "compensated": "used_scale",
+    "contact says": "contact_scale",
+    "next cycle": "next_scale",
+    "least": "least_scale",
+    "most": "most_scale",
+}
+"""Of a cycle's ``gap``, by the heading of its column."""
 
 
 def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
@@ -54,51 +61,35 @@ def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
 
 
 def _cycles(cycles: list[dict[str, Any]]) -> Table:
-    rows = tuple(
-        (
-            cycle["number"],
-            cycle["start_min"] / 60.0,
-            cycle["outcome"] == "completed",
-            cycle["secretion_before_ml"],
-            cycle["removed_ml"],
-            cycle["negative_pressure_s"],
-            cycle["spo2_nadir_percent"],
-            cycle["lung_volume_loss_ml"],
-            cycle["catheter_age_h"],
-            "new" if cycle["catheter_changed"] else "",
-            ", ".join(alarm["condition"] for alarm in cycle["alarms"]),
-        )
+    shown = (
+        cycle
+        | {
+            "start_h": cycle["start_min"] / 60.0,
+            "is_completed": cycle["outcome"] == "completed",
+            "new_catheter": "new" if cycle["catheter_changed"] else "",
+            "alarm_names": ", ".join(alarm["condition"] for alarm in cycle["alarms"]),
+        }
         for cycle in cycles
     )
-    return Table("Cycles", COLUMNS, rows)
+    rows = tuple(tuple(cycle[key] for key in COLUMNS.values()) for cycle in shown)
+    return Table("Cycles", tuple(COLUMNS), rows)
 
 
 def _plots(samples: Mapping[str, Values]) -> tuple[Plot, ...]:
     time_h = samples["time_s"] / HOUR_S
-    return (
-        Plot(
-            "Secretions in the trachea",
-            "Time (h)",
-            "mL",
-            (Curve("secretions", samples["secretion_ml"], "removed"),),
-            time_h,
-            "They gather between cycles; each cycle takes what its tip reaches in its time.",
-        ),
-        Plot(
-            "Oxygen saturation as the oximeter shows it",
-            "Time (h)",
-            "SpO2 (%)",
-            (Curve("SpO2", samples["spo2_percent"], "spo2"),),
-            time_h,
-        ),
-        Plot(
-            "Resting lung volume lost since the start",
-            "Time (h)",
-            "mL",
-            (Curve("lost", samples["lung_volume_loss_ml"], "loss"),),
-            time_h,
-            "Each suction closes lung units; they open again within minutes.",
-        ),
+    secretions = Curve("secretions", samples["secretion_ml"], "removed")
+    saturation = Curve("SpO2", samples["spo2_percent"], "spo2")
+    loss = Curve("lost", samples["lung_volume_loss_ml"], "loss")
+    gather = "They gather between cycles; each cycle takes what its tip reaches in its time."
+    close = "Each suction closes lung units; they open again within minutes."
+    listed = (
+        ("Secretions in the trachea", "mL", secretions, gather),
+        ("Oxygen saturation as the oximeter shows it", "SpO2 (%)", saturation, ""),
+        ("Resting lung volume lost since the start", "mL", loss, close),
+    )
+    return tuple(
+        Plot(title, "Time (h)", label, (curve,), time_h, caption)
+        for title, label, curve, caption in listed
     )
 
 
@@ -107,28 +98,11 @@ def gap_sections(cycles: list[dict[str, Any]]) -> tuple[Section, ...]:
     learned = [cycle for cycle in cycles if cycle["gap"] is not None]
     if not learned:
         return ()
-    table = Table(
-        "Gap",
-        (
-            "cycle",
-            "tracking, mm",
-            "compensated",
-            "contact says",
-            "next cycle",
-            "least",
-            "most",
-            "in range",
-        ),
-        tuple(
-            (
-                cycle["number"],
-                cycle["rmse_mm"],
-                *(cycle["gap"][name] for name in SCALES),
-                cycle["gap"]["in_range"],
-            )
-            for cycle in learned
-        ),
+    rows = tuple(
+        (cycle["number"], cycle["rmse_mm"], *_scales(cycle), cycle["gap"]["in_range"])
+        for cycle in learned
     )
+    table = Table("Gap", ("cycle", "tracking, mm", *SCALES, "in range"), rows)
     text = (
         "The switch at the tip stays closed on reversal until the gap is crossed: each contact "
         "measures the gap without a sensor of the tip's position. The governor's bounds on the tip "
@@ -139,10 +113,13 @@ def gap_sections(cycles: list[dict[str, Any]]) -> tuple[Section, ...]:
     return (Section("Self-calibration", text, (table,), plots),)
 
 
+def _scales(cycle: dict[str, Any]) -> list[float | None]:
+    return [cycle["gap"][name] for name in SCALES.values()]
+
+
 def _plot_gap(cycles: list[dict[str, Any]]) -> Plot:
-    used, contact, _, least, most = (
-        np.array([cycle["gap"][name] for cycle in cycles], dtype=np.float64) for name in SCALES
-    )
+    scales = np.array([_scales(cycle) for cycle in cycles], dtype=np.float64)
+    used, contact, _, least, most = scales.T
     return Plot(
         "Width of the gap, as a multiple of the identified one",
         "Cycle",

@@ -46,10 +46,6 @@ def loop_end(driven: Array) -> int:
     return int(reversals[LOOP_REVERSALS] if reversals.size > LOOP_REVERSALS else driven.size)
 
 
-def _round(values: Array, rows: npt.NDArray[np.int64], decimals: int) -> list[float | None]:
-    return to_list(values[rows], decimals)
-
-
 def _loop(curves: FittedCurves, decimals: tuple[int, int]) -> dict[str, Any]:
     """Rows of the loop plot: consecutive in time, so that its lines are motions."""
     end = loop_end(curves.driven)
@@ -59,13 +55,17 @@ def _loop(curves: FittedCurves, decimals: tuple[int, int]) -> dict[str, Any]:
     rows = keep_rows([*shown, shown[1] - line[:end]], [], BUCKETS)
     return {
         "samples": end,
-        "line": _round(line, rows, decimals[1] + 1),
-        "input": _round(curves.driven, rows, decimals[0]),
-        "output": _round(curves.answer, rows, decimals[1]),
-        "fitted": {
-            name: _round(fitted, rows, decimals[1]) for name, fitted in curves.fitted.items()
-        },
+        "line": to_list(line[rows], decimals[1] + 1),
+        "input": to_list(curves.driven[rows], decimals[0]),
+        "output": to_list(curves.answer[rows], decimals[1]),
+        "fitted": _thin(curves.fitted, rows, decimals[1]),
     }
+
+
+def _thin(
+    series: Mapping[str, Array], rows: npt.NDArray[np.int64], decimals: int
+) -> dict[str, list[float | None]]:
+    return {name: to_list(values[rows], decimals) for name, values in series.items()}
 
 
 def _autocorrelation(curves: FittedCurves) -> dict[str, Any]:
@@ -98,12 +98,10 @@ def plots(curves: FittedCurves) -> dict[str, Any]:
     held = None if curves.fitted_samples >= size else float(time[curves.fitted_samples])
     return {
         "timed": curves.time_s is not None,
-        "time": _round(time, rows, decimals_of(float(np.ptp(time)))),
-        "output": _round(curves.answer, rows, decimals[1]),
-        "fitted": {
-            name: _round(fitted, rows, decimals[1]) for name, fitted in curves.fitted.items()
-        },
-        "rest": {name: _round(rest, rows, decimals[1] + 1) for name, rest in rests.items()},
+        "time": to_list(time[rows], decimals_of(float(np.ptp(time)))),
+        "output": to_list(curves.answer[rows], decimals[1]),
+        "fitted": _thin(curves.fitted, rows, decimals[1]),
+        "rest": _thin(rests, rows, decimals[1] + 1),
         "held_from": held,
         "loop": _loop(curves, decimals),
         "autocorrelation": _autocorrelation(curves),

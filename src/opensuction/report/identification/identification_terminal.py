@@ -3,26 +3,25 @@
 from collections.abc import Iterable
 
 from rich.console import Console
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
 from opensuction.report.depth_bar import glyphs
 from opensuction.report.identification import identification_words as words
 from opensuction.report.summary import Summary, number, text, value, warnings
-from opensuction.report.terminal import INDENT
+from opensuction.report.terminal import print_end, print_indented
 
 
-def _table(*headings: tuple[str, bool]) -> Table:
-    """An empty table; headings with whether their column holds numbers."""
+def _table(*headings: str, numbers: Iterable[str]) -> Table:
+    """An empty table. numbers: headings of the columns that hold some."""
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
-    for heading, numbers in headings:
-        table.add_column(heading, justify="right" if numbers else "left", no_wrap=True)
+    for heading in headings:
+        table.add_column(heading, justify="right" if heading in numbers else "left", no_wrap=True)
     return table
 
 
 def _parameters(model: Summary) -> Table:
-    table = _table(("Parameter", False), ("Value", True), ("Unit", False), ("95 % interval", False))
+    table = _table("Parameter", "Value", "Unit", "95 % interval", numbers=("Value",))
     for row in words.parameters(model):
         table.add_row(*(Text(cell) for cell in row))
     return table
@@ -31,12 +30,7 @@ def _parameters(model: Summary) -> Table:
 def _ranking(summary: Summary) -> Table:
     """Models, best first, with the errors that some of them have."""
     measures = words.measures(summary)
-    table = _table(
-        ("Model", False),
-        *((heading, True) for heading in measures),
-        ("Inverse", False),
-        ("", False),
-    )
+    table = _table("Model", *measures, "Inverse", "", numbers=measures)
     for model in words.models(summary):
         best = value(model, "recommended") is True
         posed = value(model, "well_posed")
@@ -55,16 +49,11 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
     found = words.best(summary)
     console.print()
     console.print(Text(f"{glyphs(console).done} {words.outcome(summary)}", style="bold green"))
-    for sentence in words.sentences(summary):
-        console.print(Padding(Text(sentence), INDENT))
-    for warning in warnings(found):
-        console.print(Padding(Text(f"Warning: {warning}", style="yellow"), INDENT))
+    print_indented(console, words.sentences(summary))
+    print_indented(console, [f"Warning: {warning}" for warning in warnings(found)], "yellow")
     console.print()
     if words.is_comparison(summary):
         console.print(_ranking(summary))
     elif len(words.parameters(found)) <= words.FEW_PARAMETERS:
         console.print(_parameters(found))
-    console.print()
-    for file in files:
-        console.print(Text(f"Written: {file}"), soft_wrap=True)
-    console.print(Text(words.DISCLAIMER, style="dim"))
+    print_end(console, files, words.DISCLAIMER)

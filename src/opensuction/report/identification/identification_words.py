@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from opensuction.report.figures import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value
+from opensuction.report.wording import amount
 
 DISCLAIMER = (
     "Research software, not a medical device: not for use on people or animals. The figures "
@@ -72,12 +73,7 @@ def percent(fraction: float | None) -> str:
     >>> percent(0.2846), percent(None)
     ('0.285 %', '-')
     """
-    return "-" if fraction is None else f"{fraction:.3g} %"
-
-
-def amount(number_: float | None, unit: str) -> str:
-    """Number in four digits with its unit, or a dash."""
-    return "-" if number_ is None else f"{number_:.4g} {unit}".strip()
+    return amount(fraction, "%", 3)
 
 
 def outcome(summary: Summary) -> str:
@@ -137,23 +133,14 @@ def figures(summary: Summary) -> list[Figure]:
     found = best(summary)
     error = number(found, "rmse_percent_of_range")
     line = number(summary, "line_rmse_percent_of_range")
+    held = number(found, "holdout_rmse_percent_of_range")
+    validated = number(found, "cross_validation_percent_of_range")
+    times = f"{line / error:.1f} times as much" if line is not None and error else ""
     listed = [
         ("Error", error, "RMSE, in percent of the output's range"),
-        (
-            "On samples held out",
-            number(found, "holdout_rmse_percent_of_range"),
-            "predicted, not fitted",
-        ),
-        (
-            "Cross-validation",
-            number(found, "cross_validation_percent_of_range"),
-            "blocks left out in turn",
-        ),
-        (
-            "A straight line leaves",
-            line,
-            f"{line / error:.1f} times as much" if line is not None and error else "",
-        ),
+        ("On samples held out", held, "predicted, not fitted"),
+        ("Cross-validation", validated, "blocks left out in turn"),
+        ("A straight line leaves", line, times),
     ]
     shown = [
         Figure(name, percent(known), limit, FigureVerdict.NEUTRAL, "")

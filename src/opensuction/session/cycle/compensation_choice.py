@@ -3,14 +3,13 @@
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller.calibration import Calibration
 from opensuction.kernel.errors import InputError
+from opensuction.session.cycle.equipment import is_file
 from opensuction.settings import identification_file, plausibility
 from opensuction.settings.calibration_section import Origin
 from opensuction.settings.choice import choose
 from opensuction.settings.identification_file import Identified
 from opensuction.simulation.machine_kind import MachineKind
 
-SUFFIX = ".toml"
-"""How the path of a parameter file ends; no compensator's name does."""
 SAME_CATHETER_MM = 0.01
 """Outer diameters nearer than this are the same catheter: sizes are a third of a mm apart."""
 
@@ -20,7 +19,7 @@ def resolve(name: str) -> tuple[CompensationKind, Identified | None]:
 
     Raises InputError for an unknown name and for a file whose model no compensator can use.
     """
-    if not name.endswith(SUFFIX):
+    if not is_file(name):
         return choose(name, KIND_OF_NAME, "compensation"), None
     identified = identification_file.load(name)
     identification_file.to_calibration(identified, name)

@@ -119,10 +119,10 @@ def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: Non
 
     tell: called with a line of progress. Raises InputError for what cannot be planned.
     """
-    choice, kind, by_contact = resolved.choice, resolved.compensation, resolved.by_contact
+    choice, kind = resolved.choice, resolved.compensation
     is_template = isinstance(resolved.protocol, Template)
     rig = resolved.equipment.draw()
-    if by_contact and not rig.machine.has_patient:
+    if resolved.by_contact and not rig.machine.has_patient:
         rig = rigs.with_carina(rig, CONTACT_CARINA_MM)
     calibration = rigs.uncalibrated(rig.profile)
     if resolved.parameter_file is not None:
@@ -145,10 +145,17 @@ def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: Non
         identification = None
     else:
         calibration = known
+    prepared = assemble(resolved, rig, calibration)
+    return prepared._replace(identification=identification, taught_mm=taught_mm)
+
+
+def assemble(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Prepared:
+    """The cycle of a rig that is calibrated and taught; its gaps may be changed only now."""
+    kind, by_contact = resolved.compensation, resolved.by_contact
     protocol = _fit(resolved, rig, calibration)
-    rig = self_calibration.with_widths(rig, choice.gap_scale)
+    rig = self_calibration.with_widths(rig, resolved.choice.gap_scale)
     loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
-    return Prepared(resolved, rig, protocol, calibration, identification, taught_mm, loop, start)
+    return Prepared(resolved, rig, protocol, calibration, None, None, loop, start)
 
 
 def with_depth(rig: Rig, carina_mm: float) -> Rig:

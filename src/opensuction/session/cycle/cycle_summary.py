@@ -112,25 +112,21 @@ def _check(columns: Columns) -> Json:
     """The pre-use test: whether it was passed, what failed, and each item with its time."""
     failed = CheckItem(int(columns["check_failed"][-1]))
     testing = columns["phase"] == Phase.CHECKING
-    items = columns["check_item"]
-    done = [item for item in ORDER if np.any(testing & (items == item))]
-    passed = failed == CheckItem.NONE and len(done) == len(ORDER) and not testing[-1]
-    listed = []
-    for item in ORDER:
-        ticks = np.count_nonzero(testing & (items == item))
-        listed.append(
+    tested = columns["check_item"][testing]
+    ticks = {item: np.count_nonzero(tested == item) for item in ORDER}
+    return {
+        "passed": failed == CheckItem.NONE and all(ticks.values()) and not testing[-1],
+        "failed_item": None if failed == CheckItem.NONE else name_of(failed),
+        "sentence": None if failed == CheckItem.NONE else failed.failure,
+        "items": [
             {
                 "name": name_of(item),
                 "meaning": item.title,
-                "passed": None if item not in done else item != failed,
-                "seconds": ticks * DT_S,
+                "passed": item != failed if ticks[item] else None,
+                "seconds": ticks[item] * DT_S,
             }
-        )
-    return {
-        "passed": passed,
-        "failed_item": None if failed == CheckItem.NONE else name_of(failed),
-        "sentence": None if failed == CheckItem.NONE else failed.failure,
-        "items": listed,
+            for item in ORDER
+        ],
     }
 
 
@@ -162,17 +158,14 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
         )
     model = prepared.calibration.model
     on_dahl = kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
-    if not on_dahl or modified_dahl.is_monotone(model):
-        return found
-    slope, gain = model.slope, model.velocity_gain
-    sentence = (
-        f"The identified model is not monotone (c = {slope:.3f} is not above 2 beta = "
-        f"{2 * gain:.3f}): at a reversal it has no continuous inverse"
-    )
-    if kind == CompensationKind.DIRECT_INVERSE:
-        found.append(f"{sentence}, and the printed compensator jumps there.")
-    else:
-        found.append(f"{sentence}; the reversal is crossed as a gap.")
+    if on_dahl and not modified_dahl.is_monotone(model):
+        crossing = "; the reversal is crossed as a gap."
+        if kind == CompensationKind.DIRECT_INVERSE:
+            crossing = ", and the printed compensator jumps there."
+        found.append(
+            f"The identified model is not monotone (c = {model.slope:.3f} is not above 2 beta = "
+            f"{2 * model.velocity_gain:.3f}): at a reversal it has no continuous inverse{crossing}"
+        )
     return found
 
 

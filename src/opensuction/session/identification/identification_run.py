@@ -11,12 +11,12 @@ from opensuction.identification.workbench import METHODS, MODELS, FittedModel, P
 from opensuction.kernel.errors import InputError
 from opensuction.recording import pair as recorded
 from opensuction.recording import table
-from opensuction.recording.pair import Pair, TimeSpan
+from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
 from opensuction.settings.unit import unit_of_column
-from opensuction.settings.wording import refuse
+from opensuction.settings.wording import name_source
 
 SECONDS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 """Units of time that a column's name may carry; without one it is in seconds."""
@@ -80,17 +80,14 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
         choose(name, known, f"column in {choice.file}:")
     columns = table.read_columns(found, wanted)
     time_s = None
-    try:
+    with name_source(choice.file):
         if choice.time is not None:
             time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
             recorded.check_time(choice.time, time_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
-        pair = recorded.cut(
-            Pair(columns[choice.input], answer, time_s), TimeSpan(choice.from_s, choice.to_s)
-        )
+        pair = Pair(columns[choice.input], answer, time_s)
+        pair = recorded.cut(pair, choice.from_s, choice.to_s)
         recorded.check(pair, choice.input, choice.output)
-    except InputError as refused:
-        raise refuse(choice.file, str(refused)) from None
     return LoadedRecording(choice, model, method, found, pair, name_columns(choice))
 
 
@@ -116,14 +113,12 @@ def fit(loaded: LoadedRecording, progress: Progress | None = None) -> list[Fitte
     """
     choice, labels = loaded.choice, loaded.labels
     _check_direction(loaded)
-    try:
+    with name_source(choice.file):
         if loaded.model is None:
             return workbench.compare(*loaded.pair, choice.holdout, labels, progress)
         return [
             workbench.identify(*loaded.pair, loaded.model, loaded.method, choice.holdout, labels)
         ]
-    except InputError as refused:
-        raise refuse(choice.file, str(refused)) from None
 
 
 def _check_direction(loaded: LoadedRecording) -> None:
