@@ -199,3 +199,12 @@ def test_what_cannot_be_injected_is_refused() -> None:
         run(*[Injection(Fault.PUMP_LOST, AT_START, 0.0)] * 3)
     with pytest.raises(InputError, match="before the cycle is planned"):
         run(Injection(Fault.WRONG_PRESET, AT_START, 0.0))
+
+
+def test_what_the_drives_do_alone_is_no_word_of_the_controller() -> None:
+    """The first sign of another fault, one that the cycle was planned with, is the same."""
+    found, lost = single(Fault.POWER_LOST, at(Phase.INSERTING))
+    assert lost.notice is not None
+    assert lost.notice.detector == Detector.DRIVE
+    assert injection.find_notice(found.columns, 0.0) != lost.notice
+    assert injection.find_first_sign(found, 0.0) == lost.notice

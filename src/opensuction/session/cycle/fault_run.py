@@ -36,8 +36,8 @@ def play(prepared: Prepared, watch: Watch) -> InjectedRun:
         state, columns = cycle_run.played(prepared, prepared.start, START, watch)
         return InjectedRun(state, columns, (), columns)
 
-    later = [one for one in faults if not ROWS[one.fault].is_planned]
     restarts = any(one.fault == Fault.CONTROLLER_STOPPED for one in faults)
+    later = [one for one in faults if not ROWS[one.fault].is_planned]
     found = injection.run(
         prepared.loop,
         prepared.start,
@@ -54,7 +54,7 @@ def play(prepared: Prepared, watch: Watch) -> InjectedRun:
             f"after {last_s:.1f} s, or that phase after less"
         )
     planned = [
-        Injected(one, 0.0, injection.find_notice(found.columns, 0.0))
+        Injected(one, 0.0, injection.find_first_sign(found, 0.0))
         for one in faults
         if one not in later
     ]

@@ -103,6 +103,10 @@ class InjectedRun(NamedTuple):
     sent: Columns
     """The same columns with the commands that the controller sent: under a fault of the link the
     drives obeyed others."""
+    stopped_tick: int = -1
+    """When the controller stopped; -1 where it did not."""
+    alone_s: float = float("nan")
+    """When the drives began to act on their own; nan where they did not."""
 
 
 class Room(NamedTuple):
@@ -172,11 +176,14 @@ def run(
         _run_until_rest(going, going.done + most, watcher)
     _run_for(going, after_s)
     columns = trace.by_name(going.table[: going.done], room.names)
+    ran = InjectedRun(
+        going.state, columns, (), going.sent(columns), going.stopped_tick, going.alone_s
+    )
     found = tuple(
-        Injected(injection, at_s, _first_sign(columns, at_s, going))
+        Injected(injection, at_s, find_first_sign(ran, at_s))
         for injection, at_s in zip(injections, going.at_s, strict=True)
     )
-    return InjectedRun(going.state, columns, found, going.sent(columns))
+    return ran._replace(faults=found)
 
 
 def make_room(
@@ -249,17 +256,20 @@ def find_notice(columns: Columns, from_s: float) -> Notice | None:
     return min(found, key=lambda sign: sign.time_s, default=None)
 
 
-def _first_sign(columns: Columns, at_s: float, going: FaultyRun) -> Notice | None:
-    """As `find_notice`; the drives' watchdog and a refused start are not in the trace."""
+def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
+    """As `find_notice`; the drives' watchdog and a refused start are not in the trace.
+
+    at_s: nan for what never came.
+    """
     if np.isnan(at_s):
         return None
-    seen = find_notice(columns, at_s)
-    if seen is not None and round(seen.time_s / DT_S) == going.stopped_tick:
+    seen = find_notice(run.columns, at_s)
+    if seen is not None and round(seen.time_s / DT_S) == run.stopped_tick:
         seen = None  # a controller that stops notices nothing
     signs = [seen]
-    if going.alone_s >= at_s:
-        signs.append(Notice(Detector.DRIVE, 0, going.alone_s))
-    refusal = going.state.controller.core.upkeep.refusal
+    if run.alone_s >= at_s:
+        signs.append(Notice(Detector.DRIVE, 0, run.alone_s))
+    refusal = run.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE:
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]
