@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -96,6 +96,7 @@ def go_home(
 
 @every_kind
 @given(head=st.floats(-60.0, 120.0), velocity=st.floats(-17.0, 17.0))
+@example(head=-2.75, velocity=-11.0)
 def test_home_is_reached_from_anywhere_within_the_limits(
     kind: CompensationKind, head: float, velocity: float
 ) -> None:
@@ -104,10 +105,15 @@ def test_home_is_reached_from_anywhere_within_the_limits(
     heads[0], speeds[0] = head, velocity
     after = go_home(chosen(kind), HeadState(head, velocity, 0.0, plays), heads, speeds)
     assert np.abs(speeds[1:]).max() <= 17.0
-    # A head that was on its way elsewhere stops at once.
-    assert np.abs(np.diff(speeds[1:])).max() <= 0.2 * (1.0 + 1e-9)
+    changes, inwards = np.abs(np.diff(speeds[1:])), np.diff(heads)
+    # One that begins too fast to brake passes its home, stops there at once and comes back.
+    braking_mm = velocity**2 / (2.0 * 200.0) + abs(velocity) * DT_S
+    if velocity * (-3.0 - head) > 0.0 and braking_mm > abs(-3.0 - head):
+        past = (heads[1:-1] + 3.0) * speeds[1:-1] > 0.0
+        changes, inwards = changes[~past], inwards[heads[1:] > -3.0 + 1e-4]
+    assert changes.max() <= 0.2 * (1.0 + 1e-9)
     if head >= -3.0:  # never further in, not even to brake; the last tick rounds by 25 nm
-        assert np.diff(heads).max() <= 1e-4
+        assert inwards.max(initial=0.0) <= 1e-4
     assert after.head_mm == pytest.approx(-3.0, abs=1e-6)
     assert speeds[-1] == 0.0
 
