@@ -40,7 +40,15 @@ settings.register_profile(
     max_examples=50,
     phases=(Phase.explicit, Phase.generate),
 )
-settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", "suite"))
+# Where the sweeps are left out: as many examples as a mutant is tried with.
+settings.register_profile("share", settings.get_profile("suite"), max_examples=50)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    expression: str = config.option.markexpr
+    few = "share" if "not sweep" in expression else "suite"
+    settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", few))
+
 
 ORDER = (
     "tests/evidence/paper/test_paper_figures.py",  # the closed loop is compiled, all kinds of it

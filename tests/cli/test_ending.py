@@ -84,8 +84,8 @@ choice = CycleChoice(RigChoice("bench"), compensation="none")
 prepared = cycle_run.prepare(resolution.resolve(choice))
 cycle_run.play(prepared, lambda _: None)
 heard = 0
-for k in range(60):
-    sender = threading.Timer(0.0007 * k, os.kill, (os.getpid(), signal.SIGTERM))
+for k in range(TRIALS):
+    sender = threading.Timer(0.042 * k / TRIALS, os.kill, (os.getpid(), signal.SIGTERM))
     try:
         with interruption.hear():
             sender.start()
@@ -98,16 +98,19 @@ print(heard)
 """Most signals come while compiled code runs, and are heard as it makes records for Python."""
 
 
-def test_a_signal_within_compiled_code_is_heard_and_breaks_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("trials", [15, pytest.param(60, marks=pytest.mark.sweep)])
+def test_a_signal_within_compiled_code_is_heard_and_breaks_nothing(
+    trials: int, tmp_path: Path
+) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", WHILE_COMPUTING],
+        [sys.executable, "-c", WHILE_COMPUTING.replace("TRIALS", str(trials))],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         timeout=300,
         check=False,
     )
-    assert (done.returncode, done.stdout) == (0, "60\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, f"{trials}\n"), done.stderr
 
 
 def test_a_signal_that_is_ignored_stays_so() -> None:

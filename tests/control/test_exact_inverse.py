@@ -53,11 +53,13 @@ def cycle(model: ModifiedDahl) -> Cycle:
     return Cycle(*np.array(rows).T)
 
 
-CYCLES = {
-    name: cycle(model)
-    for name, model in {"published": PUBLISHED, "monotone": MONOTONE, "line": LINE}.items()
-}
-every_model = pytest.mark.parametrize("run", CYCLES.values(), ids=CYCLES.keys())
+MODELS = {"published": PUBLISHED, "monotone": MONOTONE, "line": LINE}
+every_model = pytest.mark.parametrize("run", MODELS, indirect=True)
+
+
+@pytest.fixture(scope="module")
+def run(request: pytest.FixtureRequest) -> Cycle:
+    return cycle(MODELS[request.param])
 
 
 @every_model
@@ -101,8 +103,8 @@ def test_it_stops_at_the_target_without_overshoot(run: Cycle) -> None:
     assert run.tip_mm[dwell] == pytest.approx(90.0, abs=0.02)
 
 
-def test_the_published_gap_is_crossed_in_the_dwell_within_a_second_and_a_tenth() -> None:
-    run = CYCLES["published"]
+@pytest.mark.parametrize("run", ["published"], indirect=True)
+def test_the_published_gap_is_crossed_in_the_dwell_within_a_second_and_a_tenth(run: Cycle) -> None:
     turn = round(TURNED_S / DT_S)
     gap = abs(modified_dahl.gap_move(PUBLISHED, -modified_dahl.saturation_mm(PUBLISHED), -1.0))
     travelled = run.head_mm[turn] - run.head_mm

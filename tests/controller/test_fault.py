@@ -133,9 +133,18 @@ def test_what_is_seen_is_withdrawn_from(
 
 
 @pytest.mark.parametrize(
-    "fault", [Fault.HEAD_FLAGGED, Fault.HEAD_NAN], ids=lambda fault: fault.name
+    ("fault", "start_s"),
+    [
+        pytest.param(
+            fault,
+            start_s,
+            marks=() if (i + j) % 2 == 0 else pytest.mark.sweep,
+            id=f"{fault.name}-{start_s}",
+        )
+        for i, fault in enumerate((Fault.HEAD_FLAGGED, Fault.HEAD_NAN))
+        for j, start_s in enumerate(INSTANTS)
+    ],
 )
-@at_any_time
 def test_a_head_that_cannot_be_seen_is_drawn_out_and_then_let_go(
     fault: Fault, start_s: float
 ) -> None:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -113,8 +114,30 @@ last = news[-1] if news else compilation.Compilation("", compilation.Stage.FINIS
 print(json.dumps([float(value), last.root, last.functions]))
 """
 
+RUNNER = """
+import json, os, sys
+import numba
+numba.njit(lambda x: x)(1.0)  # numba makes itself ready
+for line in sys.stdin:
+    asked = json.loads(line)
+    child = os.fork()
+    if child == 0:
+        os.environ["OPENSUCTION_CACHE_DIR"] = asked["cache"]
+        os.chdir(asked["folder"])
+        sys.path.insert(0, asked["folder"])
+        for stream, name in ((1, "stdout"), (2, "stderr")):
+            os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), stream)
+        exec(asked["program"])
+        break
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+"""Runs programs one after the other, each in a process that has imported numba and nothing else."""
+
 CYCLE = "sum(cycle(cap, 1))"
 """Only ``cycle`` is called from outside: whatever else changes is for it a changed callee."""
+
+
+Runner = subprocess.Popen[str]
 
 
 class Answer(NamedTuple):
@@ -130,7 +153,8 @@ class Answer(NamedTuple):
 class TinyCore:
     """A copy of the real kernel with the tiny rooms above it, and a cache of its own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, runner: Runner) -> None:
+        self.runner = runner
         self.package = folder / "opensuction"
         self.cache = folder / "cache"
         kernel = self.package / "kernel"
@@ -155,23 +179,19 @@ class TinyCore:
 
     def run(self, call: str = CYCLE) -> Answer:
         """Run a call of the core in a fresh process."""
-        environment = {
-            **os.environ,
-            "OPENSUCTION_CACHE_DIR": str(self.cache),
-            "NUMBA_DISABLE_JIT": "0",
-            "PYTHONPATH": str(self.package.parent),
-            "PYTHONDONTWRITEBYTECODE": "1",  # Python's own cache trusts times of change
+        folder = self.package.parent
+        asked = {
+            "folder": str(folder),
+            "cache": str(self.cache),
+            "program": PROGRAM.replace("CALL", call),
         }
-        finished = subprocess.run(
-            [sys.executable, "-c", PROGRAM.replace("CALL", call)],
-            env=environment,
-            cwd=self.package.parent,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert finished.returncode == 0, finished.stderr
-        return Answer(*json.loads(finished.stdout))
+        stdin, stdout = self.runner.stdin, self.runner.stdout
+        assert stdin is not None
+        assert stdout is not None
+        stdin.write(json.dumps(asked) + "\n")
+        stdin.flush()
+        assert stdout.readline() == "0\n", (folder / "stderr").read_text()
+        return Answer(*json.loads((folder / "stdout").read_text()))
 
     def files(self) -> dict[str, int]:
         """Files of the cache and when each was written."""
@@ -179,9 +199,22 @@ class TinyCore:
         return {str(path): path.stat().st_mtime_ns for path in found}
 
 
+@pytest.fixture(scope="module")
+def runner() -> Iterator[Runner]:
+    environment = {
+        **os.environ,
+        "NUMBA_DISABLE_JIT": "0",
+        "PYTHONDONTWRITEBYTECODE": "1",  # Python's own cache trusts times of change
+    }
+    command = [sys.executable, "-c", RUNNER]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, text=True) as process:
+        yield process
+
+
 @pytest.fixture
-def core(tmp_path: Path) -> TinyCore:
-    return TinyCore(tmp_path)
+def core(tmp_path: Path, runner: Runner) -> TinyCore:
+    return TinyCore(tmp_path, runner)
 
 
 def test_an_edit_anywhere_in_the_core_takes_effect(core: TinyCore) -> None:

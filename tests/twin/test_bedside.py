@@ -9,8 +9,8 @@ from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient import PatientState
 from opensuction.twin.plant import PlantState
+from tests.twin.holding import DT_S, hold
 
-DT_S = 0.001
 VALUES = parameter.nominal(parameter.CLINICAL)
 ADULT = patient_preset.patient("adult-icu", 0, nominal=True)
 TWIN = preset.machine(VALUES, ADULT)
@@ -42,9 +42,7 @@ def open_at(head_mm: float, twin: Machine = TWIN) -> PlantState:
 
 
 def run(state: PlantState, commands: Commands, seconds: float) -> PlantState:
-    for _ in range(round(seconds / DT_S)):
-        state = plant.step(TWIN, state, commands, DT_S)
-    return state
+    return hold(TWIN, state, commands, round(seconds / DT_S))
 
 
 def numbers(state: PatientState) -> list[float]:
@@ -103,8 +101,8 @@ def test_pressure_falls_under_suction_and_comes_back() -> None:
     def lowest(commands: Commands) -> float:
         nonlocal state
         seen = math.inf
-        for _ in range(round(breaths_s / DT_S)):
-            state = plant.step(TWIN, state, commands, DT_S)
+        for _ in range(round(breaths_s / (coupling.TICKS * DT_S))):
+            state = hold(TWIN, state, commands, coupling.TICKS)
             seen = min(seen, machine.truth(TWIN, state.machine).airway_pressure_cmh2o)
         return seen
 
@@ -134,8 +132,7 @@ def test_without_a_patient_nobody_breathes() -> None:
     bench = preset.machine(VALUES)
     state = open_at(50.0, bench)
     start = state.bedside.patient
-    for _ in range(100):
-        state = plant.step(bench, state, SUCTION, DT_S)
+    state = hold(bench, state, SUCTION, 100)
     assert state.machine.line.gas_ml > 0.0
     assert numbers(state.bedside.patient) == numbers(start)
     assert machine.truth(bench, state.machine)[-4:] == (0.0, 0.0, 0.0, 0.0)
@@ -153,9 +150,7 @@ def test_a_patient_changes_nothing_of_machine_and_line() -> None:
         bedside=one.bedside._replace(patient=other.bedside.patient),
     )
     forth = SUCTION._replace(insertion_v=12.0)
-    for _ in range(2000):
-        one = plant.step(bench, one, forth, DT_S)
-        other = plant.step(alike, other, forth, DT_S)
+    one, other = hold(bench, one, forth, 2000), hold(alike, other, forth, 2000)
     seen, also = machine.read(bench, one.machine), machine.read(alike, other.machine)
     assert seen == also._replace(monitor=seen.monitor)
     assert machine.truth(bench, one.machine)[:-5] == machine.truth(alike, other.machine)[:-5]

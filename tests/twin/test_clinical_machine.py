@@ -6,8 +6,8 @@ from opensuction.kernel.commands import Commands
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
+from tests.twin.holding import DT_S, hold_machine
 
-DT_S = 0.001
 VALUES = parameter.nominal(parameter.CLINICAL)
 CLINICAL = preset.machine(VALUES)
 FULL = Commands(
@@ -32,9 +32,7 @@ EFFICIENCY = 0.65
 
 def run(seconds: float, commands: Commands) -> MachineState:
     state = preset.park(CLINICAL, VALUES, -100.0, seed=1, run=0).machine
-    for _ in range(round(seconds / DT_S)):
-        state = machine.step(CLINICAL, state, commands, DT_S)
-    return state
+    return hold_machine(CLINICAL, state, commands, round(seconds / DT_S))
 
 
 def test_inertia_time_constant_and_current_are_one_motor_s() -> None:
@@ -76,9 +74,7 @@ def test_the_cam_turns_at_sixty_degrees_a_second_against_its_spring() -> None:
     assert needed_v < 0.5 * VALUES["supply_v"]
     opened = run(0.5, FULL)
     assert opened.valve.position > valve.stroke_rad
-    state = opened
-    for _ in range(600):
-        state = machine.step(CLINICAL, state, FULL._replace(valve_on=False), DT_S)
+    state = hold_machine(CLINICAL, opened, FULL._replace(valve_on=False), 600)
     assert machine.truth(CLINICAL, state).valve_open_ratio == 0.0
 
 

@@ -10,8 +10,8 @@ from opensuction.twin import coupling, parameter, plant, preset
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.plant import PlantState
 from tests.budget import simulated
+from tests.twin.holding import DT_S, hold
 
-DT_S = 0.001
 VALUES = parameter.nominal(parameter.BENCH)
 BENCH = preset.machine(VALUES)
 
@@ -41,8 +41,7 @@ def test_secretions_are_moved_never_made_or_lost(
     state = parked(60.0)
     for insertion_v, valve_v, pump_on, vacuum in script:
         commands = Commands(0.0, insertion_v, True, 0.0, valve_v, True, pump_on, vacuum)
-        for _ in range(405):  # not a multiple of the bedside's ten
-            state = plant.step(BENCH, state, commands, DT_S)
+        state = hold(BENCH, state, commands, 405)  # not a multiple of the bedside's ten
         assert np.all(state.bedside.secretion_ml >= 0.0)
         # To the rounding of a few thousand subtractions.
         out = state.machine.bore.mucus_ml + state.machine.bore.canister_ml
@@ -67,8 +66,7 @@ def test_the_tip_finds_what_the_bedside_says_is_there() -> None:
     there = state.machine.coupling.reachable_ml
     holding_v = VALUES["spring_preload_v"] + VALUES["spring_v_per_rad"] * math.radians(30.0)
     sucking = Commands(0.0, 0.0, True, 0.0, holding_v, True, True, 120.0)
-    for _ in range(6000):
-        state = plant.step(BENCH, state, sucking, DT_S)
+    state = hold(BENCH, state, sucking, 6000)
     assert there > 0.5
     assert state.machine.airway.removed_ml == pytest.approx(there, rel=1e-9)
     assert state.machine.coupling.reachable_ml == pytest.approx(0.0, abs=1e-12)
@@ -87,8 +85,7 @@ def test_what_is_produced_adds_to_what_there_is() -> None:
     state = state._replace(machine=opened)
     holding_v = values["spring_preload_v"] + values["spring_v_per_rad"] * math.radians(30.0)
     sucking = Commands(0.0, 0.0, True, 0.0, holding_v, True, True, 120.0)
-    for _ in range(5000):
-        state = plant.step(twin, state, sucking, DT_S)
+    state = hold(twin, state, sucking, 5000)
     assert state.machine.bore.canister_ml > 0.5
     # 0.2 mL/s for 5 s.
     assert secretion_ml(state) == pytest.approx(there + 1.0, rel=1e-9)

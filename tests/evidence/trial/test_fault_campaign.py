@@ -34,11 +34,15 @@ def assert_held(cases: list[Case]) -> Tally:
     return found
 
 
-def test_no_invariant_breaks_under_faults_nor_a_bound_under_one() -> None:
-    found = assert_held(fault_campaign.played_part(SUITE))
-    assert found.commands.cycles == 500
-    assert found.single.cycles > 200
-    assert found.double.cycles > 80
+@pytest.mark.parametrize(
+    ("first", "last"), [(0, 200), pytest.param(200, 500, marks=pytest.mark.sweep)]
+)
+def test_no_invariant_breaks_under_faults_nor_a_bound_under_one(first: int, last: int) -> None:
+    cycles = last - first
+    found = assert_held(fault_campaign.played_part(SUITE._replace(first=first, last=last)))
+    assert found.commands.cycles == cycles
+    assert found.single.cycles > 0.4 * cycles
+    assert found.double.cycles > 0.16 * cycles
 
 
 @pytest.mark.soak

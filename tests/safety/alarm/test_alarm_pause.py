@@ -34,8 +34,13 @@ def test_the_first_alarm_after_a_quiet_time_may_be_paused_at_once() -> None:
 
 
 def test_a_pause_of_a_millisecond_controller_is_not_a_tick_too_long() -> None:
-    rows = run([SPO2, press(SPO2, "audio_pause"), *[SPO2] * 121000], dt_s=0.001)
-    assert sum(row.signals.audible == Priority.NONE for row in rows) == 120000
+    rows = run([SPO2, press(SPO2, "audio_pause")], dt_s=0.001)
+    silent = sum(row.signals.audible == Priority.NONE for row in rows)
+    state, conditions = rows[-1].state, encode(set(SPO2.conditions))
+    for _ in range(121000):
+        state, signals = alarm.step(SETTINGS, state, conditions, False, RELEASED, 0.001)
+        silent += signals.audible == Priority.NONE
+    assert silent == 120000
 
 
 def test_a_shorter_pause_may_be_set_and_a_longer_one_not() -> None:

@@ -144,6 +144,9 @@ cases = st.builds(Case, states, proposals, readings, st.booleans())
 sane_cases = st.builds(Case, states, possible, readings, st.booleans())
 
 
+# Drawing a case takes far longer than judging it: each test judges all that belongs together.
+
+
 @given(case=cases)
 def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     assert all(math.isfinite(value) for value in case.allowed)
@@ -166,60 +169,37 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
 
 @pytest.mark.requirement("OS-R01")
 @given(case=cases)
-def test_valve_and_pump_are_never_on_unless_proposed(case: Case) -> None:
+def test_suction_is_never_more_than_proposed_nor_than_its_limit_and_none_when_cut(
+    case: Case,
+) -> None:
     assert case.proposal.valve_open or not case.allowed.valve_open
     assert case.proposal.pump_on or not case.allowed.pump_on
-
-
-@pytest.mark.requirement("OS-R01")
-@given(case=cases)
-def test_vacuum_is_never_above_the_proposal_nor_the_limit(case: Case) -> None:
     sealed = case.seen.parked_closed and not case.allowed.valve_open
     highest = LIMITS.line.parked_closed_mmhg if sealed else LIMITS.vacuum_mmhg
     assert 0.0 <= case.allowed.vacuum_mmhg <= highest
     wanted = case.proposal.vacuum_mmhg
     assert case.allowed.vacuum_mmhg <= (wanted if wanted >= 0.0 else 0.0)
-
-
-@given(case=cases)
-def test_a_cut_closes_the_valve_stops_the_pump_and_vents(case: Case) -> None:
     if cuts_vacuum(case.verdict.trips):
         assert not case.allowed.valve_open
         assert not case.allowed.pump_on
         assert case.allowed.vacuum_mmhg == 0.0
 
 
-@pytest.mark.requirement("OS-R08")
+@pytest.mark.requirement("OS-R02", "OS-R08", "OS-R13")
 @given(case=cases)
-def test_the_head_is_never_driven_in_faster_than_its_limit(case: Case) -> None:
+def test_the_head_is_driven_in_no_faster_than_its_limit_and_not_past_the_cap(case: Case) -> None:
     if case.driven:
         assert case.allowed.head_mm <= case.before.last.head_mm + REACH_MM
         # Positions of about 100 are rounded to 1e-14; a tick divides that by 1e-3.
         limit = LIMITS.head_speed_mm_per_s + 1e-9
         assert -limit <= case.allowed.head_mm_per_s <= limit
-
-
-@pytest.mark.requirement("OS-R02")
-@given(case=cases)
-def test_the_head_is_never_driven_past_the_cap(case: Case) -> None:
-    if case.driven:
         assert case.allowed.head_mm <= max(HEAD_CAP_MM, case.before.last.head_mm)
         if case.before.last.head_mm > HEAD_CAP_MM + REACH_MM:
             assert case.allowed.head_mm < case.before.last.head_mm
-
-
-@pytest.mark.requirement("OS-R01")
-@given(case=sane_cases)
-def test_the_head_is_never_driven_further_in_than_proposed(case: Case) -> None:
-    if case.driven:
-        assert case.allowed.head_mm <= max(case.proposal.head_mm, case.before.last.head_mm)
-
-
-@given(case=sane_cases)
-def test_the_head_is_never_driven_out_faster_than_its_limit_from_where_it_is(case: Case) -> None:
-    if case.driven:
-        origin = min(case.before.last.head_mm, case.seen.head_mm)
-        assert case.allowed.head_mm >= origin - REACH_MM
+    else:  # nothing is driven, and the command waits at the head
+        assert not case.verdict.insertion_on
+        assert case.allowed.head_mm == case.seen.head_mm
+        assert case.allowed.head_mm_per_s == 0.0
 
 
 def unless_released(case: Case) -> Setpoints:
@@ -228,31 +208,35 @@ def unless_released(case: Case) -> Setpoints:
     return wanted if case.driven else wanted._replace(head_mm=case.allowed.head_mm)
 
 
+@pytest.mark.requirement("OS-R01")
 @given(case=sane_cases)
-def test_what_is_within_every_limit_passes_unchanged(case: Case) -> None:
+def test_the_head_is_driven_no_further_in_than_proposed_nor_out_faster_than_its_limit(
+    case: Case,
+) -> None:
+    if case.driven:
+        assert case.allowed.head_mm <= max(case.proposal.head_mm, case.before.last.head_mm)
+        origin = min(case.before.last.head_mm, case.seen.head_mm)
+        assert case.allowed.head_mm >= origin - REACH_MM
+
+
+@given(case=sane_cases)
+def test_what_is_within_every_limit_passes_unchanged_and_all_else_is_reported(case: Case) -> None:
+    wanted = unless_released(case)
     if case.verdict.reaction == Reaction.PASS:
-        wanted = unless_released(case)
         assert case.allowed == wanted
         assert case.verdict.trips == 0
-
-
-@given(case=sane_cases)
-def test_what_is_not_passed_unchanged_is_reported(case: Case) -> None:
-    wanted = unless_released(case)
     assert (case.allowed == wanted) or case.verdict.reaction >= Reaction.CAP
 
 
 @pytest.mark.requirement("OS-R14")
 @given(case=cases)
-def test_a_trip_stays_until_a_person_resets(case: Case) -> None:
+def test_a_trip_stays_until_a_person_resets_and_withdraws_outwards_to_the_park_position(
+    case: Case,
+) -> None:
     assert case.verdict.trips & case.before.trips == case.before.trips
     assert case.after.trips == case.verdict.trips
     assert (case.verdict.trips != 0) == (case.verdict.reaction >= Reaction.WITHDRAW)
     assert governor.reset(LIMITS, case.after).trips == 0
-
-
-@given(case=cases)
-def test_forced_withdrawal_only_goes_out_and_ends_at_the_park_position(case: Case) -> None:
     if case.verdict.reaction == Reaction.WITHDRAW:
         origin = min(case.before.last.head_mm, case.seen.head_mm)
         assert case.allowed.head_mm <= origin
@@ -261,19 +245,11 @@ def test_forced_withdrawal_only_goes_out_and_ends_at_the_park_position(case: Cas
             assert case.allowed.head_mm < origin or case.seen.head_mm - origin > 3.9
 
 
-@pytest.mark.requirement("OS-R13")
+@pytest.mark.requirement("OS-R03")
 @given(case=cases)
-def test_without_torque_nothing_is_driven_and_the_command_waits_at_the_head(case: Case) -> None:
-    if not case.driven:
-        assert not case.verdict.insertion_on
-        assert case.allowed.head_mm == case.seen.head_mm
-        assert case.allowed.head_mm_per_s == 0.0
-    else:
-        assert case.verdict.insertion_on
-
-
-@given(case=cases)
-def test_a_cam_that_errs_or_came_home_is_left_to_its_spring(case: Case) -> None:
+def test_the_valve_opens_only_on_a_head_at_rest_and_a_cam_that_errs_is_left_to_its_spring(
+    case: Case,
+) -> None:
     untrusted = (
         Condition.CAM_READING_INVALID,
         Condition.VALVE_STUCK_OPEN,
@@ -282,28 +258,21 @@ def test_a_cam_that_errs_or_came_home_is_left_to_its_spring(case: Case) -> None:
     trusted = all(not case.verdict.trips >> code & 1 for code in untrusted)
     driven = case.allowed.valve_open or not case.seen.valve.resting
     assert case.verdict.valve_on == (trusted and driven)
-
-
-@pytest.mark.requirement("OS-R03")
-@given(case=cases)
-def test_the_valve_does_not_open_while_the_head_advances(case: Case) -> None:
     if not case.before.last.valve_open and case.seen.speed_mm_per_s > 3.0:
         assert not case.allowed.valve_open
 
 
+@pytest.mark.requirement("OS-R03", "OS-R06")
 @given(case=cases)
-def test_with_the_valve_not_closed_the_command_stays_at_the_anchor(case: Case) -> None:
+def test_the_command_stays_at_the_anchor_with_suction_and_at_the_head_in_contact(
+    case: Case,
+) -> None:
+    came_from = min(case.before.last.head_mm, case.seen.head_mm)
     held = case.allowed.valve_open or case.seen.durations.sucking_s > 0.0
     if case.driven and held:
-        came_from = min(case.before.last.head_mm, case.seen.head_mm)
         assert case.allowed.head_mm <= max(case.seen.suction_start_mm + ADVANCE_MM, came_from)
-
-
-@pytest.mark.requirement("OS-R06")
-@given(case=cases)
-def test_in_contact_the_command_is_the_measured_head_in_the_same_tick(case: Case) -> None:
-    if case.driven and case.seen.durations.contact_s > 0.0:
-        assert case.allowed.head_mm <= min(case.before.last.head_mm, case.seen.head_mm)
+    if case.driven and case.seen.durations.contact_s > 0.0:  # in the same tick
+        assert case.allowed.head_mm <= came_from
 
 
 @pytest.mark.requirement("OS-R03")

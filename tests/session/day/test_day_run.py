@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from opensuction.controller.controller import with_upkeep
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
@@ -12,15 +13,20 @@ from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.day import day_check, day_run, day_summary
 from opensuction.session.day.day_run import Day
 
-EVERY_MIN = 240.0
+EVERY_MIN = 60.0
 EVERY_S = 60.0 * EVERY_MIN
-CYCLES = 8  # 28 h: past the catheter's life
+CYCLES = 8
+USED_S = LIFE_S - 6.0 * EVERY_S  # its life is over six intervals later
 
 
 @cache
 def day() -> Day:
     resolved = resolution.resolve(CycleChoice(compensation="exact-inverse"))
-    return day_run.play(cycle_run.prepare(resolved), DayChoice(CYCLES, EVERY_MIN), lambda _: None)
+    begun = cycle_run.prepare(resolved)
+    controller = begun.start.controller
+    used = controller.core.upkeep._replace(catheter_age_s=USED_S)
+    old = begun._replace(start=begun.start._replace(controller=with_upkeep(controller, used)))
+    return day_run.play(old, DayChoice(CYCLES, EVERY_MIN), lambda _: None)
 
 
 def test_every_cycle_is_completed_and_starts_on_the_clock() -> None:

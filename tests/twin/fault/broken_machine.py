@@ -4,11 +4,10 @@ from opensuction.kernel.commands import Commands
 from opensuction.twin import preset
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, MachineState
 from opensuction.twin.parameter import BENCH, nominal
+from tests.twin.holding import DT_S, hold_machine
 
-DT_S = 0.001
 VALUES = nominal(BENCH)
 HEALTHY = preset.machine(VALUES)
 IDLE = Commands(
@@ -30,9 +29,7 @@ def parked(head_mm: float = 0.0) -> MachineState:
 
 
 def run(twin: Machine, state: MachineState, commands: Commands, seconds: float) -> MachineState:
-    for _ in range(round(seconds / DT_S)):
-        state = machine.step(twin, state, commands, DT_S)
-    return state
+    return hold_machine(twin, state, commands, round(seconds / DT_S))
 
 
 def faulty(fault: Fault, strength: float = 0.0, twin: Machine = HEALTHY) -> Machine:

@@ -12,7 +12,8 @@ from opensuction.twin.airway import tip
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine import contact_switch, transmission
 from opensuction.twin.machine.machine import Machine
-from tests.twin.fault.broken_machine import DT_S, HEALTHY, faulty
+from tests.twin.fault.broken_machine import HEALTHY, faulty
+from tests.twin.holding import DT_S
 
 
 def readings_of_the_switch(twin: Machine, forces_n: list[float]) -> list[bool]:

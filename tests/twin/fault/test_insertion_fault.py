@@ -7,7 +7,8 @@ from opensuction.twin import preset
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.insertion_fault import KINK_N
 from opensuction.twin.machine import machine, suction_line, transmission
-from tests.twin.fault.broken_machine import DT_S, HEALTHY, IDLE, PUSHING, faulty, parked, run
+from tests.twin.fault.broken_machine import HEALTHY, IDLE, PUSHING, faulty, parked, run
+from tests.twin.holding import DT_S
 
 
 def test_a_kink_narrows_the_bore_rubs_and_gives_way() -> None:

@@ -10,7 +10,8 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine import suction_line
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.machine.suction_line import SuctionState
-from tests.twin.fault.broken_machine import DT_S, HEALTHY, faulty
+from tests.twin.fault.broken_machine import HEALTHY, faulty
+from tests.twin.holding import DT_S
 
 
 def line_after(

@@ -5,7 +5,8 @@ import pytest
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.machine import machine, valve_mechanism
 from opensuction.twin.machine.machine import Machine, MachineState
-from tests.twin.fault.broken_machine import DT_S, HEALTHY, IDLE, OPENING, faulty, parked, run
+from tests.twin.fault.broken_machine import HEALTHY, IDLE, OPENING, faulty, parked, run
+from tests.twin.holding import DT_S
 
 
 def opened(twin: Machine, state: MachineState) -> float:

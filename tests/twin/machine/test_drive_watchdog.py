@@ -12,6 +12,7 @@ from opensuction.twin.machine import drive_watchdog, machine
 from opensuction.twin.machine.drive_watchdog import INWARDS_MM, LISTENING, SILENCE_S, WatchdogState
 from opensuction.twin.machine.machine import Machine, MachineState
 from opensuction.twin.parameter import BENCH, nominal
+from tests.twin.holding import hold_machine
 
 DT_S = 0.001
 VALUES = nominal(BENCH)
@@ -62,8 +63,7 @@ def alone(
     then.
     """
     body = preset.park(MACHINE, VALUES, 40.0, seed=1, run=2).machine
-    for _ in range(3000):
-        body = machine.step(MACHINE, body, VALVE_OPEN, DT_S)
+    body = hold_machine(MACHINE, body, VALVE_OPEN, 3000)
     assert body.line.vacuum_mmhg > 50.0
     state = LISTENING
     orders = VALVE_OPEN

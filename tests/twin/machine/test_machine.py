@@ -9,8 +9,8 @@ from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
 from tests.budget import simulated
+from tests.twin.holding import DT_S, hold_machine
 
-DT_S = 0.001
 VALUES = parameter.nominal(parameter.BENCH)
 BENCH = preset.machine(VALUES)
 IDLE = Commands(
@@ -30,9 +30,7 @@ def parked(head_mm: float = 0.0) -> MachineState:
 
 
 def run(state: MachineState, commands: Commands, seconds: float) -> MachineState:
-    for _ in range(round(seconds / DT_S)):
-        state = machine.step(BENCH, state, commands, DT_S)
-    return state
+    return hold_machine(BENCH, state, commands, round(seconds / DT_S))
 
 
 def test_a_parked_machine_stays_as_it_is() -> None:
@@ -57,9 +55,9 @@ def test_what_the_tip_presses_on_slows_the_head() -> None:
     free = BENCH._replace(airway=BENCH.airway._replace(carina_mm=1000.0))
     push = IDLE._replace(insertion_v=6.0)
     pressed, unhindered = parked(100.0), parked(100.0)
-    for _ in range(5600):  # 4.5 s of them inside the gap
-        pressed = machine.step(BENCH, pressed, push, DT_S)
-        unhindered = machine.step(free, unhindered, push, DT_S)
+    ticks = 5600  # 4.5 s of them inside the gap
+    pressed = hold_machine(BENCH, pressed, push, ticks)
+    unhindered = hold_machine(free, unhindered, push, ticks)
     assert pressed.airway.contact_n > 0.2
     assert unhindered.airway.contact_n == 0.0
     # At steady speed each newton takes its voltage: v = k (V - friction - load).

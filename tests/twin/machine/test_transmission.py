@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from opensuction.hysteresis import play_bundle
+from opensuction.kernel.compiled import compiled
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import transmission
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
@@ -17,25 +19,34 @@ STILL = NOMINAL._replace(creep_fast_mm=0.0, creep_slow_mm=0.0)
 """Without creep: rate-independent."""
 
 
+@compiled
+def move(
+    conduit: Transmission, state: TransmissionState, goal_mm: float, tips_mm: NDArray[np.float64]
+) -> TransmissionState:
+    """As many ticks as the tip's path has entries, at constant speed to the goal."""
+    start = state.head_mm
+    for k in range(tips_mm.size):
+        head = start + (goal_mm - start) * (k + 1) / tips_mm.size
+        state = transmission.step(conduit, state, head, DT_S)
+        tips_mm[k] = state.tip_mm
+    return state
+
+
 def follow(
     conduit: Transmission, state: TransmissionState, heads_mm: list[float], speed_mm_per_s: float
 ) -> tuple[TransmissionState, list[float]]:
     """Head led from point to point at constant speed; returns the state and the tip's path."""
-    tips = []
+    tips: list[float] = []
     for goal in heads_mm:
-        start = state.head_mm
-        ticks = max(round(abs(goal - start) / (speed_mm_per_s * DT_S)), 1)
-        for k in range(1, ticks + 1):
-            head = start + (goal - start) * k / ticks
-            state = transmission.step(conduit, state, head, DT_S)
-            tips.append(state.tip_mm)
+        ticks = max(round(abs(goal - state.head_mm) / (speed_mm_per_s * DT_S)), 1)
+        way = np.empty(ticks)
+        state = move(conduit, state, goal, way)
+        tips.extend(way)
     return state, tips
 
 
 def rest(conduit: Transmission, state: TransmissionState, seconds: float) -> TransmissionState:
-    for _ in range(round(seconds / DT_S)):
-        state = transmission.step(conduit, state, state.head_mm, DT_S)
-    return state
+    return move(conduit, state, state.head_mm, np.empty(round(seconds / DT_S)))
 
 
 @pytest.mark.parametrize("head_mm", [-5.0, 0.0, 60.0])

@@ -1,0 +1,28 @@
+"""The twin under the same commands for many ticks, in one call of compiled code."""
+
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.twin import plant
+from opensuction.twin.machine import machine
+from opensuction.twin.machine.machine import Machine, MachineState
+from opensuction.twin.plant import PlantState
+
+DT_S = 0.001
+
+
+@compiled
+def hold_machine(
+    twin: Machine, state: MachineState, commands: Commands, ticks: int
+) -> MachineState:
+    """The machine alone, without what the bedside gives it."""
+    for _ in range(ticks):
+        state = machine.step(twin, state, commands, DT_S)
+    return state
+
+
+@compiled
+def hold(twin: Machine, state: PlantState, commands: Commands, ticks: int) -> PlantState:
+    """Machine and bedside."""
+    for _ in range(ticks):
+        state = plant.step(twin, state, commands, DT_S)
+    return state
