@@ -17,7 +17,12 @@ def results() -> list[list[float]]:
         ratio = 0.47 if 400 < step < 1800 else 0.0
         state = patient.step(one, state, suction, ratio, 0.5, 0.01)
         rows.append(
-            [*patient.signs(one, state)[:5], *state.airflow, *state.gas, state.breath.tidal_ml]
+            [
+                *patient.signs(one, state)[:5],
+                *state.vitals.airflow,
+                *state.vitals.gas,
+                state.vitals.breath.tidal_ml,
+            ]
         )
     return rows
 

@@ -32,15 +32,15 @@ def _record(
         state = patient_model.step(patient, state, suction[i], ratio[i], 0.0, DT_S)
         seen = patient_model.signs(patient, state)
         rows[i, 0] = seen.airway_pressure_cmh2o
-        rows[i, 1] = state.airflow.connector_cmh2o
+        rows[i, 1] = state.vitals.airflow.connector_cmh2o
         rows[i, 2] = seen.lung_volume_ml
         rows[i, 3] = seen.lung_volume_loss_ml
         rows[i, 4] = seen.spo2_percent
-        rows[i, 5] = 100.0 * state.gas.arterial_saturation
-        rows[i, 6] = state.gas.alveolar_mmhg
+        rows[i, 5] = 100.0 * state.vitals.gas.arterial_saturation
+        rows[i, 6] = state.vitals.gas.alveolar_mmhg
         rows[i, 7] = seen.heart_rate_per_min
-        rows[i, 8] = L_PER_MIN_PER_ML_PER_S * state.airflow.tube_ml_per_s
-        rows[i, 9] = state.breath.tidal_ml
+        rows[i, 8] = L_PER_MIN_PER_ML_PER_S * state.vitals.airflow.tube_ml_per_s
+        rows[i, 9] = state.vitals.breath.tidal_ml
     return state
 
 

@@ -47,11 +47,11 @@ def run(state: PlantState, commands: Commands, seconds: float) -> PlantState:
 
 def numbers(state: PatientState) -> list[float]:
     """Every number of a patient's state, so that two can be compared whole."""
-    records = (state.ventilator, state.airflow, state.lung, state.gas, state.heart, state.breath)
+    vitals, meter = state.vitals, state.oximeter
+    records = (*(part for part in vitals if isinstance(part, tuple)), meter.sample)
     scalars = [float(value) for record in records for value in record]
-    oximeter = state.oximeter
-    shown = [float(value) for value in oximeter[1:]]
-    return [*scalars, *shown, state.shown_per_min] + [float(value) for value in oximeter.history]
+    shown = [vitals.shown_per_min, float(meter.latest), meter.shown_percent]
+    return [*scalars, *shown, *(float(value) for value in meter.history)]
 
 
 def test_what_the_line_draws_inside_is_what_the_patient_loses() -> None:
@@ -68,7 +68,7 @@ def test_what_the_line_draws_inside_is_what_the_patient_loses() -> None:
         else:
             outside_ml += drawn
         if state.machine.coupling.ticks == 0:
-            patient_ml += 0.01 * state.bedside.patient.airflow.suction_ml_per_s
+            patient_ml += 0.01 * state.bedside.patient.vitals.airflow.suction_ml_per_s
     assert state.machine.coupling.gas_ml == 0.0
     assert line_ml > 100.0
     assert outside_ml > 100.0
@@ -91,7 +91,8 @@ def test_the_catheter_alone_narrows_the_tube() -> None:
     outside = preset.park(TWIN, VALUES, -130.0, seed=1, run=0)
     narrowed, free = run(inside, IDLE, 0.5), run(outside, IDLE, 0.5)
     assert narrowed.machine.line.gas_ml == 0.0
-    assert narrowed.bedside.patient.lung.volume_ml < free.bedside.patient.lung.volume_ml - 0.5
+    volumes = [one.bedside.patient.vitals.lung.volume_ml for one in (narrowed, free)]
+    assert volumes[0] < volumes[1] - 0.5
 
 
 def test_pressure_falls_under_suction_and_comes_back() -> None:
@@ -120,12 +121,12 @@ def test_pressure_falls_under_suction_and_comes_back() -> None:
 def test_the_patient_steps_with_every_tenth_tick() -> None:
     state = preset.park(TWIN, VALUES, 0.0, seed=1, run=0)
     for tick in range(1, 101):
-        before = state.bedside.patient
+        before = state.bedside.patient.vitals
         state = plant.step(TWIN, state, IDLE, DT_S)
         assert state.machine.coupling.ticks == tick % coupling.TICKS
-        stepped = state.bedside.patient.ventilator.breath_s != before.ventilator.breath_s
+        stepped = state.bedside.patient.vitals.ventilator.breath_s != before.ventilator.breath_s
         assert stepped is (tick % coupling.TICKS == 0)
-    assert state.bedside.patient.ventilator.breath_s == pytest.approx(0.1)
+    assert state.bedside.patient.vitals.ventilator.breath_s == pytest.approx(0.1)
 
 
 def test_without_a_patient_nobody_breathes() -> None:

@@ -89,7 +89,7 @@ def teach(chosen: Rig, calibration: Calibration, names: Sequence[str] = ()) -> T
         piece = round(max(ahead_s // FINE_S - 1.0, 1.0) * FINE_S / DT_S)
         state, ticks = closed_loop.run(loop, state, requests, table[:piece])
         requests = NO_REQUESTS
-        parts.append(trace.by_name(table[:ticks], names))
+        parts.append(trace.copy_columns(table[:ticks], names))
         if state.controller.core.procedure.phase in RESTING:
             break
     found = state.controller.core.procedure.teaching

@@ -24,6 +24,7 @@ RECORDED_ROWS = 5000
 """Rows that are written before their columns are kept: 3 MB, used again and again. A table of all
 rows costs a fifth of the run, for memory that is touched once."""
 _PHASE = COLUMNS.index("phase")
+_RESTING = np.array(RESTING, dtype=np.float64)
 
 
 class PhaseSpan(NamedTuple):
@@ -61,6 +62,11 @@ def by_name(table: npt.NDArray[np.float64], names: Sequence[str] = COLUMNS) -> C
         rows_of_block = table[first : first + CACHED_ROWS]
         columns[:, first : first + CACHED_ROWS] = rows_of_block[:, index].T
     return dict(zip(names, columns, strict=True))
+
+
+def copy_columns(rows_of_piece: npt.NDArray[np.float64], names: Sequence[str]) -> Columns:
+    """`by_name` for as many rows as fit into the caches whole: one column after the other."""
+    return {name: rows_of_piece[:, COLUMNS.index(name)].copy() for name in names}
 
 
 def join(parts: Sequence[Columns]) -> Columns:
@@ -103,11 +109,11 @@ def record(
         requests = NO_REQUESTS
         filled, left = filled + ticks, left - ticks
         watcher.hear(table[filled - 1])
-        moving = ~np.isin(rows_of_piece[:ticks, _PHASE], RESTING)
+        moving = ~np.isin(rows_of_piece[:ticks, _PHASE], _RESTING)
         active |= bool(moving.any())
         at_rest = active and not moving[-1]
         if at_rest or not left or filled == len(table):
-            parts.append(by_name(table[:filled], names))
+            parts.append(copy_columns(table[:filled], names))
             filled = 0
     return state, join(parts)
 

@@ -48,16 +48,16 @@ def test_disconnected_the_connector_is_at_the_rooms_pressure(name: str, l_per_mi
     """At once and whatever is sucked; gas is conserved, and no lung is emptied below the room's."""
     patient = broken(Fault.CIRCUIT_DISCONNECTED, patient=PATIENTS[name])
     state, suction = RESTING[name], l_per_min * 1000.0 / 60.0
-    volume = state.lung.volume_ml
+    volume = state.vitals.lung.volume_ml
     for _ in range(steps(20.0)):
         state = patient_model.step(patient, state, suction, 0.4, 0.0, DT_S)
-        flow = state.airflow
+        flow = state.vitals.airflow
         assert flow.connector_cmh2o == pytest.approx(0.0, abs=1e-9)
         volume += (flow.tube_ml_per_s - flow.suction_ml_per_s) * DT_S
-        assert state.lung.volume_ml == pytest.approx(volume, abs=1e-6)
+        assert state.vitals.lung.volume_ml == pytest.approx(volume, abs=1e-6)
     # Half a minute later the lung is in balance with the pressure in the trachea.
-    held = state.lung.volume_ml - patient.lung.relaxed_ml + state.lung.closed_ml
-    trachea = state.airflow.trachea_cmh2o
+    held = state.vitals.lung.volume_ml - patient.lung.relaxed_ml + state.vitals.lung.closed_ml
+    trachea = state.vitals.airflow.trachea_cmh2o
     assert held / patient.lung.compliance_ml_per_cmh2o == pytest.approx(trachea, abs=0.05)
     assert ventilator.inspired_ratio(patient.ventilator) == 0.21
 
@@ -66,10 +66,10 @@ def test_reconnected_the_lung_fills_again() -> None:
     empty = patient_preset.breathe(
         broken(Fault.CIRCUIT_DISCONNECTED), RESTING["adult-icu"], 2000, DT_S
     )
-    lost = RESTING["adult-icu"].lung.volume_ml - empty.lung.volume_ml
+    lost = RESTING["adult-icu"].vitals.lung.volume_ml - empty.vitals.lung.volume_ml
     filled = patient_preset.breathe(ICU, empty, 2000, DT_S)
     assert lost > 250.0
-    assert RESTING["adult-icu"].lung.volume_ml - filled.lung.volume_ml < 0.5 * lost
+    assert RESTING["adult-icu"].vitals.lung.volume_ml - filled.vitals.lung.volume_ml < 0.5 * lost
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.7, 1.5, 3.0])
@@ -92,19 +92,19 @@ def test_without_compensation_suction_empties_an_adults_lung_at_its_own_flow() -
     state, suction = RESTING["adult-icu"], 250.0
     still = 0
     for _ in range(steps(8.0)):
-        before = state.lung.volume_ml
+        before = state.vitals.lung.volume_ml
         state = patient_model.step(patient, state, suction, 0.4, 0.0, DT_S)
-        inspired = ventilator.is_inspiring(patient.ventilator, state.ventilator)
-        if not inspired and state.airflow.tube_ml_per_s == 0.0:
+        inspired = ventilator.is_inspiring(patient.ventilator, state.vitals.ventilator)
+        if not inspired and state.vitals.airflow.tube_ml_per_s == 0.0:
             still += 1
-            assert before - state.lung.volume_ml == pytest.approx(
-                state.airflow.suction_ml_per_s * DT_S, abs=1e-9
+            assert before - state.vitals.lung.volume_ml == pytest.approx(
+                state.vitals.airflow.suction_ml_per_s * DT_S, abs=1e-9
             )
     assert still > steps(1.0)
     healthy = patient_preset.at_rest(ICU)
     for _ in range(steps(8.0)):
         healthy = patient_model.step(ICU, healthy, suction, 0.4, 0.0, DT_S)
-    assert state.breath.loss_ml > 1.5 * healthy.breath.loss_ml
+    assert state.vitals.breath.loss_ml > 1.5 * healthy.vitals.breath.loss_ml
 
 
 def test_a_raised_shunt_lowers_the_shown_saturation_late() -> None:
@@ -120,9 +120,9 @@ def test_vagal_patients_lose_that_share_under_the_strongest_stimulus() -> None:
     state, patient = RESTING["adult-icu"], broken(Fault.BRADYCARDIA, 0.6)
     for _ in range(steps(30.0)):
         state = patient_model.step(patient, state, 0.0, 0.4, 1.0, DT_S)
-    assert state.heart.rate_per_min == pytest.approx(0.4 * ICU.heart.rest_per_min, rel=1e-3)
+    assert state.vitals.heart.rate_per_min == pytest.approx(0.4 * ICU.heart.rest_per_min, rel=1e-3)
     assert patient_model.signs(patient, state).monitor.heart_rate_per_min == pytest.approx(
-        state.heart.rate_per_min, rel=1e-3
+        state.vitals.heart.rate_per_min, rel=1e-3
     )
 
 
@@ -135,7 +135,7 @@ def test_what_arrives_of_a_monitor_is_what_it_shows_or_nothing() -> None:
         True,
     )
     assert healthy.spo2_percent == state.oximeter.shown_percent
-    assert healthy.airway_pressure_cmh2o == state.airflow.connector_cmh2o
+    assert healthy.airway_pressure_cmh2o == state.vitals.airflow.connector_cmh2o
     assert healthy.heart_rate_per_min == ICU.heart.rest_per_min
     off = ICU._replace(monitor=ICU.monitor._replace(probe_on=False))
     assert patient_model.signs(off, state).monitor == healthy._replace(

@@ -28,14 +28,14 @@ def test_no_gas_is_made_or_lost(name: str) -> None:
     """The lung holds what it held, plus what the tube brought, less what the catheter took."""
     patient, state = PATIENTS[name], RESTING[name]
     source = np.random.default_rng(1)
-    volume = state.lung.volume_ml
+    volume = state.vitals.lung.volume_ml
     for _ in range(3000):
         suction = source.uniform(0.0, 400.0) if source.random() < 0.5 else 0.0
         state = patient_model.step(patient, state, suction, source.uniform(0.0, 0.8), 0.0, DT_S)
-        flow = state.airflow
+        flow = state.vitals.airflow
         assert flow.suction_ml_per_s <= suction
         volume += (flow.tube_ml_per_s - flow.suction_ml_per_s) * DT_S
-        assert state.lung.volume_ml == pytest.approx(volume, abs=1e-6)
+        assert state.vitals.lung.volume_ml == pytest.approx(volume, abs=1e-6)
 
 
 @given(
@@ -64,10 +64,10 @@ def test_nothing_a_device_can_do_makes_nonsense(
         state = patient_model.step(patient, state, suction, ratio, 0.0, dt_s)
     seen = patient_model.signs(patient, state)
     assert np.all(np.isfinite([*seen[:5], *seen.monitor]))
-    assert state.lung.volume_ml > 0.0
-    assert 0.0 <= state.gas.arterial_saturation <= 1.0
+    assert state.vitals.lung.volume_ml > 0.0
+    assert 0.0 <= state.vitals.gas.arterial_saturation <= 1.0
     assert 0.0 <= seen.spo2_percent <= 100.0
-    assert 0.0 <= state.gas.alveolar_mmhg <= 713.0
+    assert 0.0 <= state.vitals.gas.alveolar_mmhg <= 713.0
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -79,10 +79,14 @@ def test_a_shorter_step_changes_little(name: str) -> None:
         coarse = patient_model.step(patient, coarse, 20.0, 0.4, 0.0, DT_S)
         for _ in range(10):
             fine = patient_model.step(patient, fine, 20.0, 0.4, 0.0, 0.1 * DT_S)
-    tidal_ml = coarse.breath.tidal_ml
-    assert tidal_ml == pytest.approx(fine.breath.tidal_ml, rel=0.01)
-    assert coarse.lung.volume_ml == pytest.approx(fine.lung.volume_ml, abs=0.02 * tidal_ml)
-    assert coarse.gas.alveolar_mmhg == pytest.approx(fine.gas.alveolar_mmhg, rel=0.002)
+    tidal_ml = coarse.vitals.breath.tidal_ml
+    assert tidal_ml == pytest.approx(fine.vitals.breath.tidal_ml, rel=0.01)
+    assert coarse.vitals.lung.volume_ml == pytest.approx(
+        fine.vitals.lung.volume_ml, abs=0.02 * tidal_ml
+    )
+    assert coarse.vitals.gas.alveolar_mmhg == pytest.approx(
+        fine.vitals.gas.alveolar_mmhg, rel=0.002
+    )
 
 
 @pytest.mark.parametrize(
@@ -107,7 +111,7 @@ def test_closed_suction_of_an_adult_loses_the_published_volume(
     # Not yet back after a minute, back after ten.
     assert loss[at(START_S + 15.0 + 60.0)] > 0.2 * loss.max()
     assert loss[-1] < 0.05 * loss.max()
-    assert after.lung.closed_ml < 0.05 * loss.max()
+    assert after.vitals.lung.closed_ml < 0.05 * loss.max()
 
 
 @pytest.mark.parametrize(
@@ -137,7 +141,7 @@ def test_small_patients_lose_in_proportion(name: str) -> None:
     """5 s at 2.5 L/min with a 6 Fr catheter: like adults, 4 to 15 % of end-expiratory volume."""
     patient = PATIENTS[name]
     seen, _ = closed_suction(patient, 2.5, 5.0, 2.0, 60.0)
-    held = RESTING[name].breath.end_expiratory_ml
+    held = RESTING[name].vitals.breath.end_expiratory_ml
     assert 0.04 < seen["lung_volume_loss_ml"].max() / held < 0.15
     assert seen["airway_pressure_cmh2o"].min() > -10.0
 
@@ -147,7 +151,7 @@ def test_disconnection_loses_what_was_measured_in_lung_injury() -> None:
     start = RESTING["adult-ards"]
     off = ARDS.ventilator._replace(peep_cmh2o=0.0, driving_cmh2o=0.0, droop_cmh2o_s_per_ml=0.0)
     end = quiet(ARDS._replace(ventilator=off), start, 15.0)
-    lost = start.breath.end_expiratory_ml - end.lung.volume_ml
+    lost = start.vitals.breath.end_expiratory_ml - end.vitals.lung.volume_ml
     assert lost == pytest.approx(1466.0, abs=586.0)
     later = patient_model.signs(ARDS, quiet(ARDS, end, 60.0))
     assert later.lung_volume_loss_ml > 0.3 * lost
@@ -158,7 +162,7 @@ def test_more_gas_than_the_ventilator_gives_pulls_the_airway_below_the_atmospher
     seen, state = closed_suction(weak, 18.0, 15.0, 4.0, 20.0)
     assert seen["airway_pressure_cmh2o"].min() < -1.0
     assert seen["lung_volume_ml"].min() > -weak.lung.residual_ml
-    assert np.all(np.isfinite(state.airflow))
+    assert np.all(np.isfinite(state.vitals.airflow))
 
 
 def test_a_catheter_in_the_tube_takes_tidal_volume_even_without_suction() -> None:
@@ -173,12 +177,12 @@ def test_a_catheter_in_the_tube_takes_tidal_volume_even_without_suction() -> Non
 def test_without_fresh_gas_the_patient_desaturates() -> None:
     still = ICU.ventilator._replace(driving_cmh2o=0.0)
     end = quiet(ICU._replace(ventilator=still), RESTING["adult-icu"], 180.0)
-    assert end.gas.arterial_saturation < 0.85
-    assert end.oximeter.shown_percent > 100.0 * end.gas.arterial_saturation
+    assert end.vitals.gas.arterial_saturation < 0.85
+    assert end.oximeter.shown_percent > 100.0 * end.vitals.gas.arterial_saturation
 
 
 def test_pre_oxygenation_fills_the_store() -> None:
     rich = ICU._replace(ventilator=ICU.ventilator._replace(oxygen_ratio=1.0))
     end = quiet(rich, RESTING["adult-icu"], 60.0)
-    assert end.gas.alveolar_mmhg > 550.0
-    assert end.gas.arterial_saturation > 0.99
+    assert end.vitals.gas.alveolar_mmhg > 550.0
+    assert end.vitals.gas.arterial_saturation > 0.99

@@ -52,12 +52,17 @@ def test_quiet_ventilation_does_not_drift(name: str) -> None:
     # Fifty breaths are also a whole number of the oximeter's half seconds.
     end = patient_preset.breathe(patient, start, 50 * 10 * breath, patient_preset.DT_S)
     before, after = (
-        [*patient_model.signs(patient, state)[:5], *state.airflow, *state.lung, *state.gas]
+        [
+            *patient_model.signs(patient, state)[:5],
+            *state.vitals.airflow,
+            *state.vitals.lung,
+            *state.vitals.gas,
+        ]
         for state in (start, end)
     )
     # What remains is what the slowest store had left to settle.
     assert after == pytest.approx(before, rel=1e-4, abs=1e-4)
-    assert end.lung.closed_ml == 0.0
+    assert end.vitals.lung.closed_ml == 0.0
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -67,9 +72,9 @@ def test_a_patient_at_rest_breathes_6_to_8_ml_per_kg_and_is_saturated(name: str)
         state = patient_preset.at_rest(patient)
         seen, sao2_percent = (
             patient_model.signs(patient, state),
-            100.0 * state.gas.arterial_saturation,
+            100.0 * state.vitals.gas.arterial_saturation,
         )
-        assert 6.0 < state.breath.tidal_ml / patient.weight_kg < 8.0
+        assert 6.0 < state.vitals.breath.tidal_ml / patient.weight_kg < 8.0
         # Means are 93 % in ARDS and 97 to 98 % elsewhere; a drawn patient may lie a little out.
         low, high = (86.0, 97.5) if name == "adult-ards" else (94.0, 99.2)
         assert low < sao2_percent < high

@@ -25,6 +25,14 @@ class Oximeter(NamedTuple):
     average_samples: int
 
 
+class Sample(NamedTuple):
+    """What has come since the latest sample of the display."""
+
+    sum_s: float
+    """Integral of the saturation."""
+    elapsed_s: float
+
+
 class OximeterState(NamedTuple):
     """State of the oximeter."""
 
@@ -32,11 +40,11 @@ class OximeterState(NamedTuple):
     """Saturation of past samples as a ring, shape (MEMORY,); never written, only replaced."""
     latest: int
     """Place of the latest sample in the ring."""
-    sum_s: float
-    """Integral of the saturation since then."""
-    elapsed_s: float
-    """Time since then."""
+    sample: Sample
     shown_percent: float
+
+
+BEGUN = Sample(sum_s=0.0, elapsed_s=0.0)
 
 
 def of_delay(delay_s: float, average_s: float) -> Oximeter:
@@ -51,29 +59,44 @@ def at_rest(saturation: float) -> OximeterState:
     return OximeterState(
         history=np.full(MEMORY, saturation),
         latest=0,
-        sum_s=0.0,
-        elapsed_s=0.0,
+        sample=BEGUN,
         shown_percent=100.0 * saturation,
     )
 
 
 @compiled
-def step(oximeter: Oximeter, state: OximeterState, saturation: float, dt_s: float) -> OximeterState:
+def integrate(sample: Sample, saturation: float, dt_s: float) -> Sample:
     """Advance by one step at a given arterial saturation (0 to 1)."""
-    sum_s = state.sum_s + saturation * dt_s
-    elapsed_s = state.elapsed_s + dt_s
-    if elapsed_s < SAMPLE_S - 0.5 * dt_s:
-        return state._replace(sum_s=sum_s, elapsed_s=elapsed_s)
+    return Sample(sum_s=sample.sum_s + saturation * dt_s, elapsed_s=sample.elapsed_s + dt_s)
+
+
+@compiled
+def is_due(sample: Sample, dt_s: float) -> bool:
+    """Whether the display takes a sample after this step."""
+    return sample.elapsed_s >= SAMPLE_S - 0.5 * dt_s
+
+
+@compiled
+def show(oximeter: Oximeter, state: OximeterState, sample: Sample) -> OximeterState:
+    """Take a sample that is due, and show the mean of those of the window."""
     history = state.history.copy()
     latest = (state.latest + 1) % MEMORY
-    history[latest] = sum_s / elapsed_s
+    history[latest] = sample.sum_s / sample.elapsed_s
     total = 0.0
     for i in range(oximeter.average_samples):
         total += history[(latest - oximeter.delay_samples - i) % MEMORY]
     return OximeterState(
         history=history,
         latest=latest,
-        sum_s=0.0,
-        elapsed_s=0.0,
+        sample=BEGUN,
         shown_percent=100.0 * total / oximeter.average_samples,
     )
+
+
+@compiled
+def step(oximeter: Oximeter, state: OximeterState, saturation: float, dt_s: float) -> OximeterState:
+    """Advance by one step at a given arterial saturation (0 to 1)."""
+    sample = integrate(state.sample, saturation, dt_s)
+    if is_due(sample, dt_s):
+        return show(oximeter, state, sample)
+    return state._replace(sample=sample)

@@ -83,18 +83,24 @@ class BreathState(NamedTuple):
     """Volume by which the last inspiration filled the lung."""
 
 
-class PatientState(NamedTuple):
-    """State of one patient."""
+class Vitals(NamedTuple):
+    """State of a patient and of the ventilator, as it truly is."""
 
     ventilator: VentilatorState
     airflow: Airflow
     lung: LungState
     gas: GasState
-    oximeter: OximeterState
     heart: HeartState
     shown_per_min: float
     """Heart rate that the monitor shows."""
     breath: BreathState
+
+
+class PatientState(NamedTuple):
+    """State of one patient; the oximeter's memory is apart, for it is an array."""
+
+    vitals: Vitals
+    oximeter: OximeterState
 
 
 @compiled
@@ -104,7 +110,7 @@ def is_inside(patient: Patient, tip_mm: float) -> bool:
 
 
 @compiled
-def _step_breath(patient: Patient, state: PatientState, inspires: bool, dt_s: float) -> BreathState:
+def _step_breath(patient: Patient, state: Vitals, inspires: bool, dt_s: float) -> BreathState:
     """Volumes at the turns of the breath that the state before the step stood in."""
     breath = state.breath
     end_expiratory = breath.end_expiratory_ml
@@ -125,20 +131,15 @@ def _step_breath(patient: Patient, state: PatientState, inspires: bool, dt_s: fl
 
 
 @compiled
-def step(
+def step_vitals(
     patient: Patient,
-    state: PatientState,
+    state: Vitals,
     suction_ml_per_s: float,
     catheter_ratio: float,
     stimulus: float,
     dt_s: float,
-) -> PatientState:
-    """Advance by one step of a hundredth of a second or so.
-
-    suction_ml_per_s: gas at atmospheric pressure that the catheter takes just below the tube.
-    catheter_ratio: catheter over tube diameter while the catheter lies in the tube, else 0.
-    stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.heart`.
-    """
+) -> Vitals:
+    """`step` without the oximeter."""
     machine = ventilator.step(patient.ventilator, state.ventilator, dt_s)
     suction = lung.removable_ml_per_s(patient.lung, state.lung, suction_ml_per_s, dt_s)
     flows = airflow.solve(
@@ -159,12 +160,11 @@ def step(
         dt_s,
     )
     beating = heart.step(patient.heart, state.heart, stimulus, gas.arterial_saturation, dt_s)
-    return PatientState(
+    return Vitals(
         ventilator=machine,
         airflow=flows,
         lung=filled,
         gas=gas,
-        oximeter=oximeter.step(patient.oximeter, state.oximeter, gas.arterial_saturation, dt_s),
         heart=beating,
         shown_per_min=patient_monitor.average(
             patient.monitor, state.shown_per_min, beating.rate_per_min, dt_s
@@ -176,18 +176,41 @@ def step(
 
 
 @compiled
+def step(
+    patient: Patient,
+    state: PatientState,
+    suction_ml_per_s: float,
+    catheter_ratio: float,
+    stimulus: float,
+    dt_s: float,
+) -> PatientState:
+    """Advance by one step of a hundredth of a second or so.
+
+    suction_ml_per_s: gas at atmospheric pressure that the catheter takes just below the tube.
+    catheter_ratio: catheter over tube diameter while the catheter lies in the tube, else 0.
+    stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.heart`.
+    """
+    vitals = step_vitals(patient, state.vitals, suction_ml_per_s, catheter_ratio, stimulus, dt_s)
+    saturation = vitals.gas.arterial_saturation
+    return PatientState(
+        vitals=vitals, oximeter=oximeter.step(patient.oximeter, state.oximeter, saturation, dt_s)
+    )
+
+
+@compiled
 def signs(patient: Patient, state: PatientState) -> PatientSigns:
     """What the machine and the trace learn of the patient."""
+    vitals = state.vitals
     return PatientSigns(
-        airway_pressure_cmh2o=state.airflow.trachea_cmh2o,
-        lung_volume_ml=state.lung.volume_ml - patient.lung.residual_ml,
-        lung_volume_loss_ml=state.breath.loss_ml,
+        airway_pressure_cmh2o=vitals.airflow.trachea_cmh2o,
+        lung_volume_ml=vitals.lung.volume_ml - patient.lung.residual_ml,
+        lung_volume_loss_ml=vitals.breath.loss_ml,
         spo2_percent=state.oximeter.shown_percent,
-        heart_rate_per_min=state.heart.rate_per_min,
+        heart_rate_per_min=vitals.heart.rate_per_min,
         monitor=patient_monitor.read(
             patient.monitor,
             state.oximeter.shown_percent,
-            state.shown_per_min,
-            state.airflow.connector_cmh2o,
+            vitals.shown_per_min,
+            vitals.airflow.connector_cmh2o,
         ),
     )

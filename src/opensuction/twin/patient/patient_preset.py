@@ -16,7 +16,7 @@ from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient.gas_exchange import DRY_MMHG, GasExchange, GasState
 from opensuction.twin.patient.heart import Heart
 from opensuction.twin.patient.lung import Lung, LungState
-from opensuction.twin.patient.patient import BreathState, Patient, PatientState, Secretion
+from opensuction.twin.patient.patient import BreathState, Patient, PatientState, Secretion, Vitals
 from opensuction.twin.patient.patient_monitor import PatientMonitor
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 from opensuction.twin.patient.ventilator import Ventilator
@@ -176,9 +176,21 @@ def patient(name: str, seed: int, nominal: bool = False) -> Patient:
 @compiled
 def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> PatientState:
     """State after a number of steps without suction and catheter."""
-    for _ in range(steps):
-        state = patient_model.step(patient, state, 0.0, 0.0, 0.0, dt_s)
-    return state
+    vitals, meter, done = state.vitals, state.oximeter, 0
+    while done < steps:
+        sample, due = meter.sample, False
+        # Up to the oximeter's next sample without its memory: a reference to an array is counted
+        # at every hand, which takes as long as the breathing.
+        while done < steps and not due:
+            vitals = patient_model.step_vitals(patient, vitals, 0.0, 0.0, 0.0, dt_s)
+            sample = oximeter.integrate(sample, vitals.gas.arterial_saturation, dt_s)
+            due = oximeter.is_due(sample, dt_s)
+            done += 1
+        if due:
+            meter = oximeter.show(patient.oximeter, meter, sample)
+        else:
+            meter = meter._replace(sample=sample)
+    return PatientState(vitals, meter)
 
 
 def near_rest(patient: Patient) -> PatientState:
@@ -188,7 +200,7 @@ def near_rest(patient: Patient) -> PatientState:
     volume = patient.lung.relaxed_ml + patient.lung.compliance_ml_per_cmh2o * peep
     alveolar_mmhg = max(DRY_MMHG * patient.ventilator.oxygen_ratio - 40.0, 60.0)
     arterial = gas_exchange.content(gas, 80.0)
-    return PatientState(
+    vitals = Vitals(
         ventilator=ventilator.at_rest(patient.ventilator),
         airflow=airflow.still(peep),
         lung=LungState(volume_ml=volume, closed_ml=0.0),
@@ -200,13 +212,13 @@ def near_rest(patient: Patient) -> PatientState:
             arterial_mmhg=80.0,
             arterial_saturation=gas_exchange.saturation(gas, 80.0),
         ),
-        oximeter=oximeter.at_rest(gas_exchange.saturation(gas, 80.0)),
         heart=heart.at_rest(patient.heart),
         shown_per_min=patient.heart.rest_per_min,
         breath=BreathState(
             reference_ml=volume, end_expiratory_ml=volume, loss_ml=0.0, tidal_ml=0.0
         ),
     )
+    return PatientState(vitals, oximeter.at_rest(gas_exchange.saturation(gas, 80.0)))
 
 
 @lru_cache(maxsize=1)
@@ -219,5 +231,6 @@ def at_rest(patient: Patient) -> PatientState:
     breath_steps = round(patient.ventilator.period_s / DT_S)
     breaths = round(SETTLE_S / patient.ventilator.period_s)
     state = breathe(patient, near_rest(patient), breaths * breath_steps, DT_S)
-    ends = state.breath.end_expiratory_ml
-    return state._replace(breath=state.breath._replace(reference_ml=ends, loss_ml=0.0))
+    breath = state.vitals.breath
+    begun = breath._replace(reference_ml=breath.end_expiratory_ml, loss_ml=0.0)
+    return state._replace(vitals=state.vitals._replace(breath=begun))
