@@ -85,3 +85,12 @@ def test_a_valve_that_came_home_rests_until_it_is_told_to_open() -> None:
     assert not told(False, [0.3, 0.2, 0.1, 0.021]).resting
     # Told to close again: a stroke is driven, even if it rested before.
     assert not valve_axis.step(LIMITS, home, False, True, 0.3, 0.3, DT_S).resting
+
+
+def test_after_a_reset_a_cam_on_its_way_has_all_its_time_again() -> None:
+    stuck = told(True, [0.13] * 160)
+    assert valve_axis.is_stuck(LIMITS, stuck)
+    begun = valve_axis.restart(stuck)
+    assert begun == ValveAxis(0.0, 0.0, resting=False)
+    assert not valve_axis.is_stuck(LIMITS, begun)
+    assert valve_axis.restart(told(False, [0.0] * 3)).resting
