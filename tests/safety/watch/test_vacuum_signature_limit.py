@@ -307,3 +307,10 @@ def test_after_a_reset_the_vacuum_is_known_and_nothing_is_held_against_it() -> N
     assert vacuum_signature.reset(broken) == LineWatch(
         90.0, 95.0, SET, 0.0, False, 0.0, 0.0, 95.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     )
+
+
+@pytest.mark.parametrize("other", [name for name in TIMES if name != "unvented_s"])
+def test_what_is_not_vented_is_told_beside_all_else(other: str) -> None:
+    alone = found(unvented_s=60.0)
+    assert alone != []
+    assert set(alone) <= set(found(**{"unvented_s": 60.0, other: 60.0}))
