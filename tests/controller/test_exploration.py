@@ -26,10 +26,12 @@ from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.handling import Reaction
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState, Wiring
+from opensuction.simulation import wiring as wirings
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection import invariant as held
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
+from opensuction.simulation.wiring import Wiring
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import Link
 from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
@@ -110,7 +112,7 @@ class Exploration(RuleBasedStateMachine):
         self.link: Link = link.healthy(1)
         home_mm = loop.controller.limits.park_head_mm
         self.watchdog = drive_watchdog.of(loop.machine, home_mm)
-        self.messages = closed_loop.messages(machine.read(loop.machine, start.machine))
+        self.messages = wirings.start(machine.read(loop.machine, start.machine))
         self.trace: Columns = {}
         self.phase = int(start.controller.core.procedure.phase)
 

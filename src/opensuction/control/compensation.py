@@ -18,8 +18,8 @@ from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play_sum import NO_PLAYS, PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 
 class CompensationKind(IntEnum):

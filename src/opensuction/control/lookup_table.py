@@ -12,8 +12,8 @@ from typing import NamedTuple
 from opensuction.control import head_path
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 
 class Curves(NamedTuple):

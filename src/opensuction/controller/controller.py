@@ -13,8 +13,8 @@ from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, 
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
+from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
-from opensuction.kernel.zero import make_zero
 from opensuction.procedure.cycle import cycle, progress, upkeep
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan

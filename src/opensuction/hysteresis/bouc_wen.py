@@ -27,8 +27,8 @@ from annotated_types import Ge, Gt
 from opensuction.hysteresis import bouc_wen_growth, bracket
 from opensuction.hysteresis.bouc_wen_growth import MOST_TERMS, Growth
 from opensuction.hysteresis.model_state import InverseMove
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 
 class BoucWen(NamedTuple):

@@ -11,8 +11,8 @@ Source: [Jorba-2005] for Taylor steps; the series is that of the hypergeometric 
 import math
 from typing import NamedTuple
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 TOLERANCE = 1e-14
 """Truncation of one step of the state, as a share of its reach. It contracts afterwards."""

@@ -24,8 +24,8 @@ from annotated_types import Gt
 from opensuction.hysteresis import bracket, modified_dahl, play
 from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 MOST_DOUBLINGS = 60
 """Bound on the doublings with which the inverse looks for a travel that is far enough."""

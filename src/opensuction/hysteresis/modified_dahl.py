@@ -15,8 +15,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Ge, Gt
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 NEWTON_STEPS = 80
 """Bound on Newton steps: 6 are usual, 40 at the tangent point, where each halves the error."""

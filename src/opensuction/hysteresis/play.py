@@ -17,8 +17,8 @@ import numpy as np
 from annotated_types import Ge, Gt
 
 from opensuction.hysteresis.model_state import InverseMove
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 
 class Play(NamedTuple):

@@ -22,8 +22,8 @@ import numpy as np
 
 from opensuction.hysteresis import bracket, play
 from opensuction.hysteresis.model_state import InverseMove, ModelState
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 
 class Preisach(NamedTuple):

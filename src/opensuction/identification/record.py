@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 MOST_KEPT = 4
 """Turns may make a thinned recording this many times longer than asked for; smaller turns go."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm
-from opensuction.kernel.array import Array
+from opensuction.kernel.record import Array
 
 DIFFERENCE = 1e-5
 """Step of the central differences, as a share of the parameter."""

@@ -30,8 +30,8 @@ from opensuction.identification.judgement.candidate import (
 )
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.record import read_pair, read_samples
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 MODELS = {name: model for name, model in CATALOGUE.items() if model.form is not None}
 """Models that can be identified from any recording."""

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 
 LARGEST = 1.0e6
 """Largest reading in mm, rad, mmHg or A that is a number: no machine comes near it, and no speed or

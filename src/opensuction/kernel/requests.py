@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 
 
 class Requests(NamedTuple):

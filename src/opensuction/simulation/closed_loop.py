@@ -15,7 +15,7 @@ from opensuction.controller import controller
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.compiler.entry import Entry
+from opensuction.kernel.compiler.typed_call import TypedCall
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
@@ -23,12 +23,17 @@ from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
+from opensuction.simulation.wiring import (
+    HEALTHY,
+    Messages,
+    Wiring,
+    command_drives,
+    read_link,
+)
 from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import Link, LinkState, Ring
-from opensuction.twin.machine import drive_watchdog, machine
-from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
+from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
@@ -51,36 +56,6 @@ class LoopState(NamedTuple):
     controller: State
     machine: MachineState
     bedside: BedsideState
-
-
-class Wiring(NamedTuple):
-    """What lies between the two sides."""
-
-    link: Link
-    watchdog: DriveWatchdog
-
-
-class LinkedState(NamedTuple):
-    """State of what lies between the two sides."""
-
-    link: LinkState
-    watchdog: WatchdogState
-    outputs: Outputs
-    """The controller's last."""
-
-
-class Messages(NamedTuple):
-    """What the link remembers, as rows that it writes.
-
-    Without them it is not played, and nothing of it is compiled.
-    """
-
-    got: Ring
-    """Last readings."""
-    sent: Ring
-    """Last commands."""
-    state: row.Row
-    """The `LinkedState`."""
 
 
 class TraceRow(NamedTuple):
@@ -107,8 +82,6 @@ class TraceRow(NamedTuple):
 COLUMNS = row.columns(TraceRow)
 """Columns of the trace, in order."""
 write_row = row.writer(TraceRow)
-_read_link = row.reader(LinkedState)
-_write_link = row.writer(LinkedState)
 
 
 @compiled
@@ -134,34 +107,6 @@ def record(
         signals=outputs.signals,
         truth=truth,
     )
-
-
-@compiled
-def _drive(
-    wiring: Wiring,
-    messages: Messages,
-    reported: Readings,
-    readings: Readings,
-    outputs: Outputs,
-    tick: int,
-) -> Commands:
-    """Commands that the drives obey, on their own where no new ones come.
-
-    reported: by the sensors. readings: as the controller got them. messages: written.
-    """
-    wires, before = wiring.link, _read_link(messages.state)
-    obeyed, heard = link.receive_commands(wires, before.link, outputs.commands, messages.sent, tick)
-    received = LinkState(readings=readings, commands=obeyed)
-    alone = drive_watchdog.step(
-        wiring.watchdog, before.watchdog, heard, wires.mains, reported.head_mm, DT_S
-    )
-    _write_link(messages.state, LinkedState(received, alone, outputs))
-    if alone.alone:
-        powered = wires.mains or wires.reserve
-        obeyed = drive_watchdog.commands(
-            wiring.watchdog, alone, powered, reported.head_mm, reported.cam_rad
-        )
-    return obeyed
 
 
 class _Sides(NamedTuple):
@@ -199,19 +144,19 @@ def _tick(
     readings, runs, late = reported, True, False
     if messages is not None:
         reported = link.sense(wires, reported, tick)
-        before = _read_link(messages.state).link
+        before = read_link(messages.state).link
         readings = link.receive_readings(wires, before, reported, messages.got, tick)
         runs, late = wires.controller_runs, tick < wires.late_until_tick
     decided = state.controller
     if messages is not None and not runs:
-        outputs = _read_link(messages.state).outputs
+        outputs = read_link(messages.state).outputs
     else:
         host = Host(overrun=late, conditions=0)
         inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
         decided, outputs = controller.step(sides.controller, heads_mm, decided, inputs)
     commands = outputs.commands
     if messages is not None:
-        commands = _drive(sides.wiring, messages, reported, readings, outputs, tick)
+        commands = command_drives(sides.wiring, messages, reported, readings, outputs, tick, DT_S)
     moved = machine.step(sides.machine, state.machine, commands, DT_S)
     phase = outputs.phase if runs else Phase.HALTED
     seen = record(tick * DT_S, phase, readings, outputs, commands, truth)
@@ -247,18 +192,11 @@ def _run(
     return LoopState(now.tick, now.controller, now.machine, bedside), done
 
 
-HEALTHY = Wiring(
-    link=link.healthy(0),
-    watchdog=DriveWatchdog(silence_s=0.0, home_mm=0.0, out_mm_per_s=0.0),
-)
-"""Where the link is not played."""
-
-
 def _kind(loop: Loop, *_: object) -> bool:
     return loop.heads_mm is None
 
 
-_play = Entry(_run, _kind)
+_play = TypedCall(_run, _kind)
 
 
 def run(
@@ -280,33 +218,3 @@ def run(
     if trace.dtype != np.float64 or not trace.flags.c_contiguous:
         raise TypeError(f"trace: {trace.dtype} {trace.strides}, should be rows of doubles")
     return _play(loop, wiring, state, requests, trace, messages)
-
-
-def messages(reading: Readings) -> Messages:
-    """Messages of a link that has always carried these readings and no command."""
-    last = np.zeros(len(row.columns(LinkedState)))
-    commands = _begin_link(last, reading)
-    return Messages(*link.rings(LinkState(reading, commands)), last)
-
-
-@compiled
-def _begin_link(last: row.Row, reading: Readings) -> Commands:
-    """Write the state of a link before anything was commanded; returns its empty commands."""
-    blank: LinkedState = _read_link(last)
-    received = blank.link._replace(readings=reading)
-    _write_link(last, LinkedState(received, drive_watchdog.LISTENING, blank.outputs))
-    return received.commands
-
-
-@compiled
-def drives(last: row.Row) -> WatchdogState:
-    """What the drives remember; last: of `Messages`."""
-    linked: LinkedState = _read_link(last)
-    return linked.watchdog
-
-
-@compiled
-def release_drives(last: row.Row) -> None:
-    """A controller has started anew: the drives obey it. last: of `Messages`, written."""
-    linked: LinkedState = _read_link(last)
-    _write_link(last, linked._replace(watchdog=drive_watchdog.LISTENING))

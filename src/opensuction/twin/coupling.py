@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Monitor
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 
 TICKS = 10
 """Ticks of the machine for each step of the bedside."""

@@ -28,8 +28,8 @@ from opensuction.evidence.benchmark.benchmark_plant import noise_mm as laser_noi
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
 from opensuction.identification.estimator import servo
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 from opensuction.procedure.cycle import cycle
 from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.clinical import Template

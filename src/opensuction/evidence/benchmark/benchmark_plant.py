@@ -17,8 +17,8 @@ from opensuction.hysteresis.catalogue.hysteresis_model import Record, simulate
 from opensuction.hysteresis.play import Play
 from opensuction.identification.estimator import branch_curve, nonlinear, superposition
 from opensuction.kernel import random_stream
-from opensuction.kernel.array import Array
 from opensuction.kernel.phase import Phase
+from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.plan import Excitation
 from opensuction.simulation import rig as rigs
 

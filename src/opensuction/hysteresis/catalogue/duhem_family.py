@@ -25,7 +25,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 from opensuction.hysteresis.dahl import Dahl
 from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.kernel.array import Array
+from opensuction.kernel.record import Array
 
 SHALLOWEST = 0.1
 """Bound below a slope, over output range by input range [assumed]."""

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from opensuction.hysteresis.model_state import InverseMove, ModelState
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 Record = Any
 """A model's NamedTuple of parameters."""

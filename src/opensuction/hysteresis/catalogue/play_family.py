@@ -17,7 +17,7 @@ from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.hysteresis.play import Play
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.hysteresis.preisach import Preisach
-from opensuction.kernel.array import Array
+from opensuction.kernel.record import Array
 
 
 def _simulate_play(record: Play, head_mm: Array, position_mm: float) -> Array:

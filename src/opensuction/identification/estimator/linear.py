@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 BLOCKS = 20
 """Blocks of a cross-validation: short enough that what one holds is seen elsewhere too."""

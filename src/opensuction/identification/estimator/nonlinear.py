@@ -20,8 +20,8 @@ from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.estimator.normal_equation import solve_least_squares
 from opensuction.identification.record import thin
 from opensuction.identification.residual import squares
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 GRID_POINTS = 40
 """Lengths of a Dahl state tried: neighbours differ by a factor of 1.3."""

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 LEAST_PIVOT = 1e-13
 """A column of which less than this share is its own (of its square) is left out."""

@@ -16,8 +16,8 @@ from annotated_types import Ge, Gt
 
 from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 
 class RecursiveSettings(NamedTuple):

@@ -13,8 +13,8 @@ from scipy.optimize import differential_evolution, minimize
 
 from opensuction.hysteresis.catalogue.hysteresis_model import VectorForm, ranges_of
 from opensuction.identification.residual import squares
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 Cost = Callable[[Array], float]
 

@@ -12,8 +12,8 @@ from annotated_types import Ge, Gt
 from numpy.typing import ArrayLike
 
 from opensuction.identification.record import read_pair, read_samples
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 LEAST_SAMPLES = 10
 """Fewest usable samples; two parameters from fewer would be taken on trust."""

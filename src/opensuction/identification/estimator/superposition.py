@@ -18,7 +18,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.linear import Design
 from opensuction.identification.record import thin
-from opensuction.kernel.array import Array
+from opensuction.kernel.record import Array
 
 PASTS = (-1.0, 0.0, 1.0)
 """Memory ratios tried: after a long retract, at rest, after a long advance."""

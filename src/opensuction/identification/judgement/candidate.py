@@ -17,7 +17,7 @@ from opensuction.identification.estimator.superposition import Superposition
 from opensuction.identification.judgement import diagnosis
 from opensuction.identification.judgement.confidence import estimate_spread
 from opensuction.identification.residual import jacobian
-from opensuction.kernel.array import Array
+from opensuction.kernel.record import Array
 
 NOT_DETERMINED = (
     "Not determined: the recording fits equally well with a longer or shorter memory (range too "

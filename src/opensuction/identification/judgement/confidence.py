@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from opensuction.kernel.array import Array
+from opensuction.kernel.record import Array
 
 CONFIDENCE = 0.95
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.identification.record import REVERSAL_SHARE, check_motion, find_turns
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 
 FEWEST_REVERSALS = 3
 """With fewer no branch of the loop is seen twice."""

@@ -11,8 +11,8 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.generated import straight_line
+from opensuction.kernel.record import Array
 
 Row = Array
 SCALARS = (float, int, bool)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.safety.alarm import alarm_clock
 from opensuction.safety.alarm.alarm_clock import Clocks
 

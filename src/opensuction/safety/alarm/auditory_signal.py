@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 from opensuction.safety.alarm.signal_value import (
     EDGE_SHARE,
     HARMONIC_DB,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.duration import extend

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import LARGEST, Readings
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.safety import tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor import forced_withdrawal, judgement, limiter

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
 from opensuction.safety.watch.duration import extend

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.safety import tip_bound
 from opensuction.safety.limits import Limits
 from opensuction.safety.tip_bound import TipInterval

@@ -12,17 +12,11 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.simulation import closed_loop
-from opensuction.simulation.closed_loop import (
-    COLUMNS,
-    DT_S,
-    Loop,
-    LoopState,
-    Messages,
-    Wiring,
-)
+from opensuction.simulation import closed_loop, wiring
+from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.trace import Columns
+from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
@@ -77,7 +71,7 @@ class FaultyRun:
         self._messages: Messages | None = None
         """Of a run whose link is played."""
         if is_linked(injections):
-            self._messages = closed_loop.messages(machine.read(loop.machine, start.machine))
+            self._messages = wiring.start(machine.read(loop.machine, start.machine))
         linked_ticks = 0 if self._messages is None else len(table)
         self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
@@ -109,7 +103,7 @@ class FaultyRun:
         """When the drives' watchdog acted; nan where it did not, or no longer does."""
         if self._messages is None:
             return self._first_alone_s
-        watchdog = closed_loop.drives(self._messages.state)
+        watchdog = wiring.remembered(self._messages.state)
         if not watchdog.alone:
             return self._first_alone_s
         return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
@@ -264,7 +258,7 @@ class FaultyRun:
         settings = self._loop.controller
         self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
         if self._messages is not None:
-            closed_loop.release_drives(self._messages.state)
+            wiring.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True))
         self._restart_tick = None
 

@@ -4,8 +4,8 @@ It is stepped with the patient. The machine gets the volume within reach of its 
 the volume that it took.
 """
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 BIN_MM = 10.0
 """Length of one bin of secretions."""

@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.kernel import random_stream
-from opensuction.kernel.array import Array
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Readings
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import Array, make_zero
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 

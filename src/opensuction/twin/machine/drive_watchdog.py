@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.twin.machine.machine import Machine
 
 SILENCE_S = 0.02

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.twin.machine.dc_axis import AxisMotion
 from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
 

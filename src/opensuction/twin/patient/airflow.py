@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 from opensuction.twin.patient.ventilator import Supply
 
 

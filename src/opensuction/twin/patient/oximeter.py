@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.kernel.array import Array
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.record import Array
 
 SAMPLE_S = 0.5
 """Interval of the display."""

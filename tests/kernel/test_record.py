@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from opensuction.kernel.zero import make_zero
+from opensuction.kernel.record import make_zero
 
 
 class Inner(NamedTuple):

@@ -1,7 +1,7 @@
 """Calls by Python whose arguments are always of a few known kinds.
 
 At every call numba asks each number of every record for its type: with records of some 300 numbers
-that takes two thirds of the call, .1 ms, as long as 200 ticks. An entry asks once for each kind.
+that takes two thirds of the call, .1 ms, as long as 200 ticks. A typed call asks once a kind.
 The types are those that the records declare: a whole number in a field of floats is taken as the
 float that it stands for, instead of compiling everything anew.
 """
@@ -40,7 +40,7 @@ def declared(hint: Any, found: Any) -> Any:
     return found
 
 
-class Entry(Generic[Result]):
+class TypedCall(Generic[Result]):
     """One core function, as Python calls it often; whoever holds it declares the arguments."""
 
     def __init__(self, function: Callable[..., Result], kind: Callable[..., Hashable]) -> None:

@@ -1,7 +1,13 @@
-"""Records of nothing: every number 0, every flag false."""
+"""What records hold besides single numbers, and the record that holds nothing."""
 
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+"""Of doubles, the one kind that the core computes with; each docstring says of what shape."""
 
 _fields_of = cache(get_type_hints)  # which takes longer than all the rest
 
