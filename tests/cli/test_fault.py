@@ -80,12 +80,28 @@ def test_an_instant_after_the_cycle_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_controller_that_stops_is_told_as_such(tmp_path: Path) -> None:
-    """Nobody asked for it, and no time in the airway is counted for a dead controller."""
+    """Nobody asked for it; its catheter is in the airway until the drives have brought it out."""
     status, data = faulty_cycle(tmp_path, "power-lost@suctioning+2")
     assert status == 1
     (fault,) = data["faults"]
     assert fault["noticed"]["by"] == "drive"
     assert data["abort"] is None
     assert data["phases"][-1]["name"] == "halted"
-    # Insertion, the valve's stroke, two seconds of suction.
-    assert data["timing"]["in_airway_s"] < 15.0
+    assert not data["tip"]["inside_at_end"]
+    # Insertion, the valve's stroke, two seconds of suction: 13 s; the drives' withdrawal 8 s more.
+    assert data["timing"]["in_airway_s"] == pytest.approx(21.0, abs=2.0)
+
+
+def test_a_catheter_left_inside_is_what_is_said_first(tmp_path: Path) -> None:
+    """The mains and the reserve are gone: the patient lies with it, however long one watches."""
+    status, data = faulty_cycle(tmp_path, "power-lost-without-reserve@suctioning+1")
+    assert status == 1
+    tip, timing = data["tip"], data["timing"]
+    assert tip["inside_at_end"]
+    assert tip["end_mm"] > 50.0
+    # By phases it was over as soon as no controller ran.
+    assert timing["in_airway_s"] > 30.0
+    report = (tmp_path / "run" / "report.html").read_text()
+    said = f"CATHETER IS STILL IN THE AIRWAY, {tip['end_mm']:.1f} mm below the tube"
+    assert said in report
+    assert '<p class="outcome bad"' in report

@@ -41,10 +41,10 @@ def test_no_drawn_machine_breaks_a_limit(compensation: str) -> None:
         assert figures.completed, seed
         assert figures.trips == (), seed
         assert figures.alarms == (), seed
-        assert figures.deepest_mm <= prepared.protocol.cap_mm, seed
+        assert figures.exposure.deepest_mm <= prepared.protocol.cap_mm, seed
         assert Phase.ABORTING not in columns["phase"], seed
         rmse.append(figures.rmse_mm)
-        deepest.append(figures.deepest_mm)
+        deepest.append(figures.exposure.deepest_mm)
         advance.append(inward_with_vacuum_mm(columns))
     assert max(advance) <= 0.5
     result = {
@@ -74,9 +74,9 @@ def test_no_drawn_adult_is_suctioned_beyond_a_limit(compensation: str, approach:
         assert figures.trips == (), seed
         assert figures.alarms == (), seed
         assert figures.negative_pressure_s <= 15.0, seed
-        assert figures.in_airway_s <= 30.0, seed
+        assert figures.exposure.in_airway_s <= 30.0, seed
         assert figures.peak_vacuum_mmhg <= 1.1 * prepared.protocol.vacuum_mmhg, seed
-        assert figures.deepest_mm <= prepared.protocol.cap_mm, seed
-        assert figures.carina_force_peak_n <= 0.3, seed
+        assert figures.exposure.deepest_mm <= prepared.protocol.cap_mm, seed
+        assert figures.exposure.force_peak_n <= 0.3, seed
         assert np.count_nonzero(columns["readings.contact_closed"]) <= 2000, seed  # ticks of 1 ms
         assert inward_with_vacuum_mm(columns) <= 0.5, seed

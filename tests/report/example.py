@@ -51,6 +51,8 @@ def summary(**changes: Any) -> dict[str, Any]:
             "rmse_mm": 0.76,
             "peak_error_mm": 2.0,
             "deepest_mm": 90.7,
+            "end_mm": -0.2,
+            "inside_at_end": False,
         },
         "timing": {
             "cycle_s": 31.5,

@@ -30,6 +30,24 @@ def test_aborted_cycle_begins_with_when_and_why() -> None:
     assert narrative.lead(summary).startswith("The line vacuum is above its limit.")
 
 
+@pytest.mark.parametrize(
+    ("end_mm", "where"),
+    [(48.63, "48.6 mm below the tube's end"), (-20.04, "20.0 mm above the tube's end")],
+)
+def test_a_catheter_left_inside_is_said_before_all_else(end_mm: float, where: str) -> None:
+    tip = example.summary()["tip"] | {"end_mm": end_mm, "inside_at_end": True}
+    aborted = example.aborted() | {"tip": tip}
+    first = f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
+    assert narrative.outcome(aborted) == first
+    assert narrative.lead(aborted).startswith(
+        "Aborted at 17.0 s. The line vacuum is above its limit."
+    )
+    completed = example.summary(tip=tip)
+    assert narrative.outcome(completed) == first
+    assert narrative.lead(completed).startswith("Completed.")
+    assert "Every figure" not in narrative.lead(completed)
+
+
 def test_abort_without_a_trip_was_a_person() -> None:
     summary = example.aborted() | {"trips": [], "alarms": []}
     assert "a person asked for it" in narrative.sentences(summary)[0]

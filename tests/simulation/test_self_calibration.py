@@ -34,10 +34,10 @@ def rmse_mm(seed: int, change: str) -> list[float]:
     for contact in range(CONTACTS + 1):
         loop, start = rigs.assemble(moved, TRAVELLING, kind, used, 2)
         columns = trace.record(loop, start, START, 60.0)[1]
-        figures = outcome(columns, PAPER.travel_mm, 1.0, REFERENCE_S)
+        figures = outcome(columns, moved.machine, PAPER.travel_mm, 1.0, REFERENCE_S)
         assert figures.completed
         assert figures.trips == ()
-        assert figures.deepest_mm <= TRAVELLING.cap_mm
+        assert figures.exposure.deepest_mm <= TRAVELLING.cap_mm
         errors.append(figures.rmse_mm)
         loop, start = rigs.assemble(touched, TOUCHING, kind, used, 3 + contact, by_contact=True)
         columns = trace.record(loop, start, START, 60.0)[1]

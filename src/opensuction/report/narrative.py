@@ -2,7 +2,7 @@
 
 from opensuction.report import figures
 from opensuction.report.figures import FigureVerdict
-from opensuction.report.summary import Summary, is_completed, number, rows, text, value
+from opensuction.report.summary import Summary, is_completed, is_inside, number, rows, text, value
 from opensuction.report.wording import capitalise, quantity
 
 ON_REQUEST = "a person asked for it, no safety limit tripped"
@@ -51,7 +51,16 @@ def aborted_at_s(summary: Summary) -> float | None:
 
 
 def outcome(summary: Summary) -> str:
-    """Outcome in a word or two: ``Completed``, ``Aborted at 17.0 s``."""
+    """What a person must know first: ``Completed``, ``Aborted at 17.0 s``, or that it is inside."""
+    if not is_inside(summary):
+        return _ended(summary)
+    end_mm = number(summary, "tip", "end_mm") or 0.0
+    where = f"{quantity(abs(end_mm), 'mm')} {'below' if end_mm >= 0.0 else 'above'} the tube's end"
+    return f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
+
+
+def _ended(summary: Summary) -> str:
+    """How the cycle ended, in a word or two."""
     if is_completed(summary):
         return "Completed"
     name = (text(summary, "outcome") or "unknown outcome").capitalize()
@@ -63,6 +72,9 @@ def lead(summary: Summary) -> str:
     """The one line under the outcome: why it ended early, or which figures need a look."""
     names = [f.name.lower() for f in figures.figures(summary) if f.verdict in figures.ATTENTION]
     look = f"Look at: {', '.join(names)}." if names else ""
+    if is_inside(summary):
+        reason = "" if is_completed(summary) else _with_stop(capitalise(_reason(summary)))
+        return f"{_with_stop(_ended(summary))} {reason} {look}".replace("  ", " ").strip()
     if is_completed(summary):
         return look or "Every figure that has a limit is within it."
     reason = _reason(summary)

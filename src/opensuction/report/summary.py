@@ -63,6 +63,16 @@ def is_completed(summary: Summary) -> bool:
     return text(summary, "outcome") == "completed"
 
 
+def is_inside(summary: Summary) -> bool:
+    """Whether the catheter was left in the airway, by the truth, whatever the outcome."""
+    return value(summary, "tip", "inside_at_end") is True
+
+
+def is_good(summary: Summary) -> bool:
+    """Whether nobody need come: the cycle ran to its planned end, and the catheter is out."""
+    return is_completed(summary) and not is_inside(summary)
+
+
 def flatten(entries: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
     """Leaves of nested mappings as (dotted name, value), in order.
 

@@ -15,7 +15,7 @@ from opensuction.report import figures, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figures import FigureVerdict
 from opensuction.report.moment import Moment
-from opensuction.report.summary import Summary, is_completed, rows, text, warnings
+from opensuction.report.summary import Summary, is_good, rows, text, warnings
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
 PLANNED: Final = [phase.name.lower() for phase in CYCLE if phase != Phase.BACKING_OFF]
@@ -165,7 +165,7 @@ RAN = ("machine", "patient", "protocol", "approach", "compensation")
 
 def print_summary(console: Console, summary: Summary, files: Iterable[object] = ()) -> None:
     """Print what happened: outcome, sentences, figures with limits, files that were written."""
-    good = is_completed(summary)
+    good = is_good(summary)
     marks = glyphs(console)
     outcome = f"{marks.done if good else marks.failed} {narrative.outcome(summary)}"
     ran = [text(summary, key) for key in RAN]

@@ -1,12 +1,13 @@
 """What a recorded cycle came to: the figures that reports, tests and trials share."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
+from opensuction.oracle import exposure
+from opensuction.oracle.exposure import Exposure
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety import condition_mask
 from opensuction.safety.alarm import alarm_episode
@@ -15,6 +16,7 @@ from opensuction.safety.condition import Condition
 from opensuction.simulation import alarm_record
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, phase_spans
+from opensuction.twin.machine.machine import Machine
 
 IN_AIRWAY_PHASES = (
     Phase.INSERTING,
@@ -50,24 +52,20 @@ class Outcome(NamedTuple):
     target_mm: float
     reached_mm: float
     """Tip when suction began, standing still; its deepest position if it never began."""
-    deepest_mm: float
     rmse_mm: float
     """Laser minus reference over the tracked span."""
     peak_error_mm: float
     cycle_s: float
     """Until the machine rests again; a patient is followed for longer."""
-    in_airway_s: float
     negative_pressure_s: float
     """With the valve off its seat and vacuum in the line; the pre-use test strokes it without, and
     does not count."""
     peak_vacuum_mmhg: float
     """In the line; not the pre-use test's, which tries the relief valve behind the closed one."""
-    carina_force_peak_n: float
     removed_ml: float
     removed_percent: float
-    spo2_nadir_percent: float
-    lung_volume_loss_ml: float
-    airway_pressure_least_cmh2o: float
+    exposure: Exposure
+    """What the patient had to bear, by the truth."""
     trips: tuple[TripTime, ...]
     alarms: tuple[Episode, ...]
     """In the order in which they were raised."""
@@ -120,22 +118,17 @@ def _reached_mm(trace: Columns) -> float:
     return float(tip[np.argmax(sucking)] if np.any(sucking) else np.max(tip))
 
 
-def _extreme(trace: Columns, name: str, which: Callable[..., np.float64], breathing: bool) -> float:
-    """Lowest or highest value of a column of the patient; nan where nobody is there."""
-    return float(which(trace[name])) if breathing else float("nan")
-
-
 def outcome(
     trace: Columns,
+    machine: Machine,
     target_mm: float,
     secretion_ml: float,
     span_s: float | None = None,
-    breathing: bool = False,
 ) -> Outcome:
     """Figures of a cycle.
 
-    trace: one run. target_mm: stopping point asked for. secretion_ml: secretions at the start.
-    span_s: see `tracked`. breathing: whether a patient was on the machine.
+    trace: one run. machine: as it was built. target_mm: stopping point asked for. secretion_ml:
+    secretions at the start. span_s: see `tracked`.
     """
     scored = tracked(trace, span_s)
     error = tracking_error_mm(trace)[scored]
@@ -152,21 +145,14 @@ def outcome(
         completed=closed and spans[-1].phase == Phase.PARKED,
         target_mm=target_mm,
         reached_mm=_reached_mm(trace),
-        deepest_mm=float(np.max(trace["truth.tip_mm"])),
         rmse_mm=float(np.sqrt(np.mean(np.square(error)))) if error.size else float("nan"),
         peak_error_mm=float(np.max(np.abs(error))) if error.size else float("nan"),
         cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
-        in_airway_s=float(np.count_nonzero(np.isin(trace["phase"], IN_AIRWAY_PHASES)) * DT_S),
         negative_pressure_s=float(np.count_nonzero(sucking) * DT_S),
         peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["readings.line_vacuum_mmhg"]))),
-        carina_force_peak_n=float(np.max(trace["truth.contact_n"])),
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
-        spo2_nadir_percent=_extreme(trace, "truth.spo2_percent", np.min, breathing),
-        lung_volume_loss_ml=_extreme(trace, "truth.lung_volume_loss_ml", np.max, breathing),
-        airway_pressure_least_cmh2o=_extreme(
-            trace, "truth.airway_pressure_cmh2o", np.min, breathing
-        ),
+        exposure=exposure.measure(machine, trace),
         trips=_trip_times(trace),
         alarms=alarm_episode.list_episodes(alarm_record.log(trace)),
         abort=_abort(trace),

@@ -43,7 +43,7 @@ def cycle(compensation: str, seed: int) -> tuple[Columns, Outcome]:
     loop, start = rigs.assemble(rig, PAPER, kind, calibration, run=cycle_run.CYCLE_RUN)
     _, columns = trace.record(loop, start, START, 60.0)
     secretion_ml = float(np.sum(start.bedside.secretion_ml))
-    return columns, outcome(columns, PAPER.travel_mm, secretion_ml, REFERENCE_S)
+    return columns, outcome(columns, rig.machine, PAPER.travel_mm, secretion_ml, REFERENCE_S)
 
 
 @cache
@@ -60,7 +60,7 @@ def nominal_cycle(kind: CompensationKind, calibration: Calibration) -> Outcome:
     rig = rigs.rig("bench", seed=1, nominal=True)
     loop, start = rigs.assemble(rig, PAPER, kind, calibration, run=cycle_run.CYCLE_RUN)
     _, columns = trace.record(loop, start, START, 60.0)
-    return outcome(columns, PAPER.travel_mm, rig.values["secretion_ml"], REFERENCE_S)
+    return outcome(columns, rig.machine, PAPER.travel_mm, rig.values["secretion_ml"], REFERENCE_S)
 
 
 def rmse_mm(compensation: str) -> NDArray[np.float64]:
@@ -174,7 +174,7 @@ def test_cycle_completes_without_a_trip(compensation: str, seed: int) -> None:
 @every_compensation
 @every_seed
 def test_tip_never_passes_the_cap(compensation: str, seed: int) -> None:
-    assert cycle(compensation, seed)[1].deepest_mm <= PAPER.cap_mm
+    assert cycle(compensation, seed)[1].exposure.deepest_mm <= PAPER.cap_mm
 
 
 @every_compensation

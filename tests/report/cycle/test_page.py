@@ -34,6 +34,14 @@ def test_page_says_what_it_is_and_what_happened() -> None:
     assert "negative pressure lasts 21 s" in html
 
 
+def test_a_completed_cycle_with_the_catheter_inside_is_not_green() -> None:
+    tip = example.summary()["tip"] | {"end_mm": 48.6, "inside_at_end": True}
+    html = page.render(example.summary(tip=tip), example.trace())
+    assert '<p class="outcome bad"' in html
+    assert "CATHETER IS STILL IN THE AIRWAY, 48.6 mm below the tube" in html
+    assert '<p class="outcome good"' in page.render(example.summary(), example.trace())
+
+
 def test_aborted_cycle_shows_trip_and_alarm() -> None:
     html = page.render(example.aborted(), example.trace())
     assert "Aborted at 17.0 s" in html

@@ -134,7 +134,8 @@ def _run_day(
             f"cycle {cycle.number} of {asked.repeat} at {cycle.start_s / 3600.0:.2f} h: "
             f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
-            f"{found.spo2_nadir_percent:.1f} %{', new catheter' if cycle.catheter_changed else ''}"
+            f"{found.exposure.spo2_least_percent:.1f} %"
+            f"{', new catheter' if cycle.catheter_changed else ''}"
             f"{day_summary.gap_words(cycle.gap)}",
             soft_wrap=True,
         )
@@ -157,12 +158,14 @@ def _run_day(
 def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> CommandResult:
     data["wall_s"] = progress.elapsed_s
     files: dict[str, str | bytes] = {**pages, "cycle.json": to_text(data), **_sound(data)}
+    from opensuction.report.summary import is_good
+
     refused = data.get("day", {}).get("refusal") is not None
     return CommandResult(
         data,
         files,
         lambda console, folder: _summarise(console, data, [folder / name for name in files]),
-        is_good=data["outcome"] == "completed" and not refused,
+        is_good=is_good(data) and not refused,
     )
 
 

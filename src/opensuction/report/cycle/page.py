@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from opensuction.report import figures, html, narrative, series, wording
 from opensuction.report.cycle import anatomy, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import Summary, flatten, is_completed, number, rows, text, value
+from opensuction.report.summary import Summary, flatten, is_good, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
@@ -93,7 +93,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
     context = {
         "summary": summary,
         "outcome": narrative.outcome(summary),
-        "completed": is_completed(summary),
+        "completed": is_good(summary),
         "lead": narrative.lead(summary),
         "sentences": narrative.sentences(summary),
         "warnings": warnings_of(summary),

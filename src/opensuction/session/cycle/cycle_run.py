@@ -241,10 +241,10 @@ def figures(prepared: Prepared, columns: Columns) -> Outcome:
     secretion_ml = float(np.sum(bedside.secretion_ml)) + produced_ml
     return outcome(
         columns,
+        prepared.rig.machine,
         stopping_mm(prepared),
         secretion_ml,
         tracked_span_s(prepared),
-        breathing=prepared.rig.machine.has_patient,
     )
 
 

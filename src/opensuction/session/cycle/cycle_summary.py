@@ -47,14 +47,16 @@ def _tip(result: Outcome) -> Json:
         "stop_error_mm": result.reached_mm - result.target_mm,
         "rmse_mm": result.rmse_mm,
         "peak_error_mm": result.peak_error_mm,
-        "deepest_mm": result.deepest_mm,
+        "deepest_mm": result.exposure.deepest_mm,
+        "end_mm": result.exposure.end_mm,
+        "inside_at_end": result.exposure.inside_at_end,
     }
 
 
 def _timing(prepared: Prepared, result: Outcome) -> Json:
     return {
         "cycle_s": result.cycle_s,
-        "in_airway_s": result.in_airway_s,
+        "in_airway_s": result.exposure.in_airway_s,
         "in_airway_budget_s": prepared.protocol.in_airway_budget_s,
         "negative_pressure_s": result.negative_pressure_s,
         "negative_pressure_budget_s": prepared.protocol.negative_pressure_budget_s,
@@ -203,14 +205,14 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
             "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
             "peak_mmhg": result.peak_vacuum_mmhg,
         },
-        "carina_force_peak_n": result.carina_force_peak_n,
+        "carina_force_peak_n": result.exposure.force_peak_n,
         "secretion": {
             "removed_ml": result.removed_ml,
             "removed_percent": result.removed_percent,
         },
-        "spo2_nadir_percent": result.spo2_nadir_percent,
-        "lung_volume_loss_ml": result.lung_volume_loss_ml,
-        "airway_pressure_least_cmh2o": result.airway_pressure_least_cmh2o,
+        "spo2_nadir_percent": result.exposure.spo2_least_percent,
+        "lung_volume_loss_ml": result.exposure.lung_volume_loss_ml,
+        "airway_pressure_least_cmh2o": result.exposure.airway_pressure_least_cmh2o,
         "check": _check(columns),
         "abort": _abort(result, columns),
         "trips": _trips(result),

@@ -1,0 +1,126 @@
+"""What a catheter did to a patient in a run: from the truth alone, and summed over the whole of it.
+
+Nothing here knows what the controller thought, read or sent, nor its phases: a catheter without
+torque is in the airway as long as it is there, and two stretches of suction are as long as both.
+Depths are those of the tip below the tube's lower end, mm.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel.record import Array
+from opensuction.twin.machine.machine import Machine
+
+Truth = Mapping[str, Array]
+"""Columns of a run by name, at least `COLUMNS`, one entry a tick."""
+COLUMNS = (
+    "time_s",
+    "truth.tip_mm",
+    "truth.tip_vacuum_mmhg",
+    "truth.contact_n",
+    "truth.airway_pressure_cmh2o",
+    "truth.lung_volume_loss_ml",
+    "truth.spo2_percent",
+)
+"""What is looked at."""
+Ticks = npt.NDArray[np.bool_]
+
+SUCKING_MMHG = 1.0
+"""A tip with less draws nothing."""
+TOUCHING_N = 0.01
+"""Less force on the carina is no contact."""
+BENCH_MARGIN_MM = 1.0
+"""The bench has no patient: what is deeper by this than the tip lay at first is inside."""
+
+
+class Exposure(NamedTuple):
+    """What the patient had to bear; nan where there is no patient to bear it."""
+
+    inside_at_end: bool
+    """The tip is still in the airway."""
+    end_mm: float
+    """Where the tip is now."""
+    in_airway_s: float
+    suction_s: float
+    """With vacuum at the tip, in the airway."""
+    vacuum_peak_mmhg: float
+    """At the tip, in the airway."""
+    advance_mm: float
+    """How far the tip went in under vacuum, all stretches together."""
+    deepest_mm: float
+    past_carina_mm: float
+    """How far the tip went beyond where the carina is without a catheter; at least 0."""
+    force_peak_n: float
+    contact_s: float
+    airway_pressure_least_cmh2o: float
+    lung_volume_loss_ml: float
+    spo2_least_percent: float
+
+
+def _is_inside(machine: Machine, tip_mm: Array) -> Ticks:
+    """Whether the tip is in the airway: past the tube's upper end."""
+    outside_mm = tip_mm[0] + BENCH_MARGIN_MM
+    if machine.has_patient:
+        outside_mm = -machine.patient.tube_length_mm
+    inside: Ticks = tip_mm > outside_mm
+    return inside
+
+
+def _sum_s(truth: Truth, holds: Ticks) -> float:
+    """For how long something held, all stretches together; the last tick lasts as the others."""
+    time_s = truth["time_s"]
+    if time_s.size < 2:
+        return 0.0
+    lasted = np.diff(time_s, append=2.0 * time_s[-1] - time_s[-2])
+    return float(lasted[holds].sum())
+
+
+def advance_mm(tip_mm: Array, counts: Ticks) -> float:
+    """Net advance within each unbroken stretch in which ``counts`` holds, summed."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8), [0]))))
+    total_mm = 0.0
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        part = tip_mm[first:last]
+        total_mm += float(np.max(part - np.minimum.accumulate(part)))
+    return total_mm
+
+
+def _most(values: Array, where: Ticks) -> float:
+    return float(values[where].max()) if where.any() else 0.0
+
+
+def measure(machine: Machine, truth: Truth) -> Exposure:
+    """What a run came to for the patient. machine: as it was built, before any fault.
+
+    truth: its columns, at least one tick. Raises ValueError for a value that is no number.
+    """
+    for name in COLUMNS:
+        bad = np.flatnonzero(~np.isfinite(truth[name]))
+        if bad.size:
+            raise ValueError(f"{name} is no number at tick {bad[0]}")
+    tip_mm, vacuum_mmhg = truth["truth.tip_mm"], truth["truth.tip_vacuum_mmhg"]
+    force_n, inside = truth["truth.contact_n"], _is_inside(machine, tip_mm)
+    sucking = inside & (vacuum_mmhg > SUCKING_MMHG)
+    deepest_mm = float(tip_mm.max())
+
+    def patient(name: str, of: np.ufunc) -> float:
+        return float(of.reduce(truth[f"truth.{name}"])) if machine.has_patient else float("nan")
+
+    return Exposure(
+        inside_at_end=bool(inside[-1]),
+        end_mm=float(tip_mm[-1]),
+        in_airway_s=_sum_s(truth, inside),
+        suction_s=_sum_s(truth, sucking),
+        vacuum_peak_mmhg=_most(vacuum_mmhg, inside),
+        advance_mm=advance_mm(tip_mm, sucking),
+        deepest_mm=deepest_mm,
+        past_carina_mm=max(deepest_mm - machine.airway.carina_mm, 0.0),
+        force_peak_n=float(force_n.max()),
+        contact_s=_sum_s(truth, force_n > TOUCHING_N),
+        airway_pressure_least_cmh2o=patient("airway_pressure_cmh2o", np.minimum),
+        lung_volume_loss_ml=patient("lung_volume_loss_ml", np.maximum),
+        spo2_least_percent=patient("spo2_percent", np.minimum),
+    )
