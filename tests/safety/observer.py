@@ -9,7 +9,10 @@ HEAD_MM = 50.0
 
 
 def seen(head_mm: float = HEAD_MM, **values: object) -> Watch:
-    known: Watch = changed(watch.start(LIMITS, head_mm), values)
+    """What is known of a head that has been at rest; values: otherwise."""
+    known: Watch = changed(
+        watch.start(LIMITS, head_mm, read=True), {"advance.coast_mm_per_s": 0.0, **values}
+    )
     return known
 
 

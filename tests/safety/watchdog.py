@@ -160,7 +160,10 @@ def run(
 
 def at(head_mm: float) -> GovernorState:
     """A governor that has seen the head drawn back to this position, at rest there."""
-    return governor.start(LIMITS, head_mm)
+    started: GovernorState = changed(
+        governor.start(LIMITS, head_mm), {"watch.advance.coast_mm_per_s": 0.0}
+    )
+    return started
 
 
 def ahead(state: GovernorState, command_mm: float, mm_per_s: float = 0.0) -> GovernorState:

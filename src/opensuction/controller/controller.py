@@ -32,12 +32,14 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     """State at power-up with the head read at ``head_mm``.
 
     catheter_age_s: since the catheter's first use; not known (nan) is over its life.
-    With the head away from its park position, or not known (nan), the machine halts: a reset then
-    withdraws it first.
+    With the head in front of its park position the catheter may be in the airway: it is drawn out
+    at once, without being asked, and then the machine halts until a person resets it. With the
+    head behind it, or not known (nan), the machine halts: nothing goes in unasked.
     """
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
-    procedure = cycle.begin(settings.plan, Phase.PARKED if parked else Phase.HALTED)
+    away = Phase.ABORTING if head_mm > motion.park_head_mm else Phase.HALTED
+    procedure = cycle.begin(settings.plan, Phase.PARKED if parked else away)
     head = compensation.park(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
     if not parked:

@@ -147,7 +147,7 @@ class Condition(IntEnum):
     RECOVERY_NEEDED = (
         21,
         "the machine was put to work with the catheter not at its park position",
-        "Look at the patient, then reset: the catheter is drawn out first.",
+        "Look at the patient: the catheter is drawn out first. Reset when it is out.",
         alarm(DEATH, PROMPT),
     )
 

@@ -237,6 +237,19 @@ def test_a_head_that_advances_against_its_command_loses_its_torque() -> None:
     expect(ticks, Condition.HEAD_RUNAWAY, AFTER_S + 1.0 / 15.0, Reaction.TORQUE_OFF)
 
 
+def test_a_head_left_on_its_way_in_may_brake_at_power_up_and_no_longer() -> None:
+    """20 mm/s and 200 mm/s2: 1 mm in a tenth of a second; with 1 mm more it runs away."""
+
+    def brake(time_s: float, _head_mm: float) -> Readings:
+        left_s = min(time_s, 0.1)
+        return sound(50.0 + 20.0 * left_s - 100.0 * left_s * left_s)
+
+    started = governor.start(LIMITS, 50.0)
+    assert Condition.HEAD_RUNAWAY not in tripped(run(0.3, lambda _: stay(50.0), brake, started))
+    ticks = run(0.3, lambda _: stay(50.0), lambda t, _: sound(50.0 + 20.0 * t), started)
+    expect(ticks, Condition.HEAD_RUNAWAY, 0.1, Reaction.TORQUE_OFF)
+
+
 @pytest.mark.requirement("OS-R03")
 def test_with_the_valve_open_it_does_so_sooner() -> None:
     def report(time_s: float, _head_mm: float) -> Readings:

@@ -8,7 +8,7 @@ from opensuction.safety.watch import contact_window, watch
 from opensuction.safety.watch.advance_bound import AdvanceBound
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.drive_force import DriveForce
-from opensuction.safety.watch.invalid_ticks import InvalidTicks
+from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch import Durations, Watch
@@ -39,9 +39,11 @@ def counting(after: Watch) -> set[str]:
 
 
 def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> None:
-    state = watch.start(LIMITS, HEAD_MM)
+    state = watch.start(LIMITS, HEAD_MM, read=True)
     assert state.head_mm == state.suction_start_mm == state.advance.head_mm == HEAD_MM
-    assert state.speed_mm_per_s == state.advance.coast_mm_per_s == state.cam_rad == 0.0
+    assert state.speed_mm_per_s == state.cam_rad == 0.0
+    # Whoever was in control before may have left it on its way in.
+    assert state.advance.coast_mm_per_s == LIMITS.head_speed_mm_per_s
     assert state.tip == tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM)
     assert not state.parked_closed
     assert state.open_contact_ticks == state.late_ticks == 0
@@ -51,6 +53,14 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.valve == ValveAxis(0.0, 0.0, resting=False)
     assert state.line == START
     assert state.window == contact_window.START
+
+
+def test_a_head_that_was_never_read_has_no_speed_when_it_is() -> None:
+    blind = watch.start(LIMITS, 90.0, read=False)
+    assert blind.invalid.head == INVALID_TICKS
+    found = observed(blind, sound(HEAD_MM))
+    assert (found.head_mm, found.speed_mm_per_s, found.invalid.head) == (HEAD_MM, 0.0, 0)
+    assert found.advance.head_mm == HEAD_MM
 
 
 def test_a_sound_tick_begins_nothing() -> None:

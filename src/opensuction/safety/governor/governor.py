@@ -51,12 +51,13 @@ class Verdict(NamedTuple):
 
 def start(limits: Limits, head_mm: float) -> GovernorState:
     """State at power-up with the head read at ``head_mm``; not a number: as deep as can be."""
-    if not abs(head_mm) <= LARGEST:
+    read = abs(head_mm) <= LARGEST
+    if not read:
         head_mm = float(tip_bound.head_cap_mm(limits.tip, limits.cap_mm))
     return GovernorState(
         last=make_zero(Setpoints, head_mm=head_mm),
         valve_command_changed=False,
-        watch=watch.start(limits, head_mm),
+        watch=watch.start(limits, head_mm, read=read),
         patient=patient_watch.UNSEEN,
         withdrawal=forced_withdrawal.NONE,
         trips=0,

@@ -91,15 +91,18 @@ class Watch(NamedTuple):
 NO_DURATIONS = make_zero(Durations)
 
 
-def start(limits: Limits, head_mm: float) -> Watch:
-    """What is known at power-up with the head read at ``head_mm``."""
+def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
+    """What is known at power-up with the head at ``head_mm``, as it was read or is assumed.
+
+    Whoever was in control before may have left it on its way in, as fast as it can be.
+    """
     return make_zero(
         Watch,
         head_mm=head_mm,
         tip=tip_bound.assume_anywhere(limits.tip, head_mm),
         suction_start_mm=head_mm,
-        advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=0.0),
-        invalid=invalid_ticks.NONE,
+        advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=limits.head_speed_mm_per_s),
+        invalid=invalid_ticks.NONE._replace(head=0 if read else INVALID_TICKS),
         durations=NO_DURATIONS,
         drive=drive_force.REST,
         window=contact_window.START,
@@ -134,7 +137,8 @@ def _watch_head(
     head_mm, unseen = seen.head_mm, before.invalid.head >= INVALID_TICKS
     share = dt_s / (SPEED_WINDOW_S + dt_s)
     speed = (head_mm - before.head_mm) / (dt_s * (1 + before.invalid.head))  # mean over a dropout
-    gained = share * (speed - before.speed_mm_per_s)
+    # What was not seen for long, or never yet, is no speed: the head is where it is found.
+    gained = 0.0 if unseen else share * (speed - before.speed_mm_per_s)
     drive = drive_force.REST
     if last.insertion_on and before.invalid.head == 0:
         drive = drive_force.step(limits.drive, before.drive, current_a, gained, share, dt_s)

@@ -19,7 +19,7 @@ ROWS = {
     Fault.CONTROLLER_STOPPED: row(
         "the controller stops; a new one starts later",
         LinkEffect(lambda link, _: link._replace(controller_runs=False)),
-        Strength("time until then", "s", 0.1, 600.0, 10.0),
+        Strength("time until then", "s", 0.001, 600.0, 10.0),
         detected_by="the drives' own watchdog",
     ),
     Fault.TICK_LATE: row(
