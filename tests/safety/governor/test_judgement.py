@@ -8,9 +8,9 @@ from opensuction.kernel.commands import Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import judgement
-from opensuction.safety.watch import watch
 from opensuction.safety.watch.invalid_ticks import INVALID_TICKS
-from tests.safety.watchdog import LIMITS, PARK_MM, changed
+from tests.safety.observer import seen
+from tests.safety.watchdog import LIMITS, PARK_MM
 
 CAUSES = {
     Condition.HEAD_READING_INVALID: ("invalid.head", INVALID_TICKS),
@@ -37,8 +37,8 @@ NOTHING = Setpoints(
 
 
 def found(*conditions: Condition) -> set[Condition]:
-    seen = changed(watch.start(LIMITS, PARK_MM), dict(CAUSES[one] for one in conditions))
-    return set(decode_trips(judgement.judge(LIMITS, seen, NOTHING, False)))
+    known = seen(PARK_MM, **dict(CAUSES[one] for one in conditions))
+    return set(decode_trips(judgement.judge(LIMITS, known, NOTHING, False)))
 
 
 @pytest.mark.parametrize("condition", CAUSES)
