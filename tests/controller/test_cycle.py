@@ -113,8 +113,8 @@ def test_a_flood_of_every_button_does_nothing_but_stop() -> None:
 
 def test_starting_again_and_again_is_one_cycle_after_another() -> None:
     loop, _ = at_rest(EXACT)
-    always = dict.fromkeys(np.round(np.arange(0.0, 82.0, DT_S), 3), START)
-    _, columns = simulate(EXACT, 82.0, always)
+    impatient = dict.fromkeys(np.round(np.arange(0.0, 82.0, 2.0 * DT_S), 3), START)
+    _, columns = simulate(EXACT, 82.0, impatient)
     assert phases(columns)[: 2 * len(CYCLE)] == [*CYCLE, *CYCLE]
     assert_held(columns, loop)
 
@@ -256,6 +256,16 @@ def test_powered_up_behind_its_home_it_waits_for_a_reset(head_mm: float) -> None
     assert_held(columns, loop)
     waiting = columns["truth.head_mm"][:1000]
     assert np.ptp(waiting) < 0.1  # backlash of the gear
+
+
+def test_a_start_that_is_held_asks_once() -> None:
+    """An hour's thumb on the button is one cycle; let go and pressed again it is another."""
+    held = dict.fromkeys((np.arange(80_000) * DT_S).tolist(), START)
+    _, columns = simulate(EXACT, 80.0, held)
+    assert phases(columns) == CYCLE
+    released = {time_s: bits for time_s, bits in held.items() if round(time_s / DT_S) != 50_000}
+    _, columns = simulate(EXACT, 80.0, released)
+    assert phases(columns)[: len(CYCLE) + 1] == [*CYCLE, Phase.CHECKING]
 
 
 def test_powered_up_blind_it_halts_and_comes_out_by_itself_in_the_end() -> None:

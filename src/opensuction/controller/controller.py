@@ -8,7 +8,7 @@ from opensuction.control import compensation, servo, valve
 from opensuction.control.compensation import Branches
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.servo import ServoState
-from opensuction.controller import alarm_source, head_command
+from opensuction.controller import alarm_source, head_command, settings_check
 from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, State
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
@@ -35,7 +35,9 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     With the head in front of its park position the catheter may be in the airway: it is drawn out
     at once, without being asked, and then the machine halts until a person resets it. With the
     head behind it, or not known (nan), the machine halts: nothing goes in unasked.
+    Raises InputError for settings with a number that is none (`settings_check.check`).
     """
+    settings_check.check(settings)
     motion = settings.plan.motion
     parked = abs(head_mm - motion.park_head_mm) <= motion.settle_mm + progress.HOME_MM
     away = Phase.ABORTING if head_mm > motion.park_head_mm else Phase.HALTED
@@ -230,7 +232,9 @@ def control_step(
     head: the compensation's state. Returns what is remembered, the head's command, what leaves
     (its signals silent), and the mask of alarm conditions that `alarm_step` must hear of.
     """
-    readings, requests, dt_s = inputs.readings, inputs.requests, inputs.dt_s
+    readings, dt_s = inputs.readings, inputs.dt_s
+    pressed = inputs.requests.start and not state.start_held
+    requests = inputs.requests._replace(start=pressed)
     plan, service, before = settings.plan, settings.service, state.procedure.phase
     if _is_attended(before, requests):
         # A person has dealt with what halted the machine: the head begins again from where it is.
@@ -272,6 +276,7 @@ def control_step(
         tripped=verdict.trips != 0,
         powerless=verdict.reaction == Reaction.TORQUE_OFF,
         reasons=reasons,
+        start_held=inputs.requests.start,
     )
     outputs = _outputs(service, procedure, kept, commands, demand, verdict)
     return following, head, outputs, wrong

@@ -47,6 +47,8 @@ class CoreState(NamedTuple):
     powerless: bool
     reasons: int
     """Alarm conditions for which it halts; see `alarm_source.reasons`."""
+    start_held: bool
+    """The start button was pressed in the last tick: one that is held asks once."""
 
 
 class State(NamedTuple):
