@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from opensuction.kernel.record import Array
 from opensuction.oracle import exposure
-from opensuction.oracle.exposure import Exposure
+from opensuction.oracle.exposure import PatientExposure
 from opensuction.simulation import rig as rigs
 
 DT_S = 0.001
@@ -25,7 +25,7 @@ def track(tip_mm: Array, **others: Array) -> dict[str, Array]:
     return still | named | {"time_s": DT_S * np.arange(tip_mm.size)}
 
 
-def measured(tip_mm: Array, **others: Array) -> Exposure:
+def measured(tip_mm: Array, **others: Array) -> PatientExposure:
     return exposure.measure(PATIENT, track(tip_mm, **others))
 
 

@@ -36,7 +36,7 @@ BENCH_MARGIN_MM = 1.0
 """The bench has no patient: what is deeper by this than the tip lay at first is inside."""
 
 
-class Exposure(NamedTuple):
+class PatientExposure(NamedTuple):
     """What the patient had to bear; nan where there is no patient to bear it."""
 
     inside_at_end: bool
@@ -92,7 +92,7 @@ def _most(values: Array, where: Ticks) -> float:
     return float(values[where].max()) if where.any() else 0.0
 
 
-def measure(machine: Machine, truth: Truth) -> Exposure:
+def measure(machine: Machine, truth: Truth) -> PatientExposure:
     """What a run came to for the patient. machine: as it was built, before any fault.
 
     truth: its columns, at least one tick. Raises ValueError for a value that is no number.
@@ -109,7 +109,7 @@ def measure(machine: Machine, truth: Truth) -> Exposure:
     def patient(name: str, of: np.ufunc) -> float:
         return float(of.reduce(truth[f"truth.{name}"])) if machine.has_patient else float("nan")
 
-    return Exposure(
+    return PatientExposure(
         inside_at_end=bool(inside[-1]),
         end_mm=float(tip_mm[-1]),
         in_airway_s=_sum_s(truth, inside),

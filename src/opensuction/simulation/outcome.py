@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
 from opensuction.oracle import exposure
-from opensuction.oracle.exposure import Exposure
+from opensuction.oracle.exposure import PatientExposure
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety import condition_mask
 from opensuction.safety.alarm import alarm_episode
@@ -64,7 +64,7 @@ class Outcome(NamedTuple):
     """In the line; not the pre-use test's, which tries the relief valve behind the closed one."""
     removed_ml: float
     removed_percent: float
-    exposure: Exposure
+    exposure: PatientExposure
     """What the patient had to bear, by the truth."""
     trips: tuple[TripTime, ...]
     alarms: tuple[Episode, ...]
