@@ -4,21 +4,14 @@ import numpy as np
 import pytest
 
 from opensuction.evidence.trial import fault_campaign
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
 
-PHASES = (
-    Phase.PRELOADING,
-    Phase.INSERTING,
-    Phase.OPENING,
-    Phase.SUCTIONING,
-    Phase.WITHDRAWING,
-    Phase.CLOSING,
-)
+PHASES = tuple(one for one in CYCLE if one not in (Phase.CHECKING, Phase.BACKING_OFF))
 LEAST_S, MOST_S = 0.001, 3.0
 """Outages: from one tick on; drives act on their own after 20 ms."""
 LATEST_S = 8.0

@@ -105,7 +105,7 @@ def _begin_link(last: row.Row, reading: Readings) -> Commands:
 
 
 @compiled
-def remembered(last: row.Row) -> WatchdogState:
+def read_drives(last: row.Row) -> WatchdogState:
     """What the drives remember; last: of `Messages`."""
     linked: LinkedState = read_link(last)
     return linked.watchdog

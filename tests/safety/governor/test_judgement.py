@@ -4,13 +4,12 @@ from itertools import combinations
 
 import pytest
 
-from opensuction.kernel.commands import Setpoints
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import judgement
 from opensuction.safety.watch.invalid_ticks import INVALID_TICKS
 from tests.safety.observer import seen
-from tests.safety.watchdog import LIMITS, PARK_MM
+from tests.safety.watchdog import LIMITS, PARK_MM, staying
 
 CAUSES = {
     Condition.HEAD_READING_INVALID: ("invalid.head", INVALID_TICKS),
@@ -26,19 +25,11 @@ CAUSES = {
     Condition.VACUUM_EXCEEDED: ("durations.overpressure_s", 1.0),
 }
 """What alone is each trip, and a value beyond its limit."""
-NOTHING = Setpoints(
-    head_mm=PARK_MM,
-    head_mm_per_s=0.0,
-    insertion_on=True,
-    valve_open=False,
-    pump_on=False,
-    vacuum_mmhg=0.0,
-)
 
 
 def found(*conditions: Condition) -> set[Condition]:
     known = seen(PARK_MM, **dict(CAUSES[one] for one in conditions))
-    return set(decode_trips(judgement.judge(LIMITS, known, NOTHING, False)))
+    return set(decode_trips(judgement.judge(LIMITS, known, staying(PARK_MM), False)))
 
 
 @pytest.mark.parametrize("condition", CAUSES)

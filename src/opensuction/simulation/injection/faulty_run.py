@@ -103,7 +103,7 @@ class FaultyRun:
         """When the drives' watchdog acted; nan where it did not, or no longer does."""
         if self._messages is None:
             return self._first_alone_s
-        watchdog = wiring.remembered(self._messages.state)
+        watchdog = wiring.read_drives(self._messages.state)
         if not watchdog.alone:
             return self._first_alone_s
         return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
