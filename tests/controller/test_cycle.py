@@ -268,7 +268,8 @@ def test_a_start_that_is_held_asks_once() -> None:
     assert phases(columns)[: len(CYCLE) + 1] == [*CYCLE, Phase.CHECKING]
 
 
-def test_powered_up_blind_it_halts_and_comes_out_by_itself_in_the_end() -> None:
+def test_powered_up_blind_it_halts_and_comes_out_once_it_sees() -> None:
+    """The head is taken to be as deep as can be, and is found elsewhere."""
     loop, _ = at_rest(EXACT)
     away = preset.park(loop.machine, rig().values, 60.0, seed=1, run=3)
     seeing = power_up(loop, away, NEW_CATHETER_S)
@@ -278,6 +279,10 @@ def test_powered_up_blind_it_halts_and_comes_out_by_itself_in_the_end() -> None:
     assert infinite.core.procedure.phase == Phase.HALTED
     _, columns = simulate(EXACT, 60.0, {}, start=blind)
     assert phases(columns) == [Phase.HALTED]
+    assert {code.name for code in trips(columns)} == {"HEAD_NOT_FOLLOWING"}
+    assert columns["truth.head_mm"][-1] == pytest.approx(
+        loop.controller.limits.park_head_mm, abs=0.2
+    )
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4])

@@ -238,16 +238,16 @@ def test_a_head_that_advances_against_its_command_loses_its_torque() -> None:
 
 
 def test_a_head_left_on_its_way_in_may_brake_at_power_up_and_no_longer() -> None:
-    """20 mm/s and 200 mm/s2: 1 mm in a tenth of a second; with 1 mm more it runs away."""
+    """17 mm/s and 200 mm/s2: .72 mm in .085 s; with 1 mm more it runs away."""
 
     def brake(time_s: float, _head_mm: float) -> Readings:
-        left_s = min(time_s, 0.1)
-        return sound(50.0 + 20.0 * left_s - 100.0 * left_s * left_s)
+        left_s = min(time_s, 0.085)
+        return sound(50.0 + 17.0 * left_s - 100.0 * left_s * left_s)
 
     started = governor.start(LIMITS, 50.0)
     assert Condition.HEAD_RUNAWAY not in tripped(run(0.3, lambda _: stay(50.0), brake, started))
-    ticks = run(0.3, lambda _: stay(50.0), lambda t, _: sound(50.0 + 20.0 * t), started)
-    expect(ticks, Condition.HEAD_RUNAWAY, 0.1, Reaction.TORQUE_OFF)
+    ticks = run(0.3, lambda _: stay(50.0), lambda t, _: sound(50.0 + 17.0 * t), started)
+    expect(ticks, Condition.HEAD_RUNAWAY, (0.7225 + 1.0) / 17.0, Reaction.TORQUE_OFF)
 
 
 @pytest.mark.requirement("OS-R03")

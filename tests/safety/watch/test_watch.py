@@ -43,7 +43,7 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.head_mm == state.suction_start_mm == state.advance.head_mm == HEAD_MM
     assert state.speed_mm_per_s == state.cam_rad == 0.0
     # Whoever was in control before may have left it on its way in.
-    assert state.advance.coast_mm_per_s == LIMITS.head_speed_mm_per_s
+    assert state.advance.coast_mm_per_s == LIMITS.leaving_mm_per_s
     assert state.tip == tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM)
     assert not state.parked_closed
     assert state.open_contact_ticks == state.late_ticks == 0
@@ -57,9 +57,10 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
 
 def test_a_head_that_was_never_read_has_no_speed_when_it_is() -> None:
     blind = watch.start(LIMITS, 90.0, read=False)
-    assert blind.invalid.head == INVALID_TICKS
+    assert blind.invalid.head > INVALID_TICKS
     found = observed(blind, sound(HEAD_MM))
-    assert (found.head_mm, found.speed_mm_per_s, found.invalid.head) == (HEAD_MM, 0.0, 0)
+    assert (found.head_mm, found.invalid.head) == (HEAD_MM, 0)
+    assert abs(found.speed_mm_per_s) < 0.01
     assert found.advance.head_mm == HEAD_MM
 
 

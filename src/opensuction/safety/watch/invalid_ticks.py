@@ -8,6 +8,8 @@ from opensuction.safety.watch.duration import count
 
 INVALID_TICKS = 5
 """Consecutive ticks without a valid reading that are a fault; fewer are ridden out."""
+NEVER_TICKS = 1_000_000
+"""Of a sensor that was never read: longer than any dropout, so where it is found is no leap."""
 
 
 class InvalidTicks(NamedTuple):

@@ -24,7 +24,7 @@ from opensuction.safety.watch.advance_bound import AdvanceBound
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.drive_force import DriveForce
 from opensuction.safety.watch.duration import count, extend
-from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
+from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, NEVER_TICKS, InvalidTicks
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 
@@ -94,15 +94,15 @@ NO_DURATIONS = make_zero(Durations)
 def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
     """What is known at power-up with the head at ``head_mm``, as it was read or is assumed.
 
-    Whoever was in control before may have left it on its way in, as fast as it can be.
+    Whoever was in control before may have left it on its way in, as fast as it is ever sent.
     """
     return make_zero(
         Watch,
         head_mm=head_mm,
         tip=tip_bound.assume_anywhere(limits.tip, head_mm),
         suction_start_mm=head_mm,
-        advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=limits.head_speed_mm_per_s),
-        invalid=invalid_ticks.NONE._replace(head=0 if read else INVALID_TICKS),
+        advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=limits.leaving_mm_per_s),
+        invalid=invalid_ticks.NONE._replace(head=0 if read else NEVER_TICKS),
         durations=NO_DURATIONS,
         drive=drive_force.REST,
         window=contact_window.START,
@@ -137,8 +137,7 @@ def _watch_head(
     head_mm, unseen = seen.head_mm, before.invalid.head >= INVALID_TICKS
     share = dt_s / (SPEED_WINDOW_S + dt_s)
     speed = (head_mm - before.head_mm) / (dt_s * (1 + before.invalid.head))  # mean over a dropout
-    # What was not seen for long, or never yet, is no speed: the head is where it is found.
-    gained = 0.0 if unseen else share * (speed - before.speed_mm_per_s)
+    gained = share * (speed - before.speed_mm_per_s)
     drive = drive_force.REST
     if last.insertion_on and before.invalid.head == 0:
         drive = drive_force.step(limits.drive, before.drive, current_a, gained, share, dt_s)
