@@ -143,7 +143,10 @@ def test_mains_that_come_back_start_a_new_controller() -> None:
 def test_what_was_broken_besides_stays_broken_when_the_mains_come_back() -> None:
     cycle = prepared()
     at = FaultInstant(Phase.SUCTIONING, 1.0)
-    both = [Injection(Fault.POWER_RETURNING, at, 0.5), Injection(Fault.SWITCH_STUCK_CLOSED, at, 0.0)]
+    both = [
+        Injection(Fault.POWER_RETURNING, at, 0.5),
+        Injection(Fault.SWITCH_STUCK_CLOSED, at, 0.0),
+    ]
     run = injection.run(cycle.loop, cycle.start, both, after_s=1.0)
     assert np.all(run.columns["readings.contact_closed"][first_tick(run) + 20 :] == 1.0)
 
