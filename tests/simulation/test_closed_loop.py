@@ -85,6 +85,11 @@ GOLDEN_COLUMNS = [
     "truth.lung_volume_loss_ml",
     "truth.spo2_percent",
     "truth.heart_rate_per_min",
+    "truth.piece_mm",
+    "annunciator.said",
+    "annunciator.watchdog_fired",
+    "annunciator.reserve_used",
+    "annunciator.message_late",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

@@ -62,7 +62,7 @@ def test_no_invariant_breaks_in_a_hundred_thousand_cycles() -> None:
 
 
 def test_a_cycle_is_drawn_from_its_number_alone() -> None:
-    drawn = [fault_campaign.draw(number, 8) for number in range(400)]
+    drawn = [fault_campaign.draw(number, 8) for number in range(1000)]
     assert drawn[123] == fault_campaign.draw(123, 8)
     assert {len(one.injections) for one in drawn[::2]} == {1}
     assert {len(one.injections) for one in drawn[1::2]} == {2}
@@ -75,14 +75,14 @@ def test_a_cycle_is_drawn_from_its_number_alone() -> None:
 
 def test_a_number_draws_the_same_cycle_as_ever() -> None:
     """Published campaigns name cycles by number. A fault that is added renews every draw."""
-    drawn = fault_campaign.draw(29, 8)
-    assert drawn.machine == 0
+    drawn = fault_campaign.draw(45, 8)
+    assert drawn.machine == 1
     assert [(one.fault, one.at) for one in drawn.injections] == [
-        (Fault.VENTILATOR_PRESSURE, FaultInstant(Phase.CLOSING, 1.218)),
-        (Fault.LINE_LEAK, FaultInstant(Phase.CHECKING, 2.902)),
+        (Fault.VACUUM_GLITCH, FaultInstant(Phase.INSERTING, 2.344)),
+        (Fault.READING_LATE, FaultInstant(Phase.OPENING, 1.972)),
     ]
     strengths = [one.strength for one in drawn.injections]  # the second by its logarithm
-    assert strengths == pytest.approx([1.7585051734931767, 0.8667488788279382], rel=1e-12)
+    assert strengths == pytest.approx([-150.42941668070853, 0.047654055504119774], rel=1e-12)
 
 
 def case(number: int, *faults: Fault, physical: bool = False, commands: bool = False) -> Case:

@@ -144,7 +144,7 @@ def _run_day(
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(day.last, day.columns, progress.elapsed_s, factor)
     data["alarms"] += day_summary.gap_alarms(day, data["timing"]["cycle_s"])
-    data["faults"] = []
+    data["faults"] = list(day.faults)
     data["day"] = day_summary.plain(day)
     for note in data["day"]["notes"]:
         console.print(f"Note: {note}", soft_wrap=True)

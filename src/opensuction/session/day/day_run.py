@@ -30,6 +30,8 @@ from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.day import day_calibration
+from opensuction.session.day.day_fault import FaultyDay
+from opensuction.session.plain import Json
 from opensuction.simulation import closed_loop, idle_time, trace
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.outcome import Outcome
@@ -89,6 +91,10 @@ class Day(NamedTuple):
     """In the trachea at the end."""
     refusal: str | None
     """Why self-calibration let no further cycle begin."""
+    faults: tuple[Json, ...] = ()
+    """As `fault_run.plain` has them, each with the number of its cycle."""
+    reset_cycles: tuple[int, ...] = ()
+    """Numbers of the cycles after which a person reset the machine."""
 
 
 def _look_at(state: LoopState) -> Sample:
@@ -160,7 +166,8 @@ def play(
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
     tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
-    halted machine waits for a person. So does a gap out of its range.
+    halted machine waits for a person, as does a gap out of its range; where faults were asked for
+    a person resets it (see `day_fault`).
     """
     timed = setup.with_schedule(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
@@ -172,6 +179,7 @@ def play(
     cycles: list[DayCycle] = []
     columns: Columns = {}
     learning = day_calibration.begun(prepared) if asked.self_calibrates else None
+    faulty = FaultyDay(prepared, asked) if prepared.resolved.faults else None
     while len(cycles) < asked.repeat:
         if cycles:
             state = _waited(prepared, state, asked.every_s - WAKE_S, diary)
@@ -180,7 +188,7 @@ def play(
             # Put back to work, the clock begins anew: the person starts this cycle.
             state, requests = _renewed(prepared, state), START
         prepared = prepared._replace(start=state)
-        state, columns = cycle_run.played(prepared, state, requests)
+        prepared, state, columns = _played(prepared, faulty, state, requests)
         requests = NO_REQUESTS
         diary += _look_back(state, columns)
         columns = _from_its_start(columns)
@@ -191,7 +199,7 @@ def play(
         cycles.append(done)
         tell(done)
         refusal = None if learning is None else learning.refusal
-        if state.controller.core.procedure.phase != Phase.PARKED or refusal is not None:
+        if _waits_for_a_person(state, faulty) or refusal is not None:
             break
         if learning is not None and len(cycles) < asked.repeat:
             prepared, state, learning = day_calibration.applied(learning, prepared, state)
@@ -209,7 +217,26 @@ def play(
         canister_ml=state.machine.bore.canister_ml,
         left_ml=left_ml,
         refusal=None if learning is None else learning.refusal,
+        faults=() if faulty is None else tuple(faulty.plain()),
+        reset_cycles=() if faulty is None else tuple(faulty.reset_cycles),
     )
+
+
+def _played(
+    prepared: Prepared, faulty: FaultyDay | None, state: LoopState, requests: Requests
+) -> tuple[Prepared, LoopState, Columns]:
+    """One cycle, with what is broken; the machine as it is then, the state, and the trace."""
+    if faulty is None:
+        return prepared, *cycle_run.played(prepared, state, requests)
+    state, columns = faulty.play(prepared, state, requests)
+    return prepared._replace(loop=faulty.break_loop(prepared.loop)), state, columns
+
+
+def _waits_for_a_person(state: LoopState, faulty: FaultyDay | None) -> bool:
+    """Whether the machine has halted, or has no controller."""
+    if faulty is not None and faulty.is_over:
+        return True
+    return state.controller.core.procedure.phase != Phase.PARKED
 
 
 def _from_its_start(columns: Columns) -> Columns:

@@ -45,10 +45,16 @@ def notes(day: Day) -> list[str]:
     said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, day.asked.every_s))
     said += gap_notes(day)
     repeat = day.asked.repeat
+    if day.reset_cycles:
+        numbers = ", ".join(str(number) for number in day.reset_cycles)
+        said.append(
+            f"The machine halted in cycle {numbers}: a person looked at the patient and reset it. "
+            "What was broken was not mended."
+        )
     if len(day.cycles) < repeat and day.refusal is None:
         said.append(
             f"The day ended with cycle {len(day.cycles)} of {repeat}: it was broken off, and a "
-            "halted machine waits for a person."
+            "halted machine, or one without its controller, waits for a person."
         )
     first, last = day.cycles[0].secretion_before_ml, day.left_ml
     if len(day.cycles) > 1 and last > first:

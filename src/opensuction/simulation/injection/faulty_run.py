@@ -15,6 +15,11 @@ from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.simulation import closed_loop, wiring
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.simulation.injection.faulty_machine import (
+    break_machine,
+    is_of_machine,
+    next_change_s,
+)
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
@@ -23,17 +28,18 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultOnset,
     LinkEffect,
-    MachineEffect,
-    PatientEffect,
     ReadingEffect,
 )
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
-from opensuction.twin.machine.machine import Machine
 
 _PHASE = COLUMNS.index("phase")
-MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
+MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE, Fault.POWER_RETURNING)
+RESTARTING = (Fault.CONTROLLER_STOPPED, Fault.POWER_RETURNING)
+"""Faults after which a new controller starts."""
 _COMMANDS = row.columns(Commands)
+_SENT = [row.columns(link.Message).index(f"commands.{name}") for name in _COMMANDS]
+"""Where a message has them."""
 
 
 def is_linked(injections: Sequence[Injection]) -> bool:
@@ -63,7 +69,11 @@ class FaultyRun:
         """When the controller stopped; -1 where it did not."""
         self._injections = injections
         self._seed = seed
+        self._held: set[int] = set()
+        """Places of the faults whose time has not come."""
         self._restart_tick: int | None = None
+        self._next_course: dict[int, int] = {}
+        """Next tick in which the course of a fault changes the machine, by its place."""
         self._began: dict[Phase, int] = {}
         """First tick of each phase that a fault waits for, once it has come."""
         self._noted = 0
@@ -71,12 +81,15 @@ class FaultyRun:
         self._messages: Messages | None = None
         """Of a run whose link is played."""
         if is_linked(injections):
-            self._messages = wiring.start(machine.read(loop.machine, start.machine))
+            reading = machine.read(loop.machine, start.machine)
+            self._messages = wiring.start(reading, start.tick)
         linked_ticks = 0 if self._messages is None else len(table)
         self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._loop = loop
+        self._sound = loop.machine
+        """The machine without its faults."""
         self._wiring = Wiring(
             link=link.healthy(seed),
             watchdog=drive_watchdog.of(loop.machine, home_mm),
@@ -99,16 +112,28 @@ class FaultyRun:
         return self.is_resting and self.state.controller.core.procedure.phase == Phase.HALTED
 
     @property
-    def alone_s(self) -> float:
-        """When the drives' watchdog acted; nan where it did not, or no longer does."""
-        if self._messages is None:
-            return self._first_alone_s
-        watchdog = wiring.read_drives(self._messages.state)
-        if not watchdog.alone:
-            return self._first_alone_s
-        return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
+    def loop(self) -> Loop:
+        """Both sides as they are now, with the machine's faults."""
+        return self._loop
 
-    _first_alone_s = float("nan")
+    def carry_on(self, controls: Loop, state: LoopState, requests: Requests) -> None:
+        """Begin the rows anew from a state in which the machine has rested for a while.
+
+        Its controller runs. What is broken stays broken, and what was due meanwhile comes at once;
+        a fault that waits goes on waiting, its instant counted from here. controls: whose
+        controller goes on; its machine is not looked at. requests: pressed in the next tick.
+        """
+        passed = self.done + state.tick - self.state.tick
+        self.at_s = [at_s - passed * DT_S for at_s in self.at_s]
+        self.stopped_tick = -1
+        self._next_course = {i: max(at - passed, 0) for i, at in self._next_course.items()}
+        self._began, self._noted, self.done = {}, 0, 0
+        self.state, self.requests = state, requests
+        self._loop = controls._replace(machine=self._loop.machine)
+
+    def hold(self, place: int, waits: bool) -> None:
+        """Let a fault wait whatever its instant, or no longer. place: among the injections."""
+        (self._held.add if waits else self._held.discard)(place)
 
     def advance(self, most: int) -> None:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
@@ -140,7 +165,8 @@ class FaultyRun:
         """Copy what the controller sent from the ring; none sends nothing."""
         kept = self._commands[self.done : self.done + ran]
         if self._wiring.link.controller_runs:
-            kept[:] = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
+            rows = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
+            kept[:] = rows[:, _SENT]
         else:
             kept[:] = 0.0
 
@@ -185,38 +211,47 @@ class FaultyRun:
                 self._began[phase] = began
         self._noted = self.done
 
+    def _is_waiting(self, place: int) -> bool:
+        """Whether a fault has yet to come, and may."""
+        return bool(np.isnan(self.at_s[place])) and place not in self._held
+
     def _next_due(self) -> int | None:
         """Tick of the next change whose instant is known."""
         waiting = [
             self._due_tick(injection)
-            for injection, at_s in zip(self._injections, self.at_s, strict=True)
-            if np.isnan(at_s)
+            for i, injection in enumerate(self._injections)
+            if self._is_waiting(i)
         ]
-        known = [tick for tick in (*waiting, self._restart_tick) if tick is not None]
-        return min(known, default=None)
+        coming = (*waiting, self._restart_tick, *self._next_course.values())
+        return min((tick for tick in coming if tick is not None), default=None)
 
     def _change(self) -> None:
         """Make the changes that are due before the next tick."""
         for i, injection in enumerate(self._injections):
-            if np.isnan(self.at_s[i]) and self._due_tick(injection) == self.done:
+            if self._is_waiting(i) and self._due_tick(injection) == self.done:
                 self.at_s[i] = self.done * DT_S
-                self._inject(injection)
+                self._inject(i, injection)
+            elif self._next_course.get(i) == self.done:
+                self._follow_course(i)
         if self._restart_tick == self.done:
             self._restart()
 
-    def _inject(self, injection: Injection) -> None:
+    def _inject(self, place: int, injection: Injection) -> None:
         fault, strength = injection.fault, injection.strength
         row = ROWS[fault]
-        if isinstance(row.effect, MachineEffect | PatientEffect):
-            self._swap(row.change_machine(self._machine, strength))
+        onset = FaultOnset(strength, self.state.tick, DT_S)
+        if is_of_machine(fault):
+            self._follow_course(place)
         elif isinstance(row.effect, ReadingEffect):
-            readings = machine.read(self._machine, self.state.machine)
-            sensor = row.change_reading(strength, readings, self._seed)
+            readings = machine.read(self._loop.machine, self.state.machine)
+            sensor = row.change_reading(onset, readings, self._seed)
             self._relink(link.with_reading_fault(self._wiring.link, sensor))
         elif isinstance(row.effect, LinkEffect):
-            onset = FaultOnset(strength, self.done, DT_S)
+            ran = self._wiring.link.controller_runs
             self._relink(row.change_link(self._wiring.link, onset))
-            self._after_link_fault(fault, strength)
+            if ran and not self._wiring.link.controller_runs:
+                self.stopped_tick = self.done
+            self._plan_restart(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:
             kept = self.state.controller.core.upkeep._replace(catheter_age_s=strength * HOUR_S)
             self.state = self.state._replace(
@@ -228,30 +263,46 @@ class FaultyRun:
                 "planned"
             )
 
-    def _after_link_fault(self, fault: Fault, strength: float) -> None:
-        if not self._wiring.link.controller_runs:
-            self.stopped_tick = self.done
-        if fault == Fault.CONTROLLER_STOPPED:
-            self._restart_tick = self.done + round(strength / DT_S)
+    def _follow_course(self, place: int) -> None:
+        """Change the machine as the course of a fault wants it now, and note when it does next."""
+        self._break_machine()
+        self._next_course.pop(place, None)
+        since_s = self.done * DT_S - self.at_s[place]
+        left_s = next_change_s(self._injections[place], since_s)
+        if np.isfinite(left_s):
+            self._next_course[place] = self.done + max(round(left_s / DT_S), 1)
+
+    def _break_machine(self) -> None:
+        """Give the machine all the faults that it has now, in the order in which they came."""
+        now_s = self.done * DT_S
+        pairs = zip(self._injections, self.at_s, strict=True)
+        came = [(injection, now_s - at_s) for injection, at_s in pairs if not np.isnan(at_s)]
+        came.sort(key=lambda one: -one[1])
+        faulty = break_machine(self._sound, came, self._wiring.link.mains)
+        self._loop = self._loop._replace(machine=faulty)
+
+    def _plan_restart(self, fault: Fault, strength: float) -> None:
+        """A fault of the link came: when the next controller starts, if one does."""
         if fault in MAINS:
             self._restart_tick = None
-            self._swap(ROWS[Fault.PUMP_LOST].change_machine(self._machine, 0.0))
-
-    @property
-    def _machine(self) -> Machine:
-        return self._loop.machine
-
-    def _swap(self, faulty: Machine) -> None:
-        self._loop = self._loop._replace(machine=faulty)
+            self._break_machine()
+        if fault == Fault.POWER_RETURNING or (
+            fault == Fault.CONTROLLER_STOPPED and self._wiring.link.mains
+        ):
+            self._restart_tick = self.done + round(strength / DT_S)
 
     def _relink(self, faulty: link.Link) -> None:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and how old the catheter is."""
-        self._first_alone_s = self.alone_s
+        """A new controller starts: it knows what its encoder reads and how old the catheter is.
+
+        Where the mains were gone, they are back.
+        """
         readings = link.sense(
-            self._wiring.link, machine.read(self._machine, self.state.machine), self.done
+            self._wiring.link,
+            machine.read(self._loop.machine, self.state.machine),
+            self.state.tick,
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")
         age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
@@ -259,7 +310,8 @@ class FaultyRun:
         self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
-        self._relink(self._wiring.link._replace(controller_runs=True))
+        self._relink(self._wiring.link._replace(controller_runs=True, mains=True))
+        self._break_machine()
         self._restart_tick = None
 
     @property
