@@ -21,6 +21,7 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle.demand import Demand
+from opensuction.procedure.cycle.upkeep import Counters
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.simulation.wiring import (
@@ -76,6 +77,8 @@ class TraceRow(NamedTuple):
     commands: Commands
     """As the drives obey them."""
     signals: Signals
+    counters: Counters
+    """Of passes, rest and resets; see `upkeep`."""
     truth: Truth
 
 
@@ -105,6 +108,7 @@ def record(
         verdict=outputs.verdict,
         commands=commands,
         signals=outputs.signals,
+        counters=outputs.counters,
         truth=truth,
     )
 
