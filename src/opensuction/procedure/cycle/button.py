@@ -5,6 +5,11 @@ from opensuction.kernel.requests import Requests
 
 
 @compiled
+def _is_new(now: bool, before: bool) -> bool:
+    return now and not before
+
+
+@compiled
 def press_once(now: Requests, before: Requests) -> Requests:
     """The buttons that were pressed in this tick; an abort also while it is held.
 
@@ -12,20 +17,20 @@ def press_once(now: Requests, before: Requests) -> Requests:
     for one cycle, one reset, one answer.
     """
     return Requests(
-        start=now.start and not before.start,
-        identify=now.identify and not before.identify,
+        start=_is_new(now.start, before.start),
+        identify=_is_new(now.identify, before.identify),
         abort=now.abort,
-        reset=now.reset and not before.reset,
-        teach=now.teach and not before.teach,
-        confirm=now.confirm and not before.confirm,
-        home=now.home and not before.home,
-        service=now.service and not before.service,
-        changed=now.changed and not before.changed,
-        return_to_service=now.return_to_service and not before.return_to_service,
-        not_needed=now.not_needed and not before.not_needed,
-        acknowledge=now.acknowledge and not before.acknowledge,
-        audio_pause=now.audio_pause and not before.audio_pause,
-        assessed=now.assessed and not before.assessed,
-        oxygenated=now.oxygenated and not before.oxygenated,
-        oxygen_skipped=now.oxygen_skipped and not before.oxygen_skipped,
+        reset=_is_new(now.reset, before.reset),
+        teach=_is_new(now.teach, before.teach),
+        confirm=_is_new(now.confirm, before.confirm),
+        home=_is_new(now.home, before.home),
+        service=_is_new(now.service, before.service),
+        changed=_is_new(now.changed, before.changed),
+        return_to_service=_is_new(now.return_to_service, before.return_to_service),
+        not_needed=_is_new(now.not_needed, before.not_needed),
+        acknowledge=_is_new(now.acknowledge, before.acknowledge),
+        audio_pause=_is_new(now.audio_pause, before.audio_pause),
+        assessed=_is_new(now.assessed, before.assessed),
+        oxygenated=_is_new(now.oxygenated, before.oxygenated),
+        oxygen_skipped=_is_new(now.oxygen_skipped, before.oxygen_skipped),
     )

@@ -57,9 +57,9 @@ def hear(required: bool, answer: Answer, phase: int, requests: Requests) -> Answ
     if phase != Phase.PARKED:
         return answer
     if requests.oxygenated:
-        return Answer(state=int(Preoxygenation.CONFIRMED), left_s=VALID_S)
+        return Answer(state=Preoxygenation.CONFIRMED.value, left_s=VALID_S)
     if requests.oxygen_skipped and answer.state != Preoxygenation.CONFIRMED:
-        return Answer(state=int(Preoxygenation.SKIPPED), left_s=VALID_S)
+        return Answer(state=Preoxygenation.SKIPPED.value, left_s=VALID_S)
     return answer
 
 
@@ -79,8 +79,8 @@ def step(
         return answer._replace(left_s=left_s)
     waiting = phase == Phase.PARKED and (asked or answer.state == Preoxygenation.REQUESTED)
     if waiting and not is_answered(answer):
-        return Answer(state=int(Preoxygenation.REQUESTED), left_s=0.0)
-    return Answer(state=int(Preoxygenation.NOT_ASKED), left_s=0.0)
+        return Answer(state=Preoxygenation.REQUESTED.value, left_s=0.0)
+    return Answer(state=Preoxygenation.NOT_ASKED.value, left_s=0.0)
 
 
 def pass_idle_time(answer: Answer, duration_s: float) -> Answer:
@@ -88,4 +88,4 @@ def pass_idle_time(answer: Answer, duration_s: float) -> Answer:
     left_s = answer.left_s - duration_s
     if not is_answered(answer) or left_s > 0.0:
         return answer._replace(left_s=max(left_s, 0.0))
-    return Answer(state=int(Preoxygenation.NOT_ASKED), left_s=0.0)
+    return Answer(state=Preoxygenation.NOT_ASKED.value, left_s=0.0)

@@ -284,6 +284,6 @@ def watch_resets(
     """
     refused = asked and not granted
     return upkeep._replace(
-        refusal=int(Refusal.LOCKED_OUT) if refused else upkeep.refusal,
+        refusal=Refusal.LOCKED_OUT.value if refused else upkeep.refusal,
         lock=lock_out.step(upkeep.lock, before, phase, granted, trips),
     )
