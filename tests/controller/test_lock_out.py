@@ -49,6 +49,7 @@ def alarmed(columns: Columns, code: Condition) -> np.ndarray[tuple[int, ...], np
     return columns["signals.present"].astype(np.int64) >> int(code) & 1
 
 
+@pytest.mark.requirement("OS-R43")
 def test_56_resets_on_a_jam_are_three_pulls_more() -> None:
     buttons = {0.0: START} | dict.fromkeys(RESETS_S, RESET)
     state, columns = simulate(EXACT, RESETS_S[-1] + 30.0, buttons, JAMMED)
@@ -67,6 +68,7 @@ def test_56_resets_on_a_jam_are_three_pulls_more() -> None:
     assert RESETS_S[MOST_RESETS - 1] < first * DT_S < RESETS_S[MOST_RESETS]
 
 
+@pytest.mark.requirement("OS-R43")
 def test_service_ends_a_lock_out_wherever_the_head_is_and_one_recovery_draws_it_out() -> None:
     """Somebody has freed the catheter meanwhile; it is still inside."""
     buttons = {0.0: START} | dict.fromkeys(RESETS_S[: MOST_RESETS + 1], RESET)

@@ -66,6 +66,7 @@ def after_passes(name: str, passes: int) -> LoopState:
     return state._replace(controller=controller.with_upkeep(state.controller, made))
 
 
+@pytest.mark.requirement("OS-R44")
 @patients
 def test_everything_held_for_300_s_is_one_cycle(name: str) -> None:
     loop, start = at_bed(name)
@@ -76,6 +77,7 @@ def test_everything_held_for_300_s_is_one_cycle(name: str) -> None:
     assert invariant.command_side(columns, loop.controller) == []
 
 
+@pytest.mark.requirement("OS-R41")
 @patients
 def test_eleven_starts_in_300_s_are_as_many_cycles_as_the_rests_leave(name: str) -> None:
     loop, start = at_bed(name)
@@ -90,6 +92,7 @@ def test_eleven_starts_in_300_s_are_as_many_cycles_as_the_rests_leave(name: str)
     assert columns["counters.passes"][-1] == len(began)
 
 
+@pytest.mark.requirement("OS-R40")
 @patients
 def test_pressing_all_day_is_three_passes_and_then_an_alarm_until_somebody_has_looked(
     name: str,
@@ -158,6 +161,7 @@ def clocked(mode: ScheduleMode, state: LoopState, loop: Loop) -> tuple[Loop, Loo
     )
 
 
+@pytest.mark.requirement("OS-R40")
 def test_the_clock_does_not_go_round_the_limit() -> None:
     loop, start = clocked(
         ScheduleMode.TIMED, after_passes("neonate", MOST_PASSES), at_bed("neonate")[0]
@@ -171,6 +175,7 @@ def test_the_clock_does_not_go_round_the_limit() -> None:
     assert state.controller.core.upkeep.episode.passes == 1
 
 
+@pytest.mark.requirement("OS-R42")
 def test_an_unanswered_request_for_oxygen_starts_nothing() -> None:
     loop, start = at_bed("adult-icu")
     state, columns = simulate(EXACT, 200.0, {1.0: START, 100.0: START}, start=start, loop=loop)

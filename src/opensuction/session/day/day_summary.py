@@ -130,9 +130,10 @@ def attendance_notes(day: Day) -> list[str]:
     looked = sum(cycle.assessed for cycle in day.cycles)
     if looked:
         most = day.last.loop.controller.service.passes.most_passes
+        often = "once, after" if looked == 1 else f"{looked} times, each after"
         said.append(
-            f"A person looked at the patient {looked} times, each after {most} passes: without "
-            "that the next cycle is refused."
+            f"A person looked at the patient {often} {most} passes: without that the next cycle "
+            "is refused."
         )
     return said
 
