@@ -6,7 +6,7 @@ import pytest
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.lock_out import MOST_RESETS, NONE, LockOut
-from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns, phase_spans
@@ -157,3 +157,19 @@ def test_a_persons_own_stops_lock_nothing() -> None:
         state, columns = simulate(EXACT, 12.0, {0.0: START, 1.0: 4, 10.0: RESET}, start=state)
         assert phases(columns)[-1] == Phase.PARKED
     assert locked(state) == NONE
+
+
+def test_the_plug_undoes_no_limit() -> None:
+    loop, parked = at_rest(EXACT)
+    kept = parked.controller.core.upkeep._replace(
+        lock=NONE._replace(locked=True, resets=MOST_RESETS, recovered=True)
+    )
+    home_mm = loop.controller.plan.motion.park_head_mm
+    again = controller.restart(loop.controller, home_mm, kept, 60.0)
+    assert again.core.upkeep.catheter_age_s == kept.catheter_age_s + 60.0
+    state = parked._replace(controller=again)
+    buttons = {0.0: START, 1.0: SERVICE, 2.0: RETURN_TO_SERVICE, 3.0: START}
+    _, columns = simulate(EXACT, 4.0, buttons, start=state)
+    assert columns["counters.refusal"][500] == Refusal.LOCKED_OUT
+    assert alarmed(columns, Condition.LOCKED_OUT)[500]
+    assert phases(columns) == [Phase.PARKED, Phase.OUT_OF_SERVICE, Phase.PARKED, Phase.CHECKING]

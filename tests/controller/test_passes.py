@@ -7,8 +7,8 @@ from opensuction.controller import controller, setup
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.preoxygenation import Preoxygenation
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
-from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.procedure.planning.pass_rule import MOST_PASSES, RULES
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
@@ -232,6 +232,23 @@ def test_a_due_cycle_waits_for_the_answer_and_is_missed_aloud_without_one() -> N
     assert phases(columns) == [Phase.PARKED]
     missed = columns["signals.present"].astype(np.int64) >> Condition.AUTOMATION_STOPPED & 1
     assert np.argmax(missed) * DT_S == pytest.approx(121.0, abs=0.01)
+
+
+def test_a_prompt_to_look_waits_without_an_alarm_for_as_long_as_it_takes() -> None:
+    loop, start = clocked(ScheduleMode.PROMPT, at_bed("adult-icu")[1], at_bed("adult-icu")[0])
+    _, columns = simulate(EXACT, 300.0, {290.0: ASSESSED}, start=start, loop=loop)
+    assert told(columns) == set()
+
+
+def test_a_controller_that_starts_anew_goes_on_counting() -> None:
+    loop, _ = at_bed("adult-icu")
+    kept = after_passes("adult-icu", MOST_PASSES).controller.core.upkeep
+    resting = kept._replace(episode=kept.episode._replace(rest_left_s=100.0))
+    home_mm = loop.controller.plan.motion.park_head_mm
+    again = controller.restart(loop.controller, home_mm, resting, 40.0).core.upkeep
+    assert (again.episode.passes, again.episode.rest_left_s) == (MOST_PASSES, 60.0)
+    away = controller.restart(loop.controller, home_mm + 30.0, resting, 40.0).core.upkeep
+    assert away.episode.rest_left_s == rest_s(loop)
 
 
 def test_power_up_with_the_catheter_away_from_home_begins_with_a_rest() -> None:

@@ -85,6 +85,12 @@ GOLDEN_COLUMNS = [
     "truth.lung_volume_loss_ml",
     "truth.spo2_percent",
     "truth.heart_rate_per_min",
+    "counters.passes",
+    "counters.rest_left_s",
+    "counters.resets",
+    "counters.locked_out",
+    "counters.preoxygenation",
+    "counters.refusal",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

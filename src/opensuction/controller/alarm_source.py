@@ -19,8 +19,9 @@ from opensuction.procedure.cycle.check import VENTED_MMHG
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.condition import Condition
 
 NONE = 0
@@ -119,14 +120,12 @@ def reasons(
 def _is_missed(service: Service, upkeep: Upkeep, phase: int, refused: int) -> bool:
     """Whether a cycle, or a look at the patient, is due and the machine cannot serve it."""
     waiting = phase in (Phase.PARKED, Phase.HALTED)
-    since = upkeep.schedule
+    chosen, since = service.schedule, upkeep.schedule
     if refused == Refusal.OXYGEN_UNANSWERED:
-        # It waits for a person, who may be on the way.
-        since = since._replace(
-            since_cycle_s=since.since_cycle_s - ANSWER_S,
-            since_assessment_s=since.since_assessment_s - ANSWER_S,
-        )
-    due = schedule.starts(service.schedule, since) or schedule.prompts(service.schedule, since)
+        # It waits for a person, who may be on the way; who only looks need not answer.
+        late = since._replace(since_cycle_s=since.since_cycle_s - ANSWER_S)
+        return waiting and schedule.starts(chosen, late)
+    due = schedule.starts(chosen, since) or schedule.prompts(chosen, since)
     return waiting and due and refused != Refusal.NONE
 
 

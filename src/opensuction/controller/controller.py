@@ -19,7 +19,8 @@ from opensuction.procedure.cycle import button, cycle, lock_out, progress, upkee
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
@@ -35,8 +36,8 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     With the head in front of its park position the catheter may be in the airway: it is drawn out
     at once, without being asked, and then the machine halts until a person resets it. With the
     head behind it, or not known (nan), the machine halts: nothing goes in unasked.
-    The patient then rests as after a pass. Passes, rest and resets of before the power-down are not
-    known here: whoever keeps the catheter's age keeps them, and hands them on (`with_upkeep`).
+    The patient then rests as after a pass. Passes and resets of before are not known here: see
+    `restart`.
     Raises InputError for settings with a number that is none (`settings_check.check`).
     """
     settings_check.check(settings)
@@ -58,6 +59,15 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
         reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
     )
     return State(core=core, compensation=head, alarms=alarm_state.START)
+
+
+def restart(settings: Settings, head_mm: float, kept: Upkeep, off_s: float) -> State:
+    """As `start`, with what the controller before had to remember: the plug undoes no limit.
+
+    kept: its upkeep, from whoever kept it. off_s: how long no controller ran.
+    """
+    state = start(settings, head_mm, kept.catheter_age_s + off_s)
+    return with_upkeep(state, upkeep.carry_over(state.core.upkeep, kept, off_s))
 
 
 def with_upkeep(state: State, kept: Upkeep) -> State:

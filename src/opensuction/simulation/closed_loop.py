@@ -77,9 +77,9 @@ class TraceRow(NamedTuple):
     commands: Commands
     """As the drives obey them."""
     signals: Signals
+    truth: Truth
     counters: Counters
     """Of passes, rest and resets; see `upkeep`."""
-    truth: Truth
 
 
 COLUMNS = row.columns(TraceRow)
@@ -108,8 +108,8 @@ def record(
         verdict=outputs.verdict,
         commands=commands,
         signals=outputs.signals,
-        counters=outputs.counters,
         truth=truth,
+        counters=outputs.counters,
     )
 
 

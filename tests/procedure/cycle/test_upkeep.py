@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, CHANGED, NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle.refusal import SENTENCES, Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
-from opensuction.procedure.cycle.upkeep import LIFE_S, SENTENCES, Refusal, Service, Upkeep
+from opensuction.procedure.cycle.upkeep import LIFE_S, Service, Upkeep
 from opensuction.procedure.planning import pass_rule
 from opensuction.safety.condition import Condition
 

@@ -2,11 +2,9 @@
 
 The catheter's life, the schedule, passes and the rest between them, pre-oxygenation, lock-out: what
 each remembers is one field of `Upkeep`, which whoever keeps the catheter's age over a power-down
-hands back to the next controller (`controller.with_upkeep`).
+hands to the next controller (`controller.restart`).
 """
 
-import math
-from enum import IntEnum
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
@@ -16,6 +14,7 @@ from opensuction.procedure.cycle import episode, lock_out, preoxygenation, sched
 from opensuction.procedure.cycle.episode import Episode, PassRule
 from opensuction.procedure.cycle.lock_out import LockOut
 from opensuction.procedure.cycle.preoxygenation import Answer
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
 from opensuction.safety.condition import Condition
 
@@ -23,51 +22,6 @@ LIFE_S = 86400.0
 """A catheter is used for 24 h from its first use. Source: [paper] II-A."""
 NEW_CATHETER_S = 0.0
 """Age of a catheter at its first use."""
-
-
-class Refusal(IntEnum):
-    """Why a start or a reset was refused. The numbers are in recordings: never renumber."""
-
-    NONE = 0
-    CATHETER_LIFE_OVER = 1
-    CATHETER_LIFE_ENDS = 2
-    """It would end within the cycle."""
-    OUT_OF_SERVICE = 3
-    HALTED = 4
-    NOT_TAUGHT = 5
-    """The plan is one that a travel length is taught with."""
-    MONITOR_LINK_LOST = 6
-    PATIENT_UNSAFE = 7
-    """The monitor shows a value out of its limits."""
-    PASS_LIMIT = 8
-    """A person must look at the patient first."""
-    RESTING = 9
-    """The last pass is too short a time ago; `Upkeep.episode` has the seconds left."""
-    OXYGEN_UNANSWERED = 10
-    """Pre-oxygenation is neither confirmed nor skipped."""
-    LOCKED_OUT = 11
-    """The machine must be taken out of service first."""
-
-
-SENTENCES: dict[Refusal, str] = {
-    Refusal.NONE: "nothing was refused",
-    Refusal.CATHETER_LIFE_OVER: "the catheter has been used for 24 h: change it",
-    Refusal.CATHETER_LIFE_ENDS: "the catheter's 24 h would end within the cycle: change it",
-    Refusal.OUT_OF_SERVICE: "the machine is out of service",
-    Refusal.HALTED: "the machine is halted: deal with the cause and reset it",
-    Refusal.NOT_TAUGHT: "no travel length has been set",
-    Refusal.MONITOR_LINK_LOST: "the patient monitor cannot be read: check its cables",
-    Refusal.PATIENT_UNSAFE: "the patient monitor shows a value out of its limits: look at the "
-    "patient first",
-    Refusal.PASS_LIMIT: "as many passes as may follow each other have been made: look at the "
-    "patient and say so",
-    Refusal.RESTING: "the patient rests after the last pass",
-    Refusal.OXYGEN_UNANSWERED: "pre-oxygenation has not been answered: give it and confirm, or "
-    "skip it",
-    Refusal.LOCKED_OUT: "the machine is locked out after resets with the same cause: take it out "
-    "of service, find the cause, return it to service",
-}
-"""For people; `say` adds the seconds that are left of a rest."""
 
 
 class Service(NamedTuple):
@@ -124,6 +78,16 @@ def start(catheter_age_s: float) -> Upkeep:
     )
 
 
+def carry_over(fresh: Upkeep, kept: Upkeep, off_s: float) -> Upkeep:
+    """At power-up, with what was remembered before and how long the power was off.
+
+    fresh: as the new controller begins. Passes, rest and lock-out go on; intervals begin anew.
+    """
+    rested = episode.pass_idle_time(kept.episode, off_s)
+    left_s = max(rested.rest_left_s, fresh.episode.rest_left_s)
+    return fresh._replace(episode=rested._replace(rest_left_s=left_s), lock=kept.lock)
+
+
 def rest_first(upkeep: Upkeep, rule: PassRule) -> Upkeep:
     """At power-up with the catheter perhaps in the airway: the patient rests before a start."""
     return upkeep._replace(episode=upkeep.episode._replace(rest_left_s=rule.rest_s))
@@ -140,14 +104,6 @@ def count(upkeep: Upkeep) -> Counters:
         preoxygenation=upkeep.oxygen.state,
         refusal=upkeep.refusal,
     )
-
-
-def say(refused: Refusal, upkeep: Upkeep) -> str:
-    """Why a start or a reset was refused, in words, with the seconds that are left of a rest."""
-    if refused == Refusal.RESTING:
-        left_s = math.ceil(upkeep.episode.rest_left_s)
-        return f"{SENTENCES[refused]}: another {left_s} s"
-    return SENTENCES[refused]
 
 
 def pass_idle_time(upkeep: Upkeep, duration_s: float) -> Upkeep:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ASSESSED, CHANGED, RETURN_TO_SERVICE, SERVICE, Requests
 from opensuction.procedure.cycle import episode, upkeep
-from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.session.cycle import preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation import closed_loop, trace
