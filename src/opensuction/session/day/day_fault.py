@@ -14,12 +14,13 @@ from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import fault_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared
 from opensuction.session.plain import Json
-from opensuction.simulation.closed_loop import Loop, LoopState
+from opensuction.simulation.closed_loop import LoopState
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun, Room
 from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
 from opensuction.twin.fault.fault_table import ROWS
 
 RESETS = fault_run.RESETS
@@ -96,9 +97,13 @@ class FaultyDay:
         self._note(ran)
         return ran.state, ran.columns
 
-    def break_loop(self, sound: Loop) -> Loop:
-        """A loop whose machine has the faults that have come, for the time between two cycles."""
-        return sound if self._going is None else sound._replace(machine=self._going.loop.machine)
+    def afflict(self, prepared: Prepared) -> Prepared:
+        """A machine with the faults that have come, for the time between two cycles."""
+        if self._going is None:
+            return prepared
+        oxygen_ratio = prepared.loop.machine.patient.ventilator.oxygen_ratio
+        broken = preset.ventilate(self._going.loop.machine, oxygen_ratio)
+        return prepared._replace(loop=prepared.loop._replace(machine=broken))
 
     @property
     def is_over(self) -> bool:

@@ -12,6 +12,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.safety.head import head_vote
 from opensuction.simulation import closed_loop, wiring
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
@@ -121,7 +122,8 @@ class FaultyRun:
 
         Its controller runs. What is broken stays broken, and what was due meanwhile comes at once;
         a fault that waits goes on waiting, its instant counted from here. controls: whose
-        controller goes on; its machine is not looked at. requests: pressed in the next tick.
+        controller goes on; of its machine only the oxygen that the patient gets counts. requests:
+        pressed in the next tick.
         """
         passed = self.done + state.tick - self.state.tick
         self.at_s = [at_s - passed * DT_S for at_s in self.at_s]
@@ -130,6 +132,9 @@ class FaultyRun:
         self._began, self._noted, self.done = {}, 0, 0
         self.state, self.requests = state, requests
         self._loop = controls._replace(machine=self._loop.machine)
+        oxygen_ratio = controls.machine.patient.ventilator.oxygen_ratio
+        self._sound = preset.ventilate(self._sound, oxygen_ratio)
+        self._break_machine()
 
     def hold(self, place: int, waits: bool) -> None:
         """Let a fault wait whatever its instant, or no longer. place: among the injections."""
@@ -295,7 +300,7 @@ class FaultyRun:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and how old the catheter is.
+        """A new controller starts: it knows what the head's sensors read and what its record holds.
 
         Where the mains were gone, they are back.
         """
@@ -304,10 +309,10 @@ class FaultyRun:
             machine.read(self._loop.machine, self.state.machine),
             self.state.tick,
         )
-        head_mm = readings.head_mm if readings.head_valid else float("nan")
-        age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
-        settings = self._loop.controller
-        self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
+        head_mm = head_vote.first_mm(readings)
+        settings, kept = self._loop.controller, self.state.controller.core.upkeep
+        fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
+        self.state = self.state._replace(controller=fresh)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True, mains=True))
