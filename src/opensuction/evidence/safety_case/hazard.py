@@ -15,6 +15,7 @@ from typing import Annotated, Any, NamedTuple
 
 from annotated_types import Ge, Le
 
+from opensuction.evidence.healthy_cycle import AIRWAY, Shows
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import CYCLE
 from opensuction.safety.condition import Condition
@@ -33,8 +34,6 @@ REQUIREMENTS = "requirement.toml"
 
 SET_UP = "set-up"
 """Phase of faults that are there before the start."""
-AIRWAY = "airway"
-"""The time for which the tip is in the airway, and a second before."""
 ALL = "all"
 CONTACT = tuple(phase.name.lower() for phase in CYCLE)
 PHASES = {"travel": tuple(name for name in CONTACT if name != "backing_off"), "contact": CONTACT}
@@ -108,19 +107,6 @@ class Raiser(Enum):
     DRIVES = "drives"
     """The drives, their watchdog or the power supply, on the annunciator: the controller is what
     failed."""
-
-
-class Shows(Enum):
-    """While what a machine does a fault can show: its clock stands still in other ticks.
-
-    Reckoned on the same cycle without the fault, so that nothing which the fault does delays it.
-    """
-
-    ALWAYS = "always"
-    MOVING = "moving"
-    """While the head moves: a head at rest can neither stall nor go astray."""
-    OPEN = "open"
-    """While the suction valve is off its seat."""
 
 
 BoundMs = Annotated[float, Ge(0), Le(MOST_MS)]

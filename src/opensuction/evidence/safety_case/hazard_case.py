@@ -3,10 +3,11 @@
 import math
 from functools import lru_cache
 
-from opensuction.evidence.safety_case import hazard, hazard_result, healthy_cycle
+from opensuction.evidence import healthy_cycle
+from opensuction.evidence.healthy_cycle import HealthyCycle
+from opensuction.evidence.safety_case import hazard, hazard_result
 from opensuction.evidence.safety_case.hazard import PATIENTS, PHASES, SET_UP, Hazard, HazardClaim
 from opensuction.evidence.safety_case.hazard_result import COLUMNS, HazardCase, HazardResult
-from opensuction.evidence.safety_case.healthy_cycle import HealthyCycle
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.session.choice import CycleChoice, RigChoice

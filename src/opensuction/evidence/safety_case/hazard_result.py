@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.evidence.healthy_cycle import HealthyCycle, find_wait_s
 from opensuction.evidence.safety_case.hazard import (
     SAFE_STATES,
     SET_UP,
@@ -17,7 +18,6 @@ from opensuction.evidence.safety_case.hazard import (
     Raiser,
     Response,
 )
-from opensuction.evidence.safety_case.healthy_cycle import HealthyCycle, find_wait_s
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.oracle.bound import BOUNDS
 from opensuction.oracle.exposure import PatientExposure

@@ -11,6 +11,7 @@ from opensuction.evidence.safety_case.hazard import SET_UP, Hazard, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import NAMES
+from opensuction.simulation.injection.run_judgement import count_left_inside
 from opensuction.twin.fault.fault_table import ROWS
 
 WORKERS = 2
@@ -122,16 +123,6 @@ def _bear(results: Sequence[HazardResult]) -> dict[str, float | None]:
     return worst
 
 
-def count_left_inside(results: Sequence[HazardResult]) -> dict[str, int]:
-    """Runs that ended with the tip inside; those that nothing could have prevented; and told."""
-    left = [result.left_inside for result in results if result.left_inside is not None]
-    return {
-        "count": len(left),
-        "unavoidable": sum(bool(one.unavoidable) for one in left),
-        "told": sum(one.in_time for one in left),
-    }
-
-
 def _run(result: HazardResult) -> dict[str, Any]:
     """One run in plain data."""
     case = result.case
@@ -180,7 +171,7 @@ def entry(verdict: HazardVerdict) -> dict[str, Any]:
         "safe_bound_ms": _finite(worst.safe_bound_ms),
         "refused": refused and worst.ok,
         "within_limits": worst.ok and not worst.answered and worst.left_inside is None,
-        "left_inside": count_left_inside(results),
+        "left_inside": count_left_inside(result.left_inside for result in results),
         "unavoidable": sorted({one.unavoidable for one in left if one.unavoidable}),
         "person": sorted({one.person for one in left}),
         "ok": verdict.ok,
@@ -207,7 +198,7 @@ def plain(found: SafetyCase, wall_s: float) -> dict[str, Any]:
         "seeds": list(found.seeds),
         "runs": sum(one["runs"] for one in hazards),
         "broken": sum(one["broken"] for one in hazards),
-        "left_inside": count_left_inside(every),
+        "left_inside": count_left_inside(result.left_inside for result in every),
         "ok": found.ok,
         "hazards": hazards,
         "wall_s": round(wall_s, 1),

@@ -1,7 +1,7 @@
 """A run with faults before its judge: what the patient bore, and what of it no fault explains."""
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
@@ -33,6 +33,16 @@ class LeftInside(NamedTuple):
     """How long after the first fault people were told with high priority; nan for never."""
     in_time: bool
     """Whether that was within its bound."""
+
+
+def count_left_inside(found: Iterable[LeftInside | None]) -> dict[str, int]:
+    """Runs that ended with the tip inside; those that nothing could have prevented; those told."""
+    left = [one for one in found if one is not None]
+    return {
+        "count": len(left),
+        "unavoidable": sum(bool(one.unavoidable) for one in left),
+        "told": sum(one.in_time for one in left),
+    }
 
 
 class Judgement(NamedTuple):

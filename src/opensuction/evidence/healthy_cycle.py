@@ -4,11 +4,11 @@ From it follow a fault's instants, and for how long a fault had a chance to show
 """
 
 import math
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.safety_case.hazard import AIRWAY, Shows
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
 from opensuction.oracle import exposure
@@ -18,6 +18,8 @@ from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.fault_instant import FaultInstant
 from opensuction.simulation.injection.safe_state import Holds
 
+AIRWAY = "airway"
+"""The time for which the tip is in the airway, and `BEFORE_S` more."""
 BEFORE_S = 1.0
 """A fault this long before the tip comes in still meets it."""
 EDGE_S = 0.002
@@ -25,7 +27,30 @@ EDGE_S = 0.002
 MOVING_MM_PER_S = 0.5
 """[assumed] A slower head shows nothing that a sensor could tell from rest."""
 SMOOTHED_S = 0.02
-_NAMES = ("time_s", "phase", "truth.tip_mm", "truth.head_mm", "truth.valve_open_ratio")
+OPEN_RATIO = 0.95
+"""[assumed] A valve this far open draws as one that is open."""
+INSERTING = Phase.INSERTING.name.lower()
+_NAMES = (
+    "time_s",
+    "phase",
+    "truth.tip_mm",
+    "truth.head_mm",
+    "truth.valve_open_ratio",
+    "truth.contact_n",
+)
+
+
+class Shows(Enum):
+    """While what a machine does a fault can show: its clock stands still in other ticks.
+
+    Reckoned on the same cycle without the fault, so that nothing which the fault does delays it.
+    """
+
+    ALWAYS = "always"
+    MOVING = "moving"
+    """While the head moves: a head at rest can neither stall nor go astray."""
+    OPEN = "open"
+    """While the suction valve stands open: the line tells nothing before its stroke is done."""
 
 
 class HealthyCycle(NamedTuple):
@@ -36,7 +61,7 @@ class HealthyCycle(NamedTuple):
     moving: Holds
     """In which ticks the head moves."""
     open: Holds
-    """In which ticks the valve is off its seat, for suction."""
+    """In which ticks the valve stands open, for suction."""
 
 
 def play(prepared: Prepared) -> HealthyCycle:
@@ -46,6 +71,9 @@ def play(prepared: Prepared) -> HealthyCycle:
         span.phase.name.lower(): (span.start_s, span.end_s) for span in trace.phase_spans(columns)
     }
     inside = np.flatnonzero(exposure.find_inside(prepared.rig.machine, columns["truth.tip_mm"]))
+    touched = np.flatnonzero(columns["truth.contact_n"] > exposure.TOUCHING_N)
+    if touched.size and INSERTING in spans:  # what comes after the touch meets no insertion
+        spans[INSERTING] = (spans[INSERTING][0], float(touched[0]) * DT_S)
     spans[AIRWAY] = (inside[0] * DT_S - BEFORE_S, inside[-1] * DT_S)
     testing = columns["phase"] == Phase.CHECKING
     ticks = round(SMOOTHED_S / DT_S)
@@ -54,7 +82,7 @@ def play(prepared: Prepared) -> HealthyCycle:
     return HealthyCycle(
         spans=spans,
         moving=travel > MOVING_MM_PER_S * SMOOTHED_S,
-        open=(columns["truth.valve_open_ratio"] > 0.0) & ~testing,
+        open=(columns["truth.valve_open_ratio"] >= OPEN_RATIO) & ~testing,
     )
 
 
