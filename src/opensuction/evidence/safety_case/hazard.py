@@ -292,11 +292,6 @@ def _check_answer(claim: HazardClaim) -> None:
     unheard = [condition.name for condition in found if condition in UNHEARD]
     if unheard:
         raise InputError(f"alarm: {unheard[0]} is raised by nothing in the twin")
-    if claim.safe_ms < claim.detected_ms and claim.safe_state != "not-inserted":
-        raise InputError(
-            f"safe_ms: {claim.safe_ms:g} ms, before the alarm at {claim.detected_ms:g} ms; what "
-            "makes safe comes with the alarm or after it"
-        )
     for number, condition in enumerate(found):
         priority = condition.row.handling.priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):

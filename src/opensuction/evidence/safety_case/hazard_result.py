@@ -179,7 +179,7 @@ def _bounds_ms(
     if detected_ms > SENSOR_MS and claim.safe_state != "not-inserted":
         detected_ms = max(detected_ms * share, SENSOR_MS)
     wait_ms = 1000.0 * find_wait_s(healthy, claim.shows, at_s, detected_ms / 1000.0)
-    return detected_ms + wait_ms, max(safe_ms, detected_ms) + wait_ms
+    return detected_ms + wait_ms, safe_ms + wait_ms
 
 
 def judge(
