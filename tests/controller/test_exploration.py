@@ -34,7 +34,7 @@ from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin.fault import link
 from opensuction.twin.fault.link import Link
-from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
+from opensuction.twin.fault.reading_fault import FOR_GOOD, Channel, Mode, ReadingFault
 from opensuction.twin.machine import drive_watchdog, machine
 
 QUIET = (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
@@ -152,7 +152,16 @@ class Exploration(RuleBasedStateMachine):
         self, channel: Channel, mode: Mode, strength: float, anchor: float, second: bool
     ) -> None:
         stream = self.link.stream
-        fault = ReadingFault(int(channel), int(mode), strength, anchor, stream)
+        fault = ReadingFault(
+            channel=int(channel),
+            mode=int(mode),
+            strength=strength,
+            anchor=anchor,
+            begin_tick=self.state.tick,
+            there_ticks=FOR_GOOD,
+            period_ticks=0,
+            stream=stream,
+        )
         faulty = self.link._replace(second=fault) if second else self.link._replace(first=fault)
         self.relink(faulty)
 

@@ -85,6 +85,7 @@ GOLDEN_COLUMNS = [
     "truth.lung_volume_loss_ml",
     "truth.spo2_percent",
     "truth.heart_rate_per_min",
+    "truth.piece_mm",
     "annunciator.said",
     "annunciator.watchdog_fired",
     "annunciator.reserve_used",

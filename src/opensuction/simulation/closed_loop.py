@@ -30,6 +30,7 @@ from opensuction.simulation.wiring import (
     Wiring,
     command_drives,
     read_link,
+    receive,
     wanted,
 )
 from opensuction.twin import plant
@@ -151,8 +152,7 @@ def _tick(
     readings, runs, late = reported, True, False
     if messages is not None:
         reported = link.sense(wires, reported, tick)
-        before = read_link(messages.state).link
-        readings = link.receive_readings(wires, before, reported, messages.got, tick)
+        readings = receive(wires, messages, reported, tick)
         runs, late = wires.controller_runs, tick < wires.late_until_tick
     decided = state.controller
     if messages is not None and not runs:

@@ -46,6 +46,8 @@ class Messages(NamedTuple):
     """Last readings."""
     sent: Ring
     """Last messages of the controller."""
+    shown: Ring
+    """Last values of the patient monitor."""
     state: row.Row
     """The `LinkedState`."""
 
@@ -62,6 +64,15 @@ HEALTHY = Wiring(
     watchdog=DriveWatchdog(silence_s=0.0, home_mm=0.0, out_mm_per_s=0.0),
 )
 """Where the link is not played."""
+
+
+@compiled
+def receive(wires: Link, messages: Messages, reported: Readings, tick: int) -> Readings:
+    """What the controller gets of what the sensors report. messages: written."""
+    before = read_link(messages.state).link
+    readings = link.receive_readings(wires, before, reported, messages.got, tick)
+    monitor = link.receive_monitor(wires, before, reported.monitor, messages.shown, tick)
+    return readings._replace(monitor=monitor)
 
 
 class Exchange(NamedTuple):
@@ -143,13 +154,6 @@ def _begin_link(last: row.Row, reading: Readings, tick: int) -> Message:
     message = blank.link.message._replace(number=tick - 1)
     write_link(last, blank._replace(link=LinkState(reading, message)))
     return message
-
-
-@compiled
-def read_drives(last: row.Row) -> WatchdogState:
-    """What the drives remember; last: of `Messages`."""
-    linked: LinkedState = read_link(last)
-    return linked.watchdog
 
 
 @compiled

@@ -189,6 +189,8 @@ def machine(
         carriage_step_mm=fitted["carriage_sensor_mm"],
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
+        clamp_slip_ratio=0.0,
+        weak_tip_mm=0.0,
         transmission=transmission_of(fitted),
         valve_axis=_valve_axis(fitted),
         valve=_valve(fitted),
@@ -256,6 +258,8 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
     machine = MachineState(
         insertion=AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0),
         head_mm=behind_gear,
+        slipped_mm=0.0,
+        piece_mm=0.0,
         transmission=moved,
         valve=AxisMotion(position=0.0, velocity=0.0, drive_v=0.0),
         line=SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0),

@@ -71,7 +71,7 @@ def test_no_invariant_breaks_in_a_hundred_thousand_cycles() -> None:
 
 
 def test_a_cycle_is_drawn_from_its_number_alone() -> None:
-    drawn = [fault_campaign.draw(number, 8) for number in range(400)]
+    drawn = [fault_campaign.draw(number, 8) for number in range(1000)]
     assert drawn[123] == fault_campaign.draw(123, 8)
     assert {len(one.faults) for one in drawn[::2]} == {1}
     assert {len(one.faults) for one in drawn[1::2]} == {2}

@@ -150,8 +150,9 @@ def test_drives_without_a_controller_bring_the_catheter_out_and_the_next_one_goe
     found = run(stopped, resets=2)
     notice = found.faults[0].notice
     assert notice is not None
-    assert notice.title == "drive-watchdog"
-    assert notice.time_s - found.faults[0].at_s == pytest.approx(0.02)
+    assert notice.detector == Detector.DRIVE
+    assert notice.title == "message-late"
+    assert notice.time_s - found.faults[0].at_s == pytest.approx(0.005)
     # 90 mm and the gap at half of the no-load speed, 9 mm/s.
     assert 9.0 < safe_after_s(found, "tip-outside", "no-suction", "vented") < 15.0
     assert found.columns["phase"][-1] == Phase.PARKED

@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.kernel.commands import Commands
-from opensuction.kernel.readings import NO_MONITOR, Readings
+from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.link import Link, LinkState, Message
+from opensuction.twin.fault.link import MONITOR_TICKS, Link, LinkState, Message
 
 HEALTHY = link.healthy(seed=1)
 DT_S = 0.001
@@ -53,7 +53,7 @@ def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
 def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Message], list[bool]]:
     """What arrives each tick: readings, messages, and whether those are new."""
     state = FIRST
-    got, sent = link.rings(FIRST)
+    got, sent, _ = link.rings(FIRST)
     arrived, obeyed, news = [], [], []
     for tick in range(ticks):
         here = link.receive_readings(joint, state, readings(tick), got, tick)
@@ -86,7 +86,7 @@ def test_what_was_obeyed_is_not_obeyed_again_once_messages_are_late(begin: int, 
     """The delay begins in the midst of a run: the drives keep their last command meanwhile."""
     late = faulty(Fault.MESSAGE_LATE, delay * DT_S)
     state = FIRST
-    _, sent = link.rings(FIRST)
+    _, sent, _ = link.rings(FIRST)
     for tick in range(150):
         joint = late if tick >= begin else HEALTHY
         there, new = link.receive_message(joint, state, message(tick), sent, tick)
@@ -99,7 +99,7 @@ def test_what_was_obeyed_is_not_obeyed_again_once_messages_are_late(begin: int, 
 @given(begin=st.integers(1, 80), delay=st.integers(1, 60))
 def test_readings_are_late_by_the_whole_delay_from_the_instant_on(begin: int, delay: int) -> None:
     late = faulty(Fault.READING_LATE, delay * DT_S)
-    got, _ = link.rings(FIRST)
+    got, _, _ = link.rings(FIRST)
     for tick in range(150):
         joint = late if tick >= begin else HEALTHY
         read = link.receive_readings(joint, FIRST, readings(tick), got, tick)
@@ -151,3 +151,53 @@ def test_a_dead_controller_sends_nothing(fault: Fault, reserve: bool) -> None:
 
 def test_late_ticks_end_after_their_time() -> None:
     assert faulty(Fault.TICK_LATE, 0.2, tick=100).late_until_tick == 300
+
+
+@pytest.mark.parametrize("turn", [1, 4, 25])
+def test_what_is_lost_by_turns_is_lost_for_as_long_as_it_comes_through(turn: int) -> None:
+    arrived, _, _ = sent_through(faulty(Fault.READING_INTERMITTENT, turn * DT_S, tick=10), 200)
+    _, _, news = sent_through(faulty(Fault.MESSAGE_INTERMITTENT, turn * DT_S, tick=10), 200)
+    for tick in range(10, 200):
+        is_there = (tick - 10) // turn % 2 == 0
+        assert arrived[tick].head_valid != is_there
+        assert news[tick] != is_there
+
+
+def shown(tick: int) -> Monitor:
+    """What the monitor shows: another value in each step of the bedside."""
+    return NO_MONITOR._replace(connected=True, spo2_percent=float(tick // MONITOR_TICKS))
+
+
+def watched(fault: Fault, strength: float, begin: int, ticks: int) -> list[float]:
+    """Saturation as it arrives in each tick, under a fault from an instant on."""
+    state, late = FIRST, faulty(fault, strength, tick=begin)
+    _, _, ring = link.rings(FIRST)
+    arrived = []
+    for tick in range(ticks):
+        joint = late if tick >= begin else HEALTHY
+        seen = link.receive_monitor(joint, state, shown(tick), ring, tick)
+        state = state._replace(readings=state.readings._replace(monitor=seen))
+        arrived.append(seen.spo2_percent)
+    return arrived
+
+
+def test_a_frozen_monitor_shows_what_it_showed() -> None:
+    arrived = watched(Fault.MONITOR_FROZEN, 0.0, begin=505, ticks=1000)
+    assert arrived[:505] == [float(tick // MONITOR_TICKS) for tick in range(505)]
+    assert arrived[505:] == [50.0] * 495
+
+
+@pytest.mark.parametrize("delay_s", [0.01, 1.0, 5.0, 20.0])
+def test_a_late_monitor_shows_what_was(delay_s: float) -> None:
+    begin, ticks = 1000, 30_000
+    arrived = watched(Fault.MONITOR_LATE, delay_s, begin, ticks)
+    late = [max(tick // MONITOR_TICKS - round(delay_s * 100), 0) for tick in range(begin, ticks)]
+    assert arrived[begin:] == late
+
+
+def test_readings_that_fail_leave_the_monitor_alone() -> None:
+    """It has a link of its own."""
+    for fault in (Fault.READING_LOST, Fault.READING_LATE, Fault.READING_REPEATED):
+        strength = ROWS[fault].default_strength
+        arrived = watched(fault, strength, begin=0, ticks=100)
+        assert arrived == [float(tick // MONITOR_TICKS) for tick in range(100)]

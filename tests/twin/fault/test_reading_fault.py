@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import ReadingEffect
+from opensuction.twin.fault.fault_row import FaultOnset, ReadingEffect, for_good
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.reading_fault import HEALTHY, JUMP_TICKS, Channel, Mode
+from opensuction.twin.fault.reading_fault import HEALTHY, JUMP_TICKS, Channel, Mode, ReadingFault
 
 AT_INSTANT = Readings(
     head_mm=40.0,
@@ -29,13 +29,15 @@ AT_INSTANT = Readings(
     monitor=NO_MONITOR,
 )
 LATER = AT_INSTANT._replace(head_mm=50.0, carriage_mm=50.0, cam_rad=0.1, line_vacuum_mmhg=80.0)
+PRESSED = LATER._replace(contact_closed=True)
 VALUES = {
-    Channel.HEAD: "head_mm",
-    Channel.CARRIAGE: "carriage_mm",
-    Channel.CAM: "cam_rad",
-    Channel.VACUUM: "line_vacuum_mmhg",
-    Channel.CONTACT: "contact_closed",
-    Channel.CURRENT: "insertion_current_a",
+    Channel.HEAD: {"head_mm"},
+    Channel.CARRIAGE: {"carriage_mm"},
+    Channel.CAM: {"cam_rad"},
+    Channel.VACUUM: {"line_vacuum_mmhg"},
+    Channel.CONTACT: {"contact_closed"},
+    Channel.CURRENT: {"insertion_current_a"},
+    Channel.HEADS: {"head_mm", "carriage_mm"},
 }
 VALID = {
     Channel.HEAD: "head_valid",
@@ -49,10 +51,28 @@ EFFECTS = {
 }
 
 
+INSTANT = 5
+"""Tick in which faults begin."""
+DT_S = 0.001
+
+
+def begun(fault: Fault, strength: float = 0.0, seed: int = 1) -> ReadingFault:
+    return ROWS[fault].change_reading(FaultOnset(strength, INSTANT, DT_S), AT_INSTANT, seed)
+
+
 def seen(fault: Fault, strength: float = 0.0, tick: int = 7, true: Readings = LATER) -> Readings:
     """What is read later, under a fault that began at the instant."""
-    broken = ROWS[fault].change_reading(strength, AT_INSTANT, seed=1)
-    return reading_fault.apply(broken, true, tick)
+    return reading_fault.apply(begun(fault, strength), true, tick)
+
+
+def acting_ticks(fault: Fault, strength: float, true: Readings = PRESSED) -> list[int]:
+    """Ticks after the instant in which something else is read than what is."""
+    broken = begun(fault, strength)
+    return [
+        tick - INSTANT
+        for tick in range(INSTANT, INSTANT + 1000)
+        if reading_fault.apply(broken, true, tick) != true
+    ]
 
 
 def test_healthy_sensors_report_what_is() -> None:
@@ -62,10 +82,14 @@ def test_healthy_sensors_report_what_is() -> None:
 @pytest.mark.parametrize("fault", EFFECTS, ids=lambda fault: fault.title)
 def test_a_fault_leaves_all_other_readings_alone(fault: Fault) -> None:
     channel = EFFECTS[fault].channel
-    read = seen(fault, ROWS[fault].default_strength)._asdict()
-    touched = {VALUES[channel], VALID.get(channel)}
-    assert {name for name, value in read.items() if value != getattr(LATER, name)} <= touched
-    assert read != LATER._asdict()
+    may = {*VALUES[channel], VALID.get(channel)}
+    broken = begun(fault, ROWS[fault].default_strength)
+    touched = set()
+    for tick in range(INSTANT, INSTANT + 100):
+        read = reading_fault.apply(broken, PRESSED, tick)._asdict()
+        touched |= {name for name, value in read.items() if value != getattr(PRESSED, name)}
+    assert touched
+    assert touched <= may
 
 
 @pytest.mark.parametrize(
@@ -115,7 +139,11 @@ def test_a_jumping_encoder_jumps_within_bounds_and_holds_in_between() -> None:
 
 @pytest.mark.parametrize(
     "fault",
-    [fault for fault, effect in EFFECTS.items() if effect.mode == Mode.INVALID],
+    [
+        fault
+        for fault, effect in EFFECTS.items()
+        if effect.mode == Mode.INVALID and effect.spell == for_good
+    ],
     ids=lambda fault: fault.title,
 )
 def test_an_invalid_reading_says_so(fault: Fault) -> None:
@@ -123,7 +151,7 @@ def test_an_invalid_reading_says_so(fault: Fault) -> None:
     read = seen(fault)
     assert not getattr(read, VALID[channel])
     if channel != Channel.CONTACT:
-        assert math.isnan(getattr(read, VALUES[channel]))
+        assert all(math.isnan(getattr(read, name)) for name in VALUES[channel])
 
 
 def test_a_dead_current_sensor_reads_nothing() -> None:
@@ -133,12 +161,80 @@ def test_a_dead_current_sensor_reads_nothing() -> None:
 def test_the_same_seed_gives_the_same_chance() -> None:
     first, other = (
         [
-            reading_fault.apply(
-                ROWS[Fault.ENCODER_NOISY].change_reading(1.0, AT_INSTANT, seed), LATER, tick
-            ).head_mm
-            for tick in range(5)
+            reading_fault.apply(begun(Fault.ENCODER_NOISY, 1.0, seed), LATER, tick).head_mm
+            for tick in range(INSTANT, INSTANT + 5)
         ]
         for seed in (1, 2)
     )
     assert first != other
-    assert first[3] == seen(Fault.ENCODER_NOISY, 1.0, tick=3).head_mm
+    assert first[3] == seen(Fault.ENCODER_NOISY, 1.0, tick=INSTANT + 3).head_mm
+
+
+GLITCHES = {
+    Fault.ENCODER_GLITCH: "head_mm",
+    Fault.CARRIAGE_GLITCH: "carriage_mm",
+    Fault.CAM_GLITCH: "cam_rad",
+    Fault.VACUUM_GLITCH: "line_vacuum_mmhg",
+    Fault.CURRENT_GLITCH: "insertion_current_a",
+}
+
+
+@pytest.mark.parametrize("fault", GLITCHES, ids=lambda fault: fault.title)
+def test_a_glitch_is_one_wrong_sample(fault: Fault) -> None:
+    strength, name = ROWS[fault].default_strength, GLITCHES[fault]
+    assert acting_ticks(fault, strength) == [0]
+    wrong = getattr(seen(fault, strength, INSTANT), name)
+    assert wrong == pytest.approx(getattr(LATER, name) + strength)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_glitch_of_the_contact_reads_the_opposite(closed: bool) -> None:
+    true = LATER._replace(contact_closed=closed)
+    assert acting_ticks(Fault.CONTACT_GLITCH, 0.0, true) == [0]
+    assert seen(Fault.CONTACT_GLITCH, tick=INSTANT, true=true).contact_closed != closed
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [Fault.ENCODER_INTERMITTENT, Fault.CARRIAGE_INTERMITTENT, Fault.CONTACT_INTERMITTENT],
+    ids=lambda fault: fault.title,
+)
+@pytest.mark.parametrize("turn", [1, 4, 50])
+def test_what_comes_and_goes_is_there_every_other_turn(fault: Fault, turn: int) -> None:
+    expected = [tick for tick in range(1000) if tick // turn % 2 == 0]
+    assert acting_ticks(fault, turn * DT_S) == expected
+
+
+@pytest.mark.parametrize("fault", [Fault.ENCODER_ALTERNATING, Fault.CARRIAGE_ALTERNATING])
+def test_an_alternating_reading_is_off_for_a_tenth_of_a_second_at_a_time(fault: Fault) -> None:
+    assert acting_ticks(fault, 3.0) == [tick for tick in range(1000) if tick // 100 % 2 == 0]
+
+
+def test_a_wire_that_opens_by_turns_never_closes_the_contact() -> None:
+    assert acting_ticks(Fault.CONTACT_INTERMITTENT, 0.05, LATER) == []
+
+
+def test_a_pulse_of_the_current_lasts_sixty_milliseconds() -> None:
+    assert acting_ticks(Fault.CURRENT_PULSE, 0.02) == list(range(60))
+    assert seen(Fault.CURRENT_PULSE, 0.02).insertion_current_a == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize(
+    ("fault", "name"),
+    [
+        (Fault.ENCODER_DRIFTING, "head_mm"),
+        (Fault.CARRIAGE_DRIFTING, "carriage_mm"),
+        (Fault.VACUUM_SENSOR_DRIFTING, "line_vacuum_mmhg"),
+        (Fault.HEAD_SENSORS_DRIFTING, "head_mm"),
+        (Fault.HEAD_SENSORS_DRIFTING, "carriage_mm"),
+    ],
+)
+def test_a_drift_grows_by_its_rate(fault: Fault, name: str) -> None:
+    for tick in (0, 1, 500, 30_000):
+        off = getattr(seen(fault, -0.5, INSTANT + tick), name) - getattr(LATER, name)
+        assert off == pytest.approx(-0.5 * tick * DT_S, abs=1e-9)
+
+
+def test_two_sensors_that_drift_together_agree() -> None:
+    read = seen(Fault.HEAD_SENSORS_DRIFTING, -0.2, 10_000)
+    assert read.head_mm == read.carriage_mm

@@ -16,14 +16,21 @@ from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
 from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
+from opensuction.simulation.injection.faulty_run import RESTARTING
 from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun, Notice
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
 RESETS = 2
 """After a new controller has started a person lets it recover, and resets it once more."""
-WATCHDOG = "the drives heard nothing new from the controller and acted on their own"
+UNAIDED = {
+    Condition.WATCHDOG_FIRED: "the drives heard nothing new from the controller and acted on their "
+    "own",
+    Condition.MESSAGE_LATE: "the drives saw that the controller's commands came late, or not at "
+    "all",
+    Condition.RESERVE_ENERGY_USED: "the power supply saw that the mains had failed",
+}
+"""What the annunciator tells without a controller."""
 
 
 def play(prepared: Prepared, watch: Watch) -> InjectedRun:
@@ -36,7 +43,7 @@ def play(prepared: Prepared, watch: Watch) -> InjectedRun:
         state, columns = cycle_run.played(prepared, prepared.start, START, watch)
         return InjectedRun(state, columns, (), columns)
 
-    restarts = any(one.fault == Fault.CONTROLLER_STOPPED for one in faults)
+    restarts = any(one.fault in RESTARTING for one in faults)
     later = [one for one in faults if not ROWS[one.fault].is_planned]
     found = injection.run(
         prepared.loop,
@@ -69,7 +76,7 @@ def _sentence(notice: Notice, columns: Columns) -> str:
     if notice.detector == Detector.REFUSAL:
         return f"the start was refused: {upkeep.SENTENCES[Refusal(notice.code)]}"
     if notice.detector == Detector.DRIVE:
-        return WATCHDOG
+        return UNAIDED[Condition(notice.code)]
     before = max(round(notice.time_s / DT_S) - 1, 0)
     phase = Phase(int(columns["phase"][before])).name.lower()
     return ABORT_SENTENCES[Event(notice.code)].format(phase=phase, failed="")

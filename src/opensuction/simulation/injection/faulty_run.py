@@ -29,10 +29,11 @@ from opensuction.twin.fault.fault_row import (
 )
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
-from opensuction.twin.machine.machine import Machine
 
 _PHASE = COLUMNS.index("phase")
-MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
+MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE, Fault.POWER_RETURNING)
+RESTARTING = (Fault.CONTROLLER_STOPPED, Fault.POWER_RETURNING)
+"""Faults after which a new controller starts."""
 _COMMANDS = row.columns(Commands)
 _SENT = [row.columns(link.Message).index(f"commands.{name}") for name in _COMMANDS]
 """Where a message has them."""
@@ -66,6 +67,8 @@ class FaultyRun:
         self._injections = injections
         self._seed = seed
         self._restart_tick: int | None = None
+        self._next_course: dict[int, int] = {}
+        """Next tick in which the course of a fault changes the machine, by its place."""
         self._began: dict[Phase, int] = {}
         """First tick of each phase that a fault waits for, once it has come."""
         self._noted = 0
@@ -80,6 +83,8 @@ class FaultyRun:
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._loop = loop
+        self._sound = loop.machine
+        """The machine without its faults."""
         self._wiring = Wiring(
             link=link.healthy(seed),
             watchdog=drive_watchdog.of(loop.machine, home_mm),
@@ -100,18 +105,6 @@ class FaultyRun:
     def is_halted(self) -> bool:
         """Whether a reset is what it waits for."""
         return self.is_resting and self.state.controller.core.procedure.phase == Phase.HALTED
-
-    @property
-    def alone_s(self) -> float:
-        """When the drives' watchdog acted; nan where it did not, or no longer does."""
-        if self._messages is None:
-            return self._first_alone_s
-        watchdog = wiring.read_drives(self._messages.state)
-        if not watchdog.alone:
-            return self._first_alone_s
-        return (self.done - round(watchdog.alone_s / DT_S)) * DT_S
-
-    _first_alone_s = float("nan")
 
     def advance(self, most: int) -> None:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
@@ -196,31 +189,38 @@ class FaultyRun:
             for injection, at_s in zip(self._injections, self.at_s, strict=True)
             if np.isnan(at_s)
         ]
-        known = [tick for tick in (*waiting, self._restart_tick) if tick is not None]
-        return min(known, default=None)
+        coming = (*waiting, self._restart_tick, *self._next_course.values())
+        return min((tick for tick in coming if tick is not None), default=None)
 
     def _change(self) -> None:
         """Make the changes that are due before the next tick."""
         for i, injection in enumerate(self._injections):
             if np.isnan(self.at_s[i]) and self._due_tick(injection) == self.done:
                 self.at_s[i] = self.done * DT_S
-                self._inject(injection)
+                self._inject(i, injection)
+            elif self._next_course.get(i) == self.done:
+                self._follow_course(i, injection)
         if self._restart_tick == self.done:
             self._restart()
 
-    def _inject(self, injection: Injection) -> None:
+    def _inject(self, place: int, injection: Injection) -> None:
         fault, strength = injection.fault, injection.strength
         row = ROWS[fault]
-        if isinstance(row.effect, MachineEffect | PatientEffect):
-            self._swap(row.change_machine(self._machine, strength))
+        onset = FaultOnset(strength, self.state.tick, DT_S)
+        if row.course is not None:
+            self._follow_course(place, injection)
+        elif isinstance(row.effect, MachineEffect | PatientEffect):
+            self._break_machine()
         elif isinstance(row.effect, ReadingEffect):
-            readings = machine.read(self._machine, self.state.machine)
-            sensor = row.change_reading(strength, readings, self._seed)
+            readings = machine.read(self._loop.machine, self.state.machine)
+            sensor = row.change_reading(onset, readings, self._seed)
             self._relink(link.with_reading_fault(self._wiring.link, sensor))
         elif isinstance(row.effect, LinkEffect):
-            onset = FaultOnset(strength, self.state.tick, DT_S)
+            ran = self._wiring.link.controller_runs
             self._relink(row.change_link(self._wiring.link, onset))
-            self._after_link_fault(fault, strength)
+            if ran and not self._wiring.link.controller_runs:
+                self.stopped_tick = self.done
+            self._plan_restart(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:
             kept = self.state.controller.core.upkeep._replace(catheter_age_s=strength * HOUR_S)
             self.state = self.state._replace(
@@ -232,30 +232,51 @@ class FaultyRun:
                 "planned"
             )
 
-    def _after_link_fault(self, fault: Fault, strength: float) -> None:
-        if not self._wiring.link.controller_runs:
-            self.stopped_tick = self.done
-        if fault == Fault.CONTROLLER_STOPPED:
-            self._restart_tick = self.done + round(strength / DT_S)
+    def _follow_course(self, place: int, injection: Injection) -> None:
+        """Change the machine as the course of a fault wants it now, and note when it does next."""
+        course = ROWS[injection.fault].course
+        self._break_machine()
+        since_s = self.done * DT_S - self.at_s[place]
+        self._next_course.pop(place, None)
+        if course is not None and since_s < course.lasts_s:
+            step_s = course.step_s(injection.strength)
+            self._next_course[place] = self.done + max(round(step_s / DT_S), 1)
+
+    def _break_machine(self) -> None:
+        """Give the machine all the faults that it has now, in the order in which they came."""
+        faulty = self._sound
+        came = [i for i, at_s in enumerate(self.at_s) if not np.isnan(at_s)]
+        for i in sorted(came, key=lambda i: self.at_s[i]):
+            fault, _, strength = self._injections[i]
+            row = ROWS[fault]
+            if isinstance(row.effect, MachineEffect | PatientEffect):
+                faulty = row.change_machine(faulty, strength, self.done * DT_S - self.at_s[i])
+        if not self._wiring.link.mains:
+            faulty = ROWS[Fault.PUMP_LOST].change_machine(faulty, 0.0)
+        self._loop = self._loop._replace(machine=faulty)
+
+    def _plan_restart(self, fault: Fault, strength: float) -> None:
+        """A fault of the link came: when the next controller starts, if one does."""
         if fault in MAINS:
             self._restart_tick = None
-            self._swap(ROWS[Fault.PUMP_LOST].change_machine(self._machine, 0.0))
-
-    @property
-    def _machine(self) -> Machine:
-        return self._loop.machine
-
-    def _swap(self, faulty: Machine) -> None:
-        self._loop = self._loop._replace(machine=faulty)
+            self._break_machine()
+        if fault == Fault.POWER_RETURNING or (
+            fault == Fault.CONTROLLER_STOPPED and self._wiring.link.mains
+        ):
+            self._restart_tick = self.done + round(strength / DT_S)
 
     def _relink(self, faulty: link.Link) -> None:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and how old the catheter is."""
-        self._first_alone_s = self.alone_s
+        """A new controller starts: it knows what its encoder reads and how old the catheter is.
+
+        Where the mains were gone, they are back.
+        """
         readings = link.sense(
-            self._wiring.link, machine.read(self._machine, self.state.machine), self.done
+            self._wiring.link,
+            machine.read(self._loop.machine, self.state.machine),
+            self.state.tick,
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")
         age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
@@ -263,7 +284,8 @@ class FaultyRun:
         self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
-        self._relink(self._wiring.link._replace(controller_runs=True))
+        self._relink(self._wiring.link._replace(controller_runs=True, mains=True))
+        self._break_machine()
         self._restart_tick = None
 
     @property

@@ -21,6 +21,7 @@ from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
+from opensuction.simulation.annunciation import LINES
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
@@ -59,7 +60,8 @@ class Detector(IntEnum):
     REFUSAL = 3
     """The start was refused; ``code`` is a `Refusal`."""
     DRIVE = 4
-    """The drives' own watchdog; ``code`` is 0."""
+    """The drives, their watchdog or the power supply, without the controller; ``code`` is the
+    `Condition` that the annunciator then shows."""
 
 
 class Notice(NamedTuple):
@@ -77,8 +79,9 @@ class Notice(NamedTuple):
             Detector.CHECK: CheckItem,
             Detector.ABORT: Event,
             Detector.REFUSAL: Refusal,
+            Detector.DRIVE: Condition,
         }
-        if self.detector not in names:
+        if self.detector == Detector.DRIVE and self.code == Condition.WATCHDOG_FIRED:
             return "drive-watchdog"
         return names[self.detector](self.code).name.lower().replace("_", "-")
 
@@ -105,8 +108,6 @@ class InjectedRun(NamedTuple):
     drives obeyed others."""
     stopped_tick: int = -1
     """When the controller stopped; -1 where it did not."""
-    alone_s: float = float("nan")
-    """When the drives began to act on their own; nan where they did not."""
 
 
 class Room(NamedTuple):
@@ -141,7 +142,7 @@ def check(injections: Sequence[Injection]) -> None:
         _check_one(injection)
 
 
-SIGNS = ("time_s", "phase", "cause", "check_failed", "verdict.trips")
+SIGNS = ("time_s", "phase", "cause", "check_failed", "verdict.trips", *LINES)
 """Columns in which the first sign of a fault is looked for."""
 UNWATCHED = Watcher(trace.NOBODY.hear, PIECE_S)
 
@@ -176,9 +177,7 @@ def run(
         _run_until_rest(going, going.done + most, watcher)
     _run_for(going, after_s)
     columns = trace.by_name(going.table[: going.done], room.names)
-    ran = InjectedRun(
-        going.state, columns, (), going.sent(columns), going.stopped_tick, going.alone_s
-    )
+    ran = InjectedRun(going.state, columns, (), going.sent(columns), going.stopped_tick)
     found = tuple(
         Injected(injection, at_s, find_first_sign(ran, at_s))
         for injection, at_s in zip(injections, going.at_s, strict=True)
@@ -244,6 +243,17 @@ def _find_abort(columns: Columns, first: int) -> Notice | None:
     return Notice(Detector.ABORT, int(columns["cause"][tick]), float(columns["time_s"][tick]))
 
 
+def _find_lines(columns: Columns, first: int) -> list[Notice]:
+    """What the annunciator's own lines show from a tick on and did not before."""
+    found = []
+    for name, line in LINES.items():
+        shown = np.flatnonzero(columns[name][first:])
+        if shown.size and not (first > 0 and columns[name][first - 1]):
+            time_s = float(columns["time_s"][first + int(shown[0])])
+            found.append(Notice(Detector.DRIVE, line.condition, time_s))
+    return found
+
+
 def find_notice(columns: Columns, from_s: float) -> Notice | None:
     """The first sign of trouble from an instant on that was not there before; None for none.
 
@@ -257,7 +267,7 @@ def find_notice(columns: Columns, from_s: float) -> Notice | None:
 
 
 def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
-    """As `find_notice`; the drives' watchdog and a refused start are not in the trace.
+    """As `find_notice`, or what was noticed without the controller, or its refusal to start.
 
     at_s: nan for what never came.
     """
@@ -266,9 +276,7 @@ def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
     seen = find_notice(run.columns, at_s)
     if seen is not None and round(seen.time_s / DT_S) == run.stopped_tick:
         seen = None  # a controller that stops notices nothing
-    signs = [seen]
-    if run.alone_s >= at_s:
-        signs.append(Notice(Detector.DRIVE, 0, run.alone_s))
+    signs = [seen, *_find_lines(run.columns, round(at_s / DT_S))]
     refusal = run.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE:
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))

@@ -4,13 +4,17 @@ from opensuction.twin.airway.airway import Airway
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     MachineEffect,
+    ReadingEffect,
     Strength,
+    by_turns,
+    for_a_tick,
     in_machine,
     invalid_reading,
     row,
     share,
+    turn,
 )
-from opensuction.twin.fault.reading_fault import Channel
+from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.machine.contact_switch import ContactSwitch
 from opensuction.twin.machine.machine import Machine
 
@@ -116,5 +120,21 @@ ROWS = {
         MachineEffect(_detach_tip),
         Strength("length of the tip", "mm", 1.0, 20.0, 5.0),
         detected_by="no contact within the window",
+    ),
+    Fault.TIP_LEFT_BEHIND: row(
+        "the tip breaks off with its contact switch as the catheter begins to come out, and stays "
+        "in the airway",
+        in_machine("weak_tip_mm", lambda _, length_mm: length_mm),
+        Strength("length of the piece", "mm", 1.0, 60.0, 20.0),
+    ),
+    Fault.CONTACT_GLITCH: row(
+        "the contact switch reads the opposite for one tick",
+        ReadingEffect(Channel.CONTACT, Mode.FLIPPED, spell=for_a_tick),
+    ),
+    Fault.CONTACT_INTERMITTENT: row(
+        "a broken wire of the contact switch lets it read open by turns, whatever the tip touches",
+        ReadingEffect(Channel.CONTACT, Mode.DEAD, spell=by_turns),
+        turn(0.05),
+        detected_by="no contact within the window where a turn is long",
     ),
 }

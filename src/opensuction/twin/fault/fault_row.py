@@ -4,6 +4,7 @@ Strengths are [assumed] where no source is given: ranges run from what does noth
 machine survives, defaults are strong enough to matter.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.link import Link
-from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault
+from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault, Spell
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient.patient import Patient
 
@@ -69,17 +70,8 @@ def in_patient(part: str, change: Change) -> PatientEffect:
     return PatientEffect(lambda patient, strength: _exchange(patient, part, change, strength))
 
 
-class ReadingEffect(NamedTuple):
-    """A reading changes on its way to the controller; what it measures does not."""
-
-    channel: Channel
-    mode: Mode
-    factor: float | None = None
-    """For `Mode.SCALED`; None where it is 1 less the strength."""
-
-
 class FaultOnset(NamedTuple):
-    """How strong a fault of the link is, and when it begins."""
+    """How strong a fault of the link or of a sensor is, and when it begins."""
 
     strength: float
     tick: int
@@ -89,6 +81,41 @@ class FaultOnset(NamedTuple):
     def ticks(self) -> int:
         """A strength in seconds, in ticks."""
         return round(self.strength / self.dt_s)
+
+
+def for_good(onset: FaultOnset) -> Spell:
+    """It does not go away."""
+    return Spell(onset.tick)
+
+
+def for_a_tick(onset: FaultOnset) -> Spell:
+    """One sample is wrong."""
+    return Spell(onset.tick, there=1)
+
+
+def by_turns(onset: FaultOnset) -> Spell:
+    """It is there for its strength in seconds, away for as long, and so on."""
+    return Spell(onset.tick, onset.ticks, 2 * onset.ticks)
+
+
+def lasting(seconds: float) -> Callable[[FaultOnset], Spell]:
+    """It is there for so long, once."""
+    return lambda onset: Spell(onset.tick, round(seconds / onset.dt_s))
+
+
+def by_turns_of(seconds: float) -> Callable[[FaultOnset], Spell]:
+    """It is there for so long, away for as long, and so on."""
+    return lambda onset: by_turns(onset._replace(strength=seconds))
+
+
+class ReadingEffect(NamedTuple):
+    """A reading changes on its way to the controller; what it measures does not."""
+
+    channel: Channel
+    mode: Mode
+    factor: float | None = None
+    """For `Mode.SCALED`; None where it is 1 less the strength."""
+    spell: Callable[[FaultOnset], Spell] = for_good
 
 
 class LinkEffect(NamedTuple):
@@ -108,6 +135,26 @@ class SetupEffect(NamedTuple):
 Effect = MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
 
 
+class Course(NamedTuple):
+    """How a fault of machine or patient goes on in time; a run follows it in steps."""
+
+    step_s: Callable[[float], float]
+    """Time between two changes, from the strength."""
+    share: Callable[[float, float], float]
+    """Share of the strength that acts, from the strength and the time since the instant; 0: none
+    of the fault is there."""
+    lasts_s: float
+    """When it is over."""
+
+
+BY_TURNS = Course(
+    step_s=lambda turn_s: turn_s,
+    share=lambda turn_s, since_s: 1.0 - round(since_s / turn_s) % 2,
+    lasts_s=math.inf,
+)
+"""There for its strength in seconds, away for as long, and so on."""
+
+
 class FaultRow(NamedTuple):
     """A fault that can be injected."""
 
@@ -119,6 +166,8 @@ class FaultRow(NamedTuple):
     """None where there is no more or less of it."""
     detected_by: str
     """What can detect it; empty where nothing in this machine can while it is the only fault."""
+    course: Course | None = None
+    """None where it stays as it came."""
 
     @property
     def default_strength(self) -> float:
@@ -154,30 +203,39 @@ class FaultRow(NamedTuple):
                 f"{known.least:g} to {known.most:g}{unit}"
             )
 
-    def change_machine(self, machine: Machine, strength: float) -> Machine:
+    def change_machine(self, machine: Machine, strength: float, since_s: float = 0.0) -> Machine:
         """The same machine with the fault; nothing of a machine with other faults is undone.
 
-        Raises InputError for a strength out of range, TypeError where the fault changes neither
-        machine nor patient.
+        since_s: time since its instant, for a fault with a course. Raises InputError for a
+        strength out of range, TypeError where the fault changes neither machine nor patient.
         """
         self.check_strength(strength)
+        if self.course is not None:
+            share = self.course.share(strength, since_s) if since_s < self.course.lasts_s else 0.0
+            if share == 0.0:
+                return machine
+            strength *= share
         if isinstance(self.effect, MachineEffect):
             return self.effect.change(machine, strength)
         if isinstance(self.effect, PatientEffect):
             return machine._replace(patient=self.effect.change(machine.patient, strength))
         raise TypeError(f"fault '{self.fault.title}' does not change the machine")
 
-    def change_reading(self, strength: float, readings: Readings, seed: int) -> ReadingFault:
+    def change_reading(self, onset: FaultOnset, readings: Readings, seed: int) -> ReadingFault:
         """The fault of a sensor that begins with these readings.
 
         seed: its chance. Raises TypeError where the fault changes no reading.
         """
         if not isinstance(self.effect, ReadingEffect):
             raise TypeError(f"fault '{self.fault.title}' does not change a reading")
-        channel, mode, factor = self.effect
+        channel, mode, factor, spell = self.effect
+        strength = onset.strength
         if mode == Mode.SCALED:
             strength = 1.0 - strength if factor is None else factor
-        return reading_fault.begin(channel, mode, strength, readings, seed, self.fault)
+        elif mode == Mode.DRIFTING:
+            strength *= onset.dt_s
+        source = reading_fault.chance(seed, self.fault)
+        return reading_fault.begin(channel, mode, strength, readings, spell(onset), source)
 
     def change_link(self, link: Link, onset: FaultOnset) -> Link:
         """The same link with the fault. Raises TypeError where the fault does not change it."""
@@ -195,9 +253,10 @@ def row(
     effect: Effect,
     strength: Strength | None = None,
     detected_by: str = "",
+    course: Course | None = None,
 ) -> Part:
     """The row of the fault that is its key; see `FaultRow`."""
-    return lambda fault: FaultRow(fault, meaning, effect, strength, detected_by)
+    return lambda fault: FaultRow(fault, meaning, effect, strength, detected_by, course)
 
 
 def frozen_reading(channel: Channel, value: str, detected_by: str) -> Part:
@@ -210,3 +269,26 @@ def invalid_reading(channel: Channel, sensor: str) -> Part:
     """The fault of a sensor whose readings are flagged as not valid. sensor: with its article."""
     effect = ReadingEffect(channel, Mode.INVALID)
     return row(f"{sensor} gives no valid reading", effect, detected_by="its flag")
+
+
+def glitch(channel: Channel, value: str, strength: Strength, detected_by: str = "") -> Part:
+    """The fault of a sensor of which one sample is wrong. value: how it is called."""
+    effect = ReadingEffect(channel, Mode.OFFSET, spell=for_a_tick)
+    return row(f"{value} is wrong for one tick", effect, strength, detected_by)
+
+
+def drifting(channel: Channel, value: str, strength: Strength, detected_by: str) -> Part:
+    """The fault of a sensor that moves away from the truth at one rate."""
+    effect = ReadingEffect(channel, Mode.DRIFTING)
+    return row(f"{value} drifts away from the truth", effect, strength, detected_by)
+
+
+def turn(default_s: float, least_s: float = 0.001) -> Strength:
+    """The strength of what comes and goes by turns. default_s, least_s: length of a turn."""
+    return Strength("how long it is there, and then away", "s", least_s, 10.0, default_s)
+
+
+def intermittent_reading(channel: Channel, sensor: str, detected_by: str) -> Part:
+    """The fault of a sensor whose readings are not valid by turns. sensor: with its article."""
+    effect = ReadingEffect(channel, Mode.INVALID, spell=by_turns)
+    return row(f"{sensor} gives no valid reading by turns", effect, turn(0.05), detected_by)

@@ -3,14 +3,21 @@
 from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
+    BY_TURNS,
     MachineEffect,
     ReadingEffect,
     Strength,
+    by_turns_of,
+    drifting,
     frozen_reading,
+    glitch,
     in_machine,
+    intermittent_reading,
     invalid_reading,
+    lasting,
     row,
     share,
+    turn,
 )
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.fault.suction_fault import narrow_bore
@@ -25,6 +32,15 @@ KINK_N = 3.0
 """[assumed] Friction of a catheter that is kinked flat, at the head."""
 KINK_MM = 15.0
 """[assumed] Head travel that a catheter kinked flat gives way before it moves on."""
+
+PULSE_S = 0.06
+"""[assumed] A disturbance on the current's line lasts three periods of the mains' 50 Hz."""
+ALTERNATION_S = 0.1
+"""[assumed] A loose contact on a head that moves at 10 to 30 mm/s meets a bend every few mm."""
+JUMP = Strength("reading less truth", "mm", -50.0, 50.0, 5.0)
+DRIFT = Strength("reading less truth, for each second", "mm/s", -20.0, 20.0, 0.5)
+CURRENT = Strength("reading less truth", "A", -0.2, 0.2, 0.02)
+CARRIAGE = "the value of the sensor on the catheter head"
 
 
 def _add_friction(machine: Machine, force_n: float) -> Machine:
@@ -144,5 +160,69 @@ ROWS = {
     Fault.CURRENT_SENSOR_DEAD: row(
         "the motor current always reads 0",
         ReadingEffect(Channel.CURRENT, Mode.DEAD),
+    ),
+    Fault.ENCODER_GLITCH: glitch(
+        Channel.HEAD, "the head encoder's value", JUMP._replace(default=0.5)
+    ),
+    Fault.ENCODER_DRIFTING: drifting(
+        Channel.HEAD, "the head encoder's value", DRIFT, "the head's two sensors"
+    ),
+    Fault.ENCODER_INTERMITTENT: intermittent_reading(
+        Channel.HEAD, "the head encoder", "its flag, from five ticks in a row on"
+    ),
+    Fault.ENCODER_ALTERNATING: row(
+        "the head encoder is off by a constant, by turns of 0.1 s",
+        ReadingEffect(Channel.HEAD, Mode.OFFSET, spell=by_turns_of(ALTERNATION_S)),
+        JUMP,
+        detected_by="head speed at the jumps, the head's two sensors",
+    ),
+    Fault.CARRIAGE_GLITCH: glitch(Channel.CARRIAGE, CARRIAGE, JUMP._replace(default=0.5)),
+    Fault.CARRIAGE_DRIFTING: drifting(Channel.CARRIAGE, CARRIAGE, DRIFT, "the head's two sensors"),
+    Fault.CARRIAGE_INTERMITTENT: intermittent_reading(
+        Channel.CARRIAGE, "the sensor on the catheter head", "its flag, from five ticks in a row on"
+    ),
+    Fault.CARRIAGE_ALTERNATING: row(
+        "the sensor on the catheter head is off by a constant, by turns of 0.1 s",
+        ReadingEffect(Channel.CARRIAGE, Mode.OFFSET, spell=by_turns_of(ALTERNATION_S)),
+        JUMP,
+        detected_by="the head's two sensors",
+    ),
+    Fault.HEAD_SENSORS_DRIFTING: drifting(
+        Channel.HEADS,
+        "the common zero of the head's two sensors",
+        Strength("reading less truth, for each second", "mm/s", -5.0, 5.0, -0.2),
+        "contact before or after its window; the end of the rack, at home",
+    ),
+    Fault.CURRENT_GLITCH: glitch(Channel.CURRENT, "the motor current's value", CURRENT),
+    Fault.CURRENT_PULSE: row(
+        "the motor current reads wrong for 60 ms",
+        ReadingEffect(Channel.CURRENT, Mode.OFFSET, spell=lasting(PULSE_S)),
+        CURRENT,
+    ),
+    Fault.CURRENT_OFFSET: row(
+        "the motor current is off by a constant",
+        ReadingEffect(Channel.CURRENT, Mode.OFFSET),
+        CURRENT,
+        detected_by="its value while the drive rests",
+    ),
+    Fault.CURRENT_NOISY: row(
+        "the motor current is noisy",
+        ReadingEffect(Channel.CURRENT, Mode.NOISY),
+        Strength("standard deviation", "A", 0.001, 0.2, 0.02),
+    ),
+    Fault.MOTOR_INTERMITTENT: row(
+        "the insertion motor's winding has a loose contact: it has torque by turns",
+        in_machine("insertion_axis", lambda axis, _: axis._replace(force_v=0.0)),
+        turn(0.1, least_s=0.01),
+        detected_by="head reading, current",
+        course=BY_TURNS,
+    ),
+    Fault.CLAMP_SLIPPING: row(
+        "the clamp between head and catheter slips: the catheter moves less than the head, in and "
+        "out",
+        in_machine("clamp_slip_ratio", lambda _, lost: lost),
+        share("share of the head's travel that is lost", 0.2),
+        detected_by="no contact within the window; nothing on the way out, on which the tip stays "
+        "behind the head",
     ),
 }

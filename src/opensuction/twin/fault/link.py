@@ -14,7 +14,7 @@ from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
 from opensuction.kernel.random_stream import RandomStream
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import Monitor, Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
@@ -40,6 +40,23 @@ _write_message = row.writer(Message)
 _read_message = row.reader(Message)
 _write_readings = row.writer(Readings)
 _read_readings = row.reader(Readings)
+_write_monitor = row.writer(Monitor)
+_read_monitor = row.reader(Monitor)
+
+
+class Turns(NamedTuple):
+    """When losses come and go: by turns of one length, the first with them."""
+
+    ticks: int
+    """0: they are there all the time."""
+    from_tick: int
+
+
+ALWAYS = make_zero(Turns)
+MONITOR_TICKS = 10
+"""The patient monitor's values change once in so many ticks."""
+MONITOR_ROWS = 2048
+"""Values of a monitor that are remembered: 20 s."""
 
 
 class Link(NamedTuple):
@@ -50,10 +67,15 @@ class Link(NamedTuple):
     """Of sensors; two at most."""
     reading_delay_ticks: int
     reading_lost_share: float
+    reading_turns: Turns
     readings_repeated: bool
     command_delay_ticks: int
     command_lost_share: float
+    command_turns: Turns
     commands_repeated: bool
+    monitor_frozen: bool
+    monitor_delay_steps: int
+    """In steps of `MONITOR_TICKS`."""
     late_until_tick: int
     """The host reports every tick before this as late."""
     controller_runs: bool
@@ -84,14 +106,16 @@ def healthy(seed: int) -> Link:
     )
 
 
-def rings(state: LinkState) -> tuple[Ring, Ring]:
-    """Rings for readings and for messages, as if they had always been those of a state."""
+def rings(state: LinkState) -> tuple[Ring, Ring, Ring]:
+    """Rings for readings, messages and the monitor's values, as if they had always been so."""
     got = np.zeros((RING_TICKS, len(row.columns(Readings))))
     sent = np.zeros((RING_TICKS, len(row.columns(Message))))
     _write_readings(got[0], state.readings)
     _write_message(sent[0], state.message)
-    got[1:], sent[1:] = got[0], sent[0]
-    return got, sent
+    shown = np.zeros((MONITOR_ROWS, len(row.columns(Monitor))))
+    _write_monitor(shown[0], state.readings.monitor)
+    got[1:], sent[1:], shown[1:] = got[0], sent[0], shown[0]
+    return got, sent, shown
 
 
 def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
@@ -122,6 +146,12 @@ def _invalidate(readings: Readings) -> Readings:
 
 
 @compiled
+def _is_turn(turns: Turns, tick: int) -> bool:
+    """Whether what comes and goes by turns is there."""
+    return turns.ticks == 0 or (tick - turns.from_tick) // turns.ticks % 2 == 0
+
+
+@compiled
 def _chances(link: Link, tick: int) -> tuple[float, float]:
     if link.reading_lost_share == 0.0 and link.command_lost_share == 0.0:
         return 1.0, 1.0
@@ -137,11 +167,29 @@ def receive_readings(
     _write_readings(ring[tick % RING_TICKS], reported)
     if link.readings_repeated:
         return state.readings
-    if _chances(link, tick)[0] < link.reading_lost_share:
+    lost = _chances(link, tick)[0] < link.reading_lost_share
+    if lost and _is_turn(link.reading_turns, tick):
         return _invalidate(state.readings)
     if link.reading_delay_ticks == 0:
         return reported
     arrived: Readings = _read_readings(ring[(tick - link.reading_delay_ticks) % RING_TICKS])
+    return arrived
+
+
+@compiled
+def receive_monitor(link: Link, state: LinkState, shown: Monitor, ring: Ring, tick: int) -> Monitor:
+    """What the controller gets of the patient monitor, which has a link of its own.
+
+    ring: of its values, written.
+    """
+    step = tick // MONITOR_TICKS
+    if tick % MONITOR_TICKS == 0:
+        _write_monitor(ring[step % MONITOR_ROWS], shown)
+    if link.monitor_frozen:
+        return state.readings.monitor
+    if link.monitor_delay_steps == 0:
+        return shown
+    arrived: Monitor = _read_monitor(ring[(step - link.monitor_delay_steps) % MONITOR_ROWS])
     return arrived
 
 
@@ -152,6 +200,7 @@ def receive_message(
     """What the drives go by in a tick, and whether it is new. ring: of messages, written."""
     _write_message(ring[tick % RING_TICKS], sent)
     lost = _chances(link, tick)[1] < link.command_lost_share
+    lost = lost and _is_turn(link.command_turns, tick)
     if lost or link.commands_repeated or not link.controller_runs:
         return state.message, False
     arrived: Message = sent

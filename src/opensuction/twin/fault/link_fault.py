@@ -1,7 +1,25 @@
 """Faults of power, controller and messages: of what lies between controller and drives."""
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import LinkEffect, Strength, row, share
+from opensuction.twin.fault.fault_row import FaultOnset, LinkEffect, Strength, row, share, turn
+from opensuction.twin.fault.link import ALWAYS, MONITOR_TICKS, Link, Turns
+
+
+def _turns(onset: FaultOnset) -> Turns:
+    return Turns(onset.ticks, onset.tick)
+
+
+def _lose_commands(link: Link, share_lost: float, turns: Turns) -> Link:
+    return link._replace(command_lost_share=share_lost, command_turns=turns)
+
+
+def _lose_readings(link: Link, share_lost: float, turns: Turns) -> Link:
+    return link._replace(reading_lost_share=share_lost, reading_turns=turns)
+
+
+def _delay_monitor(link: Link, onset: FaultOnset) -> Link:
+    return link._replace(monitor_delay_steps=max(round(onset.ticks / MONITOR_TICKS), 1))
+
 
 ROWS = {
     Fault.POWER_LOST: row(
@@ -15,6 +33,12 @@ ROWS = {
             lambda link, _: link._replace(mains=False, reserve=False, controller_runs=False)
         ),
         detected_by="an alarm on a battery of its own",
+    ),
+    Fault.POWER_RETURNING: row(
+        "mains power is gone and comes back, with which a new controller starts",
+        LinkEffect(lambda link, _: link._replace(mains=False, controller_runs=False)),
+        Strength("time until then", "s", 0.001, 600.0, 5.0),
+        detected_by="the drives themselves",
     ),
     Fault.CONTROLLER_STOPPED: row(
         "the controller stops; a new one starts later",
@@ -32,10 +56,11 @@ ROWS = {
         "commands reach the drives late",
         LinkEffect(lambda link, onset: link._replace(command_delay_ticks=onset.ticks)),
         Strength("delay", "s", 0.001, 0.06, 0.02),
+        detected_by="the drives, over 5 ms; their own watchdog, over 20 ms",
     ),
     Fault.MESSAGE_LOST: row(
         "commands are lost on their way to the drives, which keep the last",
-        LinkEffect(lambda link, onset: link._replace(command_lost_share=onset.strength)),
+        LinkEffect(lambda link, onset: _lose_commands(link, onset.strength, ALWAYS)),
         share("share that is lost", 1.0),
         detected_by="the drives' own watchdog",
     ),
@@ -51,7 +76,7 @@ ROWS = {
     ),
     Fault.READING_LOST: row(
         "readings are lost on their way and come without a valid flag",
-        LinkEffect(lambda link, onset: link._replace(reading_lost_share=onset.strength)),
+        LinkEffect(lambda link, onset: _lose_readings(link, onset.strength, ALWAYS)),
         share("share that is lost", 1.0),
         detected_by="the flags",
     ),
@@ -59,5 +84,27 @@ ROWS = {
         "the controller is sent the same old readings again and again",
         LinkEffect(lambda link, _: link._replace(readings_repeated=True)),
         detected_by="head reading",
+    ),
+    Fault.MESSAGE_INTERMITTENT: row(
+        "commands are lost by turns on their way to the drives, which keep the last",
+        LinkEffect(lambda link, onset: _lose_commands(link, 1.0, _turns(onset))),
+        turn(0.01),
+        detected_by="the drives, where a turn is over 5 ms; their own watchdog, over 20 ms",
+    ),
+    Fault.READING_INTERMITTENT: row(
+        "readings are lost by turns and come without a valid flag",
+        LinkEffect(lambda link, onset: _lose_readings(link, 1.0, _turns(onset))),
+        turn(0.01),
+        detected_by="the flags, from five ticks in a row on",
+    ),
+    Fault.MONITOR_FROZEN: row(
+        "the patient monitor's values no longer change",
+        LinkEffect(lambda link, _: link._replace(monitor_frozen=True)),
+        detected_by="an airway pressure that no longer breathes",
+    ),
+    Fault.MONITOR_LATE: row(
+        "the patient monitor's values come late",
+        LinkEffect(_delay_monitor),
+        Strength("delay", "s", 0.01, 20.0, 5.0),
     ),
 }

@@ -1,7 +1,7 @@
 """A sensor at fault, tick by tick: the reading changes on its way, what it measures does not.
 
-There is no state: what a fault needs of the past, the reading at its instant, is one of its
-parameters, and chance is drawn from the number of the tick.
+There is no state: what a fault needs of the past, the reading at its instant and its tick, are
+among its parameters, and chance is drawn from the number of the tick.
 """
 
 import math
@@ -12,6 +12,7 @@ from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Readings
+from opensuction.kernel.record import make_zero
 
 JUMP_TICKS = 50
 """A jumping reading jumps anew after so many ticks."""
@@ -29,6 +30,8 @@ class Channel(IntEnum):
     CONTACT = 4
     CURRENT = 5
     CARRIAGE = 6
+    HEADS = 7
+    """Both sensors of the head."""
 
 
 class Mode(IntEnum):
@@ -41,7 +44,10 @@ class Mode(IntEnum):
     """Changes since the instant count by a factor: 0 is frozen, -1 reversed."""
     INVALID = 4
     DEAD = 5
-    """It reads 0."""
+    """It reads 0; a contact switch is open."""
+    DRIFTING = 6
+    FLIPPED = 7
+    """A contact switch reads what is not."""
 
 
 class ReadingFault(NamedTuple):
@@ -50,14 +56,30 @@ class ReadingFault(NamedTuple):
     channel: int
     mode: int
     strength: float
+    """Of a drift: for each tick."""
     anchor: float
     """Reading at the instant."""
+    begin_tick: int
+    there_ticks: int
+    """For so long it is there; `FOR_GOOD` where it does not go away."""
+    period_ticks: int
+    """After so long it comes again; 0 where it does not."""
     stream: RandomStream
     """Its chance; block ``tick`` is drawn in each."""
 
 
-HEALTHY = ReadingFault(0, 0, 0.0, 0.0, random_stream.stream(0, FAULT_PURPOSE))
+FOR_GOOD = 2**31
+"""Ticks that no run has."""
+HEALTHY = make_zero(ReadingFault, stream=random_stream.stream(0, FAULT_PURPOSE))
 """No sensor is at fault."""
+
+
+class Spell(NamedTuple):
+    """When a fault begins, for how long it is there, and when it comes again; in ticks."""
+
+    begin: int
+    there: int = FOR_GOOD
+    period: int = 0
 
 
 def _anchor(channel: Channel, readings: Readings) -> float:
@@ -70,25 +92,57 @@ def _anchor(channel: Channel, readings: Readings) -> float:
 
 
 def begin(
-    channel: Channel, mode: Mode, strength: float, readings: Readings, seed: int, number: int
+    channel: Channel,
+    mode: Mode,
+    strength: float,
+    readings: Readings,
+    spell: Spell,
+    stream: RandomStream,
 ) -> ReadingFault:
-    """The fault of a sensor that begins with these readings. seed, number: its chance."""
+    """The fault of a sensor that begins with these readings. stream: its chance."""
     return ReadingFault(
         channel=int(channel),
         mode=int(mode),
         strength=strength,
         anchor=float(_anchor(channel, readings)),
-        stream=random_stream.stream(seed, FAULT_PURPOSE + number),
+        begin_tick=spell.begin,
+        there_ticks=spell.there,
+        period_ticks=spell.period,
+        stream=stream,
     )
+
+
+def chance(seed: int, number: int) -> RandomStream:
+    """Chance of a sensor's fault; number: which fault."""
+    return random_stream.stream(seed, FAULT_PURPOSE + number)
+
+
+@compiled
+def _is_there(fault: ReadingFault, tick: int) -> bool:
+    """Whether the fault acts in a tick."""
+    since = tick - fault.begin_tick
+    if fault.period_ticks > 0:
+        since %= fault.period_ticks
+    return since < fault.there_ticks
+
+
+@compiled
+def _concerns(fault: ReadingFault, channel: int) -> bool:
+    """Whether the fault is one of that channel."""
+    if fault.channel == Channel.HEADS:
+        return channel in (Channel.HEAD, Channel.CARRIAGE)
+    return fault.channel == channel
 
 
 @compiled
 def distort(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
     """What is read of a channel where ``true`` is right."""
-    if fault.channel != channel:
+    if not _concerns(fault, channel):
         return true
     if fault.mode == Mode.OFFSET:
         return true + fault.strength
+    if fault.mode == Mode.DRIFTING:
+        return true + fault.strength * (tick - fault.begin_tick)
     if fault.mode == Mode.SCALED:
         return fault.anchor + fault.strength * (true - fault.anchor)
     if fault.mode == Mode.DEAD:
@@ -105,12 +159,24 @@ def distort(fault: ReadingFault, channel: int, true: float, tick: int) -> float:
 
 @compiled
 def _is_valid(fault: ReadingFault, channel: int, valid: bool) -> bool:
-    return valid and not (fault.channel == channel and fault.mode == Mode.INVALID)
+    return valid and not (_concerns(fault, channel) and fault.mode == Mode.INVALID)
+
+
+@compiled
+def _is_closed(fault: ReadingFault, closed: bool) -> bool:
+    """What is read of the contact switch."""
+    if fault.channel != Channel.CONTACT:
+        return closed
+    if fault.mode == Mode.FLIPPED:
+        return not closed
+    return closed and fault.mode != Mode.DEAD
 
 
 @compiled
 def apply(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
     """What the sensors report in a tick, one of them at fault."""
+    if fault.channel == Channel.NONE or not _is_there(fault, tick):
+        return readings
     return readings._replace(
         head_mm=distort(fault, Channel.HEAD, readings.head_mm, tick),
         head_valid=_is_valid(fault, Channel.HEAD, readings.head_valid),
@@ -120,6 +186,7 @@ def apply(fault: ReadingFault, readings: Readings, tick: int) -> Readings:
         cam_valid=_is_valid(fault, Channel.CAM, readings.cam_valid),
         line_vacuum_mmhg=distort(fault, Channel.VACUUM, readings.line_vacuum_mmhg, tick),
         vacuum_valid=_is_valid(fault, Channel.VACUUM, readings.vacuum_valid),
+        contact_closed=_is_closed(fault, readings.contact_closed),
         contact_valid=_is_valid(fault, Channel.CONTACT, readings.contact_valid),
         insertion_current_a=distort(fault, Channel.CURRENT, readings.insertion_current_a, tick),
     )

@@ -5,7 +5,9 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
+    drifting,
     frozen_reading,
+    glitch,
     in_machine,
     invalid_reading,
     row,
@@ -108,4 +110,15 @@ ROWS = {
         detected_by="pre-use test",
     ),
     Fault.VACUUM_SENSOR_INVALID: invalid_reading(Channel.VACUUM, "the vacuum sensor"),
+    Fault.VACUUM_GLITCH: glitch(
+        Channel.VACUUM,
+        "the vacuum sensor's value",
+        Strength("reading less truth", "mmHg", -200.0, 200.0, 50.0),
+    ),
+    Fault.VACUUM_SENSOR_DRIFTING: drifting(
+        Channel.VACUUM,
+        "the vacuum sensor's value",
+        Strength("reading less truth, for each second", "mmHg/s", -20.0, 20.0, 2.0),
+        "pre-use test: a vented line; vacuum signature",
+    ),
 }

@@ -5,6 +5,7 @@ from opensuction.twin.fault.fault_row import (
     ReadingEffect,
     Strength,
     frozen_reading,
+    glitch,
     in_machine,
     invalid_reading,
     row,
@@ -75,4 +76,9 @@ ROWS = {
         detected_by="valve not seen closed",
     ),
     Fault.CAM_ENCODER_INVALID: invalid_reading(Channel.CAM, "the valve encoder"),
+    Fault.CAM_GLITCH: glitch(
+        Channel.CAM,
+        "the valve encoder's value",
+        Strength("reading less truth", "rad", -0.6, 0.6, 0.1),
+    ),
 }

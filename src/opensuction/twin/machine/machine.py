@@ -35,6 +35,9 @@ from opensuction.twin.machine.valve_mechanism import ValveMechanism
 from opensuction.twin.patient import patient
 from opensuction.twin.patient.patient import Patient
 
+DRAWN_MM_PER_S = 3.0
+"""[design] A tip that moves out faster is drawn out: creep after a stop is slower, 1 mm/s."""
+
 
 class Machine(NamedTuple):
     """Parameters of one machine with one airway, a patient's or the bench's."""
@@ -52,6 +55,10 @@ class Machine(NamedTuple):
     """Insertion motor's current for each volt that drives current."""
     load_v_per_n: float
     """Voltage that balances a force on the catheter head."""
+    clamp_slip_ratio: float
+    """Share of the head's travel that the clamp does not give to the catheter; 0 if it holds."""
+    weak_tip_mm: float
+    """Length of a tip that parts as soon as it is drawn out inside the patient; 0 if it holds."""
     transmission: Transmission
     valve_axis: DcAxis
     valve: ValveMechanism
@@ -75,6 +82,10 @@ class MachineState(NamedTuple):
     insertion: AxisMotion
     head_mm: float
     """Catheter head behind gear and rack."""
+    slipped_mm: float
+    """Head travel that the catheter has not followed, for its clamp slipped."""
+    piece_mm: float
+    """Length of the tip that has parted and lies in the airway; 0 for none."""
     transmission: TransmissionState
     valve: AxisMotion
     line: SuctionState
@@ -110,6 +121,8 @@ class Truth(NamedTuple):
     lung_volume_loss_ml: float
     spo2_percent: float
     heart_rate_per_min: float
+    piece_mm: float
+    """Length of a piece of the catheter that lies loose in the airway; 0 for none."""
 
 
 @compiled
@@ -182,7 +195,21 @@ def truth(machine: Machine, state: MachineState) -> Truth:
         lung_volume_loss_ml=signs.lung_volume_loss_ml,
         spo2_percent=signs.spo2_percent,
         heart_rate_per_min=signs.heart_rate_per_min,
+        piece_mm=state.piece_mm,
     )
+
+
+@compiled
+def _part_tip(machine: Machine, state: MachineState, moved_mm: float, dt_s: float) -> float:
+    """Length of the tip that lies in the airway after the catheter's free end has moved.
+
+    A weak tip parts as it is drawn out inside the patient. moved_mm: the free end of a whole tip.
+    """
+    drawn = state.transmission.tip_mm - moved_mm > DRAWN_MM_PER_S * dt_s
+    inside = machine.has_patient and patient.is_inside(machine.patient, state.airway.tip_mm)
+    if state.piece_mm == 0.0 and drawn and inside:
+        return machine.weak_tip_mm
+    return state.piece_mm
 
 
 @compiled
@@ -203,7 +230,11 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         )
     insertion = dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm)
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
-    moved = transmission.step(machine.transmission, state.transmission, head, dt_s)
+    slipped = state.slipped_mm + machine.clamp_slip_ratio * (head - state.head_mm)
+    moved = transmission.step(machine.transmission, state.transmission, head - slipped, dt_s)
+    piece = state.piece_mm
+    if machine.weak_tip_mm > 0.0:
+        piece = _part_tip(machine, state, moved.tip_mm, dt_s)
     valve = _step_valve(machine, state, commands, dt_s)
     opened = valve_mechanism.open_ratio(machine.valve, valve.position)
     lost = _lost_mmhg(machine, state, opened)
@@ -219,22 +250,26 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     touched = airway.step(
         machine.airway,
         state.airway,
-        moved.tip_mm,
+        moved.tip_mm - piece,
         max(line.vacuum_mmhg - lost, 0.0) * opened,
         state.coupling.reachable_ml,
         dt_s,
     )
+    # The switch is in the tip, and parts with it.
+    pressed_n = touched.contact_n if piece == 0.0 else 0.0
     inside = machine.has_patient and patient.is_inside(machine.patient, touched.tip_mm)
     gas_ml = line.gas_ml_per_s * dt_s if inside else 0.0
     return MachineState(
         insertion=insertion,
         head_mm=head,
+        slipped_mm=slipped,
+        piece_mm=piece,
         transmission=moved,
         valve=valve,
         line=line,
         bore=bore.step(machine.bore, state.bore, touched.taken_ml, line.gas_ml_per_s, dt_s),
         airway=touched,
-        switch=contact_switch.step(machine.switch, state.switch, touched.contact_n, dt_s),
+        switch=contact_switch.step(machine.switch, state.switch, pressed_n, dt_s),
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
         coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
         hand=held,
