@@ -21,6 +21,7 @@ Truth = Mapping[str, Array]
 COLUMNS = (
     "time_s",
     "truth.tip_mm",
+    "truth.piece_mm",
     "truth.tip_vacuum_mmhg",
     "truth.contact_n",
     "truth.airway_pressure_cmh2o",
@@ -47,6 +48,8 @@ class PatientExposure(NamedTuple):
     """Where the tip is now."""
     outside_mm: float
     """A tip that is no deeper is out of the airway."""
+    piece_mm: float
+    """Length of a piece of the catheter that lies in the airway at the end; 0 for none."""
     in_airway_s: float
     suction_s: float
     """With vacuum at the tip, in the airway."""
@@ -140,6 +143,7 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
         inside_at_end=bool(inside[-1]),
         end_mm=float(tip_mm[-1]),
         outside_mm=_outside_mm(machine, tip_mm),
+        piece_mm=float(truth["truth.piece_mm"][-1]),
         in_airway_s=_sum_s(truth, inside),
         suction_s=_sum_s(truth, sucking),
         vacuum_peak_mmhg=_most(vacuum_mmhg, inside),

@@ -66,6 +66,8 @@ def _of_machine(machine: Machine, borne: PatientExposure, cap_mm: float) -> list
     found = []
     if borne.inside_at_end:
         found.append(Harm(LEFT_INSIDE, borne.end_mm, borne.outside_mm, "mm"))
+    elif borne.piece_mm > 0.0:
+        found.append(Harm(LEFT_INSIDE, borne.piece_mm, 0.0, "mm"))
     if past:
         found.append(Harm(TIP_PAST_CAP, borne.deepest_mm, limit_mm, "mm"))
     if borne.force_peak_n > FORCE_N:

@@ -7,7 +7,7 @@ import pytest
 
 import opensuction
 from opensuction.evidence.safety_case import hazard, hazard_case
-from opensuction.evidence.safety_case.hazard import PHASES, UNHEARD, Response
+from opensuction.evidence.safety_case.hazard import PHASES, UNHEARD, Hazard, Response
 from opensuction.evidence.safety_case.hazard_case import KINDS, STRATA
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition
@@ -44,6 +44,25 @@ def test_a_fault_comes_on_every_patient_by_both_approaches_where_nothing_else_is
     assert len({case.title for case in weak}) == len(weak)
     assert len(found) == len(weak) + 4 * 2 * 3
     assert {(case.patient, case.approach) for case in found} == set(KINDS)
+
+
+def test_strengths_take_turns_where_each_meets_every_part_of_the_span_all_the_same() -> None:
+    """Of five seeds on all patients; with fewer runs every strength is run in each."""
+    for one in hazard.load():
+        for claim in one.claims:
+            strengths = claim.strengths or [0.0]
+            if len(strengths) == 1 or len(claim.patients) * len(claim.approaches) < len(KINDS):
+                continue
+            whole = hazard_case.cases(Hazard(one.row, (claim,)), (1, 2, 3, 4, 5))
+            for span in {case.span for case in whole} - {"backing_off"}:
+                found = [case for case in whole if case.span == span]
+                assert len(found) == 40
+                parts = {(case.strength, int(STRATA * case.share * 0.999)) for case in found}
+                assert len(parts) == STRATA * len(strengths)
+            quick = hazard_case.cases(Hazard(one.row, (claim,)), (1,))
+            assert len(quick) == len(strengths) * len(
+                {(one.patient, one.approach, one.span) for one in quick}
+            )
 
 
 def test_all_is_every_phase_that_an_approach_has(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ GENTLE = PatientExposure(
     inside_at_end=False,
     end_mm=-100.0,
     outside_mm=-80.0,
+    piece_mm=0.0,
     in_airway_s=20.0,
     suction_s=8.0,
     vacuum_peak_mmhg=120.0,

@@ -18,6 +18,7 @@ from annotated_types import Ge, Le
 from opensuction.evidence.healthy_cycle import AIRWAY, Shows
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import CYCLE
+from opensuction.oracle.harm import NAMES
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
 from opensuction.session.cycle.resolution import APPROACHES
@@ -96,6 +97,8 @@ class Response(Enum):
     """Alarm and safe state within their bounds."""
     ALARM_OR_LIMITS = "alarm-or-limits"
     """The same, or a whole cycle within every limit as if nothing were wrong."""
+    NOT_MEASURED = "not-measured"
+    """It would be an alarm, but nothing in the twin could raise it: an open gap, and it fails."""
     REFUSAL = "refusal"
     """It is refused before anything moves; a message on the spot, no alarm."""
 
@@ -137,6 +140,10 @@ class HazardClaim(NamedTuple):
     safe_state: str
     detected_ms: BoundMs
     safe_ms: BoundMs
+    by_age: bool
+    """Whether a smaller patient has less time; what waits for a sensor's own delay does not."""
+    allowed: list[str]
+    """Bounds of the patient to which is added what the fault makes unavoidable."""
     because: str
 
     @property
@@ -186,6 +193,8 @@ USUAL: dict[str, Any] = {
     "only_because": "",
     "response": "alarm",
     "raised_by": "controller",
+    "by_age": True,
+    "allowed": [],
 }
 """Keys that may be left out: of what runs, never of what is demanded."""
 KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault"}
@@ -277,10 +286,16 @@ def _check_fault(claim: HazardClaim) -> None:
 
 
 def _check_answer(claim: HazardClaim) -> None:
+    for name in claim.allowed:
+        choose(name, dict.fromkeys(NAMES), "bound in allowed")
     choose(claim.safe_state, SAFE_STATES, "safe state in safe_state")
     if claim.response == Response.REFUSAL:
         if claim.alarm or claim.priority != Priority.NONE:
             raise InputError("alarm: a refusal before the start is no alarm; alarm = []")
+        return
+    if claim.response == Response.NOT_MEASURED:
+        if claim.alarm or claim.priority != Priority.NONE:
+            raise InputError("alarm: what nothing raises is not measured; alarm = []")
         return
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")

@@ -39,14 +39,31 @@ def find_share(patient: str, approach: str, seed: int, row: int) -> float:
     return (len(KINDS) * part + kind) / (len(KINDS) * STRATA - 1)
 
 
+def find_strengths(
+    claim: HazardClaim, patient: str, approach: str, seed: int, runs: int
+) -> list[float]:
+    """Strengths that a fault has in the runs of a patient by an approach with a seed.
+
+    All of them; where there are so many runs that each strength meets each part of the span all
+    the same, they take turns. runs: of one strength in one span; 0 with so few seeds that each is run.
+    """
+    strengths = claim.strengths or [ROWS[claim.fault].default_strength]
+    if runs < STRATA * len(strengths):
+        return strengths
+    return [strengths[(seed + 2 * KINDS.index((patient, approach))) % len(strengths)]]
+
+
 def _of_claim(
     one: Hazard, row: int, claim: HazardClaim, seeds: tuple[int, ...]
 ) -> list[HazardCase]:
-    strengths = claim.strengths or [ROWS[claim.fault].default_strength]
     found = []
-    for patient, approach in KINDS:
-        if patient not in claim.patients or approach not in claim.approaches:
-            continue
+    kinds = [
+        (patient, approach)
+        for patient, approach in KINDS
+        if patient in claim.patients and approach in claim.approaches
+    ]
+    runs = len(kinds) * len(seeds) if len(seeds) >= STRATA else 0
+    for patient, approach in kinds:
         for number, span in enumerate(hazard.spans_of(claim, approach)):
             for after_s in claim.after_s or [math.nan]:
                 found += [
@@ -61,8 +78,8 @@ def _of_claim(
                         approach=approach,
                         seed=seed,
                     )
-                    for strength in strengths
                     for seed in seeds
+                    for strength in find_strengths(claim, patient, approach, seed, runs)
                 ]
     return found
 

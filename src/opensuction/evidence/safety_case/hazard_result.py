@@ -21,7 +21,7 @@ from opensuction.evidence.safety_case.hazard import (
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.oracle.bound import BOUNDS
 from opensuction.oracle.exposure import PatientExposure
-from opensuction.oracle.harm import FORCE, LEFT_INSIDE, Harm
+from opensuction.oracle.harm import LEFT_INSIDE, NAMES, Harm
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.annunciation import CONTROLLER, Told
 from opensuction.simulation.closed_loop import DT_S
@@ -174,7 +174,7 @@ def _bounds_ms(
     saturation of 90 %, and the way out is shorter by more.
     """
     age = AgeGroup(prepared.rig.machine.patient.age_group)
-    share = BOUNDS[age].in_airway_s / BOUNDS[AgeGroup.ADULT].in_airway_s
+    share = BOUNDS[age].in_airway_s / BOUNDS[AgeGroup.ADULT].in_airway_s if claim.by_age else 1.0
     detected_ms, safe_ms = claim.detected_ms, claim.safe_ms * share
     if detected_ms > SENSOR_MS and claim.safe_state != "not-inserted":
         detected_ms = max(detected_ms * share, SENSOR_MS)
@@ -200,7 +200,7 @@ def judge(
         columns,
         (found,),
         told_within_s=detected_bound_ms / 1000.0,
-        strictly=(FORCE,),
+        strictly=set(NAMES) - set(claim.allowed),
     )
     told = _find_told(claim, judged.told, at_s)
     bounds = SafeBounds(judged.borne.outside_mm, VENTED_MMHG, limits.vacuum_mmhg, TOUCH_N)
@@ -237,6 +237,8 @@ def _describe(found: Harm, left: LeftInside | None) -> str:
         return f"{found.name} {found.worst:.3g} {found.unit}, bound {found.limit:.3g}"
     depth_mm = found.worst - found.limit
     words = f"left inside, {depth_mm:.0f} mm below the tube's upper end"
+    if found.limit == 0.0:
+        words = f"left inside, a piece of {depth_mm:.0f} mm"
     if left.unavoidable:
         return f"{words}: unavoidable, but not told high in time"
     return f"{words}, though something could have moved it"
@@ -248,6 +250,8 @@ def _problem(result: HazardResult, judged: Judgement, at_s: float) -> str:
     if claim.response == Response.REFUSAL:
         return "the cycle was not refused"
     found = [_describe(one, left) for one in judged.breaches]
+    if claim.response == Response.NOT_MEASURED:
+        return "; ".join(["not measured: nothing in the twin tells it", *found])
     if claim.response == Response.ALARM_OR_LIMITS and result.within_limits:
         return ""
     if math.isnan(result.detected_ms):

@@ -154,6 +154,16 @@ OWN_HARM: tuple[OwnHarm, ...] = (
         (AIRWAY_PRESSURE, LUNG_VOLUME, SATURATION),
         "the ventilator gives the wrong pressure until a person mends that",
     ),
+    OwnHarm(
+        Fault.DECANNULATION,
+        (AIRWAY_PRESSURE, LUNG_VOLUME, SATURATION),
+        "a tube that has come out leaves the patient without pressure until a person helps",
+    ),
+    OwnHarm(
+        Fault.COUGH,
+        (AIRWAY_PRESSURE, LUNG_VOLUME),
+        "a cough is a high pressure, and the breath that follows it a low one",
+    ),
     OwnHarm(Fault.DESATURATION, (SATURATION,), "the saturation falls for the patient's reasons"),
 )
 

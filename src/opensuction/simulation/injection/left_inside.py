@@ -40,6 +40,10 @@ POWERLESS = Unavoidable(
     "neither mains nor reserve energy is left to move anything",
     "Draw the catheter out by hand: the head moves freely, and suction is off.",
 )
+LOOSE = Unavoidable(
+    "the tip has parted from the catheter: nothing of the machine reaches it",
+    "Call for a bronchoscopy: the tip lies in the airway and must be taken out with forceps.",
+)
 
 
 def _find_of_machine(machine: Machine) -> Unavoidable | None:
@@ -58,6 +62,8 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
         row = ROWS[one.fault]
         if one.fault == Fault.POWER_LOST_WITHOUT_RESERVE:
             return POWERLESS
+        if one.fault == Fault.TIP_LEFT_BEHIND:
+            return LOOSE
         if isinstance(row.effect, MachineEffect):
             machine = row.change_machine(machine, one.strength)
     return _find_of_machine(machine)

@@ -97,7 +97,7 @@ def judge(
     faults = [one.injection.fault for one in came]
     breaches = fault_allowance.find_breaches(found, faults, strictly)
     left = None
-    if borne.inside_at_end:
+    if borne.inside_at_end or borne.piece_mm > 0.0:
         left = _judge_left_inside(machine, told, came, told_within_s)
         excused = {*CONSEQUENCES} if left.unavoidable else set()
         if left.unavoidable and left.in_time:
