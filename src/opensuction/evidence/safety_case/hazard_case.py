@@ -45,7 +45,7 @@ def find_strengths(
     """Strengths that a fault has in the runs of a patient by an approach with a seed.
 
     All of them; where there are so many runs that each strength meets each part of the span all
-    the same, they take turns. runs: of one strength in one span; 0 with so few seeds that each is run.
+    the same, they take turns. runs: of one strength in one span; 0 with too few seeds for that.
     """
     strengths = claim.strengths or [ROWS[claim.fault].default_strength]
     if runs < STRATA * len(strengths):

@@ -62,11 +62,11 @@ def _ratio(value: float, bound: float) -> float:
 
 def _share(result: HazardResult) -> tuple[bool, bool, float]:
     """How bad a run is: broken first, then what was answered, then the bound that is nearest."""
-    nearest = max(
-        _ratio(result.detected_ms, result.detected_bound_ms),
-        _ratio(result.safe_ms, result.safe_bound_ms),
-    )
-    counts = result.answered or not result.ok
+    nearest = _ratio(result.detected_ms, result.detected_bound_ms)
+    stays = result.left_inside is not None
+    if not stays:
+        nearest = max(nearest, _ratio(result.safe_ms, result.safe_bound_ms))
+    counts = result.answered or stays or not result.ok
     return not result.ok, counts, nearest if counts else 0.0
 
 
