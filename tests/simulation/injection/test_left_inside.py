@@ -9,7 +9,14 @@ from opensuction.simulation import rig as rigs
 from opensuction.simulation.annunciation import Told
 from opensuction.simulation.injection import left_inside
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
-from opensuction.simulation.injection.left_inside import HELD, PARTED, POWERLESS, Unavoidable
+from opensuction.simulation.injection.left_inside import (
+    HELD,
+    LOOSE,
+    PARTED,
+    POWERLESS,
+    SLIPPED,
+    Unavoidable,
+)
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -28,6 +35,7 @@ def why(*faults: tuple[Fault, float]) -> Unavoidable | None:
         (Fault.MOTOR_LOST, 0.0, HELD),
         (Fault.CATHETER_JAMMED, 30.0, HELD),
         (Fault.GEAR_LOST, 0.0, PARTED),
+        (Fault.CLAMP_SLIPPING, 0.2, SLIPPED),
         (Fault.POWER_LOST_WITHOUT_RESERVE, 0.0, POWERLESS),
     ],
 )
@@ -38,10 +46,18 @@ def test_what_takes_every_actuator_leaves_the_catheter_to_a_hand(
     assert reason.person.startswith("Draw the catheter out by hand")
 
 
+def test_a_tip_that_has_parted_is_out_of_every_reach() -> None:
+    found = why((Fault.TIP_LEFT_BEHIND, 20.0))
+    assert found == LOOSE
+    assert "bronchoscopy" in found.person
+
+
 TAKES_ALL = (
     Fault.MOTOR_STALLED,
     Fault.MOTOR_LOST,
     Fault.GEAR_LOST,
+    Fault.CLAMP_SLIPPING,
+    Fault.TIP_LEFT_BEHIND,
     Fault.POWER_LOST_WITHOUT_RESERVE,
 )
 GRADED = (Fault.CATHETER_JAMMED, Fault.MOTOR_WEAK)

@@ -68,6 +68,9 @@ UNDETECTED_JUMP_MM = 1.0
 UNNOTICED_WAY_MM = 60.0
 """An adult's tip makes 60 mm in the 2 s until the line shows it, at 30 mm/s in the tube; a small
 patient's whole way is 42 mm of tube and 16 mm to the carina [computed]."""
+COUGHED_MM = 22.5
+"""A trachea shortens by 9 mm at 60 cmH2O: at the strongest cough of 150 it takes a tip that lies on
+the carina so far along, and gives it back [computed]."""
 MISSED_MM = 17.0
 """Approach by contact: the way from the carina to the end of its search, 8 mm and the margin of the
 cap, and what was taught too deep [computed]."""
@@ -134,6 +137,18 @@ ALLOWANCES: tuple[Allowance, ...] = (
         "a slide that leaves its seat by itself shows in the vacuum of the resting line within a "
         "second or two; through a thin catheter, open by less than a fifth, or where mucus blocks "
         "it, not before the next pre-use test, and the insertion goes on",
+    ),
+    Allowance(
+        Fault.COUGH,
+        FORCE,
+        LIFTED_CARINA_N,
+        "as a tube that is displaced: the patient moves the carina into the tip",
+    ),
+    Allowance(
+        Fault.COUGH,
+        ADVANCE,
+        COUGHED_MM,
+        "as its force: the patient moves the tip, and no command",
     ),
     Allowance(
         Fault.CARINA_MISSED,

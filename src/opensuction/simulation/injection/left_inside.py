@@ -40,6 +40,10 @@ POWERLESS = Unavoidable(
     "neither mains nor reserve energy is left to move anything",
     "Draw the catheter out by hand: the head moves freely, and suction is off.",
 )
+SLIPPED = Unavoidable(
+    "the clamp slips: with its head at home the catheter has not come out as far as it went in",
+    "Draw the catheter out by hand, beyond the clamp; do not use this clamp again.",
+)
 LOOSE = Unavoidable(
     "the tip has parted from the catheter: nothing of the machine reaches it",
     "Call for a bronchoscopy: the tip lies in the airway and must be taken out with forceps.",
@@ -50,7 +54,9 @@ def _find_of_machine(machine: Machine) -> Unavoidable | None:
     axis = machine.insertion_axis
     if axis.force_v <= axis.friction_v:
         return HELD
-    return PARTED if machine.gear_backlash_mm > PARTED_MM else None
+    if machine.gear_backlash_mm > PARTED_MM:
+        return PARTED
+    return SLIPPED if machine.clamp_slip_ratio > 0.0 else None
 
 
 def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable | None:
@@ -64,7 +70,7 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
             return POWERLESS
         if one.fault == Fault.TIP_LEFT_BEHIND:
             return LOOSE
-        if isinstance(row.effect, MachineEffect):
+        if isinstance(row.effect, MachineEffect) and row.course is None:  # else it passes
             machine = row.change_machine(machine, one.strength)
     return _find_of_machine(machine)
 
