@@ -51,6 +51,14 @@ class Plot(NamedTuple):
     """Vertical lines: instants with a name."""
 
 
+class Link(NamedTuple):
+    """A cell that leads to a section of the page."""
+
+    text: str
+    anchor: str
+    """`Section.anchor` of where it leads."""
+
+
 class Table(NamedTuple):
     """Rows of cells: numbers right-aligned, True and False as verdicts, None and nan as a dash."""
 
@@ -66,6 +74,8 @@ class Section(NamedTuple):
     text: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     plots: tuple[Plot, ...] = ()
+    anchor: str = ""
+    """Name that links lead to. A section with one is folded: it opens on demand."""
 
 
 class Sheet(NamedTuple):
@@ -119,6 +129,8 @@ def cell(value: Any) -> dict[str, str]:
     """Text of a table's cell and the class that it is shown in."""
     if isinstance(value, bool | np.bool_):
         return {"text": "✓ yes" if value else "✕ no", "kind": "good" if value else "bad"}
+    if isinstance(value, Link):
+        return {"text": value.text, "kind": "", "anchor": value.anchor}
     if value is None or (isinstance(value, float) and not np.isfinite(value)):
         return {"text": "-", "kind": "number"}
     if isinstance(value, int | np.integer):
