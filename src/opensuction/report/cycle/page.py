@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from opensuction.report import figures, html, narrative, series, wording
+from opensuction.report import figures, headline, html, narrative, notice, series, wording
 from opensuction.report.cycle import anatomy, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import Summary, flatten, is_good, number, rows, text, value
+from opensuction.report.summary import Summary, flatten, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
@@ -92,9 +92,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
     phases = bands(summary)
     context = {
         "summary": summary,
-        "outcome": narrative.outcome(summary),
-        "completed": is_good(summary),
-        "lead": narrative.lead(summary),
+        "first": headline.headline(summary),
         "sentences": narrative.sentences(summary),
         "warnings": warnings_of(summary),
         "figures": figures.figures(summary),
@@ -103,7 +101,7 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "phases": phases,
         "drawing": anatomy.drawing(summary),
         "trips": rows(summary, "trips"),
-        "alarms": rows(summary, "alarms"),
+        "alarms": notice.notices(summary),
         "run": [(key, text(summary, key)) for key in RUN if text(summary, key) is not None],
         "tables": _tables(summary, sections),
         "plots": _plots(summary, trace, phases),
