@@ -25,8 +25,9 @@ from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState, record, write_row
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns
+from opensuction.simulation.wiring import wanted
 from opensuction.twin import plant
-from opensuction.twin.machine import machine
+from opensuction.twin.machine import annunciator, machine
 from opensuction.twin.machine.machine import MachineState
 
 START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
@@ -180,7 +181,8 @@ def run(
         bedside = state.bedside
         if plant.is_due(moved):
             moved, bedside = plant.settle(loop.machine, moved, bedside, DT_S)
-        seen = record(i * DT_S, outputs.phase, readings, outputs, outputs.commands, truth)
+        shown = annunciator.repeat(wanted(outputs))
+        seen = record(i * DT_S, outputs.phase, readings, outputs, outputs.commands, truth, shown)
         write_row(table[i], seen)
         state = LoopState(state.tick + 1, decided, moved, bedside)
     return state

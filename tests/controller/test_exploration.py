@@ -112,7 +112,7 @@ class Exploration(RuleBasedStateMachine):
         self.link: Link = link.healthy(1)
         home_mm = loop.controller.limits.park_head_mm
         self.watchdog = drive_watchdog.of(loop.machine, home_mm)
-        self.messages = wirings.start(machine.read(loop.machine, start.machine))
+        self.messages = wirings.start(machine.read(loop.machine, start.machine), start.tick)
         self.trace: Columns = {}
         self.phase = int(start.controller.core.procedure.phase)
 

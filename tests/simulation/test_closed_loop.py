@@ -85,6 +85,10 @@ GOLDEN_COLUMNS = [
     "truth.lung_volume_loss_ml",
     "truth.spo2_percent",
     "truth.heart_rate_per_min",
+    "annunciator.said",
+    "annunciator.watchdog_fired",
+    "annunciator.reserve_used",
+    "annunciator.message_late",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

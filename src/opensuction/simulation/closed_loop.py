@@ -25,15 +25,18 @@ from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.simulation.wiring import (
     HEALTHY,
+    Exchange,
     Messages,
     Wiring,
     command_drives,
     read_link,
+    wanted,
 )
 from opensuction.twin import plant
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.fault import link
-from opensuction.twin.machine import machine
+from opensuction.twin.machine import annunciator, machine
+from opensuction.twin.machine.annunciator import Annunciator
 from opensuction.twin.machine.machine import Machine, MachineState, Truth
 
 DT_S = 0.001
@@ -77,6 +80,8 @@ class TraceRow(NamedTuple):
     """As the drives obey them."""
     signals: Signals
     truth: Truth
+    annunciator: Annunciator
+    """What people are told at the bedside, with or without a controller."""
 
 
 COLUMNS = row.columns(TraceRow)
@@ -92,6 +97,7 @@ def record(
     outputs: Outputs,
     commands: Commands,
     truth: Truth,
+    shown: Annunciator,
 ) -> TraceRow:
     """The row of a tick. truth: before the machine moved."""
     return TraceRow(
@@ -106,6 +112,7 @@ def record(
         commands=commands,
         signals=outputs.signals,
         truth=truth,
+        annunciator=shown,
     )
 
 
@@ -154,12 +161,13 @@ def _tick(
         host = Host(overrun=late, conditions=0)
         inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
         decided, outputs = controller.step(sides.controller, heads_mm, decided, inputs)
-    commands = outputs.commands
+    commands, shown = outputs.commands, annunciator.repeat(wanted(outputs))
     if messages is not None:
-        commands = command_drives(sides.wiring, messages, reported, readings, outputs, tick, DT_S)
+        now = Exchange(reported, readings, outputs, requests.reset, tick)
+        commands, shown = command_drives(sides.wiring, messages, now, DT_S)
     moved = machine.step(sides.machine, state.machine, commands, DT_S)
     phase = outputs.phase if runs else Phase.HALTED
-    seen = record(tick * DT_S, phase, readings, outputs, commands, truth)
+    seen = record(tick * DT_S, phase, readings, outputs, commands, truth, shown)
     return _SidesState(tick + 1, decided, moved), outputs.phase, seen
 
 

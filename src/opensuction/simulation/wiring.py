@@ -13,8 +13,9 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import Link, LinkState, Ring
-from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.fault.link import Link, LinkState, Message, Ring
+from opensuction.twin.machine import annunciator, drive_watchdog
+from opensuction.twin.machine.annunciator import Annunciator, Lines
 from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
 
 
@@ -30,6 +31,7 @@ class LinkedState(NamedTuple):
 
     link: LinkState
     watchdog: WatchdogState
+    annunciator: Annunciator
     outputs: Outputs
     """The controller's last."""
 
@@ -43,10 +45,13 @@ class Messages(NamedTuple):
     got: Ring
     """Last readings."""
     sent: Ring
-    """Last commands."""
+    """Last messages of the controller."""
     state: row.Row
     """The `LinkedState`."""
 
+
+SILENT = -1
+"""Number of the message of a controller that does not run: below every other."""
 
 read_link = row.reader(LinkedState)
 write_link = row.writer(LinkedState)
@@ -59,49 +64,85 @@ HEALTHY = Wiring(
 """Where the link is not played."""
 
 
+class Exchange(NamedTuple):
+    """What passes between the two sides in a tick."""
+
+    reported: Readings
+    """By the sensors."""
+    readings: Readings
+    """As the controller got them."""
+    outputs: Outputs
+    """The controller's; its last where it does not run."""
+    reset: bool
+    """A person pressed the button."""
+    tick: int
+
+
+@compiled
+def wanted(outputs: Outputs) -> int:
+    """Mask of the conditions that a controller wants people to be told."""
+    return outputs.signals.present | outputs.signals.latched
+
+
+@compiled
+def _decide_alone(
+    wiring: Wiring, state: WatchdogState, obeyed: Commands, reported: Readings
+) -> Commands:
+    """The drives' own commands where they act on their own."""
+    if not state.alone:
+        return obeyed
+    powered = wiring.link.mains or wiring.link.reserve
+    return drive_watchdog.commands(
+        wiring.watchdog, state, powered, reported.head_mm, reported.cam_rad
+    )
+
+
 @compiled
 def command_drives(
-    wiring: Wiring,
-    messages: Messages,
-    reported: Readings,
-    readings: Readings,
-    outputs: Outputs,
-    tick: int,
-    dt_s: float,
-) -> Commands:
-    """Commands that the drives obey, on their own where no new ones come.
+    wiring: Wiring, messages: Messages, now: Exchange, dt_s: float
+) -> tuple[Commands, Annunciator]:
+    """Commands that the drives obey, on their own where no new ones come; what people are told.
 
-    reported: by the sensors. readings: as the controller got them. messages: written.
+    messages: written.
     """
     wires, before = wiring.link, read_link(messages.state)
-    obeyed, heard = link.receive_commands(wires, before.link, outputs.commands, messages.sent, tick)
-    received = LinkState(readings=readings, commands=obeyed)
+    outputs, runs = now.outputs, wires.controller_runs
+    sent = Message(outputs.commands, wanted(outputs), now.tick if runs else SILENT)
+    message, heard = link.receive_message(wires, before.link, sent, messages.sent, now.tick)
     alone = drive_watchdog.step(
-        wiring.watchdog, before.watchdog, heard, wires.mains, reported.head_mm, dt_s
+        wiring.watchdog, before.watchdog, heard, wires.mains, now.reported.head_mm, dt_s
     )
-    write_link(messages.state, LinkedState(received, alone, outputs))
-    if alone.alone:
-        powered = wires.mains or wires.reserve
-        obeyed = drive_watchdog.commands(
-            wiring.watchdog, alone, powered, reported.head_mm, reported.cam_rad
-        )
-    return obeyed
+    lines = Lines(
+        heard=heard,
+        wanted=message.wanted,
+        reset=now.reset and runs,
+        alone=alone.alone,
+        mains=wires.mains,
+        lag_s=(now.tick - message.number) * dt_s,
+    )
+    shown = annunciator.step(before.annunciator, lines, dt_s)
+    received = LinkState(now.readings, message)
+    write_link(messages.state, LinkedState(received, alone, shown, outputs))
+    return _decide_alone(wiring, alone, message.commands, now.reported), shown
 
 
-def start(reading: Readings) -> Messages:
-    """Messages of a link that has always carried these readings and no command."""
+def start(reading: Readings, tick: int) -> Messages:
+    """Messages of a link that has always carried these readings and no command.
+
+    tick: the first one that it plays.
+    """
     last = np.zeros(len(row.columns(LinkedState)))
-    commands = _begin_link(last, reading)
-    return Messages(*link.rings(LinkState(reading, commands)), last)
+    message = _begin_link(last, reading, tick)
+    return Messages(*link.rings(LinkState(reading, message)), last)
 
 
 @compiled
-def _begin_link(last: row.Row, reading: Readings) -> Commands:
-    """Write the state of a link before anything was commanded; returns its empty commands."""
+def _begin_link(last: row.Row, reading: Readings, tick: int) -> Message:
+    """Write the state of a link before anything was commanded; returns its empty message."""
     blank: LinkedState = read_link(last)
-    received = blank.link._replace(readings=reading)
-    write_link(last, LinkedState(received, drive_watchdog.LISTENING, blank.outputs))
-    return received.commands
+    message = blank.link.message._replace(number=tick - 1)
+    write_link(last, blank._replace(link=LinkState(reading, message)))
+    return message
 
 
 @compiled

@@ -11,7 +11,7 @@ from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.link import Link, LinkState
+from opensuction.twin.fault.link import Link, LinkState, Message
 
 HEALTHY = link.healthy(seed=1)
 DT_S = 0.001
@@ -39,21 +39,25 @@ def commands(tick: int) -> Commands:
     return Commands(float(tick), 1.0, True, 0.2, 2.0, False, tick % 2 == 0, 100.0)
 
 
-FIRST = LinkState(readings(-1), commands(-1))
+def message(tick: int) -> Message:
+    return Message(commands(tick), wanted=tick + 1, number=tick)
+
+
+FIRST = LinkState(readings(-1), message(-1))
 
 
 def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
     return ROWS[fault].change_link(HEALTHY, FaultOnset(strength, tick, DT_S))
 
 
-def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Commands], list[bool]]:
-    """What arrives each tick: readings, commands, and whether those are new."""
+def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Message], list[bool]]:
+    """What arrives each tick: readings, messages, and whether those are new."""
     state = FIRST
     got, sent = link.rings(FIRST)
     arrived, obeyed, news = [], [], []
     for tick in range(ticks):
         here = link.receive_readings(joint, state, readings(tick), got, tick)
-        there, new = link.receive_commands(joint, state, commands(tick), sent, tick)
+        there, new = link.receive_message(joint, state, message(tick), sent, tick)
         state = LinkState(here, there)
         arrived.append(here)
         obeyed.append(there)
@@ -64,7 +68,7 @@ def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Commands
 def test_a_healthy_link_lets_everything_through() -> None:
     arrived, obeyed, news = sent_through(HEALTHY, 200)
     assert arrived == [readings(tick) for tick in range(200)]
-    assert obeyed == [commands(tick) for tick in range(200)]
+    assert obeyed == [message(tick) for tick in range(200)]
     assert all(news)
 
 
@@ -73,8 +77,33 @@ def test_late_messages_are_those_of_before(delay: int) -> None:
     arrived, _, _ = sent_through(faulty(Fault.READING_LATE, delay * DT_S), 150)
     _, obeyed, news = sent_through(faulty(Fault.MESSAGE_LATE, delay * DT_S), 150)
     assert arrived == [readings(max(tick - delay, -1)) for tick in range(150)]
-    assert obeyed == [commands(max(tick - delay, -1)) for tick in range(150)]
-    assert all(news)
+    assert obeyed == [message(max(tick - delay, -1)) for tick in range(150)]
+    assert news == [tick >= delay for tick in range(150)]
+
+
+@given(begin=st.integers(1, 80), delay=st.integers(1, 60))
+def test_what_was_obeyed_is_not_obeyed_again_once_messages_are_late(begin: int, delay: int) -> None:
+    """The delay begins in the midst of a run: the drives keep their last command meanwhile."""
+    late = faulty(Fault.MESSAGE_LATE, delay * DT_S)
+    state = FIRST
+    _, sent = link.rings(FIRST)
+    for tick in range(150):
+        joint = late if tick >= begin else HEALTHY
+        there, new = link.receive_message(joint, state, message(tick), sent, tick)
+        expected = tick if tick < begin else max(tick - delay, begin - 1)
+        assert there == message(expected)
+        assert new == (there.number > state.message.number)
+        state = LinkState(FIRST.readings, there)
+
+
+@given(begin=st.integers(1, 80), delay=st.integers(1, 60))
+def test_readings_are_late_by_the_whole_delay_from_the_instant_on(begin: int, delay: int) -> None:
+    late = faulty(Fault.READING_LATE, delay * DT_S)
+    got, _ = link.rings(FIRST)
+    for tick in range(150):
+        joint = late if tick >= begin else HEALTHY
+        read = link.receive_readings(joint, FIRST, readings(tick), got, tick)
+        assert read == readings(tick if tick < begin else max(tick - delay, -1))
 
 
 def test_a_lost_reading_is_not_valid_and_keeps_its_value() -> None:
@@ -101,7 +130,7 @@ def test_repeated_messages_never_change_and_are_no_news() -> None:
     arrived, _, _ = sent_through(faulty(Fault.READING_REPEATED), 5)
     _, obeyed, news = sent_through(faulty(Fault.MESSAGE_REPEATED), 5)
     assert arrived == [FIRST.readings] * 5
-    assert obeyed == [FIRST.commands] * 5
+    assert obeyed == [FIRST.message] * 5
     assert not any(news)
 
 

@@ -34,6 +34,8 @@ from opensuction.twin.machine.machine import Machine
 _PHASE = COLUMNS.index("phase")
 MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE)
 _COMMANDS = row.columns(Commands)
+_SENT = [row.columns(link.Message).index(f"commands.{name}") for name in _COMMANDS]
+"""Where a message has them."""
 
 
 def is_linked(injections: Sequence[Injection]) -> bool:
@@ -71,7 +73,8 @@ class FaultyRun:
         self._messages: Messages | None = None
         """Of a run whose link is played."""
         if is_linked(injections):
-            self._messages = wiring.start(machine.read(loop.machine, start.machine))
+            reading = machine.read(loop.machine, start.machine)
+            self._messages = wiring.start(reading, start.tick)
         linked_ticks = 0 if self._messages is None else len(table)
         self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
@@ -140,7 +143,8 @@ class FaultyRun:
         """Copy what the controller sent from the ring; none sends nothing."""
         kept = self._commands[self.done : self.done + ran]
         if self._wiring.link.controller_runs:
-            kept[:] = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
+            rows = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
+            kept[:] = rows[:, _SENT]
         else:
             kept[:] = 0.0
 
@@ -214,7 +218,7 @@ class FaultyRun:
             sensor = row.change_reading(strength, readings, self._seed)
             self._relink(link.with_reading_fault(self._wiring.link, sensor))
         elif isinstance(row.effect, LinkEffect):
-            onset = FaultOnset(strength, self.done, DT_S)
+            onset = FaultOnset(strength, self.state.tick, DT_S)
             self._relink(row.change_link(self._wiring.link, onset))
             self._after_link_fault(fault, strength)
         elif fault == Fault.CATHETER_EXPIRED:

@@ -24,8 +24,20 @@ RING_TICKS = 2048
 Ring = Array
 """Last messages one way, shape (`RING_TICKS`, columns)."""
 
-_write_commands = row.writer(Commands)
-_read_commands = row.reader(Commands)
+
+class Message(NamedTuple):
+    """What the controller sends in a tick."""
+
+    commands: Commands
+    wanted: int
+    """Mask of what it wants people to be told."""
+    number: int
+    """Its tick. The drives take no number that is not above the last: an old or repeated one is
+    none."""
+
+
+_write_message = row.writer(Message)
+_read_message = row.reader(Message)
 _write_readings = row.writer(Readings)
 _read_readings = row.reader(Readings)
 
@@ -56,7 +68,7 @@ class LinkState(NamedTuple):
     """What both sides got last."""
 
     readings: Readings
-    commands: Commands
+    message: Message
 
 
 def healthy(seed: int) -> Link:
@@ -73,11 +85,11 @@ def healthy(seed: int) -> Link:
 
 
 def rings(state: LinkState) -> tuple[Ring, Ring]:
-    """Rings for readings and for commands, as if they had always been those of a state."""
+    """Rings for readings and for messages, as if they had always been those of a state."""
     got = np.zeros((RING_TICKS, len(row.columns(Readings))))
-    sent = np.zeros((RING_TICKS, len(row.columns(Commands))))
+    sent = np.zeros((RING_TICKS, len(row.columns(Message))))
     _write_readings(got[0], state.readings)
-    _write_commands(sent[0], state.commands)
+    _write_message(sent[0], state.message)
     got[1:], sent[1:] = got[0], sent[0]
     return got, sent
 
@@ -134,15 +146,17 @@ def receive_readings(
 
 
 @compiled
-def receive_commands(
-    link: Link, state: LinkState, sent: Commands, ring: Ring, tick: int
-) -> tuple[Commands, bool]:
-    """What the drives get in a tick, and whether it is new. ring: of commands, written."""
-    _write_commands(ring[tick % RING_TICKS], sent)
+def receive_message(
+    link: Link, state: LinkState, sent: Message, ring: Ring, tick: int
+) -> tuple[Message, bool]:
+    """What the drives go by in a tick, and whether it is new. ring: of messages, written."""
+    _write_message(ring[tick % RING_TICKS], sent)
     lost = _chances(link, tick)[1] < link.command_lost_share
     if lost or link.commands_repeated or not link.controller_runs:
-        return state.commands, False
-    if link.command_delay_ticks == 0:
-        return sent, True
-    arrived: Commands = _read_commands(ring[(tick - link.command_delay_ticks) % RING_TICKS])
+        return state.message, False
+    arrived: Message = sent
+    if link.command_delay_ticks > 0:
+        arrived = _read_message(ring[(tick - link.command_delay_ticks) % RING_TICKS])
+    if arrived.number <= state.message.number:
+        return state.message, False
     return arrived, True
