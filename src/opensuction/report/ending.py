@@ -11,7 +11,7 @@ TICK_S = 0.0015
 TOGETHER_S = 0.05
 """Drives and power supply speak within this time of what they did."""
 ACTED = ("watchdog-fired", "reserve-energy-used")
-"""Conditions in which drives or power supply act on their own: what trips later is a consequence."""
+"""Conditions in which drives or power supply act on their own: what trips later follows from it."""
 
 
 def event(entry: Summary) -> str:

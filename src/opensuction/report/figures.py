@@ -36,7 +36,7 @@ def is_cut_short(summary: Summary) -> bool:
 
 
 def past_carina_mm(summary: Summary) -> float:
-    """How far the tip went into a bronchus; 0 where it did not, or where the carina is not known."""
+    """How far the tip went into a bronchus; 0 where it did not, or the carina is not known."""
     deepest, carina = number(summary, "tip", "deepest_mm"), number(summary, "anatomy", "carina_mm")
     if deepest is None or carina is None or deepest <= carina + PAST_CARINA_MM:
         return 0.0
@@ -123,21 +123,23 @@ def in_airway(summary: Summary) -> Figure:
 
 
 def vacuum(summary: Summary) -> Figure:
-    """Highest vacuum at the tip in the airway against the guideline; the line's where it is not."""
-    line = number(summary, "vacuum", "peak_mmhg")
-    tip, limit = number(summary, "vacuum", "tip_peak_mmhg"), number(summary, "vacuum", "limit_mmhg")
+    """Highest vacuum at the tip in the airway against the guideline; else the line's."""
+    line, tip = number(summary, "vacuum", "peak_mmhg"), number(summary, "vacuum", "tip_peak_mmhg")
+    guideline = number(summary, "vacuum", "guideline_mmhg")
     setpoint = known("set to", number(summary, "vacuum", "setpoint_mmhg"), "mmHg", 0)
-    if tip is None or limit is None:
+    if tip is None or guideline is None:
         return without_limit(witness.VACUUM, line, "mmHg", 0, "".join(setpoint))
-    beside = [f"at the tip; limit {quantity(limit, 'mmHg', 0)}", *known("line", line, "mmHg", 0)]
-    verdict, remark = against(tip, limit, "limit")
-    if tip == 0.0:
+    beside = ["at the tip", *known("guideline", guideline, "mmHg", 0)]
+    beside += [*known("in the line", line, "mmHg", 0), *setpoint]
+    verdict, remark = FigureVerdict.GOOD, "within the guideline"
+    if tip > guideline:
+        verdict, remark = FigureVerdict.BAD, "over the guideline"
+    elif line is not None and line > guideline:
+        verdict, remark = FigureVerdict.NOTICE, "the line was over the guideline"
+    elif tip == 0.0:
         verdict, remark = FigureVerdict.NEUTRAL, "none in the airway"
-    elif verdict is FigureVerdict.GOOD and line is not None and line > limit:
-        verdict, remark = FigureVerdict.NOTICE, "the line was over the limit"
-    return Figure(
-        witness.VACUUM, quantity(tip, "mmHg", 0), ", ".join([*beside, *setpoint]), verdict, remark
-    )
+    value = quantity(tip, "mmHg", 0)
+    return Figure(witness.VACUUM, value, ", ".join(beside), verdict, remark)
 
 
 def removed(summary: Summary) -> Figure:

@@ -8,9 +8,13 @@ from typing import NamedTuple
 
 from opensuction.report import ending, figures, harm, witness
 from opensuction.report.figure import FigureVerdict, attention, needs_look
-from opensuction.report.notice import Notice, notices
+from opensuction.report.notice import CAUSES, Notice, notices
 from opensuction.report.summary import Summary, is_completed, is_inside, number
 from opensuction.report.wording import capitalise, depth_words, quantity, stopped
+
+
+UNNOTICED = "The machine would say that all is well."
+"""Of a run in which nothing noticed an injected fault."""
 
 
 class Headline(NamedTuple):
@@ -20,7 +24,9 @@ class Headline(NamedTuple):
     verdict: FigureVerdict
     """``GOOD``, ``NOTICE`` or ``BAD``."""
     lead: str
-    """What to do, how the cycle ended, and which figures need a look."""
+    """What to do, and how the cycle ended."""
+    look: str
+    """Which figures need a look; may be empty."""
 
 
 def headline(summary: Summary) -> Headline:
@@ -30,20 +36,25 @@ def headline(summary: Summary) -> Headline:
         if found is not None:
             return found
     if not is_completed(summary):
-        lead = _join(stopped(capitalise(ending.reason(summary))), _look(summary))
-        return Headline(ending.ended(summary), FigureVerdict.BAD, lead)
+        lead = stopped(capitalise(ending.reason(summary)))
+        return Headline(ending.ended(summary), FigureVerdict.BAD, lead, _look(summary))
+    return _completed(summary)
+
+
+def _completed(summary: Summary) -> Headline:
+    """A cycle that ran to its end without an alarm."""
     amber = [figure for figure in figures.figures(summary) if needs_look(figure)]
     values = [f"{figure.name.lower()} {figure.value}, {figure.remark}" for figure in amber]
     lead = stopped(capitalise("; ".join(values))) if values else ""
     unnoticed = ending.unnoticed(summary)
     if unnoticed:
         text = f"Completed, and nothing noticed the fault {' or '.join(unnoticed)}"
-        return Headline(text, FigureVerdict.NOTICE, lead)
+        return Headline(text, FigureVerdict.NOTICE, UNNOTICED, lead)
     if amber:
         text = f"Completed, with {'a figure' if len(amber) == 1 else 'figures'} to look at"
-        return Headline(text, FigureVerdict.NOTICE, lead)
-    good = _join("Every figure that has a limit is within it.", _planned(summary))
-    return Headline("Completed", FigureVerdict.GOOD, good)
+        return Headline(text, FigureVerdict.NOTICE, lead, "")
+    good = "Every figure that has a limit is within it."
+    return Headline("Completed", FigureVerdict.GOOD, good, _planned(summary))
 
 
 def _join(*parts: str) -> str:
@@ -66,8 +77,9 @@ def _planned(summary: Summary) -> str:
     return " ".join(f"{figure.name}: {figure.remark}." for figure in found)
 
 
-def _ending(summary: Summary, first: str = "") -> str:
-    """How the cycle ended and why, unless the first line has said why. first: its sentence."""
+def _ending(summary: Summary) -> str:
+    """How the cycle ended, and why where the most urgent alarm does not say it."""
+    first = next((notice.sentence for notice in notices(summary)), "")
     ended = stopped(ending.ended(summary))
     if is_completed(summary):
         return ended
@@ -80,8 +92,6 @@ def _told(summary: Summary) -> str:
     raised = notices(summary)
     if not raised:
         return "Nobody was told: no alarm was raised."
-    if not is_completed(summary) and raised[0].sentence == ending.reason(summary):
-        return f"That is a {raised[0].priority} alarm."
     return f"{_priority(raised[0])}: {stopped(raised[0].sentence)}"
 
 
@@ -94,20 +104,20 @@ def _inside(summary: Summary) -> Headline | None:
         return None
     where = depth_words(number(summary, "tip", "end_mm") or 0.0)
     text = f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
-    lead = _join(_ending(summary), _told(summary), _look(summary))
-    return Headline(text, FigureVerdict.BAD, lead)
+    lead = _join(_told(summary), _ending(summary))
+    return Headline(text, FigureVerdict.BAD, lead, _look(summary))
 
 
 def _harm(summary: Summary) -> Headline | None:
-    listed = figures.figures(summary)
-    broken = harm.broken(summary)
+    broken = [(harm.sentence(summary, *found), found[1]) for found in harm.broken(summary)]
     if not broken:
         return None
-    first, rest = broken[0], broken[1:]
-    text = f"PATIENT AT RISK: {harm.sentence(first, listed)}"
-    more = "".join(stopped(f" Also: {harm.sentence(words, listed)}") for words in rest).strip()
-    lead = _join(first.remedy, more, _ending(summary), _told(summary), _look(summary))
-    return Headline(text, FigureVerdict.BAD, lead)
+    (sentence, words), rest = broken[0], broken[1:]
+    causes = [notice.sentence for notice in notices(summary) if notice.condition in CAUSES]
+    text = f"PATIENT AT RISK: {'; '.join([sentence, *causes])}"
+    more = _join(*(stopped(f"Also: {also}") for also, _ in rest))
+    lead = _join(words.remedy, more, _told(summary), _ending(summary))
+    return Headline(text, FigureVerdict.BAD, lead, _look(summary))
 
 
 def _alarm(summary: Summary) -> Headline | None:
@@ -120,12 +130,13 @@ def _alarm(summary: Summary) -> Headline | None:
     is_high = first.priority == "high"
     if is_completed(summary) and not is_high:
         text = f"Completed with alarms: {first.sentence}"
-    ending = _ending(summary, first.sentence)
+    ended = _ending(summary)
     if is_completed(summary):
-        ending = "Completed with alarms." if is_high else ""
+        ended = "Completed with alarms." if is_high else ""
     is_bad = is_high or not is_completed(summary)
     return Headline(
         text,
         FigureVerdict.BAD if is_bad else FigureVerdict.NOTICE,
-        _join(first.remedy, ending, _look(summary)),
+        _join(first.remedy, ended),
+        _look(summary),
     )

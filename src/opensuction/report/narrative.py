@@ -55,11 +55,10 @@ def _injected_faults(summary: Summary) -> str:
 
 def _broken_bounds(summary: Summary) -> str:
     """Bounds for the patient that were broken."""
-    listed = figures.figures(summary)
     said = [
-        harm.sentence(words, listed)
-        for words in harm.broken(summary)
-        if not (is_inside(summary) and words.figure == witness.AT_END)  # the first line says it
+        harm.sentence(summary, name, words)
+        for name, words in harm.broken(summary)
+        if name != "left-inside"  # the first line says it
     ]
     return stopped(f"Bounds for the patient that were broken: {'; '.join(said)}") if said else ""
 
@@ -200,7 +199,7 @@ def _secretion(summary: Summary) -> str:
 
 
 def _next_pass(summary: Summary) -> str:
-    """What may follow where less than half was removed; empty where more was, or all was not well."""
+    """What may follow where less than half was removed; empty where there is nothing to offer."""
     percent = number(summary, "secretion", "removed_percent")
     if percent is None or percent >= figures.CLEARANCE_PERCENT or not is_completed(summary):
         return ""

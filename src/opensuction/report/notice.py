@@ -23,9 +23,11 @@ PATIENT_FIRST = (
     "lung-volume-lost",
 )
 """Of one priority these come first, in this order: about the patient, the most specific first."""
+CAUSES = ("circuit-disconnected",)
+"""Named beside a broken bound in the first line: what a person can mend at once."""
 CONSEQUENCES = (
-    "message-late",
     "watchdog-fired",
+    "message-late",
     "recovery-needed",
     "check-failed",
     "automation-stopped",

@@ -1,7 +1,7 @@
 """What a cycle did to the patient, in words."""
 
 from opensuction.report import patient_figure
-from opensuction.report.figure import Figure, FigureVerdict
+from opensuction.report.figure import ATTENTION, Figure
 from opensuction.report.summary import Summary, number
 from opensuction.report.wording import capitalise, quantity, stopped
 
@@ -23,8 +23,7 @@ def _join(*said: str) -> str:
 
 def _but(figure: Figure) -> str:
     """What is wrong with a figure, in brackets; empty where nothing is."""
-    wrong = figure.verdict in (FigureVerdict.BAD, FigureVerdict.NOTICE)
-    return f" ({figure.remark})" if wrong else ""
+    return f" ({figure.remark})" if figure.verdict in ATTENTION else ""
 
 
 def _saturation(summary: Summary) -> str:
@@ -62,8 +61,10 @@ def _pressure(summary: Summary) -> str:
     least = number(summary, "airway_pressure_least_cmh2o")
     if least is None:
         return ""
-    highest = number(summary, "vitals", "airway_pressure_cmh2o", "highest")
-    most = "" if highest is None else f", the highest {quantity(highest, 'cmH2O')}"
     below = ", below the air outside" if least < 0.0 else ""
-    wrong = _but(patient_figure.airway_pressure(summary))
-    return f"the lowest airway pressure was {quantity(least, 'cmH2O')}{below}{most}{wrong}"
+    said = f"the lowest airway pressure was {quantity(least, 'cmH2O')}{below}"
+    wrong = patient_figure.airway_pressure(summary)
+    highest = number(summary, "vitals", "airway_pressure_cmh2o", "highest")
+    if highest is not None:
+        said += f", the highest {quantity(highest, 'cmH2O')}"
+    return f"{said}: {wrong.remark}" if wrong.verdict in ATTENTION else said

@@ -77,9 +77,7 @@ def harms(summary: Summary) -> list[str]:
 
 
 def is_good(summary: Summary) -> bool:
-    """Whether a script may go on: the cycle ran to its planned end, the catheter is out, and no
-    bound for the patient was broken.
-    """
+    """Whether the cycle ran to its planned end, the catheter is out, and no bound was broken."""
     return is_completed(summary) and not is_inside(summary) and not harms(summary)
 
 

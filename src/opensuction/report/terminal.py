@@ -185,6 +185,7 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
         Text(f"({what}{'' if seed is None else f', seed {seed}'})", style="dim"),
     )
     print_indented(console, [first.lead], "bold")
+    print_indented(console, [first.look] if first.look else [])
     print_indented(console, narrative.sentences(summary))
     for notice in notices(summary):
         style = ALARM_STYLES.get(notice.priority, "")

@@ -14,6 +14,7 @@
   const sync = uPlot.sync("cycle");
   let plots = [];
   let markLoop = () => {};
+  let focused = false; // the plots show the cycle alone, not the whole record
 
   const scaled = (values, factor) => values && values.map((value) => (value == null ? null : factor * value));
   series.valve_percent = scaled(series.valve, 100);
@@ -69,7 +70,7 @@
         return [bottom, top + headroom * (top - bottom)];
       } } },
       draw: (u) => {
-        depthLevel(u, page.cap_mm, "Cap", "bad", "above");
+        depthLevel(u, page.cap_mm, page.cap_name, page.cap_name === "Cap" ? "bad" : "soft", "above");
         depthLevel(u, page.target_mm, "Target", "soft", "below");
         if (!page.boundary_mm) return; // the bench's patient begins where the tube ends
         level(u, "y", 0, "Tube's end", "soft", "below", "center"); // the tip is elsewhere then
@@ -118,12 +119,35 @@
     plots.push(loop.plot);
   }
 
+  /* Show the whole record, or the cycle alone. */
+  function frame(u) {
+    if (!u.scales.x.time && u.cursor.sync && u.cursor.sync.key === sync.key) {
+      const times = u.data[0];
+      const end = focused && page.focus_s ? Math.min(page.focus_s, times[times.length - 1]) : times[times.length - 1];
+      u.setScale("x", { min: times[0], max: end });
+    }
+  }
+
+  function followButtons() {
+    const buttons = { whole: false, focus: true };
+    for (const [id, value] of Object.entries(buttons)) {
+      const button = document.getElementById(id);
+      button.addEventListener("click", () => {
+        focused = value;
+        for (const other in buttons) document.getElementById(other).setAttribute("aria-pressed", String(other === id));
+        plots.forEach(frame);
+      });
+    }
+  }
+
   function drawAll() {
     plots.forEach((plot) => plot.destroy());
     plots = [];
     markLoop = () => {};
     for (const draw of [drawDepth, drawError, drawSuction, drawContact, drawSecretion, drawLoop, drawPatient]) draw();
+    if (focused) plots.forEach(frame);
   }
 
+  followButtons();
   parts.keepDrawn(drawAll);
 })();

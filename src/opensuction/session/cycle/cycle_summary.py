@@ -22,7 +22,8 @@ from opensuction.safety.condition import Condition, row_of
 from opensuction.session.cycle import cycle_run, machine_summary, vital_sign
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
-from opensuction.simulation import trace
+from opensuction.simulation import annunciation, trace
+from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
@@ -84,7 +85,7 @@ def _vacuum(prepared: Prepared, result: Outcome) -> Json:
         "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
         "peak_mmhg": result.peak_vacuum_mmhg,
         "tip_peak_mmhg": result.exposure.vacuum_peak_mmhg,
-        "limit_mmhg": GUIDELINES[prepared.rig.site.age].vacuum_mmhg,
+        "guideline_mmhg": GUIDELINES[prepared.rig.site.age].vacuum_mmhg,
     }
 
 
@@ -118,6 +119,21 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
             "acknowledged_s": episode.acknowledged_s,
         }
         for episode in found
+    ]
+
+
+def told(found: Iterable[Told]) -> list[Json]:
+    """The key ``told``: what the annunciator at the bedside showed, when, and who raised it."""
+    return [
+        {
+            "what": name_of(one.condition),
+            "at_s": one.at_s,
+            "by": one.by,
+            "priority": name_of(one.condition.row.handling.priority),
+            "sentence": one.condition.row.sentence,
+            "remedy": one.condition.row.remedy,
+        }
+        for one in found
     ]
 
 
@@ -253,6 +269,9 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "abort": _abort(result, columns),
         "trips": _trips(result),
         "alarms": alarms(result.alarms),
+        "told": told(annunciation.told(columns)),
+        "harm": [one.name for one in result.harm],
+        "broken_bounds": [one._asdict() for one in result.harm],
         "warnings": _warnings(prepared, result),
         "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
         "anatomy": {
