@@ -12,7 +12,6 @@ from opensuction.report.notice import CAUSES, Notice, notices
 from opensuction.report.summary import Summary, is_completed, is_inside, number
 from opensuction.report.wording import capitalise, depth_words, quantity, stopped
 
-
 UNNOTICED = "The machine would say that all is well."
 """Of a run in which nothing noticed an injected fault."""
 
