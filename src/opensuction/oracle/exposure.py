@@ -98,14 +98,21 @@ def _sum_s(truth: Truth, holds: Ticks) -> float:
     return float(lasted[holds].sum())
 
 
-def advance_mm(tip_mm: Array, counts: Ticks) -> float:
-    """Net advance within each unbroken stretch in which ``counts`` holds, summed."""
+def trace_advance_mm(position_mm: Array, counts: Ticks) -> Array:
+    """Net advance so far within each unbroken stretch in which ``counts`` holds; 0 elsewhere."""
+    found = np.zeros_like(position_mm)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8), [0]))))
-    total_mm = 0.0
     for first, last in zip(edges[::2], edges[1::2], strict=True):
-        part = tip_mm[first:last]
-        total_mm += float(np.max(part - np.minimum.accumulate(part)))
-    return total_mm
+        part = position_mm[first:last]
+        found[first:last] = part - np.minimum.accumulate(part)
+    return found
+
+
+def advance_mm(position_mm: Array, counts: Ticks) -> float:
+    """The furthest of each unbroken stretch in which ``counts`` holds, summed."""
+    advance = trace_advance_mm(position_mm, counts)
+    starts = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8)))) != 0)
+    return float(np.maximum.reduceat(advance, starts).sum()) if starts.size else 0.0
 
 
 def _most(values: Array, where: Ticks) -> float:

@@ -15,7 +15,8 @@ from opensuction.safety import condition_mask
 from opensuction.safety.alarm import alarm_episode
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
-from opensuction.simulation import alarm_record
+from opensuction.simulation import alarm_record, annunciation
+from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, phase_spans
 from opensuction.twin.machine.machine import Machine
@@ -73,6 +74,8 @@ class Outcome(NamedTuple):
     trips: tuple[TripTime, ...]
     alarms: tuple[Episode, ...]
     """In the order in which they were raised."""
+    told: tuple[Told, ...]
+    """What people were told at the bedside, in order of time: what nobody tells is not here."""
     abort: Abort | None
 
 
@@ -162,5 +165,6 @@ def outcome(
         harm=harm.find(machine, borne, cap_mm),
         trips=_trip_times(trace),
         alarms=alarm_episode.list_episodes(alarm_record.log(trace)),
+        told=tuple(annunciation.told(trace)),
         abort=_abort(trace),
     )
