@@ -23,7 +23,9 @@ BREATHS_BUCKETS = 500
 
 AFTER_CYCLE_S = 2.0
 """What is seen of the rest after a cycle where the plots show the cycle alone."""
-AFTER_BUCKETS = 120
+COARSE = 3
+"""One of many cycles has so much less detail: a day of them shall not fill a disk."""
+AFTER_BUCKETS = 80
 """Buckets of what comes after that: the machine rests, and only alarms and people act."""
 
 REVERSAL_MM = 0.2
@@ -199,17 +201,17 @@ def _listed(
     return columns
 
 
-def machine(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+def machine(summary: Summary, trace: Trace, buckets: int = BUCKETS) -> dict[str, list[Any]]:
     """Series for the plots of the machine, by short name, all of one length, ready for JSON.
 
     Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. They run to
-    the end of the record. Empty where the trace has no rows.
+    the end of the record. Empty where the trace has no rows. buckets: detail of the cycle.
     """
     time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
-    return _thin(summary, time_s, _machine(trace), BUCKETS)
+    return _thin(summary, time_s, _machine(trace), buckets)
 
 
-def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+def patient(summary: Summary, trace: Trace, buckets: int = BREATHS_BUCKETS) -> dict[str, list[Any]]:
     """Series for the plots of the patient, to the end of the trace; empty where nobody is there.
 
     The trace goes on after the cycle: saturation is lowest after the catheter is out.
@@ -220,5 +222,5 @@ def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
     series = extract(trace, PATIENT)
     if time_s.size == 0 or not series:
         return {}
-    kept = keep_rows(list(series.values()), _edges(summary, time_s), BREATHS_BUCKETS)
+    kept = keep_rows(list(series.values()), _edges(summary, time_s), buckets)
     return _listed(time_s, series, kept)

@@ -31,7 +31,7 @@ def began(scale: float) -> Prepared:
 @cache
 def day(scale: float, self_calibrates: bool) -> Day:
     asked = DayChoice(CYCLES, EVERY_MIN, self_calibrates)
-    return day_run.play(began(scale), asked, lambda _: None)
+    return day_run.play(began(scale), asked, lambda *_: None)
 
 
 @pytest.mark.parametrize("scale", [0.75, 1.2])

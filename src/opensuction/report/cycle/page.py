@@ -67,11 +67,14 @@ def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple
     return tables
 
 
-def _plots(summary: Summary, trace: Trace, phases: list[PhaseBand]) -> dict[str, Any]:
+def _plots(
+    summary: Summary, trace: Trace, phases: list[PhaseBand], is_one_of_many: bool
+) -> dict[str, Any]:
     """What the page's script draws."""
+    coarser = series.COARSE if is_one_of_many else 1
     return {
-        "series": series.machine(summary, trace),
-        "patient": series.patient(summary, trace),
+        "series": series.machine(summary, trace, series.BUCKETS // coarser),
+        "patient": series.patient(summary, trace, series.BREATHS_BUCKETS // coarser),
         "phases": [[band.label, band.kind, band.start_s, band.end_s] for band in phases],
         "instants": instant.instants(summary),
         "target_mm": number(summary, "tip", "target_mm"),
@@ -83,13 +86,20 @@ def _plots(summary: Summary, trace: Trace, phases: list[PhaseBand]) -> dict[str,
     }
 
 
-def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> str:
+def render(
+    summary: Summary,
+    trace: Trace,
+    sections: Sections | None = None,
+    *,
+    is_one_of_many: bool = False,
+) -> str:
     """The report of one cycle as a self-contained HTML page.
 
     summary: the JSON object of the ``cycle`` command; what is null or missing is shown as not
     simulated or left out. trace: columns of ``simulation.closed_loop`` by name; those that are
     missing are not drawn. sections: further tables for the end of the page, for example
-    ``{"Protocol settings": {"travel_mm": 90.0}}``.
+    ``{"Protocol settings": {"travel_mm": 90.0}}``. is_one_of_many: smaller, with
+    less detail.
     """
     phases = bands(summary)
     context = {
@@ -106,6 +116,6 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "alarms": notice.notices(summary),
         "run": [(key, text(summary, key)) for key in RUN if text(summary, key) is not None],
         "tables": _tables(summary, sections),
-        "plots": _plots(summary, trace, phases),
+        "plots": _plots(summary, trace, phases, is_one_of_many),
     }
     return html.render("page.html.j2", SCRIPTS, **context)

@@ -22,7 +22,7 @@ from opensuction.safety.condition import Condition, row_of
 from opensuction.session.cycle import cycle_run, machine_summary, vital_sign
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
-from opensuction.simulation import annunciation, trace
+from opensuction.simulation import trace
 from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
@@ -269,7 +269,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "abort": _abort(result, columns),
         "trips": _trips(result),
         "alarms": alarms(result.alarms),
-        "told": told(annunciation.told(columns)),
+        "told": told(result.told),
         "harm": [one.name for one in result.harm],
         "broken_bounds": [one._asdict() for one in result.harm],
         "warnings": _warnings(prepared, result),

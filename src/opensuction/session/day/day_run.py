@@ -155,12 +155,13 @@ def _renewed(prepared: Prepared, state: LoopState) -> LoopState:
 def play(
     prepared: Prepared,
     asked: DayChoice,
-    tell: Callable[[DayCycle], None],
+    tell: Callable[[DayCycle, Prepared, Columns], None],
 ) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
-    halted machine waits for a person. So does a gap out of its range.
+    tell: hears of each cycle when it is over, as it began and with its trace from its start. A
+    cycle that does not end parked ends the day: a halted machine waits for a person. So does a gap
+    out of its range.
     """
     timed = setup.with_schedule(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
@@ -189,7 +190,7 @@ def play(
             learning = day_calibration.learned(learning, prepared, columns)
             done = done._replace(gap=learning.record)
         cycles.append(done)
-        tell(done)
+        tell(done, prepared, _from_zero(columns))
         refusal = None if learning is None else learning.refusal
         if state.controller.core.procedure.phase != Phase.PARKED or refusal is not None:
             break
@@ -204,7 +205,7 @@ def play(
         cycles=tuple(cycles),
         samples=DaySamples(*np.array(diary).T),
         last=prepared,
-        columns={**columns, "time_s": columns["time_s"] - columns["time_s"][0]},
+        columns=_from_zero(columns),
         produced_ml=left_ml + removed_ml - began_ml,
         canister_ml=state.machine.bore.canister_ml,
         left_ml=left_ml,
@@ -216,6 +217,11 @@ def _from_its_start(columns: Columns) -> Columns:
     """A trace without the ticks in which the machine was still parked."""
     first = int(np.argmax(columns["phase"] != Phase.PARKED))
     return {name: values[first:] for name, values in columns.items()}
+
+
+def _from_zero(columns: Columns) -> Columns:
+    """A trace with a clock of its own."""
+    return {**columns, "time_s": columns["time_s"] - columns["time_s"][0]}
 
 
 def _cycle(
