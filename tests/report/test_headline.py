@@ -115,7 +115,7 @@ def test_a_fall_of_saturation_that_is_no_broken_bound_is_still_a_figure_to_look_
     tip = example.on_patient()["tip"]
     found = headline.headline(example.on_patient(vitals=vitals, timing=timing, tip=tip))
     assert found.verdict is FigureVerdict.NOTICE
-    assert found.text == "Completed, with a figure to look at"
+    assert found.text == "Completed, look at lowest oxygen saturation (86.4 %)"
     assert found.lead == "Lowest oxygen saturation 86.4 %, below the usual 88.0 %."
 
 

@@ -12,6 +12,8 @@ from opensuction.report.notice import CAUSES, Notice, notices
 from opensuction.report.summary import Summary, is_completed, is_inside, number
 from opensuction.report.wording import capitalise, depth_words, quantity, stopped
 
+NAMED = 2
+"""So many figures are named in the first line; the line below it has all."""
 UNNOTICED = "The machine would say that all is well."
 """Of a run in which nothing noticed an injected fault."""
 
@@ -50,7 +52,9 @@ def _completed(summary: Summary) -> Headline:
         text = f"Completed, and nothing noticed the fault {' or '.join(unnoticed)}"
         return Headline(text, FigureVerdict.NOTICE, UNNOTICED, lead)
     if amber:
-        text = f"Completed, with {'a figure' if len(amber) == 1 else 'figures'} to look at"
+        named = ", ".join(attention(figure) for figure in amber[:NAMED])
+        more = f" and {len(amber) - NAMED} more" if len(amber) > NAMED else ""
+        text = f"Completed, look at {named}{more}"
         return Headline(text, FigureVerdict.NOTICE, lead, "")
     good = "Every figure that has a limit is within it."
     return Headline("Completed", FigureVerdict.GOOD, good, _planned(summary))

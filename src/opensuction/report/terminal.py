@@ -158,7 +158,10 @@ def _figure_table(summary: Summary) -> Table:
     for figure in figures.figures(summary):
         if figure.verdict is FigureVerdict.ABSENT:
             continue
-        held = "; ".join(part for part in (figure.remark, figure.limit) if part)
+        parts = [figure.remark, figure.limit]
+        if figure.verdict is FigureVerdict.GOOD:
+            parts = [figure.remark]  # the sentences have the limit; a line each is read at a glance
+        held = "; ".join(part for part in parts if part)
         table.add_row(
             Text(figure.name),
             Text(figure.value),

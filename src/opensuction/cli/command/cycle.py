@@ -169,9 +169,18 @@ def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> 
     return CommandResult(
         data,
         files,
-        lambda console, folder: _summarise(console, data, [folder / name for name in files]),
+        lambda console, folder: _summarise(console, data, _named(folder, list(files))),
         is_good=is_good(data) and day_verdict.is_good(data.get("day")),
     )
+
+
+def _named(folder: Path, names: list[str]) -> list[str]:
+    """Files that were written, those of a day's cycles in one line."""
+    many = [name for name in names if name.startswith("cycle-")]
+    listed = [str(folder / name) for name in names if name not in many]
+    if many:
+        listed.append(f"{folder / many[0]} to {many[-1]}, a report for each cycle")
+    return listed
 
 
 def _sound(data: Json) -> dict[str, bytes]:
@@ -185,7 +194,7 @@ def _sound(data: Json) -> dict[str, bytes]:
     return {SOUND: alarm_sound.encode(loudest)}
 
 
-def _summarise(console: "Console", data: Json, files: list[Path]) -> None:
+def _summarise(console: "Console", data: Json, files: list[str]) -> None:
     from opensuction.report import terminal
 
     if "day" in data:

@@ -65,6 +65,10 @@ def verdict(day: Mapping[str, Any]) -> DayVerdict:
     if kind == "good":
         return DayVerdict(count, "good" if done == repeat else "bad", "")
     said = f"Cycle {text(worst, 'number')}: {headline_of(worst)}"
+    if kind == "notice" and done == repeat:
+        amber = [cycle for cycle in cycles if kind_of(cycle) == "notice"]
+        number = "one" if len(amber) == 1 else str(len(amber))
+        return DayVerdict(f"{count}, {number} to look at", "notice", f"{said}.")
     others = [cycle for cycle in cycles if cycle is not worst and kind_of(cycle) != "good"]
     more = ""
     if others:
