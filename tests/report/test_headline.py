@@ -106,7 +106,7 @@ def test_a_completed_cycle_with_alarms(
 def test_a_completed_cycle_with_nothing_to_look_at_is_green() -> None:
     found = headline.headline(example.good())
     assert (found.text, found.verdict) == ("Completed", FigureVerdict.GOOD)
-    assert found.lead == "Every figure that has a limit is within it."
+    assert found.lead == "Every figure is within the limit that was set for it."
 
 
 def test_a_fall_of_saturation_that_is_no_broken_bound_is_still_a_figure_to_look_at() -> None:

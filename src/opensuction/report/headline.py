@@ -56,7 +56,7 @@ def _completed(summary: Summary) -> Headline:
         more = f" and {len(amber) - NAMED} more" if len(amber) > NAMED else ""
         text = f"Completed, look at {named}{more}"
         return Headline(text, FigureVerdict.NOTICE, lead, "")
-    good = "Every figure that has a limit is within it."
+    good = "Every figure is within the limit that was set for it."
     return Headline("Completed", FigureVerdict.GOOD, good, _planned(summary))
 
 

@@ -210,5 +210,5 @@ COMMAND = Command(
     details="Identifies the drawn machine where the compensation needs it, runs the cycle under "
     "the real controller, and writes report.html (open it in a browser) and cycle.json.",
     examples=cycle_help.EXAMPLES,
-    ends="0 completed, 1 aborted",
+    ends="0 completed, 1 aborted or the patient at risk",
 )
