@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from opensuction.report import figures, headline, html, narrative, notice, series, wording
 from opensuction.report.cycle import anatomy, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import Summary, flatten, number, rows, text, value
+from opensuction.report.summary import Summary, flatten, is_inside, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
@@ -79,11 +79,20 @@ def _plots(
         "instants": instant.instants(summary),
         "target_mm": number(summary, "tip", "target_mm"),
         "focus_s": series.focus_s(summary),
+        "is_quiet_after": _is_quiet_after(summary),
         "cap_name": anatomy.cap_name(summary),
         "cap_mm": number(summary, "anatomy", "cap_mm"),
         "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),
         "setpoint_mmhg": number(summary, "vacuum", "setpoint_mmhg"),
     }
+
+
+def _is_quiet_after(summary: Summary) -> bool:
+    """Whether nothing happens to the machine once the cycle is over: its plots begin with that."""
+    end_s = series.focus_s(summary)
+    if end_s is None or is_inside(summary):
+        return False
+    return all(found.time_s <= end_s for found in instant.instants(summary))
 
 
 def render(

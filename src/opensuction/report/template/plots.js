@@ -14,7 +14,8 @@
   const sync = uPlot.sync("cycle");
   let plots = [];
   let markLoop = () => {};
-  let focused = false; // the plots show the cycle alone, not the whole record
+  let focused = page.is_quiet_after; // the machine's plots show the cycle alone, not the whole record
+  let machine = []; // its plots
 
   const scaled = (values, factor) => values && values.map((value) => (value == null ? null : factor * value));
   series.valve_percent = scaled(series.valve, 100);
@@ -48,7 +49,9 @@
         ready: [parts.followTouch],
       },
     };
-    plots.push(new uPlot(options, [data.time, ...known.map((entry) => data[entry.key])], element));
+    const plot = new uPlot(options, [data.time, ...known.map((entry) => data[entry.key])], element);
+    plots.push(plot);
+    if (data === series) machine.push(plot);
   }
 
   function depthLevel(u, depth_mm, name, ...where) {
@@ -120,32 +123,31 @@
   }
 
   /* Show the whole record, or the cycle alone. */
-  function frame(u) {
-    if (!u.scales.x.time && u.cursor.sync && u.cursor.sync.key === sync.key) {
+  function frame() {
+    for (const [id, value] of [["whole", false], ["focus", true]])
+      document.getElementById(id).setAttribute("aria-pressed", String(value === focused));
+    for (const u of machine) {
       const times = u.data[0];
-      const end = focused && page.focus_s ? Math.min(page.focus_s, times[times.length - 1]) : times[times.length - 1];
-      u.setScale("x", { min: times[0], max: end });
+      const end = times[times.length - 1];
+      u.setScale("x", { min: times[0], max: focused ? Math.min(page.focus_s ?? end, end) : end });
     }
   }
 
   function followButtons() {
-    const buttons = { whole: false, focus: true };
-    for (const [id, value] of Object.entries(buttons)) {
-      const button = document.getElementById(id);
-      button.addEventListener("click", () => {
+    for (const [id, value] of [["whole", false], ["focus", true]])
+      document.getElementById(id).addEventListener("click", () => {
         focused = value;
-        for (const other in buttons) document.getElementById(other).setAttribute("aria-pressed", String(other === id));
-        plots.forEach(frame);
+        frame();
       });
-    }
   }
 
   function drawAll() {
     plots.forEach((plot) => plot.destroy());
     plots = [];
+    machine = [];
     markLoop = () => {};
     for (const draw of [drawDepth, drawError, drawSuction, drawContact, drawSecretion, drawLoop, drawPatient]) draw();
-    if (focused) plots.forEach(frame);
+    frame();
   }
 
   followButtons();
