@@ -31,7 +31,7 @@ def _columns(**changes: npt.NDArray[np.float64]) -> Columns:
 
 def _dip(to: float, of: float, back: float, back_s: float) -> npt.NDArray[np.float64]:
     """From one level down to another at 20 s, and to a third at an instant."""
-    return np.interp(TIME_S, [10.0, 20.0, back_s], [of, to, back])
+    return np.asarray(np.interp(TIME_S, [10.0, 20.0, back_s], [of, to, back]))
 
 
 def test_what_never_changes_is_back_and_has_no_instant() -> None:

@@ -19,7 +19,12 @@ from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.safety import patient_limit
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition, row_of
-from opensuction.session.cycle import cycle_run, machine_summary, vital_sign
+from opensuction.session.cycle import (
+    cycle_run,
+    machine_summary,
+    preoxygenation,
+    vital_sign,
+)
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
@@ -265,6 +270,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "lung_volume_loss_ml": result.exposure.lung_volume_loss_ml,
         "airway_pressure_least_cmh2o": result.exposure.airway_pressure_least_cmh2o,
         "vitals": _vitals(prepared, columns),
+        "preoxygenation": preoxygenation.plain(columns),
         "check": _check(columns),
         "abort": _abort(result, columns),
         "trips": _trips(result),

@@ -252,15 +252,15 @@ class FaultyRun:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and how old the catheter is."""
+        """A new controller starts: it knows what its encoder reads and what its record holds."""
         self._first_alone_s = self.alone_s
         readings = link.sense(
             self._wiring.link, machine.read(self._machine, self.state.machine), self.done
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")
-        age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
-        settings = self._loop.controller
-        self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
+        settings, kept = self._loop.controller, self.state.controller.core.upkeep
+        fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
+        self.state = self.state._replace(controller=fresh)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True))
