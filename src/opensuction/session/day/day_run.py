@@ -129,13 +129,13 @@ def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: list[Sa
 def play(
     prepared: Prepared,
     asked: DayChoice,
-    tell: Callable[[DayCycle], None],
+    tell: Callable[[DayCycle, Prepared, Columns], None],
 ) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
-    halted machine waits for a person, as does a gap out of its range; where faults were asked for
-    a person resets it (see `day_fault`).
+    tell: hears of each cycle when it is over, as it began and with its trace from its start. A
+    cycle that does not end parked ends the day: a halted machine waits for a person, as does a gap
+    out of its range; where faults were asked for a person resets it (see `day_fault`).
     """
     timed = setup.with_schedule(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
@@ -167,7 +167,7 @@ def play(
             learning = day_calibration.learned(learning, prepared, columns)
             done = done._replace(gap=learning.record)
         cycles.append(done)
-        tell(done)
+        tell(done, ready, _from_zero(columns))
         refusal = None if learning is None else learning.refusal
         if _waits_for_a_person(state, faulty) or refusal is not None:
             break
@@ -182,7 +182,7 @@ def play(
         cycles=tuple(cycles),
         samples=DaySamples(*np.array(diary).T),
         last=ready,
-        columns={**columns, "time_s": columns["time_s"] - columns["time_s"][0]},
+        columns=_from_zero(columns),
         produced_ml=left_ml + removed_ml - began_ml,
         canister_ml=state.machine.bore.canister_ml,
         left_ml=left_ml,
@@ -212,6 +212,11 @@ def _from_its_start(columns: Columns) -> Columns:
     """A trace without the ticks in which the machine was still parked."""
     first = int(np.argmax(columns["phase"] != Phase.PARKED))
     return {name: values[first:] for name, values in columns.items()}
+
+
+def _from_zero(columns: Columns) -> Columns:
+    """A trace with a clock of its own."""
+    return {**columns, "time_s": columns["time_s"] - columns["time_s"][0]}
 
 
 def _cycle(
