@@ -47,6 +47,7 @@ LIMITS = Limits(
     line=LineLimits(
         open_low_share=0.35,
         clogged_share=0.95,
+        rests_open=False,
         open_fall_mmhg_per_s=84.0,
         bore_fall_mmhg_per_s=307.0,
         parked_closed_mmhg=190.0,

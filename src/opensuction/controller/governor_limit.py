@@ -7,6 +7,7 @@ from opensuction.hysteresis import modified_dahl
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.constant import ATMOSPHERE_MMHG, BLASIUS_POWER, ML_PER_S
 from opensuction.procedure.cycle.plan import TUBE_END_MM
+from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 from opensuction.safety import patient_limit, tip_bound
@@ -16,7 +17,7 @@ from opensuction.safety.watch.vacuum_signature import CLOSED_SHARE
 OUTSIDE_MARGIN_MM = 1.0
 """The parked interval plus this counts as outside on a machine that parks at the boundary."""
 VACUUM_MARGIN = 1.25
-"""Line vacuum over the set point that is a fault."""
+"""Line vacuum over the set point that is a fault; so is more than a guideline allows."""
 CONTACT_S = 2.0
 """Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
@@ -70,6 +71,7 @@ def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float)
             CLOSED_SHARE if pumped >= REGULATED_RATIO * drawn else OPEN_LOW_SHARE * open_share
         ),
         clogged_share=open_share + CLOGGED_SHARE * (1.0 - open_share) if shows else math.inf,
+        rests_open=not shows,
         open_fall_mmhg_per_s=per_ml * max(drawn - pumped, 0.0),
         bore_fall_mmhg_per_s=per_ml * drawn,
         parked_closed_mmhg=profile.relief_mmhg + RELIEF_MARGIN_MMHG,
@@ -128,7 +130,10 @@ def limits(
         leaving_mm_per_s=profile.head_planned_mm_per_s,
         following_mm=profile.following_mm,
         stalled_mm=profile.stalled_mm,
-        vacuum_mmhg=VACUUM_MARGIN * protocol.vacuum_mmhg,
+        vacuum_mmhg=min(
+            VACUUM_MARGIN * protocol.vacuum_mmhg,
+            math.inf if protocol.bench_only else GUIDELINES[site.age].vacuum_mmhg,
+        ),
         negative_pressure_s=protocol.negative_pressure_budget_s,
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,

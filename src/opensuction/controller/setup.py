@@ -235,6 +235,7 @@ def plan_settings(
     insertion, valve = _servos(profile, kind, calibration.feedforward)
     held = limits(profile, protocol, calibration.model, parked.head_mm, site, by_contact)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
+    plan = plan._replace(pump_rests_open=held.line.rests_open)
     _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,

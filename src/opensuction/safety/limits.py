@@ -50,6 +50,9 @@ class LineLimits(NamedTuple):
     """Share of the set point that it keeps at least with the valve open."""
     clogged_share: float
     """Share that it falls below with the valve open; infinite where the flow is too small."""
+    rests_open: bool
+    """The pump rests with the valve open, too, until the vacuum has fallen: a flow that a running
+    pump hides shows then."""
     open_fall_mmhg_per_s: float
     """Steepest fall when the valve opens, the pump running."""
     bore_fall_mmhg_per_s: float

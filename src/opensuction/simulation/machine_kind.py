@@ -21,6 +21,11 @@ ANGLE_TOLERANCE = 0.01
 """Share by which the controller's open angle may differ from the cam's stroke."""
 
 
+RELIEF_MMHG = {AgeGroup.ADULT: 150.0, AgeGroup.CHILD: 115.0, AgeGroup.NEONATE: 95.0}
+"""Where the mechanical relief valve opens, by age: the adult's as on the paper's pump, the others'
+5 mmHg below what guidelines allow, for the pump's whole flow through it takes 4 more [computed]."""
+
+
 class MachineKind(NamedTuple):
     """Twin, controller's profile, catheter and conduit of one kind of machine."""
 
@@ -33,20 +38,27 @@ class MachineKind(NamedTuple):
 
 
 def of_preset(name: str, age: AgeGroup | None) -> MachineKind:
-    """A preset with the catheter for a patient's age (None: the bench) in its standard conduit.
+    """A preset as it is set up for a patient's age (None: the bench), in its standard conduit.
+
+    Catheter and relief valve are the age's.
 
     Raises InputError for an unknown name.
     """
     if name not in preset.MACHINE_TABLES:
         known = ", ".join(sorted(preset.MACHINE_TABLES))
         raise InputError(f"machine '{name}' is not known: one of {known}")
-    chosen = catheter_model.PAPER
+    chosen, table, profile = (
+        catheter_model.PAPER,
+        preset.MACHINE_TABLES[name],
+        machine_profile.PROFILES[name],
+    )
     if age is not None:
         chosen = catheter_model.CATHETERS[catheter_model.BY_AGE_GROUP[age]]
+        opens_mmhg = RELIEF_MMHG[age]
+        table = table | {"relief_mmhg": table["relief_mmhg"]._replace(value=opens_mmhg)}
+        profile = profile._replace(relief_mmhg=opens_mmhg)
     laid = catheter_model.lay("standard", chosen)
-    return MachineKind(
-        name, preset.MACHINE_TABLES[name], machine_profile.PROFILES[name], chosen, laid
-    )
+    return MachineKind(name, table, profile, chosen, laid)
 
 
 def equipped(kind: MachineKind, catheter: Catheter, conduit: Conduit) -> MachineKind:

@@ -118,6 +118,8 @@ watches = st.builds(
         clogged_s=seconds,
         over_s=seconds,
         unvented_s=seconds,
+        open_rest_s=seconds,
+        no_flow_s=seconds,
     ),
 )
 PATIENT = (

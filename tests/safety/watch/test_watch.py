@@ -332,7 +332,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         window=ContactWindow(44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0, resting=True),
         line=LineWatch(
-            90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0
+            90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0
         ),
     )
     tip = LIMITS.tip

@@ -46,6 +46,8 @@ class CheckPlan(NamedTuple):
     """Lower set point that the regulator must keep."""
     relief_mmhg: float
     """Vacuum at which the relief valve opens."""
+    relieved_mmhg: float
+    """Least vacuum that it, and not the regulator, must be keeping."""
     beyond_mmhg: float
     """Set point that only the relief valve keeps the line from."""
     limits_s: tuple[float, ...]
@@ -128,7 +130,7 @@ def _line_condition(plan: CheckPlan, state: CheckState, vacuum_mmhg: float) -> b
     if item == CheckItem.VACUUM_BUILDS:
         return vacuum_mmhg >= plan.ready_mmhg
     if item == CheckItem.RELIEF_OPENS:
-        return abs(vacuum_mmhg - plan.relief_mmhg) <= NEAR_MMHG
+        return plan.relieved_mmhg <= vacuum_mmhg <= plan.relief_mmhg + NEAR_MMHG
     if item == CheckItem.REGULATOR_HOLDS:
         return abs(vacuum_mmhg - plan.lowered_mmhg) <= NEAR_MMHG
     if item == CheckItem.VACUUM_HOLDS:

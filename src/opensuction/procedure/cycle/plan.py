@@ -68,6 +68,9 @@ class Plan(NamedTuple):
     """Last part of the dwell, in which the gap of the way back is crossed."""
     vacuum_mmhg: float
     cam_open_rad: float
+    pump_rests_open: bool
+    """With the valve open the pump only brings the vacuum back when it has fallen: see
+    `safety.limits.LineLimits`."""
     bench_only: bool
     """Nobody is on the machine: it may be identified."""
     travel_known: bool

@@ -1,6 +1,6 @@
 """Bounds of the pre-use test for a vacuum set point on a machine."""
 
-from opensuction.procedure.cycle.check import HOLD_S, LEAK_S, VACUUM_SETTLE_S, CheckPlan
+from opensuction.procedure.cycle.check import HOLD_S, LEAK_S, NEAR_MMHG, VACUUM_SETTLE_S, CheckPlan
 from opensuction.procedure.cycle.check_item import CheckItem
 
 SENSOR_LIMIT_S = 0.5
@@ -56,6 +56,7 @@ def plan_check(vacuum_mmhg: float, relief_mmhg: float, jog_mm: float, stroke_s: 
         set_mmhg=vacuum_mmhg,
         lowered_mmhg=LOWERED_SHARE * vacuum_mmhg,
         relief_mmhg=relief_mmhg,
+        relieved_mmhg=relief_mmhg - min(NEAR_MMHG, 0.5 * (relief_mmhg - vacuum_mmhg)),
         beyond_mmhg=relief_mmhg + BEYOND_MMHG,
         limits_s=tuple(limits_s[item] for item in sorted(CheckItem)),
     )

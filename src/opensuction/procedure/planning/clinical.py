@@ -106,6 +106,7 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
     Raises InputError where age, budget or a guideline forbids it, with the arithmetic.
     """
     check_catheter(site)
+    check_relief(abilities, site)
     guideline = GUIDELINES[site.age]
     if site.age not in template.vacuum_mmhg:
         names = ", ".join(age.name.lower() for age in template.vacuum_mmhg)
@@ -148,6 +149,17 @@ def check_catheter(site: Site) -> None:
             f"{site.tube_mm:g} mm, it should be below {limit:g}: use a catheter under "
             f"{limit * site.tube_mm:.3g} mm ({FR_PER_MM * limit * site.tube_mm:.3g} Fr) "
             f"({SOURCES['catheter_ratio']})"
+        )
+
+
+def check_relief(abilities: Abilities, site: Site) -> None:
+    """Refuse a relief valve that opens later than the age's highest vacuum; raises InputError."""
+    limit = GUIDELINES[site.age].vacuum_mmhg
+    if abilities.relief_mmhg > limit:
+        raise InputError(
+            f"the relief valve opens at {abilities.relief_mmhg:g} mmHg, and for this patient "
+            f"({site.age.name.lower()}) it must at {limit:g} mmHg or less, for pump or regulator "
+            f"may fail: set relief_mmhg of twin and controller ({SOURCES['vacuum_mmhg']})"
         )
 
 

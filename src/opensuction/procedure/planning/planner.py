@@ -232,6 +232,7 @@ def plan(
         gap_lead_s=crossing_s(abilities, abilities.gap_out_mm),
         vacuum_mmhg=protocol.vacuum_mmhg,
         cam_open_rad=abilities.cam_open_rad,
+        pump_rests_open=False,
         bench_only=protocol.bench_only,
         travel_known=True,
         limits_s=phase_limits(times, abilities, excitation, testing),

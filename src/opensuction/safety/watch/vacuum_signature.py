@@ -55,6 +55,12 @@ SMALL_RATIO = 2.0
 CLOGGED_S = 4.6
 """How long an open valve may draw no flow: plugs of thick mucus do so for up to 4 s in sound
 cycles [in-silico]."""
+FLOW_SHARE = 0.25
+"""Share of a free catheter's fall without a pump that shows that something is drawn: in 120 sound
+cycles of children and neonates it was never less [in-silico]; a sound line loses 0.06 of it."""
+NO_FLOW_S = 0.3
+"""How long an open line without a pump may draw less than that, once the regulator has settled:
+with `REST_SETTLE_S` and `RATE_S` it is told 0.7 s after the valve has opened, in a dwell of 0.9."""
 OVER_MMHG = 15.0
 """Vacuum over the set point: a regulator settles at most 5 mmHg above (300 mL/s / 60 mL/s/mmHg)
 [computed], and a sensor's error of 5; assumed."""
@@ -92,6 +98,10 @@ class LineWatch(NamedTuple):
     clogged_s: float
     over_s: float
     unvented_s: float
+    open_rest_s: float
+    """How long the pump has rested behind an open valve."""
+    no_flow_s: float
+    """How long nothing has been drawn meanwhile."""
 
 
 START = make_zero(LineWatch)
@@ -153,24 +163,31 @@ def step(
     closed_low = judged and is_closed and vacuum_mmhg < CLOSED_SHARE * set_mmhg
     open_low = judged and is_open and vacuum_mmhg < limits.open_low_share * set_mmhg
     clogged = pumping and is_open and vacuum_mmhg > limits.clogged_share * set_mmhg
+    unvented = vented and vacuum_mmhg > OVER_MMHG
     over = set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + OVER_MMHG
     rest_s = extend(state.rest_s, paused and is_closed, dt_s)
+    open_rest_s = extend(state.open_rest_s, paused and is_open and limits.rests_open, dt_s)
+    least_fall = FLOW_SHARE * limits.bore_fall_mmhg_per_s
+    kept_open = open_rest_s > REST_SETTLE_S and (slow - vacuum_mmhg) / RATE_S < least_fall
     kept = _keep(state, slow, rest_s, dt_s)
+    fall = _steepen(state, vacuum_mmhg, set_mmhg, slow) if built else 0.0
     return LineWatch(
         vacuum_mmhg=vacuum_mmhg,
         slow_mmhg=slow,
         set_mmhg=set_mmhg,
         pumping_s=pumping_s,
         built=built,
-        fall_mmhg_per_s=_steepen(state, vacuum_mmhg, set_mmhg, slow) if built else 0.0,
+        fall_mmhg_per_s=fall,
         rest_s=rest_s,
         kept_mmhg=kept,
         rest_low_s=extend(state.rest_low_s, slow < kept - REST_FALL_MMHG, dt_s),
         closed_low_s=extend(state.closed_low_s, closed_low, dt_s),
         open_low_s=extend(state.open_low_s, open_low, dt_s),
         clogged_s=extend(state.clogged_s, clogged, dt_s),
+        open_rest_s=open_rest_s,
+        no_flow_s=extend(state.no_flow_s, kept_open, dt_s),
         over_s=extend(state.over_s, over, dt_s),
-        unvented_s=extend(state.unvented_s, vented and vacuum_mmhg > OVER_MMHG, dt_s),
+        unvented_s=extend(state.unvented_s, unvented, dt_s),
     )
 
 
@@ -205,7 +222,8 @@ def _judge_rest(limits: LineLimits, state: LineWatch) -> int:
 @compiled
 def _judge_open(limits: LineLimits, state: LineWatch) -> int:
     """What too much or too little vacuum with the valve open is a sign of."""
-    clogged = flag(state.clogged_s > CLOGGED_S, Condition.LINE_CLOGGED)
+    stuffed = state.clogged_s > CLOGGED_S or state.no_flow_s > NO_FLOW_S
+    clogged = flag(stuffed, Condition.LINE_CLOGGED)
     if not state.open_low_s > OPEN_LOW_S:
         return clogged
     if state.fall_mmhg_per_s < -SMALL_RATIO * limits.bore_fall_mmhg_per_s:
@@ -230,7 +248,7 @@ def judge(limits: LineLimits, state: LineWatch, parked_closed: bool) -> int:
     parked_closed: the tip is parked behind a closed valve, where the pre-use test looks for leaks.
     """
     low_s = state.closed_low_s + state.rest_low_s + state.open_low_s
-    if low_s + state.clogged_s + state.over_s + state.unvented_s == 0.0:
+    if low_s + state.clogged_s + state.no_flow_s + state.over_s + state.unvented_s == 0.0:
         return 0
     return (
         _judge_closed(limits, state)
