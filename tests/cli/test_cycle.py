@@ -24,6 +24,7 @@ KEYS = {
     "vacuum",
     "carina_force_peak_n",
     "secretion",
+    "preoxygenation",
     "spo2_nadir_percent",
     "lung_volume_loss_ml",
     "trips",

@@ -255,10 +255,12 @@ class Condition(IntEnum):
         "Change the canister.",
         trip(DEATH, DELAYED, planned=True),
     )
+    # Raised where one more pass is asked for, and not by the last permitted one: passes that did
+    # what they should are no alarm.
     PASS_LIMIT_REACHED = (
         47,
-        "secretions remain after the permitted number of passes",
-        "Look at the patient. Suction by hand; consider a blocked tube.",
+        "another pass is asked for after the permitted number: secretions may remain",
+        "Look at the patient, then confirm it. Suction by hand; consider a blocked tube.",
         alarm(DEATH, DELAYED),
     )
 
@@ -375,6 +377,13 @@ class Condition(IntEnum):
         "the console does not answer",
         "Stop with the machine's own button if needed. Restart the console.",
         alarm(REVERSIBLE, PROMPT, delay_s=UNANSWERED_S),
+    )
+    LOCKED_OUT = (
+        52,
+        "the machine has tripped for the same reason again and again, and is locked out",
+        f"{OUT_FIRST} The machine will not: take it out of service, find the cause, and return it "
+        "to service.",
+        alarm(DEATH, PROMPT, planned=True),
     )
     CHECK_FAILED = (
         48,

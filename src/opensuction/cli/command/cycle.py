@@ -83,6 +83,8 @@ def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
     resolved = resolution.resolve(options.choice)
     day_check.check(options.day, resolved)
     prepared = cycle_run.prepare(resolved, progress.tell)
+    if options.day.every_min is None:  # in a day a person comes before each cycle
+        prepared = cycle_run.oxygenate(prepared)
     cycle_run.warm_up(prepared)
     return prepared
 
@@ -136,6 +138,7 @@ def _run_day(
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
             f"{found.exposure.spo2_least_percent:.1f} %"
             f"{', new catheter' if cycle.catheter_changed else ''}"
+            f"{', patient looked at before' if cycle.assessed else ''}"
             f"{day_summary.gap_words(cycle.gap)}",
             soft_wrap=True,
         )

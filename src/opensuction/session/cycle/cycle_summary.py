@@ -17,7 +17,7 @@ from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition, row_of
-from opensuction.session.cycle import cycle_run, machine_summary
+from opensuction.session.cycle import cycle_run, machine_summary, preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
@@ -213,6 +213,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "spo2_nadir_percent": result.exposure.spo2_least_percent,
         "lung_volume_loss_ml": result.exposure.lung_volume_loss_ml,
         "airway_pressure_least_cmh2o": result.exposure.airway_pressure_least_cmh2o,
+        "preoxygenation": preoxygenation.plain(columns),
         "check": _check(columns),
         "abort": _abort(result, columns),
         "trips": _trips(result),

@@ -14,7 +14,7 @@ from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import fault_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared
 from opensuction.session.plain import Json
-from opensuction.simulation.closed_loop import Loop, LoopState
+from opensuction.simulation.closed_loop import LoopState
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
@@ -96,9 +96,11 @@ class FaultyDay:
         self._note(ran)
         return ran.state, ran.columns
 
-    def break_loop(self, sound: Loop) -> Loop:
-        """A loop whose machine has the faults that have come, for the time between two cycles."""
-        return sound if self._going is None else sound._replace(machine=self._going.loop.machine)
+    def break_machine(self, sound: Prepared) -> Prepared:
+        """The same with what has broken, for the time between two cycles."""
+        if self._going is None:
+            return sound
+        return sound._replace(loop=sound.loop._replace(machine=self._going.loop.machine))
 
     @property
     def is_over(self) -> bool:

@@ -36,6 +36,8 @@ def _row(cycle: DayCycle) -> Json:
         "alarms": cycle_summary.alarms(found.alarms),
         "catheter_age_h": cycle.catheter_age_s / HOUR_S,
         "catheter_changed": cycle.catheter_changed,
+        "assessed": cycle.assessed,
+        "preoxygenation": cycle.preoxygenation,
         "gap": _gap(cycle.gap),
     }
 
@@ -43,6 +45,7 @@ def _row(cycle: DayCycle) -> Json:
 def notes(day: Day) -> list[str]:
     """What a person should know of the day, in sentences."""
     said = schedule.notes(schedule.schedule(ScheduleMode.TIMED, day.asked.every_s))
+    said += attendance_notes(day)
     said += gap_notes(day)
     repeat = day.asked.repeat
     if day.reset_cycles:
@@ -79,6 +82,7 @@ def plain(day: Day) -> Json:
             "canister_ml": day.canister_ml,
             "spo2_nadir_percent": float(np.min(day.samples.spo2_percent)),
             "catheter_changes": sum(cycle.catheter_changed for cycle in day.cycles),
+            "assessments": sum(cycle.assessed for cycle in day.cycles),
             "refusal": day.refusal,
             "notes": notes(day),
         }
@@ -121,6 +125,23 @@ def gap_alarms(day: Day, time_s: float) -> list[Json]:
         acknowledged_s=None,
     )
     return cycle_summary.alarms([raised])
+
+
+def attendance_notes(day: Day) -> list[str]:
+    """What somebody did at the bed, without which the cycles would not have begun."""
+    said = []
+    given = [cycle.preoxygenation for cycle in day.cycles]
+    for state in sorted(set(given) - {"not-required"}):
+        said.append(f"Pre-oxygenation was {state} by a person before {given.count(state)} cycles.")
+    looked = sum(cycle.assessed for cycle in day.cycles)
+    if looked:
+        most = day.last.loop.controller.service.passes.most_passes
+        often = "once, after" if looked == 1 else f"{looked} times, each after"
+        said.append(
+            f"A person looked at the patient {often} {most} passes: without that the next cycle "
+            "is refused."
+        )
+    return said
 
 
 def gap_notes(day: Day) -> list[str]:

@@ -120,8 +120,8 @@ class FaultyRun:
         """Begin the rows anew from a state in which the machine has rested for a while.
 
         Its controller runs. What is broken stays broken, and what was due meanwhile comes at once;
-        a fault that waits goes on waiting, its instant counted from here. controls: whose
-        controller goes on; its machine is not looked at. requests: pressed in the next tick.
+        a fault that waits goes on waiting, its instant counted from here. controls: its controller
+        and the oxygen that it gives go on, nothing else of it. requests: pressed in the next tick.
         """
         passed = self.done + state.tick - self.state.tick
         self.at_s = [at_s - passed * DT_S for at_s in self.at_s]
@@ -129,7 +129,12 @@ class FaultyRun:
         self._next_course = {i: max(at - passed, 0) for i, at in self._next_course.items()}
         self._began, self._noted, self.done = {}, 0, 0
         self.state, self.requests = state, requests
-        self._loop = controls._replace(machine=self._loop.machine)
+        self._loop = controls
+        person = self._sound.patient
+        oxygen = controls.machine.patient.ventilator.oxygen_ratio
+        given = person._replace(ventilator=person.ventilator._replace(oxygen_ratio=oxygen))
+        self._sound = self._sound._replace(patient=given)
+        self._break_machine()
 
     def hold(self, place: int, waits: bool) -> None:
         """Let a fault wait whatever its instant, or no longer. place: among the injections."""
@@ -295,7 +300,7 @@ class FaultyRun:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and how old the catheter is.
+        """A new controller starts: it knows what its encoder reads and what its record holds.
 
         Where the mains were gone, they are back.
         """
@@ -305,9 +310,9 @@ class FaultyRun:
             self.state.tick,
         )
         head_mm = readings.head_mm if readings.head_valid else float("nan")
-        age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
-        settings = self._loop.controller
-        self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
+        settings, kept = self._loop.controller, self.state.controller.core.upkeep
+        fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
+        self.state = self.state._replace(controller=fresh)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True, mains=True))

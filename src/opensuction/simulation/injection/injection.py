@@ -16,8 +16,8 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import RESET
 from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
