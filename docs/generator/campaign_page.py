@@ -1,15 +1,15 @@
 """A campaign of faults as a page: counts with bounds, breaches, and what went untold."""
 
 from opensuction.session.plain import Json
-from opensuction.simulation.injection.fault_allowance import ALLOWANCES
+from opensuction.simulation.injection.fault_allowance import ALLOWANCES, OWN_HARM
 
 KINDS_SHOWN = 40
 """Kinds of breaches that are listed, the most frequent first."""
 LABELS = {
     "commands": "invariants of the command side, all cycles",
-    "fault_free": "physical bounds, no fault came in time",
-    "single": "physical bounds, one fault",
-    "double": "physical bounds, two faults",
+    "fault_free": "bounds of the patient, no fault came in time",
+    "single": "bounds of the patient, one fault",
+    "double": "bounds of the patient, two faults",
 }
 
 
@@ -52,10 +52,23 @@ def _untold(unnoticed: Json) -> list[str]:
 
 def _allowances() -> list[str]:
     rows = [
-        f"| `{one.fault.title}` | {one.bound.value} | {one.more:g} | {one.reason} |"
-        for one in ALLOWANCES
+        f"| `{one.fault.title}` | {one.bound} | {one.more:g} | {one.reason} |" for one in ALLOWANCES
     ]
-    return ["| fault | bound | on top of the common one | because |", "|---|---|---|---|", *rows]
+    own = [
+        f"| `{one.fault.title}` | {', '.join(one.bounds)} | all | {one.reason} |"
+        for one in OWN_HARM
+    ]
+    head = ["| fault | bound | on top of the common one | because |", "|---|---|---|---|"]
+    return [*head, *rows, *own]
+
+
+def _left_inside(found: Json) -> list[str]:
+    rows = [
+        f"| {name} | {one['count']} | {one['unavoidable']} | {one['told']} |"
+        for name, one in found.items()
+    ]
+    head = "| faults that came | left inside | of these unavoidable | told high in time |"
+    return [head, "|---|---|---|---|", *rows]
 
 
 def markdown(found: Json, date: str) -> str:
@@ -75,6 +88,10 @@ def markdown(found: Json, date: str) -> str:
             *counts,
             "",
             f"False alarms in cycles to which no fault came in time: {found['false_alarms']}.",
+            "",
+            "## Left inside",
+            "",
+            *_left_inside(found["left_inside"]),
             "",
             "## Breaches",
             "",

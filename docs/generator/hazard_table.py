@@ -4,8 +4,15 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from opensuction.evidence.healthy_cycle import Shows
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.hazard import SAFE_STATES, Hazard, HazardClaim, Response
+from opensuction.evidence.safety_case.hazard import (
+    ALL,
+    SAFE_STATES,
+    Hazard,
+    HazardClaim,
+    Response,
+)
 
 WALK = Path(__file__).parent / "hazard_walk.toml"
 GUIDE_WORDS = {
@@ -39,8 +46,11 @@ def _table(columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
 
 def _shown(claim: HazardClaim) -> str:
     strengths = f" = {', '.join(f'{one:g}' for one in claim.strengths)}" if claim.strengths else ""
-    contact = "" if claim.approach == "travel" else " (contact)"
-    return f"`{claim.name}`{strengths} in {', '.join(claim.phases)}{contact}"
+    contact = "" if claim.approach == ALL else f", by {claim.approach}"
+    named = "" if ALL in claim.patient else f", {', '.join(claim.patients)}"
+    why = f" ({claim.only_because})" if claim.only_because else ""
+    shows = "" if claim.shows == Shows.ALWAYS else f", {claim.shows.value}"
+    return f"`{claim.name}`{strengths} in {', '.join(claim.phases)}{shows}{contact}{named}{why}"
 
 
 def _bounds(claim: HazardClaim) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from opensuction.report import sheet
+from opensuction.report.sheet import Cell, Section, Table
 from tests.browser.opened import INKED, opened
 from tests.report import sheet_example
 
@@ -39,3 +40,22 @@ def test_sheet_draws_and_fits(chromium: "Browser", tmp_path: Path, width: int, s
     assert sheet_page.complaints == []
     assert sheet_page.elsewhere() == []
     sheet_page.page.context.close()
+
+
+def test_what_is_folded_opens_by_its_link_and_is_drawn_then(
+    chromium: "Browser", tmp_path: Path
+) -> None:
+    example = sheet_example.sheet()
+    first = example.sections[0]
+    linked = Table("Where to", ("section",), ((Cell("details", href="#more"),),))
+    overview = Section("Overview", (), (linked,), first.plots[:1])
+    folded = example._replace(sections=(overview, first._replace(anchor="more")))
+    page = opened(chromium, tmp_path, sheet.render(folded), PLOTS[0]).page
+    assert not page.evaluate("document.getElementById('more').open")
+    page.get_by_role("link", name="details").click()
+    page.wait_for_selector("#plot-2-1 canvas")
+    assert page.evaluate("document.getElementById('more').open")
+    wide, high, colours = page.evaluate(INKED, "plot-2-1")
+    assert min(wide, high) > 100
+    assert colours > BLANK
+    page.context.close()

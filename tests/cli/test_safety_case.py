@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import opensuction
-from tests.evidence.safety_case.hazard_example import FAULT, ROW
+from tests.evidence.safety_case.hazard_example import FAULT, ON_ONE, ROW
 
 KEYS = {
     "id",
@@ -18,11 +18,14 @@ KEYS = {
     "safe_state",
     "safe_ms",
     "ok",
+    "left_inside",
+    "harm",
+    "by",
 }
 
 
 def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(ROW + FAULT)
+    (tmp_path / "mine.toml").write_text(ROW + FAULT + ON_ONE)
     arguments = ("safety-case", "--table", "mine.toml", "--json", "--out", "s")
     done = opensuction(*arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -36,12 +39,12 @@ def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "s" / "safety-case.json").read_text()) == data
     page = (tmp_path / "s" / "report.html").read_text()
     assert "1 of 1 hazards answered within their bounds" in page
-    assert "pump-runaway@opening" in page
+    assert "pump-runaway@inserting" in page
 
 
 def test_a_bound_that_is_broken_is_shown_and_exits_1(tmp_path: Path) -> None:
     text = ROW.replace("safe_ms = 10000", "safe_ms = 10")
-    (tmp_path / "mine.toml").write_text(text + FAULT)
+    (tmp_path / "mine.toml").write_text(text + FAULT + ON_ONE)
     done = opensuction("safety-case", "--table", "mine.toml", "--out", "s", cwd=tmp_path)
     assert done.returncode == 1
     assert "0 of 1 hazards within their bounds" in done.stdout

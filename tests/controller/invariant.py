@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from opensuction.oracle.exposure import trace_advance_mm
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import Loop
 from opensuction.simulation.injection import invariant
-from opensuction.simulation.injection.invariant import advance_mm
 from opensuction.simulation.trace import Columns
 from tests.controller.drive import Fault
 
@@ -39,7 +39,7 @@ def assert_held(columns: Columns, loop: Loop, fault: Fault = Fault.NONE) -> None
         return
     is_open = columns["truth.valve_open_ratio"] > 0.0
     if fault != Fault.CAM_FROZEN:  # the valve is open where nobody sees it
-        assert advance_mm(columns["truth.head_mm"], is_open).max() <= 0.5
-        assert advance_mm(tip, is_open).max() <= 0.5
+        assert trace_advance_mm(columns["truth.head_mm"], is_open).max() <= 0.5
+        assert trace_advance_mm(tip, is_open).max() <= 0.5
     if fault not in UNSEEN:
         assert (tip <= columns["verdict.deepest_mm"]).all()

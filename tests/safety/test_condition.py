@@ -210,7 +210,6 @@ TORQUE_OFF = {
     # The head does the opposite of what it is told, or more of it: it is not asked to withdraw.
     "HEAD_OVERSPEED",
     "HEAD_RUNAWAY",
-    "DRIVE_OVERFORCE",
     # It has been pulled and did not come, or nobody knows whether it did: no more force.
     "WITHDRAWAL_TIME",
     "WITHDRAWAL_BLOCKED",

@@ -40,6 +40,8 @@ def test_figures_of_a_whole_cycle_fit_together(cycle: Columns) -> None:
     assert found.completed
     assert found.trips == ()
     assert found.alarms == ()
+    assert found.told == ()
+    assert found.harm == ()
     assert found.cycle_s == pytest.approx(cycle["time_s"].size * DT_S)
     assert found.reached_mm <= found.exposure.deepest_mm == np.max(cycle["truth.tip_mm"])
     # Dwell 9 s, withdrawal 10 s, closing stroke 2 s; opening and settling take a little.
@@ -49,6 +51,14 @@ def test_figures_of_a_whole_cycle_fit_together(cycle: Columns) -> None:
     assert not found.exposure.inside_at_end
     assert found.removed_percent == pytest.approx(100.0 * found.removed_ml / 3.0)
     assert 0.0 < found.rmse_mm < found.peak_error_mm
+
+
+def test_a_tip_past_the_cap_that_is_given_is_a_harm(cycle: Columns) -> None:
+    """Of the bench, too: rubber can be pressed. Without a cap there is none to pass."""
+    cap_mm = of(cycle).exposure.deepest_mm - 0.1
+    (found,) = outcome(cycle, MACHINE, 90.0, 3.0, cap_mm=cap_mm).harm
+    assert (found.name, found.limit, found.unit) == ("tip-past-cap", cap_mm, "mm")
+    assert found.worst == pytest.approx(cap_mm + 0.1)
 
 
 def test_error_is_scored_over_the_span_asked_for(cycle: Columns) -> None:

@@ -13,6 +13,7 @@ from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, 
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import button, cycle, lock_out, progress, upkeep
@@ -26,7 +27,7 @@ from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
 from opensuction.safety.handling import Reaction
-from opensuction.safety.watch.watch import Watch
+from opensuction.safety.watch.watch_state import Watch
 
 
 def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
@@ -191,17 +192,15 @@ def _decide(
     heads_mm: Branches | None,
     state: CoreState,
     head: HeadState,
+    readings: Readings,
     requests: Requests,
-    inputs: Inputs,
-    start: bool,
+    dt_s: float,
 ) -> tuple[ProcedureState, Demand, HeadState]:
     """Procedure and control: the cycle one tick on, what it asks for, and the head's command.
 
-    requests: what is asked for in this tick. start: of a cycle that was granted, a person's or the
-    clock's.
+    readings: with the head where it is taken to be. requests: what is asked for in this tick; a
+    start is one that was granted, a person's or the clock's.
     """
-    readings, dt_s = inputs.readings, inputs.dt_s
-    requests = requests._replace(start=start)
     touched = state.procedure.phase == Phase.INSERTING and progress.is_contact(readings)
     here, feedback = head_command.feedback(
         settings, heads_mm, state, head, readings, touched, requests.confirm
@@ -279,12 +278,17 @@ def control_step(
     asked = upkeep.is_asked(service, heard, before, requests)
     refused = upkeep.refusal(service, heard, before, plan.travel_known, patient)
     start = asked and refused == Refusal.NONE
-    procedure, demand, head = _decide(settings, heads_mm, state, head, requests, inputs, start)
+    vote = governor.locate(settings.limits, state.governor, readings, state.driven_v, dt_s)
+    located = readings._replace(head_mm=vote.head_mm, head_valid=vote.unseen_ticks == 0)
+    procedure, demand, head = _decide(
+        settings, heads_mm, state, head, located, requests._replace(start=start), dt_s
+    )
     watch, allowed, verdict = governor.step(
         settings.limits,
         state.governor,
         _proposal(head, demand),
         readings,
+        vote,
         inputs.host.overrun,
         dt_s,
     )
@@ -300,13 +304,16 @@ def control_step(
     said = verdict.trips if granted else verdict.trips | state.reasons
     kept = upkeep.watch_resets(kept, before, procedure.phase, resets, granted, said)
     trips = verdict.trips | verdict.patient
-    reasons, wrong = _wrong(plan, service, state, procedure, kept, inputs, trips)
+    reasons, wrong = _wrong(
+        plan, service, state, procedure, kept, inputs._replace(readings=located), trips
+    )
     following = CoreState(
         procedure=procedure,
         upkeep=kept,
         insertion_servo=insertion,
         valve_servo=valve_state,
         cam_rad=commands.cam_rad,
+        driven_v=commands.insertion_v,
         governor=watch,
         tripped=verdict.trips != 0,
         powerless=verdict.reaction == Reaction.TORQUE_OFF,

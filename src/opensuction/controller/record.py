@@ -42,6 +42,8 @@ class CoreState(NamedTuple):
     insertion_servo: ServoState
     valve_servo: ServoState
     cam_rad: float
+    driven_v: float
+    """Volts that the insertion motor had in the last tick."""
     governor: GovernorState
     tripped: bool
     powerless: bool

@@ -11,7 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.record import Array
+from opensuction.oracle.bound import BOUNDS, LOST_CMH2O
 from opensuction.twin.machine.machine import Machine
 
 Truth = Mapping[str, Array]
@@ -19,6 +21,7 @@ Truth = Mapping[str, Array]
 COLUMNS = (
     "time_s",
     "truth.tip_mm",
+    "truth.piece_mm",
     "truth.tip_vacuum_mmhg",
     "truth.contact_n",
     "truth.airway_pressure_cmh2o",
@@ -43,6 +46,10 @@ class PatientExposure(NamedTuple):
     """The tip is still in the airway."""
     end_mm: float
     """Where the tip is now."""
+    outside_mm: float
+    """A tip that is no deeper is out of the airway."""
+    piece_mm: float
+    """Length of a piece of the catheter that lies in the airway at the end; 0 for none."""
     in_airway_s: float
     suction_s: float
     """With vacuum at the tip, in the airway."""
@@ -55,18 +62,34 @@ class PatientExposure(NamedTuple):
     """How far the tip went beyond where the carina is without a catheter; at least 0."""
     force_peak_n: float
     contact_s: float
+    pressure_unsafe_s: float
+    """With the airway 5 cmH2O below PEEP or lower, or above what a ventilator's alarm lets pass."""
     airway_pressure_least_cmh2o: float
     lung_volume_loss_ml: float
     spo2_least_percent: float
 
 
-def _is_inside(machine: Machine, tip_mm: Array) -> Ticks:
-    """Whether the tip is in the airway: past the tube's upper end."""
-    outside_mm = tip_mm[0] + BENCH_MARGIN_MM
+def _outside_mm(machine: Machine, tip_mm: Array) -> float:
+    """Deepest position of the tip out of the airway: the tube's upper end."""
     if machine.has_patient:
-        outside_mm = -machine.patient.tube_length_mm
-    inside: Ticks = tip_mm > outside_mm
+        return -machine.patient.tube_length_mm
+    return float(tip_mm[0]) + BENCH_MARGIN_MM
+
+
+def find_inside(machine: Machine, tip_mm: Array) -> Ticks:
+    """In which ticks of a whole run the tip was in the airway."""
+    inside: Ticks = tip_mm > _outside_mm(machine, tip_mm)
     return inside
+
+
+def _find_unsafe_pressure(machine: Machine, truth: Truth) -> Ticks:
+    """In which ticks the airway's pressure was too low or too high; nobody is on the bench."""
+    pressure, person = truth["truth.airway_pressure_cmh2o"], machine.patient
+    if not machine.has_patient:
+        return np.zeros(pressure.size, dtype=np.bool_)
+    least = person.ventilator.peep_cmh2o - LOST_CMH2O
+    unsafe: Ticks = pressure < least
+    return unsafe | (pressure > BOUNDS[AgeGroup(person.age_group)].pressure_most_cmh2o)
 
 
 def _sum_s(truth: Truth, holds: Ticks) -> float:
@@ -78,14 +101,21 @@ def _sum_s(truth: Truth, holds: Ticks) -> float:
     return float(lasted[holds].sum())
 
 
-def advance_mm(tip_mm: Array, counts: Ticks) -> float:
-    """Net advance within each unbroken stretch in which ``counts`` holds, summed."""
+def trace_advance_mm(position_mm: Array, counts: Ticks) -> Array:
+    """Net advance so far within each unbroken stretch in which ``counts`` holds; 0 elsewhere."""
+    found = np.zeros_like(position_mm)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8), [0]))))
-    total_mm = 0.0
     for first, last in zip(edges[::2], edges[1::2], strict=True):
-        part = tip_mm[first:last]
-        total_mm += float(np.max(part - np.minimum.accumulate(part)))
-    return total_mm
+        part = position_mm[first:last]
+        found[first:last] = part - np.minimum.accumulate(part)
+    return found
+
+
+def advance_mm(position_mm: Array, counts: Ticks) -> float:
+    """The furthest of each unbroken stretch in which ``counts`` holds, summed."""
+    advance = trace_advance_mm(position_mm, counts)
+    starts = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8)))) != 0)
+    return float(np.maximum.reduceat(advance, starts).sum()) if starts.size else 0.0
 
 
 def _most(values: Array, where: Ticks) -> float:
@@ -102,7 +132,7 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
         if bad.size:
             raise ValueError(f"{name} is no number at tick {bad[0]}")
     tip_mm, vacuum_mmhg = truth["truth.tip_mm"], truth["truth.tip_vacuum_mmhg"]
-    force_n, inside = truth["truth.contact_n"], _is_inside(machine, tip_mm)
+    force_n, inside = truth["truth.contact_n"], find_inside(machine, tip_mm)
     sucking = inside & (vacuum_mmhg > SUCKING_MMHG)
     deepest_mm = float(tip_mm.max())
 
@@ -112,6 +142,8 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
     return PatientExposure(
         inside_at_end=bool(inside[-1]),
         end_mm=float(tip_mm[-1]),
+        outside_mm=_outside_mm(machine, tip_mm),
+        piece_mm=float(truth["truth.piece_mm"][-1]),
         in_airway_s=_sum_s(truth, inside),
         suction_s=_sum_s(truth, sucking),
         vacuum_peak_mmhg=_most(vacuum_mmhg, inside),
@@ -120,6 +152,7 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
         past_carina_mm=max(deepest_mm - machine.airway.carina_mm, 0.0),
         force_peak_n=float(force_n.max()),
         contact_s=_sum_s(truth, force_n > TOUCHING_N),
+        pressure_unsafe_s=_sum_s(truth, _find_unsafe_pressure(machine, truth)),
         airway_pressure_least_cmh2o=patient("airway_pressure_cmh2o", np.minimum),
         lung_volume_loss_ml=patient("lung_volume_loss_ml", np.maximum),
         spo2_least_percent=patient("spo2_percent", np.minimum),

@@ -58,13 +58,13 @@ class Condition(IntEnum):
     # Insertion axis
     HEAD_READING_INVALID = (
         1,
-        "the head encoder gives no valid reading",
+        "the head encoder gives no valid reading, or one that nothing bears out",
         f"{OUT_FIRST} Check the encoder's cable.",
         trip(DEATH, PROMPT, planned=True),
     )
     CARRIAGE_READING_INVALID = (
         51,
-        "the sensor on the catheter head gives no valid reading",
+        "the sensor on the catheter head gives no valid reading, or one that nothing bears out",
         "See that the catheter is out. Check the cable of the sensor on the catheter head.",
         trip(REVERSIBLE, PROMPT, planned=True),
     )
@@ -99,11 +99,12 @@ class Condition(IntEnum):
         f"{OUT_FIRST} {SERVICE}",
         trip(DEATH, IMMEDIATE, planned=True, reaction=TORQUE_OFF),
     )
+    # Told to come out it pushes no more; what holds it on the way out ends that soon.
     DRIVE_OVERFORCE = (
         18,
         "the insertion drive is stronger than its limit",
         f"{OUT_FIRST} {SERVICE}",
-        trip(DEATH, IMMEDIATE, reaction=TORQUE_OFF),
+        trip(DEATH, IMMEDIATE),
     )
     CATHETER_JAMMED = (
         34,

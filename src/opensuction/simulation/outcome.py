@@ -1,19 +1,22 @@
 """What a recorded cycle came to: the figures that reports, tests and trials share."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.phase import Phase
-from opensuction.oracle import exposure
+from opensuction.oracle import exposure, harm
 from opensuction.oracle.exposure import PatientExposure
+from opensuction.oracle.harm import Harm
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety import condition_mask
 from opensuction.safety.alarm import alarm_episode
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
-from opensuction.simulation import alarm_record
+from opensuction.simulation import alarm_record, annunciation
+from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns, phase_spans
 from opensuction.twin.machine.machine import Machine
@@ -66,9 +69,13 @@ class Outcome(NamedTuple):
     removed_percent: float
     exposure: PatientExposure
     """What the patient had to bear, by the truth."""
+    harm: tuple[Harm, ...]
+    """Bounds of the patient that were broken, whosoever's doing it was."""
     trips: tuple[TripTime, ...]
     alarms: tuple[Episode, ...]
     """In the order in which they were raised."""
+    told: tuple[Told, ...]
+    """What people were told at the bedside, in order of time: what nobody tells is not here."""
     abort: Abort | None
 
 
@@ -124,11 +131,12 @@ def outcome(
     target_mm: float,
     secretion_ml: float,
     span_s: float | None = None,
+    cap_mm: float = math.inf,
 ) -> Outcome:
     """Figures of a cycle.
 
     trace: one run. machine: as it was built. target_mm: stopping point asked for. secretion_ml:
-    secretions at the start. span_s: see `tracked`.
+    secretions at the start. span_s: see `tracked`. cap_mm: deepest position that was planned.
     """
     scored = tracked(trace, span_s)
     error = tracking_error_mm(trace)[scored]
@@ -141,6 +149,7 @@ def outcome(
     removed = float(
         trace["truth.secretion_removed_ml"][-1] - trace["truth.secretion_removed_ml"][0]
     )
+    borne = exposure.measure(machine, trace)
     return Outcome(
         completed=closed and spans[-1].phase == Phase.PARKED,
         target_mm=target_mm,
@@ -152,8 +161,10 @@ def outcome(
         peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["readings.line_vacuum_mmhg"]))),
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
-        exposure=exposure.measure(machine, trace),
+        exposure=borne,
+        harm=harm.find(machine, borne, cap_mm),
         trips=_trip_times(trace),
         alarms=alarm_episode.list_episodes(alarm_record.log(trace)),
+        told=tuple(annunciation.told(trace)),
         abort=_abort(trace),
     )

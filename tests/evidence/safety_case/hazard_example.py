@@ -20,7 +20,7 @@ requirements = ["OS-R07"]
 FAULT = """
 [[hazard.fault]]
 name = "pump-runaway"
-phases = ["opening"]
+phases = ["inserting"]
 """
 WEAK = """
 [[hazard.fault]]
@@ -29,3 +29,5 @@ strengths = [0.7]
 phases = ["closing"]
 detected_ms = 500
 """
+ON_ONE = 'patient = "adult-icu"\napproach = "travel"\n'
+"""Keys of a fault that is run on one patient only."""

@@ -1,17 +1,21 @@
 """The hazard table: read whole, or refused in one line that names row and field."""
 
+import re
 from pathlib import Path
 
 import pytest
 
+import opensuction
 from opensuction.evidence.safety_case import hazard, hazard_case
-from opensuction.evidence.safety_case.hazard import Response
+from opensuction.evidence.safety_case.hazard import PHASES, UNHEARD, Hazard, Response
+from opensuction.evidence.safety_case.hazard_case import KINDS, STRATA
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
+from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
 
 SOUND = ROW + FAULT + WEAK
+SOURCES = Path(opensuction.__file__).parent
 
 
 def written(folder: Path, text: str) -> Path:
@@ -29,16 +33,77 @@ def test_a_fault_inherits_what_its_row_demands_and_may_demand_its_own(tmp_path: 
     assert runaway.response == Response.ALARM
 
 
-def test_every_strength_phase_instant_and_seed_is_a_run(tmp_path: Path) -> None:
+def test_a_fault_comes_on_every_patient_by_both_approaches_where_nothing_else_is_said(
+    tmp_path: Path,
+) -> None:
     text = SOUND.replace("strengths = [0.7]", "strengths = [0.7, 0.9]\nafter_s = [0.1, 0.3]")
-    text = text.replace('phases = ["closing"]', 'phases = ["all"]')
     (one,) = hazard.load(written(tmp_path, text))
     found = hazard_case.cases(one, (1, 2, 3))
     weak = [case for case in found if case.claim.name == "pump-weak"]
-    assert len(weak) == 2 * 7 * 2 * 3
+    assert len(weak) == 4 * 2 * 2 * 2 * 3
     assert len({case.title for case in weak}) == len(weak)
-    assert len(found) == len(weak) + 3
-    assert {case.phase for case in weak} >= {Phase.CHECKING, Phase.CLOSING}
+    assert len(found) == len(weak) + 4 * 2 * 3
+    assert {(case.patient, case.approach) for case in found} == set(KINDS)
+
+
+def test_strengths_take_turns_where_each_meets_every_part_of_the_span_all_the_same() -> None:
+    """Of five seeds on all patients; with fewer runs every strength is run in each."""
+    for one in hazard.load():
+        for claim in one.claims:
+            strengths = claim.strengths or [0.0]
+            if len(strengths) == 1 or len(claim.patients) * len(claim.approaches) < len(KINDS):
+                continue
+            whole = hazard_case.cases(Hazard(one.row, (claim,)), (1, 2, 3, 4, 5))
+            for span in {case.span for case in whole} - {"backing_off"}:
+                found = [case for case in whole if case.span == span]
+                assert len(found) == 40
+                parts = {(case.strength, int(STRATA * case.share * 0.999)) for case in found}
+                assert len(parts) == STRATA * len(strengths)
+            quick = hazard_case.cases(Hazard(one.row, (claim,)), (1,))
+            assert len(quick) == len(strengths) * len(
+                {(one.patient, one.approach, one.span) for one in quick}
+            )
+
+
+def test_all_is_every_phase_that_an_approach_has(tmp_path: Path) -> None:
+    (one,) = hazard.load(written(tmp_path, SOUND.replace('["closing"]', '["all"]')))
+    found = [case for case in hazard_case.cases(one, (1,)) if case.claim.name == "pump-weak"]
+    assert len(found) == 4 * (7 + 8)
+    by_travel = {case.span for case in found if case.approach == "travel"}
+    assert by_travel == set(PHASES["contact"]) - {"backing_off"}
+
+
+def test_a_row_may_be_for_some_and_says_why(tmp_path: Path) -> None:
+    text = SOUND.replace(
+        'phases = ["closing"]',
+        'patient = ["neonate", "child-10kg"]\n'
+        'approach = "contact"\nonly_because = "they are small"',
+    )
+    (one,) = hazard.load(written(tmp_path, text))
+    found = [case for case in hazard_case.cases(one, (1,)) if case.claim.name == "pump-weak"]
+    assert {(case.patient, case.approach) for case in found} == {
+        ("neonate", "contact"),
+        ("child-10kg", "contact"),
+    }
+    assert {case.span for case in found} == {"airway"}
+
+
+def test_five_seeds_see_every_part_of_the_time_inside_on_every_patient() -> None:
+    """A Latin square with both edges, whichever row of a table it is."""
+    for row in range(7):
+        shares = {}
+        for patient, approach in KINDS:
+            shares[patient, approach] = [
+                hazard_case.find_share(patient, approach, seed, row) for seed in range(1, 6)
+            ]
+            parts = {min(int(STRATA * share), STRATA - 1) for share in shares[patient, approach]}
+            assert parts == set(range(STRATA))
+        every = [share for found in shares.values() for share in found]
+        assert len(set(every)) == len(every) == 40
+        assert (min(every), max(every)) == (0.0, 1.0)
+        for seed in range(5):
+            parts = {int(STRATA * found[seed] * 0.999) for found in shares.values()}
+            assert parts == set(range(STRATA))
 
 
 @pytest.mark.parametrize(
@@ -52,9 +117,13 @@ def test_every_strength_phase_instant_and_seed_is_a_run(tmp_path: Path) -> None:
         ("VACUUM_EXCEEDED", "VACUUM_HIGH", ("OS-H01, fault 1", "alarm", "VACUUM_HIGH")),
         ('priority = "high"', 'priority = "medium"', ("OS-H01, fault 1", "priority", "high")),
         ("[0.7]", "[1.7]", ("OS-H01, fault 2", "1.7", "pump-weak")),
-        ('["opening"]', '["backing_off"]', ("OS-H01, fault 1", "backing_off", "travel")),
-        ('["opening"]', '["set-up"]', ("OS-H01, fault 1", "set-up", "impossible")),
-        ('["opening"]', "[]", ("OS-H01, fault 1", "phases")),
+        (
+            '["inserting"]',
+            '["backing_off"]\napproach = "travel"',
+            ("OS-H01, fault 1", "backing_off", "travel"),
+        ),
+        ('["inserting"]', '["set-up"]', ("OS-H01, fault 1", "set-up", "impossible")),
+        ('["inserting"]', "[]", ("OS-H01, fault 1", "phases")),
         ('"serious"', '"bad"', ("hazard 1", "severity", "bad")),
         ("out-without-suction", "fine", ("OS-H01, fault 1", "safe_state", "fine")),
         ('"OS-R07"', '"OS-R99"', ("OS-H01", "requirements", "OS-R99")),
@@ -63,6 +132,16 @@ def test_every_strength_phase_instant_and_seed_is_a_run(tmp_path: Path) -> None:
         ("phases = ", "phase = ", ("OS-H01, fault 1", "phase")),
         ('"OS-H01"', "7", ("hazard 1", "id")),
         ("[[hazard]]", "[[hazards]]", ("hazards",)),
+        ("safe_ms = 10000", "safe_ms = 60001", ("OS-H01, fault 1", "safe_ms", "60000")),
+        ("out-without-suction", "still-without-suction", ("OS-H01, fault 1", "safe_state")),
+        ('["inserting"]', '["airway"]\nafter_s = [1.0]', ("OS-H01, fault 1", "after_s")),
+        ('["inserting"]', '["opening"]\npatient = "dog"', ("OS-H01, fault 1", "patient", "dog")),
+        ('["inserting"]', '["opening"]\nshows = "now"', ("OS-H01, fault 1", "shows", "now")),
+        (
+            '"VACUUM_EXCEEDED", "PUMP_RUNAWAY"',
+            '"VACUUM_EXCEEDED", "TIP_DETACHED"',
+            ("OS-H01, fault 1", "alarm: TIP_DETACHED is raised by nothing in the twin"),
+        ),
     ],
 )
 def test_a_bad_table_is_refused_in_one_line(
@@ -93,4 +172,16 @@ def test_every_row_of_the_projects_own_table_argues_its_bounds() -> None:
     for one in hazard.load():
         for claim in one.claims:
             assert len(claim.because) > 10, (one.row.id, claim.name)
-            assert claim.detected_ms <= max(claim.safe_ms, 30000.0)
+            for_all = claim.approach == claim.patient == "all"
+            assert for_all or len(claim.only_because) > 10, (one.row.id, claim.name)
+
+
+def test_a_condition_that_is_called_unheard_is_raised_nowhere_and_the_others_are() -> None:
+    """By the sources of those who can raise one: a claim of an alarm that cannot come is none."""
+    rooms = ("safety/governor", "safety/watch", "controller", "procedure")
+    files = [file for room in rooms for file in (SOURCES / room).rglob("*.py")]
+    text = "\n".join(file.read_text() for file in (*files, SOURCES / "simulation/annunciation.py"))
+    raised = {
+        one for one in Condition if re.search(rf"Condition\.{one.name}\b|\b{one.name} =", text)
+    }
+    assert set(Condition) - raised == UNHEARD

@@ -8,14 +8,34 @@ import pytest
 
 from opensuction.evidence.safety_case import hazard, hazard_case, hazard_detail, safety_case
 from opensuction.evidence.safety_case.hazard import Hazard
-from opensuction.evidence.safety_case.hazard_result import STRIP, Exposure, HazardResult, Strip
+from opensuction.evidence.safety_case.hazard_result import STRIP, HazardResult, Strip
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
+from opensuction.kernel.phase import Phase
+from opensuction.oracle.exposure import PatientExposure
+from opensuction.oracle.harm import Harm
 from opensuction.report import sheet
 from opensuction.report.safety_case import safety_case_page
+from opensuction.simulation.injection.fault_instant import FaultInstant
+from opensuction.simulation.injection.run_judgement import LeftInside
 from tests.evidence.safety_case.hazard_example import FAULT, ROW, WEAK
 
-GENTLE = Exposure(
-    contact_n=0.1, beyond_cap_mm=-5.0, vacuum_mmhg=120.0, suction_s=8.0, in_airway_s=20.0
+GENTLE = PatientExposure(
+    inside_at_end=False,
+    end_mm=-100.0,
+    outside_mm=-80.0,
+    piece_mm=0.0,
+    in_airway_s=20.0,
+    suction_s=8.0,
+    vacuum_peak_mmhg=120.0,
+    advance_mm=0.1,
+    deepest_mm=50.0,
+    past_carina_mm=0.0,
+    force_peak_n=0.1,
+    contact_s=0.0,
+    pressure_unsafe_s=0.0,
+    airway_pressure_least_cmh2o=4.0,
+    lung_volume_loss_ml=100.0,
+    spo2_least_percent=95.0,
 )
 ROWS = 50
 
@@ -41,17 +61,22 @@ def one(tmp_path: Path) -> Hazard:
 def result(
     one: Hazard, seed: int, detected_ms: float, safe_ms: float, problem: str = ""
 ) -> HazardResult:
-    case = hazard_case.cases(one, (seed,))[0]
+    case = hazard_case.cases(one, (seed,))[0]._replace(at=FaultInstant(Phase.OPENING, 0.2))
     alarm = "" if math.isnan(detected_ms) else "VACUUM_EXCEEDED"
     return HazardResult(
         case=case,
         alarm=alarm,
+        by="controller" if alarm else "",
         priority="high" if alarm else "none",
         at_s=15.0,
         detected_ms=detected_ms,
+        detected_bound_ms=2000.0,
         safe_ms=safe_ms,
+        safe_bound_ms=10000.0,
         within_limits=False,
-        exposure=GENTLE._replace(contact_n=0.01 * seed),
+        exposure=GENTLE._replace(force_peak_n=0.01 * seed, spo2_least_percent=99.0 - seed),
+        harm=(),
+        left_inside=None,
         problem=problem,
         strip=strip(),
     )
@@ -85,7 +110,29 @@ def test_the_json_holds_times_bounds_and_every_broken_run(one: Hazard) -> None:
     assert entry["detected_ms"] is None
     assert (entry["detected_bound_ms"], entry["safe_bound_ms"]) == (2000.0, 10000.0)
     assert [problem["seed"] for problem in entry["problems"]] == [2]
-    assert entry["harm"]["contact_n"] == 0.02
+    assert entry["exposure"]["force_peak_n"] == 0.02
+    assert entry["exposure"]["spo2_least_percent"] == 97.0
+    assert entry["harm"] == []
+    assert entry["left_inside"] == {"count": 0, "unavoidable": 0, "told": 0}
+
+
+def test_left_inside_is_counted_on_its_own_with_its_argument(one: Hazard) -> None:
+    harm = Harm("left-inside", 30.0, -80.0, "mm")
+    stays = LeftInside("nothing can move it", "Draw it out by hand.", 0.1, in_time=True)
+    unneeded = LeftInside("", "Draw the catheter out by hand.", math.nan, in_time=False)
+    runs = (
+        result(one, 1, 1000, 4000),
+        result(one, 2, 100, math.nan)._replace(harm=(harm,), left_inside=stays),
+        result(one, 3, 100, math.nan, "left inside")._replace(harm=(harm,), left_inside=unneeded),
+    )
+    data = safety_case.plain(SafetyCase((1, 2, 3), (HazardVerdict(one, runs),)), 1.0)
+    (entry,) = data["hazards"]
+    assert entry["left_inside"] == {"count": 2, "unavoidable": 1, "told": 1}
+    assert data["left_inside"] == entry["left_inside"]
+    assert entry["unavoidable"] == ["nothing can move it"]
+    assert "Draw it out by hand." in entry["person"]
+    assert entry["harm"] == ["left-inside"]
+    assert not entry["ok"]
 
 
 def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> None:
@@ -94,10 +141,11 @@ def test_the_page_shows_what_is_broken_and_marks_the_worst_run(one: Hazard) -> N
     data = safety_case.plain(SafetyCase((1, 7), (verdict,)), 1.0)
     page = safety_case_page.page(data, [hazard_detail.detail(verdict)])
     assert not page.good
-    section = page.sections[1]
+    section = page.sections[-1]
+    assert section.anchor == "OS-H01"
     assert section.title.endswith("broken")
     marks = [(mark.name, mark.value) for mark in section.plots[0].marks]
     assert marks == [("fault", 15.0), ("alarm", 16.9), ("safe", 27.0)]
     html = sheet.render(page)
     assert "safe after 12000 ms, bound 10000" in html
-    assert "pump-runaway@opening+0.2, seed 7" in html
+    assert "pump-runaway@opening+0.2, adult-icu by travel, seed 7" in html

@@ -1,25 +1,33 @@
 """A campaign that is cut off goes on where it was."""
 
+import math
 from pathlib import Path
 
 import pytest
 
 from opensuction.evidence.trial import campaign_store, fault_campaign
 from opensuction.evidence.trial.fault_campaign import Case, Part
+from opensuction.kernel.phase import Phase
+from opensuction.oracle.harm import Harm
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.invariant import Breach
+from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.twin.fault.fault import Fault
 
 WHOLE = Part(machines=8, first_seed=900, compensation="preview", first=10, last=14)
 
 
 def case(number: int) -> Case:
-    breach = Breach("a bound", 1.25, 2.5, 0.5)
+    breach, harm = Breach("a bound", 1.25, 2.5, 0.5), Harm("force", 0.4, 0.3, "N")
+    stays = LeftInside("", "Draw it out.", math.nan, in_time=False)
     return Case(
         drawn=fault_campaign.draw(number, WHOLE.machines),
+        injections=(Injection(Fault.GEAR_LOST, FaultInstant(Phase.SUCTIONING, 1.5), 0.0),),
         faults=(Fault.GEAR_LOST, Fault.PUMP_LOST)[: 1 + number % 2],
-        noticed=number % 3 == 0,
-        commands=(),
-        physical=(breach,) if number % 2 else (),
+        told=number % 3 == 0,
+        commands=(breach,) if number % 2 else (),
+        breaches=(harm,) if number % 2 else (),
+        left_inside=None if number % 2 else stays._replace(told_s=1.5),
     )
 
 

@@ -5,16 +5,21 @@ import os
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from docs.generator import campaign_page
+from opensuction.evidence import healthy_cycle
 from opensuction.evidence.trial import campaign_store, fault_campaign, fault_tally
-from opensuction.evidence.trial.fault_campaign import FAULTS, PHASES, Case, Drawn, Part
+from opensuction.evidence.trial.fault_campaign import FAULTS, Case, Drawn, DrawnFault, Part
 from opensuction.evidence.trial.fault_tally import Tally
-from opensuction.kernel.phase import Phase
+from opensuction.oracle import exposure
+from opensuction.oracle.harm import Harm
+from opensuction.session.cycle import cycle_run
 from opensuction.settings.validation import to_mapping
-from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.invariant import Breach
+from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -27,7 +32,7 @@ def assert_held(cases: list[Case]) -> Tally:
     """What no cycle may break."""
     assert [(case.drawn, case.commands) for case in cases if case.commands] == []
     alone = [case for case in cases if len(case.faults) == 1]
-    assert [(case.drawn, case.physical) for case in alone if case.physical] == []
+    assert [(case.drawn, case.injections, case.breaches) for case in alone if case.breaches] == []
     found = fault_tally.tally(cases)
     assert found.fault_free.broken == 0
     assert found.false_alarms == 0
@@ -41,8 +46,12 @@ def test_no_invariant_breaks_under_faults_nor_a_bound_under_one(first: int, last
     cycles = last - first
     found = assert_held(fault_campaign.played_part(SUITE._replace(first=first, last=last)))
     assert found.commands.cycles == cycles
-    assert found.single.cycles > 0.4 * cycles
-    assert found.double.cycles > 0.16 * cycles
+    # Nothing is drawn in vain: a fault comes while the tip is inside, or about to be.
+    assert found.single.cycles == cycles // 2
+    assert found.double.cycles > 0.45 * cycles
+    assert found.fault_free.cycles == 0
+    left = found.left_inside["single"]
+    assert left["count"] == left["unavoidable"] == left["told"]
 
 
 @pytest.mark.soak
@@ -64,32 +73,56 @@ def test_no_invariant_breaks_in_a_hundred_thousand_cycles() -> None:
 def test_a_cycle_is_drawn_from_its_number_alone() -> None:
     drawn = [fault_campaign.draw(number, 8) for number in range(1000)]
     assert drawn[123] == fault_campaign.draw(123, 8)
-    assert {len(one.injections) for one in drawn[::2]} == {1}
-    assert {len(one.injections) for one in drawn[1::2]} == {2}
-    injections = [injection for one in drawn for injection in one.injections]
-    assert {injection.fault for injection in injections} == set(FAULTS)
-    assert {injection.at.phase for injection in injections} == set(PHASES)
-    for injection in injections:
-        ROWS[injection.fault].check_strength(injection.strength)
+    assert {len(one.faults) for one in drawn[::2]} == {1}
+    assert {len(one.faults) for one in drawn[1::2]} == {2}
+    faults = [fault for one in drawn for fault in one.faults]
+    assert {one.fault for one in faults} == set(FAULTS)
+    for one in faults:
+        ROWS[one.fault].check_strength(one.strength)
+    parts = np.histogram([one.share for one in faults], bins=5, range=(0.0, 1.0))[0]
+    assert parts.min() > 0.8 * parts.mean()
 
 
-def test_a_number_draws_the_same_cycle_as_ever() -> None:
-    """Published campaigns name cycles by number. A fault that is added renews every draw."""
-    drawn = fault_campaign.draw(45, 8)
-    assert drawn.machine == 1
-    assert [(one.fault, one.at) for one in drawn.injections] == [
-        (Fault.VACUUM_GLITCH, FaultInstant(Phase.INSERTING, 2.344)),
-        (Fault.READING_LATE, FaultInstant(Phase.OPENING, 1.972)),
-    ]
-    strengths = [one.strength for one in drawn.injections]  # the second by its logarithm
-    assert strengths == pytest.approx([-150.42941668070853, 0.047654055504119774], rel=1e-12)
+def test_a_fault_comes_in_the_time_inside_or_a_second_before() -> None:
+    """By the truth of a cycle without it, on every patient and by both approaches."""
+    for prepared in fault_campaign.pool(8, 900, "preview"):
+        healthy = healthy_cycle.play(prepared)
+        columns = cycle_run.play(prepared)
+        inside = exposure.find_inside(prepared.rig.machine, columns["truth.tip_mm"])
+        ticks = np.flatnonzero(inside)
+        for share in (0.0, 0.3, 0.5, 1.0):
+            at = healthy_cycle.find_instant(healthy, "airway", share)
+            begun_s = healthy.spans[at.phase.name.lower()][0] if at.phase else 0.0
+            tick = round((begun_s + at.after_s) / DT_S)
+            assert ticks[0] - 1000 <= tick <= ticks[-1]
+            assert inside[tick] or share == 0.0
+            if at.phase is not None:
+                assert columns["phase"][tick] == at.phase
 
 
 def case(number: int, *faults: Fault, physical: bool = False, commands: bool = False) -> Case:
-    breach = (Breach("a bound", 1.0, 2.0, 0.5),)
-    at = FaultInstant(Phase.INSERTING, 0.0)
-    drawn = Drawn(number, 0, tuple(Injection(fault, at, 0.0) for fault in faults))
-    return Case(drawn, faults, False, breach if commands else (), breach if physical else ())
+    breach, harm = (Breach("a bound", 1.0, 2.0, 0.5),), (Harm("force", 0.4, 0.3, "N"),)
+    drawn = Drawn(number, 0, tuple(DrawnFault(fault, 0.0, 0.5) for fault in faults))
+    return Case(
+        drawn=drawn,
+        injections=(),
+        faults=faults,
+        told=False,
+        commands=breach if commands else (),
+        breaches=harm if physical else (),
+        left_inside=None,
+    )
+
+
+def test_left_inside_is_counted_by_how_many_faults_came() -> None:
+    stays = LeftInside("it is held fast", "Draw it out.", 0.5, in_time=True)
+    alone = case(0, Fault.MOTOR_STALLED)._replace(left_inside=stays)
+    late = alone._replace(left_inside=stays._replace(in_time=False))
+    unneeded = alone._replace(left_inside=stays._replace(unavoidable=""))
+    found = fault_tally.tally([alone, late, unneeded, case(1, Fault.PUMP_LOST)])
+    assert found.left_inside["single"] == {"count": 3, "unavoidable": 2, "told": 2}
+    none = {"count": 0, "unavoidable": 0, "told": 0}
+    assert found.left_inside["none"] == found.left_inside["double"] == none
 
 
 def test_breaches_are_counted_by_how_many_faults_came() -> None:

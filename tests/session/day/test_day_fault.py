@@ -19,7 +19,8 @@ def played(*faults: str, asked: DayChoice = TWICE) -> tuple[Day, list[DayCycle]]
     resolved = resolution.resolve(choice)
     day_check.check(asked, resolved)
     told: list[DayCycle] = []
-    return day_run.play(cycle_run.prepare(resolved), asked, told.append), told
+    prepared = cycle_run.prepare(resolved)
+    return day_run.play(prepared, asked, lambda done, *_: told.append(done)), told
 
 
 @pytest.mark.parametrize(

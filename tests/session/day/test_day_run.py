@@ -27,7 +27,7 @@ def day() -> Day:
     controller = begun.start.controller
     used = controller.core.upkeep._replace(catheter_age_s=USED_S)
     old = begun._replace(start=begun.start._replace(controller=with_upkeep(controller, used)))
-    return day_run.play(old, DayChoice(CYCLES, EVERY_MIN), lambda _: None)
+    return day_run.play(old, DayChoice(CYCLES, EVERY_MIN), lambda *_: None)
 
 
 def test_every_cycle_is_completed_and_starts_on_the_clock() -> None:

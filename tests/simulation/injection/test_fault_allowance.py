@@ -1,44 +1,76 @@
-"""Bounds that faults state for themselves: few, for that fault alone, and each with a reason."""
+"""What faults add to bounds: few, for that fault alone, and each with a reason."""
 
 import math
 
 import pytest
 
+from opensuction.oracle import harm
+from opensuction.oracle.harm import ADVANCE, FORCE, NAMES, SATURATION, TIP_PAST_CAP, Harm
 from opensuction.simulation.injection import fault_allowance
-from opensuction.simulation.injection.fault_allowance import ALLOWANCES, PhysicalBound
-from opensuction.twin.fault.fault import Fault
+from opensuction.simulation.injection.fault_allowance import ALLOWANCES, MOST_MM, OWN_HARM
+from opensuction.twin.fault.fault import Fault, FaultSite
 from opensuction.twin.fault.fault_table import ROWS
+
+BOTH = (Fault.SWITCH_STIFF, Fault.TUBE_DISPLACED)
+
+
+def pressed(newton: float) -> Harm:
+    return Harm(FORCE, newton, 0.3, "N")
+
+
+def is_breach(found: Harm, *faults: Fault) -> bool:
+    return fault_allowance.find_breaches([found], faults) == (found,)
 
 
 def test_only_the_fault_that_states_a_bound_has_it() -> None:
-    common = 0.3
-    assert fault_allowance.raise_limit(PhysicalBound.FORCE, common, ()) == common
-    assert fault_allowance.raise_limit(PhysicalBound.FORCE, common, (Fault.PUMP_LOST,)) == common
-    assert (
-        fault_allowance.raise_limit(PhysicalBound.FORCE, common, (Fault.TUBE_DISPLACED,)) > common
-    )
-    assert (
-        fault_allowance.raise_limit(PhysicalBound.SUCTION, common, (Fault.TUBE_DISPLACED,))
-        == common
-    )
+    assert is_breach(pressed(0.301))
+    assert is_breach(pressed(0.301), Fault.PUMP_LOST)
+    assert not is_breach(pressed(1.199), Fault.TUBE_DISPLACED)
+    assert is_breach(pressed(1.201), Fault.TUBE_DISPLACED)
+    assert is_breach(Harm(ADVANCE, 0.6, 0.5, "mm"), Fault.TUBE_DISPLACED)
 
 
 def test_of_two_faults_the_one_that_adds_most_counts() -> None:
-    both = (Fault.SWITCH_STIFF, Fault.TUBE_DISPLACED)
-    alone = fault_allowance.raise_limit(PhysicalBound.FORCE, 0.3, both[1:])
-    assert fault_allowance.raise_limit(PhysicalBound.FORCE, 0.3, both) == pytest.approx(alone)
+    for newton in (1.199, 1.201):
+        assert is_breach(pressed(newton), *BOTH) == is_breach(pressed(newton), BOTH[1])
 
 
-def test_each_is_stated_once_and_is_a_number() -> None:
+def test_what_must_hold_strictly_has_nothing_added() -> None:
+    found = pressed(0.301), Harm(ADVANCE, 5.0, 0.5, "mm")
+    faults = (Fault.CONDUIT_REROUTED,)
+    assert fault_allowance.find_breaches(found, faults) == ()
+    assert fault_allowance.find_breaches(found, faults, strictly=(FORCE,)) == found[:1]
+
+
+def test_a_saturation_that_falls_by_itself_is_no_breach_and_pressure_then_is() -> None:
+    low = Harm(SATURATION, 60.0, 83.0, "%")
+    assert is_breach(low, Fault.PUMP_LOST)
+    assert not is_breach(low, Fault.DESATURATION)
+    assert is_breach(Harm(harm.AIRWAY_PRESSURE, 9.0, 5.0, "s"), Fault.DESATURATION)
+
+
+def test_each_is_stated_once_and_is_a_number_that_can_be_passed() -> None:
     assert len({(one.fault, one.bound) for one in ALLOWANCES}) == len(ALLOWANCES)
     for one in ALLOWANCES:
         assert math.isfinite(one.more)
         assert one.more > 0.0
         assert one.reason
         assert not ROWS[one.fault].is_setup
+        if one.bound in (ADVANCE, TIP_PAST_CAP):
+            assert one.more <= MOST_MM
 
 
-def test_time_in_the_patient_is_excused_by_no_fault() -> None:
+def test_only_what_a_patient_or_a_ventilator_does_is_a_harm_of_its_own() -> None:
+    for one in OWN_HARM:
+        assert one.fault.site == FaultSite.PATIENT
+        assert set(one.bounds) <= set(NAMES[-3:])
+        assert one.reason
+
+
+@pytest.mark.parametrize(
+    "name", [harm.LEFT_INSIDE, harm.SUCTION_TIME, harm.AIRWAY_TIME, harm.VACUUM, harm.CONTACT_TIME]
+)
+def test_time_in_the_patient_is_excused_by_no_fault(name: str) -> None:
     """Nor is the vacuum's height: for these there is always something left to do."""
-    excused = {one.bound for one in ALLOWANCES}
-    assert excused.isdisjoint({PhysicalBound.SUCTION, PhysicalBound.AIRWAY, PhysicalBound.VACUUM})
+    assert name not in {one.bound for one in ALLOWANCES}
+    assert name not in {bound for one in OWN_HARM for bound in one.bounds}

@@ -37,7 +37,7 @@ def trace(ticks: int, **changes: npt.ArrayLike) -> Columns:
         ("standing", {"truth__head_mm": 30.0}, {"truth__head_mm": np.arange(200) * 0.01}),
         ("untouched", {"truth__contact_n": 0.0}, {"truth__contact_n": 0.08}),
         ("resting", {"phase": Phase.HALTED}, {"phase": Phase.ABORTING}),
-        ("not-started", {"phase": Phase.CHECKING}, {"phase": Phase.INSERTING}),
+        ("not-inserted", {"truth__tip_mm": -80.0}, {"truth__tip_mm": -79.9}),
     ],
 )
 def test_a_predicate_tells_safe_from_unsafe(
@@ -47,9 +47,9 @@ def test_a_predicate_tells_safe_from_unsafe(
     assert not safe_state.holds(trace(200, **unsafe), [name], BOUNDS)[-1]
 
 
-def test_once_begun_an_insertion_has_begun() -> None:
-    phases = np.repeat([Phase.CHECKING, Phase.INSERTING, Phase.HALTED], 10)
-    held = safe_state.holds(trace(30, phase=phases), ["not-started"], BOUNDS)
+def test_a_tip_that_was_inside_was_inserted() -> None:
+    tip = np.repeat([-90.0, -70.0, -90.0], 10)
+    held = safe_state.holds(trace(30, truth__tip_mm=tip), ["not-inserted"], BOUNDS)
     np.testing.assert_array_equal(held, np.arange(30) < 10)
 
 

@@ -21,7 +21,7 @@ class SafetyCaseOptions(NamedTuple):
     """What the command takes."""
 
     table: Path | None = None
-    seeds: int = 1
+    seeds: int = 5
     results: OutputChoice = OutputChoice()
 
 
@@ -58,13 +58,22 @@ def _ms(value: float | None, bound: float) -> str:
     return f"{'-' if value is None else format(value, '.0f')} / {bound:.0f}"
 
 
+def _left_inside(found: Json) -> str:
+    """How many runs ended with the tip inside, and whether anything could have prevented it."""
+    if not found["count"]:
+        return "-"
+    if found["unavoidable"] == found["count"]:
+        return f"{found['count']} unavoidable"
+    return f"{found['count']}, {found['unavoidable']} unavoidable"
+
+
 def _summarise(console: "Console", data: Json, folder: Path) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("hazard", ratio=1)
     table.add_column("alarm, priority", ratio=1)
-    for column in ("alarm, ms / bound", "safe, ms / bound", "broken"):
+    for column in ("alarm, ms / bound", "safe, ms / bound", "left inside", "broken"):
         table.add_column(column, justify="right", no_wrap=True)
     for entry in data["hazards"]:
         alarm = (entry["alarm"] or "no expected alarm").replace("_", " ")
@@ -79,6 +88,7 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
             alarm,
             _ms(entry["detected_ms"], entry["detected_bound_ms"]),
             _ms(entry["safe_ms"], entry["safe_bound_ms"]),
+            _left_inside(entry["left_inside"]),
             f"{entry['broken']} of {entry['runs']}",
             style=None if entry["ok"] else "bold red",
         )
@@ -87,6 +97,12 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
     console.print(
         f"{held} of {len(data['hazards'])} hazards within their bounds in {data['runs']} runs; "
         "times are those of each hazard's worst run. In-silico: the machine is a simulated one.",
+        soft_wrap=True,
+    )
+    left = data["left_inside"]
+    console.print(
+        f"Left inside at the end: {left['count']} of {data['runs']} runs; {left['unavoidable']} of "
+        f"them nothing could have prevented, {left['told']} were told high in time.",
         soft_wrap=True,
     )
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
@@ -98,12 +114,14 @@ COMMAND = Command(
     run=delivering("safety-case", "Running", _compute),
     sentence="Every hazard on the twin: its faults injected, alarm and safe state timed against "
     "bounds.",
-    details="A hazard whose bound is broken is shown as broken. The report has a strip chart of "
-    "each hazard's worst run. Two processes share the work. Seeds are 1 on.",
+    details="Every fault comes on every patient, by both approaches, at instants spread over the "
+    "time that the tip is inside; five seeds see each fifth of it. A hazard whose bound is broken "
+    "is shown as broken, a catheter left inside is counted on its own. The report has a strip "
+    "chart of each hazard's worst run. Two processes share the work. Seeds are 1 on.",
     examples="""\b
 Examples:
   opensuction safety-case                    reports and figures under runs/
-  opensuction safety-case --seeds 5          five machines and patients a run
+  opensuction safety-case --seeds 1          a quick look: one machine of each patient
   opensuction safety-case --table mine.toml  hazards of your own
   opensuction safety-case --json | jq '.hazards[] | select(.ok | not)'
   opensuction cycle --fault pump-runaway@suctioning  one of its faults
@@ -127,6 +145,7 @@ A row of a hazard table (docs/how-to/safety-case.md says what the keys mean):
   requirements = ["OS-R07"]
   [[hazard.fault]]                     # any key above may be here too
   name = "pump-runaway"
-  phases = ["opening", "suctioning"]   # or all""",
+  phases = ["inserting"]               # default: any time with the tip inside
+  patient = "neonate"                  # default: all; approach likewise""",
     ends="0 every bound holds, 1 one is broken",
 )

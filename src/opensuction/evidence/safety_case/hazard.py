@@ -15,8 +15,10 @@ from typing import Annotated, Any, NamedTuple
 
 from annotated_types import Ge, Le
 
+from opensuction.evidence.healthy_cycle import AIRWAY, Shows
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.phase import CYCLE
+from opensuction.oracle.harm import NAMES
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
 from opensuction.session.cycle.resolution import APPROACHES
@@ -37,32 +39,46 @@ ALL = "all"
 CONTACT = tuple(phase.name.lower() for phase in CYCLE)
 PHASES = {"travel": tuple(name for name in CONTACT if name != "backing_off"), "contact": CONTACT}
 """Phases of a cycle in order, by approach: where a fault can come."""
+SPANS = (AIRWAY, ALL, SET_UP)
+"""What phases can name besides."""
+PATIENTS = tuple(PATIENT_TABLES)
+MOST_MS = 60_000.0
+"""A later alarm or safe state is none: a run is watched for so long after it has come to rest, and
+no patient of the table has longer (adult: 30 s, [calc-apnoea])."""
+
+
+UNHEARD = frozenset(
+    {
+        Condition.PASS_LIMIT_REACHED,
+        Condition.PATIENT_SETTINGS_UNCONFIRMED,
+        Condition.TIP_DETACHED,
+        Condition.CALIBRATION_OUT_OF_RANGE,
+        Condition.RECORDER_LOST,
+        Condition.CONSOLE_LOST,
+    }
+)
+"""Conditions that nothing in a cycle on the twin raises: an alarm that nobody can hear is none."""
 
 
 class SafeState(NamedTuple):
     """A safe state in words, and what must hold together, to the end of the run."""
 
     words: str
-    alternatives: tuple[tuple[str, ...], ...]
-    """Names of `safe_state` predicates; all of one alternative hold."""
+    predicates: tuple[str, ...]
+    """Names of `safe_state` predicates; all hold."""
 
 
-OUT, STILL = ("tip-outside", "no-suction"), ("standing", "no-suction")
 SAFE_STATES = {
     "out-without-suction": SafeState(
-        "the tip is outside the patient and no vacuum reaches it", (OUT,)
+        "the tip is outside the patient and no vacuum reaches it", ("tip-outside", "no-suction")
     ),
     "out-without-vacuum": SafeState(
-        "the tip is outside the patient and the line is vented", ((*OUT, "vented"),)
+        "the tip is outside the patient and the line is vented",
+        ("tip-outside", "no-suction", "vented"),
     ),
-    "still-without-suction": SafeState(
-        "the head stands still and no vacuum reaches the tip", (STILL,)
-    ),
-    "not-inserted": SafeState("insertion never begins", (("not-started",),)),
-    "no-suction-out-or-still": SafeState(
-        "no vacuum reaches the tip, which is outside the patient or stands still", (OUT, STILL)
-    ),
+    "not-inserted": SafeState("the tip never comes into the patient", ("not-inserted",)),
 }
+"""By name. A catheter that stays inside is none of them, with or without torque."""
 
 
 class HarmSeverity(Enum):
@@ -81,6 +97,8 @@ class Response(Enum):
     """Alarm and safe state within their bounds."""
     ALARM_OR_LIMITS = "alarm-or-limits"
     """The same, or a whole cycle within every limit as if nothing were wrong."""
+    NOT_MEASURED = "not-measured"
+    """It would be an alarm, but nothing in the twin could raise it: an open gap, and it fails."""
     REFUSAL = "refusal"
     """It is refused before anything moves; a message on the spot, no alarm."""
 
@@ -90,10 +108,11 @@ class Raiser(Enum):
 
     CONTROLLER = "controller"
     DRIVES = "drives"
-    """The drives' own watchdog, on an alarm of its own: the controller is what failed."""
+    """The drives, their watchdog or the power supply, on the annunciator: the controller is what
+    failed."""
 
 
-BoundMs = Annotated[float, Ge(0), Le(180_000)]
+BoundMs = Annotated[float, Ge(0), Le(MOST_MS)]
 
 
 class HazardClaim(NamedTuple):
@@ -105,9 +124,14 @@ class HazardClaim(NamedTuple):
     """None given: the fault's usual one."""
     phases: list[str]
     after_s: list[float]
-    """How long into the phase."""
+    """How long into the phase; none given: all over it, each seed at another share of it."""
+    shows: Shows
     approach: str
-    patient: str
+    """Or all."""
+    patient: str | list[str]
+    """Or all."""
+    only_because: str
+    """Why it does not apply to the others."""
     response: Response
     alarm: list[str]
     """Conditions of which any tells a person what is wrong, the most likely first."""
@@ -116,12 +140,27 @@ class HazardClaim(NamedTuple):
     safe_state: str
     detected_ms: BoundMs
     safe_ms: BoundMs
+    by_age: bool
+    """Whether a smaller patient has less time; what waits for a sensor's own delay does not."""
+    allowed: list[str]
+    """Bounds of the patient to which is added what the fault makes unavoidable."""
     because: str
 
     @property
     def fault(self) -> Fault:
         """The fault of this name."""
         return BY_NAME[self.name]
+
+    @property
+    def approaches(self) -> tuple[str, ...]:
+        """Approaches that it is run with."""
+        return tuple(APPROACHES) if self.approach == ALL else (self.approach,)
+
+    @property
+    def patients(self) -> tuple[str, ...]:
+        """Patients that it is run on."""
+        named = [self.patient] if isinstance(self.patient, str) else self.patient
+        return PATIENTS if ALL in named else tuple(named)
 
 
 class HazardRow(NamedTuple):
@@ -146,11 +185,16 @@ class Hazard(NamedTuple):
 
 USUAL: dict[str, Any] = {
     "strengths": [],
-    "after_s": [0.2],
-    "approach": "travel",
-    "patient": "adult-icu",
+    "phases": [AIRWAY],
+    "after_s": [],
+    "shows": "always",
+    "approach": ALL,
+    "patient": ALL,
+    "only_because": "",
     "response": "alarm",
     "raised_by": "controller",
+    "by_age": True,
+    "allowed": [],
 }
 """Keys that may be left out: of what runs, never of what is demanded."""
 KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault"}
@@ -219,8 +263,10 @@ def _check_fault(claim: HazardClaim) -> None:
     choose(claim.name, BY_NAME, "fault in name", "docs/reference/faults.md")
     for strength in claim.strengths:
         ROWS[claim.fault].check_strength(strength)
-    choose(claim.approach, APPROACHES, "approach")
-    choose(claim.patient, PATIENT_TABLES, "patient")
+    choose(claim.approach, dict.fromkeys((*APPROACHES, ALL)), "approach")
+    named = [claim.patient] if isinstance(claim.patient, str) else claim.patient
+    for patient in named or [""]:
+        choose(patient, dict.fromkeys((*PATIENTS, ALL)), "patient")
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
     at_start = ROWS[claim.fault].is_setup
@@ -230,18 +276,26 @@ def _check_fault(claim: HazardClaim) -> None:
             if at_start:
                 way = f"only be there before the start: phases = ['{SET_UP}']"
             raise InputError(f"phases: '{phase}' is impossible, '{claim.name}' can {way}")
-        phases = (*PHASES[claim.approach], ALL, SET_UP)
+        phases = (*(PHASES["travel"] if claim.approach == "travel" else CONTACT), *SPANS)
         choose(phase, dict.fromkeys(phases), f"phase by {claim.approach} in phases")
+    if claim.after_s and {AIRWAY, ALL} & {*claim.phases}:
+        raise InputError("after_s: how long into which phase? name phases of a cycle")
     for after in claim.after_s:
         if not 0.0 <= after < 180.0:
             raise InputError(f"after_s: {after:g} s is impossible; 0 to less than 180 s")
 
 
 def _check_answer(claim: HazardClaim) -> None:
+    for name in claim.allowed:
+        choose(name, dict.fromkeys(NAMES), "bound in allowed")
     choose(claim.safe_state, SAFE_STATES, "safe state in safe_state")
     if claim.response == Response.REFUSAL:
         if claim.alarm or claim.priority != Priority.NONE:
             raise InputError("alarm: a refusal before the start is no alarm; alarm = []")
+        return
+    if claim.response == Response.NOT_MEASURED:
+        if claim.alarm or claim.priority != Priority.NONE:
+            raise InputError("alarm: what nothing raises is not measured; alarm = []")
         return
     if not claim.alarm:
         raise InputError("alarm: none given; name the condition that tells a person")
@@ -250,6 +304,9 @@ def _check_answer(claim: HazardClaim) -> None:
         choose(name, known, "alarm condition in alarm", "docs/reference/alarms.md")
         for name in claim.alarm
     ]
+    unheard = [condition.name for condition in found if condition in UNHEARD]
+    if unheard:
+        raise InputError(f"alarm: {unheard[0]} is raised by nothing in the twin")
     for number, condition in enumerate(found):
         priority = condition.row.handling.priority
         if priority < claim.priority or (number == 0 and priority != claim.priority):
@@ -260,10 +317,11 @@ def _check_answer(claim: HazardClaim) -> None:
             )
 
 
-def phases_of(claim: HazardClaim) -> list[Phase | None]:
-    """Phases that the fault comes in; None: it is there before the start."""
-    names = PHASES[claim.approach] if ALL in claim.phases else claim.phases
-    return [None if name == SET_UP else Phase[name.upper()] for name in names]
+def spans_of(claim: HazardClaim, approach: str) -> list[str]:
+    """Phases of an approach, or `SPANS`, that the fault comes in."""
+    if ALL in claim.phases:
+        return [*PHASES[approach]]
+    return [name for name in claim.phases if name in (*PHASES[approach], *SPANS)]
 
 
 def requirements() -> dict[str, str]:

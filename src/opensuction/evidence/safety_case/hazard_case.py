@@ -1,39 +1,94 @@
-"""The runs of a hazard: fault, instant, strength, seed; how each is prepared and run."""
+"""The runs of a hazard: fault, instant, strength, patient, seed; how each is prepared and run."""
 
+import math
 from functools import lru_cache
 
+from opensuction.evidence import healthy_cycle
+from opensuction.evidence.healthy_cycle import HealthyCycle
 from opensuction.evidence.safety_case import hazard, hazard_result
-from opensuction.evidence.safety_case.hazard import Hazard
-from opensuction.evidence.safety_case.hazard_result import HazardCase, HazardResult
+from opensuction.evidence.safety_case.hazard import PATIENTS, PHASES, SET_UP, Hazard, HazardClaim
+from opensuction.evidence.safety_case.hazard_result import COLUMNS, HazardCase, HazardResult
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.injection import Injected
-from opensuction.twin.fault.fault import FaultSite
+from opensuction.simulation.injection.injection import Injected, Room
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
 """The command's own."""
-MONITORED_S = 30.0
-"""How long a patient at fault is followed: a saturation is shown 10 to 30 s late."""
+WATCHED_S = 60.0
+"""How long the machine and the patient are watched once it rests: no bound is longer."""
+STRATA = 5
+"""Parts of a span; as many seeds see each of them, on every patient and by every approach."""
+KINDS = tuple((patient, approach) for patient in PATIENTS for approach in PHASES)
+"""Patients and approaches: within its part of the span each has an instant of its own."""
+
+
+def find_share(patient: str, approach: str, seed: int, row: int) -> float:
+    """Where in its span the fault of a run comes, 0 to 1, both edges included.
+
+    A Latin square: every patient and approach sees each part of the span with one of five seeds,
+    and each seed sees every part with some of them; so do the rows of a table.
+    """
+    kind = KINDS.index((patient, approach))
+    part = (seed + kind + row) % STRATA
+    return (len(KINDS) * part + kind) / (len(KINDS) * STRATA - 1)
+
+
+def find_strengths(
+    claim: HazardClaim, patient: str, approach: str, seed: int, runs: int
+) -> list[float]:
+    """Strengths that a fault has in the runs of a patient by an approach with a seed.
+
+    All of them; where there are so many runs that each strength meets each part of the span all
+    the same, they take turns. runs: of one strength in one span; 0 with too few seeds for that.
+    """
+    strengths = claim.strengths or [ROWS[claim.fault].default_strength]
+    if runs < STRATA * len(strengths):
+        return strengths
+    return [strengths[(seed + 2 * KINDS.index((patient, approach))) % len(strengths)]]
+
+
+def _of_claim(
+    one: Hazard, row: int, claim: HazardClaim, seeds: tuple[int, ...]
+) -> list[HazardCase]:
+    found = []
+    kinds = [
+        (patient, approach)
+        for patient, approach in KINDS
+        if patient in claim.patients and approach in claim.approaches
+    ]
+    runs = len(kinds) * len(seeds) if len(seeds) >= STRATA else 0
+    for patient, approach in kinds:
+        for number, span in enumerate(hazard.spans_of(claim, approach)):
+            for after_s in claim.after_s or [math.nan]:
+                found += [
+                    HazardCase(
+                        hazard=one.row.id,
+                        claim=claim,
+                        strength=strength,
+                        span=span,
+                        at=AT_START if span == SET_UP else FaultInstant(None, after_s),
+                        share=find_share(patient, approach, seed, row + number),
+                        patient=patient,
+                        approach=approach,
+                        seed=seed,
+                    )
+                    for seed in seeds
+                    for strength in find_strengths(claim, patient, approach, seed, runs)
+                ]
+    return found
 
 
 def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
     """Every run of a hazard."""
     found = []
-    for claim in one.claims:
-        strengths = claim.strengths or [ROWS[claim.fault].default_strength]
-        for phase in hazard.phases_of(claim):
-            after = [0.0] if phase is None else claim.after_s
-            found += [
-                HazardCase(one.row.id, claim, strength, phase, after_s, seed)
-                for strength in strengths
-                for after_s in after
-                for seed in seeds
-            ]
+    for row, claim in enumerate(one.claims):
+        found += _of_claim(one, row, claim, seeds)
     return found
 
 
@@ -51,19 +106,39 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -
     return cycle_run.prepare(resolution.resolve(choice))
 
 
+@lru_cache(maxsize=4)
+def _healthy(approach: str, patient: str, seed: int) -> HealthyCycle:
+    return healthy_cycle.play(_prepared(approach, patient, seed, ()))
+
+
+@lru_cache(maxsize=1)
+def _room() -> Room:
+    return injection.make_room(WATCHED_S, names=COLUMNS)
+
+
+def _place(case: HazardCase, healthy: HealthyCycle) -> HazardCase:
+    """The case with the instant of its fault."""
+    if case.span == SET_UP:
+        return case
+    if math.isnan(case.at.after_s):
+        return case._replace(at=healthy_cycle.find_instant(healthy, case.span, case.share))
+    return case._replace(at=FaultInstant(Phase[case.span.upper()], case.at.after_s))
+
+
 def run(case: HazardCase) -> HazardResult:
     """Run a case and hold it against its claim."""
     claim = case.claim
-    at = AT_START if case.phase is None else FaultInstant(case.phase, case.after_s)
-    one = Injection(claim.fault, at, case.strength)
     planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
     try:
-        prepared = _prepared(claim.approach, claim.patient, case.seed, planned)
+        prepared = _prepared(case.approach, case.patient, case.seed, planned)
     except InputError as refusal:
         return hazard_result.refused(case, str(refusal))
+    healthy = _healthy(case.approach, case.patient, case.seed)
+    case = _place(case, healthy)
+    one = Injection(claim.fault, case.at, case.strength)
     later = () if planned else (one,)
-    patient = claim.fault.site == FaultSite.PATIENT
-    after_s = MONITORED_S if patient else injection.AFTERMATH_S
-    done = injection.run(prepared.loop, prepared.start, later, after_s=after_s, seed=case.seed)
+    done = injection.run(
+        prepared.loop, prepared.start, later, after_s=WATCHED_S, seed=case.seed, room=_room()
+    )
     found = done.faults[0] if later else Injected(one, 0.0, None)
-    return hazard_result.judge(case, prepared, done.columns, found)
+    return hazard_result.judge(case, prepared, done.columns, found, healthy)

@@ -2,12 +2,15 @@
 
 import math
 
-from opensuction.evidence.safety_case.hazard import SAFE_STATES, Response
+from opensuction.evidence.healthy_cycle import AIRWAY
+from opensuction.evidence.safety_case.hazard import SAFE_STATES, SET_UP, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, entry
 from opensuction.safety.condition import Condition
 from opensuction.session.plain import Json
 from opensuction.twin.fault.fault_table import ROWS
+
+SPAN_WORDS = {SET_UP: "before the start", AIRWAY: "in the airway"}
 
 
 def detail(verdict: HazardVerdict) -> Json:
@@ -45,8 +48,9 @@ def _faults(verdict: HazardVerdict) -> list[Json]:
     groups: dict[tuple[str, str], list[HazardResult]] = {}
     for result in verdict.results:
         case = result.case
-        phase = "before the start" if case.phase is None else case.phase.name.lower()
-        groups.setdefault((case.claim.name, phase), []).append(result)
+        groups.setdefault((case.claim.name, SPAN_WORDS.get(case.span, case.span)), []).append(
+            result
+        )
     listed = []
     for (fault, phase), results in groups.items():
         group = HazardVerdict(verdict.hazard, tuple(results))

@@ -1,6 +1,7 @@
-"""What a run of a hazard came to, from the fault on: alarm, safe state, what the patient bore.
+"""What a run of a hazard came to: told, safe, what the patient bore, and where the tip is.
 
-What is safe is judged by the truth of the twin, not by what the controller believes.
+Judged by the oracle, from the twin's truth; an alarm counts from when somebody at the bedside was
+told of it.
 """
 
 import math
@@ -9,15 +10,26 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.evidence.safety_case.hazard import SAFE_STATES, HazardClaim, Raiser, Response
-from opensuction.kernel.phase import Phase
-from opensuction.safety import condition_mask
-from opensuction.safety.condition import Condition
+from opensuction.evidence.healthy_cycle import HealthyCycle, find_wait_s
+from opensuction.evidence.safety_case.hazard import (
+    SAFE_STATES,
+    SET_UP,
+    HazardClaim,
+    Raiser,
+    Response,
+)
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.oracle.bound import BOUNDS
+from opensuction.oracle.exposure import PatientExposure
+from opensuction.oracle.harm import LEFT_INSIDE, NAMES, Harm
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.simulation.annunciation import CONTROLLER, Told
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.injection import safe_state
-from opensuction.simulation.injection.injection import Detector, Injected
-from opensuction.simulation.injection.safe_state import Holds, SafeBounds
+from opensuction.simulation.injection import run_judgement, safe_state
+from opensuction.simulation.injection.fault_instant import FaultInstant
+from opensuction.simulation.injection.injection import SIGNS, Injected
+from opensuction.simulation.injection.run_judgement import Judgement, LeftInside
+from opensuction.simulation.injection.safe_state import SafeBounds
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -25,54 +37,14 @@ VENTED_MMHG = 10.0
 """[assumed] Vacuum that draws nothing: a tenth of what suctioning needs."""
 TOUCH_N = 0.01
 """[assumed] Force that is no contact: an eighth of what closes the switch."""
-FORCE_N = 0.3
-"""Peak force at the tip: a third of what punctures [design-force]."""
-VACUUM_SHARE = 4.0 / 3.0
-"""Highest line vacuum over the governor's limit: 200 mmHg for an adult [AARC-2022]."""
-OUT_S = 10.0
-"""What a withdrawal may add to the limit of time in the airway: 8 s at 30 mm/s, and friction."""
-STRIP_ROWS = 400
+SENSOR_MS = 1000.0
+"""An alarm that is owed sooner waits for sensors and ticks: no age hastens it."""
+STRIP_ROWS = 300
 """Points of a strip chart: fewer than pixels."""
 BEFORE_S = 3.0
 AFTER_S = 5.0
 LEAST_S = 15.0
 """What a strip chart shows: before the fault, after the last mark, after the fault at least."""
-
-
-class HazardCase(NamedTuple):
-    """One run of a hazard."""
-
-    hazard: str
-    """Its identifier."""
-    claim: HazardClaim
-    strength: float
-    phase: Phase | None
-    """None: the fault is there before the start."""
-    after_s: float
-    seed: int
-
-    @property
-    def title(self) -> str:
-        """Fault, instant, strength and seed, as the command line writes them."""
-        at = "" if self.phase is None else f"@{self.phase.name.lower()}+{self.after_s:g}"
-        known = ROWS[self.claim.fault].strength
-        strength = "" if known is None else f"={self.strength:g}"
-        contact = "" if self.claim.approach == "travel" else f" by {self.claim.approach}"
-        return f"{self.claim.name}{at}{strength}{contact}, seed {self.seed}"
-
-
-class Exposure(NamedTuple):
-    """What the patient had to bear from the fault on."""
-
-    contact_n: float
-    beyond_cap_mm: float
-    """Tip beyond the cap; negative: it stayed above."""
-    vacuum_mmhg: float
-    suction_s: float
-    """With vacuum at the tip inside the patient, the whole run."""
-    in_airway_s: float
-
-
 STRIP = {
     "time_s": ("time_s", 1.0),
     "head_mm": ("truth.head_mm", 1.0),
@@ -85,6 +57,37 @@ STRIP = {
 """Series of a strip chart by name: column of the trace, and its factor."""
 Strip = dict[str, npt.NDArray[np.float32]]
 """A run thinned for a strip chart; arrays of one length."""
+COLUMNS = tuple(
+    dict.fromkeys((*SIGNS, *run_judgement.COLUMNS, *(column for column, _ in STRIP.values())))
+)
+"""Columns that are looked at."""
+
+
+class HazardCase(NamedTuple):
+    """One run of a hazard."""
+
+    hazard: str
+    """Its identifier."""
+    claim: HazardClaim
+    strength: float
+    span: str
+    """Phase, or span, that the fault comes in."""
+    at: FaultInstant
+    """When in it; before it is placed nan s, for a share of the span."""
+    share: float
+    """Of the span, 0 to 1."""
+    patient: str
+    approach: str
+    seed: int
+
+    @property
+    def title(self) -> str:
+        """Fault, instant, strength, patient and seed, as the command line writes them."""
+        at = "" if self.span == SET_UP else self.at.title
+        known = ROWS[self.claim.fault].strength
+        strength = "" if known is None else f"={self.strength:g}"
+        fault = f"{self.claim.name}{at}{strength}"
+        return f"{fault}, {self.patient} by {self.approach}, seed {self.seed}"
 
 
 class HazardResult(NamedTuple):
@@ -92,17 +95,27 @@ class HazardResult(NamedTuple):
 
     case: HazardCase
     alarm: str
-    """The condition that told a person; empty where none of the expected did."""
+    """The expected condition that people were told of first; empty where they were of none."""
+    by: str
+    """Who raised it: controller, drives or power."""
     priority: str
     at_s: float
     """When the fault came."""
     detected_ms: float
-    """From the fault to the alarm; nan without one."""
+    """From the fault until people were told; nan where they were not."""
+    detected_bound_ms: float
+    """By the patient's age, and by when the fault had a chance to show."""
     safe_ms: float
     """From the fault to the safe state that lasts; nan where it is not reached."""
+    safe_bound_ms: float
     within_limits: bool
-    """Whether the cycle stayed within every limit as if nothing were wrong."""
-    exposure: Exposure
+    """Whether no bound of the patient was broken and the safe state reached."""
+    exposure: PatientExposure | None
+    """None where nothing ran."""
+    harm: tuple[Harm, ...]
+    """Bounds of the patient that were broken, whosoever's doing it was."""
+    left_inside: LeftInside | None
+    """None where the tip is out."""
     problem: str
     """What is broken, in words; empty where nothing is."""
     strip: Strip | None
@@ -115,139 +128,143 @@ class HazardResult(NamedTuple):
     @property
     def answered(self) -> bool:
         """Whether alarm and safe state came within their bounds, as far as they were owed."""
-        claim = self.case.claim
-        return self.detected_ms <= claim.detected_ms and self.safe_ms <= claim.safe_ms
-
-
-NO_EXPOSURE = Exposure(0.0, -math.inf, 0.0, 0.0, 0.0)
+        told = self.detected_ms <= self.detected_bound_ms
+        return told and self.safe_ms <= self.safe_bound_ms
 
 
 def refused(case: HazardCase, message: str) -> HazardResult:
     """HazardResult of a case whose cycle was refused before anything moved."""
     expected = case.claim.response == Response.REFUSAL
     problem = "" if expected else f"the cycle cannot be planned: {message}"
-    return HazardResult(case, "", "none", 0.0, 0.0, 0.0, True, NO_EXPOSURE, problem, None)
-
-
-def _signalled(columns: Columns, at_s: float) -> dict[str, float]:
-    """Conditions that are signalled from an instant on and were not before: name and instant."""
-    first = round(at_s / DT_S)
-    present, latched = (columns[f"signals.{name}"] for name in ("present", "latched"))
-    shown = present.astype(np.int64) | latched.astype(np.int64)
-    new = shown[first:] & ~(int(shown[first - 1]) if first > 0 else 0)
-    found: dict[str, float] = {}
-    for bit in condition_mask.decode(int(np.bitwise_or.reduce(new))):
-        tick = first + int(np.argmax(new >> bit & 1))
-        name = Condition(bit).name if bit in set(Condition) else str(bit)
-        found[name] = float(columns["time_s"][tick])
-    return found
-
-
-def _alarm(case: HazardCase, signalled: dict[str, float], found: Injected) -> tuple[str, float]:
-    """Which of the expected conditions was signalled first, and when; nan for none."""
-    claim = case.claim
-    if claim.raised_by == Raiser.DRIVES:
-        notice = found.notice
-        if notice is None or notice.detector != Detector.DRIVE:
-            return "", math.nan
-        return claim.alarm[0], notice.time_s
-    expected = [name for name in claim.alarm if name in signalled]
-    if not expected:
-        return "", math.nan
-    first = min(expected, key=lambda name: signalled[name])
-    return first, signalled[first]
-
-
-def _safe(claim: HazardClaim, columns: Columns, bounds: SafeBounds) -> Holds:
-    alternatives = SAFE_STATES[claim.safe_state].alternatives
-    held = [safe_state.holds(columns, one, bounds) for one in alternatives]
-    return np.asarray(np.any(held, axis=0))
-
-
-def _measure_exposure(columns: Columns, first: int, cap_mm: float, bounds: SafeBounds) -> Exposure:
-    inside = columns["truth.tip_mm"] > bounds.boundary_mm
-    sucking = inside & (columns["truth.tip_vacuum_mmhg"] > bounds.vented_mmhg)
-    return Exposure(
-        contact_n=float(np.max(columns["truth.contact_n"][first:])),
-        beyond_cap_mm=float(np.max(columns["truth.tip_mm"][first:])) - cap_mm,
-        vacuum_mmhg=float(np.max(columns["truth.line_vacuum_mmhg"][first:])),
-        suction_s=float(np.count_nonzero(sucking)) * DT_S,
-        in_airway_s=float(np.count_nonzero(inside)) * DT_S,
+    return HazardResult(
+        case=case,
+        alarm="",
+        by="",
+        priority="none",
+        at_s=0.0,
+        detected_ms=0.0,
+        detected_bound_ms=case.claim.detected_ms,
+        safe_ms=0.0,
+        safe_bound_ms=case.claim.safe_ms,
+        within_limits=True,
+        exposure=None,
+        harm=(),
+        left_inside=None,
+        problem=problem,
+        strip=None,
     )
 
 
-def judge(case: HazardCase, prepared: Prepared, columns: Columns, found: Injected) -> HazardResult:
+def _find_told(claim: HazardClaim, told: tuple[Told, ...], at_s: float) -> Told | None:
+    """The first of the expected conditions that people were told of from the fault on."""
+    by_controller = claim.raised_by == Raiser.CONTROLLER
+    for one in told:
+        expected = one.condition.name in claim.alarm and (one.by == CONTROLLER) == by_controller
+        if expected and one.at_s >= at_s - 0.5 * DT_S:
+            return one
+    return None
+
+
+def _bounds_ms(
+    claim: HazardClaim, prepared: Prepared, healthy: HealthyCycle, at_s: float
+) -> tuple[float, float]:
+    """Bounds of alarm and safe state of a run.
+
+    Bounds are argued for adults. A smaller patient has as much less time as there is until a
+    saturation of 90 %, and the way out is shorter by more.
+    """
+    age = AgeGroup(prepared.rig.machine.patient.age_group)
+    share = BOUNDS[age].in_airway_s / BOUNDS[AgeGroup.ADULT].in_airway_s if claim.by_age else 1.0
+    detected_ms, safe_ms = claim.detected_ms, claim.safe_ms * share
+    if detected_ms > SENSOR_MS and claim.safe_state != "not-inserted":
+        detected_ms = max(detected_ms * share, SENSOR_MS)
+    wait_ms = 1000.0 * find_wait_s(healthy, claim.shows, at_s, detected_ms / 1000.0)
+    return detected_ms + wait_ms, safe_ms + wait_ms
+
+
+def judge(
+    case: HazardCase,
+    prepared: Prepared,
+    columns: Columns,
+    found: Injected,
+    healthy: HealthyCycle,
+) -> HazardResult:
     """Hold the trace of a run against the claim of its hazard."""
     claim, limits = case.claim, prepared.loop.controller.limits
-    bounds = SafeBounds(
-        boundary_mm=prepared.rig.site.boundary_mm,
-        vented_mmhg=VENTED_MMHG,
-        vacuum_mmhg=VACUUM_SHARE * limits.vacuum_mmhg,
-        contact_n=TOUCH_N,
+    never = math.isnan(found.at_s)
+    at_s = 0.0 if never else found.at_s
+    detected_bound_ms, safe_bound_ms = _bounds_ms(claim, prepared, healthy, at_s)
+    judged = run_judgement.judge(
+        prepared.rig.machine,
+        limits.cap_mm,
+        columns,
+        (found,),
+        told_within_s=detected_bound_ms / 1000.0,
+        strictly=set(NAMES) - set(claim.allowed),
     )
-    if math.isnan(found.at_s):
-        problem = "the fault's instant never came"
-        return HazardResult(
-            case, "", "none", 0.0, math.nan, math.nan, False, NO_EXPOSURE, problem, None
-        )
-    exposure = _measure_exposure(columns, round(found.at_s / DT_S), limits.cap_mm, bounds)
-    signalled = _signalled(columns, found.at_s)
-    alarm, alarm_s = _alarm(case, signalled, found)
-    safe_s = safe_state.safe_s(columns, _safe(claim, columns, bounds), found.at_s)
-    harmful = [
-        words
-        for words, broken in (
-            (f"force {exposure.contact_n:.2f} N, limit {FORCE_N:g}", exposure.contact_n > FORCE_N),
-            (f"tip {exposure.beyond_cap_mm:.1f} mm beyond its cap", exposure.beyond_cap_mm > 0.0),
-            (
-                f"vacuum {exposure.vacuum_mmhg:.0f} mmHg, limit {bounds.vacuum_mmhg:.0f}",
-                exposure.vacuum_mmhg > bounds.vacuum_mmhg,
-            ),
-        )
-        if broken
-    ]
-    within = (
-        not harmful
-        and not math.isnan(safe_s)
-        and exposure.suction_s <= limits.negative_pressure_s
-        and exposure.in_airway_s <= limits.in_airway_s + OUT_S
+    told = _find_told(claim, judged.told, at_s)
+    bounds = SafeBounds(judged.borne.outside_mm, VENTED_MMHG, limits.vacuum_mmhg, TOUCH_N)
+    safe = safe_state.holds(columns, SAFE_STATES[claim.safe_state].predicates, bounds)
+    safe_s = safe_state.safe_s(columns, safe, at_s)
+    result = HazardResult(
+        case=case,
+        alarm="" if told is None else told.condition.name,
+        by="" if told is None else told.by,
+        priority="none" if told is None else told.condition.row.handling.priority.name.lower(),
+        at_s=at_s,
+        detected_ms=math.nan if told is None else 1000.0 * (told.at_s - at_s),
+        detected_bound_ms=detected_bound_ms,
+        safe_ms=1000.0 * (safe_s - at_s),
+        safe_bound_ms=safe_bound_ms,
+        within_limits=not judged.breaches and not math.isnan(safe_s),
+        exposure=judged.borne,
+        harm=judged.harm,
+        left_inside=judged.left_inside,
+        problem="",
+        strip=_strip(columns, at_s, max(_or_0(safe_s), at_s if told is None else told.at_s)),
     )
-    detected_ms, safe_ms = 1000.0 * (alarm_s - found.at_s), 1000.0 * (safe_s - found.at_s)
-    others = [name.lower() for name in signalled if name not in claim.alarm]
-    problem = _problem(claim, detected_ms, safe_ms, harmful, within, others)
-    priority = Condition[alarm].row.handling.priority.name.lower() if alarm else "none"
-    strip = _strip(columns, found.at_s, max(_or_0(safe_s), _or_0(alarm_s)))
-    return HazardResult(
-        case, alarm, priority, found.at_s, detected_ms, safe_ms, within, exposure, problem, strip
-    )
+    problem = "the fault's instant never came" if never else _problem(result, judged, at_s)
+    return result._replace(problem=problem)
 
 
 def _or_0(value: float) -> float:
     return 0.0 if math.isnan(value) else value
 
 
-def _problem(
-    claim: HazardClaim,
-    detected_ms: float,
-    safe_ms: float,
-    harmful: list[str],
-    within: bool,
-    others: list[str],
-) -> str:
-    """What of the claim does not hold, in words. others: what else was signalled."""
-    found = list(harmful)
+def _describe(found: Harm, left: LeftInside | None) -> str:
+    """A breach in words."""
+    if found.name != LEFT_INSIDE or left is None:
+        return f"{found.name} {found.worst:.3g} {found.unit}, bound {found.limit:.3g}"
+    depth_mm = found.worst - found.limit
+    words = f"left inside, {depth_mm:.0f} mm below the tube's upper end"
+    if found.limit == 0.0:
+        words = f"left inside, a piece of {depth_mm:.0f} mm"
+    if left.unavoidable:
+        return f"{words}: unavoidable, but not told high in time"
+    return f"{words}, though something could have moved it"
+
+
+def _problem(result: HazardResult, judged: Judgement, at_s: float) -> str:
+    """What of the claim does not hold, in words."""
+    claim, left = result.case.claim, judged.left_inside
     if claim.response == Response.REFUSAL:
         return "the cycle was not refused"
-    if claim.response == Response.ALARM_OR_LIMITS and within:
+    found = [_describe(one, left) for one in judged.breaches]
+    if claim.response == Response.NOT_MEASURED:
+        return "; ".join(["not measured: nothing in the twin tells it", *found])
+    if claim.response == Response.ALARM_OR_LIMITS and result.within_limits:
         return ""
-    if math.isnan(detected_ms):
-        found.append(f"no expected alarm, but {', '.join(others)}" if others else "no alarm")
-    elif detected_ms > claim.detected_ms:
-        found.append(f"alarm after {detected_ms:.0f} ms, bound {claim.detected_ms:g}")
-    if math.isnan(safe_ms):
-        found.append("safe state not reached")
-    elif safe_ms > claim.safe_ms:
-        found.append(f"safe after {safe_ms:.0f} ms, bound {claim.safe_ms:g}")
+    if math.isnan(result.detected_ms):
+        others = {one.condition.name.lower() for one in judged.told if one.at_s >= at_s}
+        listed = ", ".join(sorted(others))
+        found.append(f"no expected alarm, but {listed}" if others else "no alarm")
+    elif result.detected_ms > result.detected_bound_ms:
+        found.append(f"alarm after {result.detected_ms:.0f} ms, bound {result.detected_bound_ms:g}")
+    if math.isnan(result.safe_ms):
+        if left is None or not left.unavoidable:
+            found.append("safe state not reached")
+    elif result.safe_ms > result.safe_bound_ms:
+        found.append(f"safe after {result.safe_ms:.0f} ms, bound {result.safe_bound_ms:g}")
     return "; ".join(found)
 
 

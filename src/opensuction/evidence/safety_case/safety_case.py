@@ -7,12 +7,17 @@ from typing import Any, NamedTuple
 from opensuction import __version__
 from opensuction.evidence import crew
 from opensuction.evidence.safety_case import hazard_case
-from opensuction.evidence.safety_case.hazard import Hazard, Response
-from opensuction.evidence.safety_case.hazard_result import Exposure, HazardResult
+from opensuction.evidence.safety_case.hazard import SET_UP, Hazard, Response
+from opensuction.evidence.safety_case.hazard_result import HazardResult
+from opensuction.oracle.exposure import PatientExposure
+from opensuction.oracle.harm import NAMES
+from opensuction.simulation.injection.run_judgement import count_left_inside
 from opensuction.twin.fault.fault_table import ROWS
 
 WORKERS = 2
 FIRST_SEED = 1
+LEAST = ("least_cmh2o", "least_percent")
+"""Ends of the names of measures of which less is worse."""
 
 Tell = Callable[[int, int, HazardResult], None]
 """Hears of each result: how many are done, of how many, and it."""
@@ -57,11 +62,11 @@ def _ratio(value: float, bound: float) -> float:
 
 def _share(result: HazardResult) -> tuple[bool, bool, float]:
     """How bad a run is: broken first, then what was answered, then the bound that is nearest."""
-    claim = result.case.claim
-    nearest = max(
-        _ratio(result.detected_ms, claim.detected_ms), _ratio(result.safe_ms, claim.safe_ms)
-    )
-    counts = result.answered or not result.ok
+    nearest = _ratio(result.detected_ms, result.detected_bound_ms)
+    stays = result.left_inside is not None
+    if not stays:
+        nearest = max(nearest, _ratio(result.safe_ms, result.safe_bound_ms))
+    counts = result.answered or stays or not result.ok
     return not result.ok, counts, nearest if counts else 0.0
 
 
@@ -81,7 +86,7 @@ def run(
     # Neighbours share a prepared cycle.
     order = sorted(
         range(len(cases)),
-        key=lambda i: (cases[i].seed, cases[i].claim.patient, cases[i].claim.approach, i),
+        key=lambda i: (cases[i].seed, cases[i].patient, cases[i].approach, i),
     )
     found: dict[int, HazardResult] = {}
 
@@ -105,28 +110,40 @@ def _finite(value: float) -> float | None:
     return round(value, 3) if math.isfinite(value) else None
 
 
-def _most(exposures: Sequence[Exposure]) -> dict[str, float | None]:
-    return {
-        name: _finite(max(getattr(exposure, name) for exposure in exposures))
-        for name in Exposure._fields
-    }
+def _bear(results: Sequence[HazardResult]) -> dict[str, float | None]:
+    """Each measure of what the patient bore, of the run in which it was worst."""
+    borne = [result.exposure for result in results if result.exposure is not None]
+    worst = {}
+    for name in PatientExposure._fields:
+        if name in ("inside_at_end", "outside_mm"):
+            continue
+        values = [getattr(one, name) for one in borne]
+        least = name.endswith(LEAST)
+        worst[name] = _finite(min(values) if least else max(values)) if values else None
+    return worst
 
 
 def _run(result: HazardResult) -> dict[str, Any]:
     """One run in plain data."""
     case = result.case
     known = ROWS[case.claim.fault].strength
+    set_up = case.span == SET_UP
     return {
         "fault": case.claim.name,
-        "phase": None if case.phase is None else case.phase.name.lower(),
-        "after_s": case.after_s,
+        "phase": None if set_up or case.at.phase is None else case.at.phase.name.lower(),
+        "after_s": case.at.after_s,
         "strength": None if known is None else case.strength,
-        "approach": case.claim.approach,
-        "patient": case.claim.patient,
+        "approach": case.approach,
+        "patient": case.patient,
         "seed": case.seed,
         "alarm": result.alarm.lower() or None,
+        "by": result.by or None,
         "detected_ms": _finite(result.detected_ms),
+        "detected_bound_ms": _finite(result.detected_bound_ms),
         "safe_ms": _finite(result.safe_ms),
+        "safe_bound_ms": _finite(result.safe_bound_ms),
+        "harm": [one.name for one in result.harm],
+        "left_inside": result.left_inside is not None,
         "within_limits": result.within_limits,
         "ok": result.ok,
         "problem": result.problem or None,
@@ -135,42 +152,53 @@ def _run(result: HazardResult) -> dict[str, Any]:
 
 def entry(verdict: HazardVerdict) -> dict[str, Any]:
     """One hazard of the JSON object; times are those of its worst run."""
-    row, worst = verdict.hazard.row, verdict.worst
+    row, worst, results = verdict.hazard.row, verdict.worst, verdict.results
     claim = worst.case.claim
     refused = claim.response == Response.REFUSAL
+    left = [result.left_inside for result in results if result.left_inside is not None]
     return {
         "id": row.id,
         "hazard": row.hazard,
         "severity": row.severity.value,
         "fault": worst.case.title,
         "alarm": worst.alarm.lower() or None,
+        "by": worst.by or None,
         "priority": worst.priority,
         "detected_ms": _finite(worst.detected_ms),
-        "detected_bound_ms": claim.detected_ms,
+        "detected_bound_ms": _finite(worst.detected_bound_ms),
         "safe_state": claim.safe_state,
         "safe_ms": _finite(worst.safe_ms),
-        "safe_bound_ms": claim.safe_ms,
+        "safe_bound_ms": _finite(worst.safe_bound_ms),
         "refused": refused and worst.ok,
-        "within_limits": worst.ok and not worst.answered,
+        "within_limits": worst.ok and not worst.answered and worst.left_inside is None,
+        "left_inside": count_left_inside(result.left_inside for result in results),
+        "unavoidable": sorted({one.unavoidable for one in left if one.unavoidable}),
+        "person": sorted({one.person for one in left}),
         "ok": verdict.ok,
-        "runs": len(verdict.results),
-        "broken": sum(not result.ok for result in verdict.results),
-        "harm": _most([result.exposure for result in verdict.results]),
+        "runs": len(results),
+        "broken": sum(not result.ok for result in results),
+        "harm": sorted({one.name for result in results for one in result.harm}, key=NAMES.index),
+        "exposure": _bear(results),
         "requirements": row.requirements,
+        "only_because": sorted(
+            {one.only_because for one in verdict.hazard.claims if one.only_because}
+        ),
         "worst": _run(worst),
-        "problems": [_run(result) for result in verdict.results if not result.ok],
+        "problems": [_run(result) for result in results if not result.ok],
     }
 
 
 def plain(found: SafetyCase, wall_s: float) -> dict[str, Any]:
     """The JSON object of the command."""
     hazards = [entry(verdict) for verdict in found.verdicts]
+    every = [result for verdict in found.verdicts for result in verdict.results]
     return {
         "version": __version__,
         "in_silico": True,
         "seeds": list(found.seeds),
         "runs": sum(one["runs"] for one in hazards),
         "broken": sum(one["broken"] for one in hazards),
+        "left_inside": count_left_inside(result.left_inside for result in every),
         "ok": found.ok,
         "hazards": hazards,
         "wall_s": round(wall_s, 1),

@@ -2,22 +2,26 @@
 
 A pool of drawn machines and patients, both approaches, is prepared once; each cycle draws one of
 them, its faults, their strengths and instants from the cycle's own number, so that any cycle can
-be played again alone and any part of a campaign on its own.
+be played again alone and any part of a campaign on its own. A fault comes while it matters: the tip
+is in the airway, or will be within a second. What it did to the patient is the oracle's to judge.
 """
 
 import math
 from functools import lru_cache
 from typing import NamedTuple
 
+from opensuction.evidence import healthy_cycle
+from opensuction.evidence.healthy_cycle import AIRWAY, HealthyCycle
 from opensuction.kernel import random_stream
-from opensuction.kernel.phase import CYCLE
+from opensuction.oracle.harm import Harm
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.injection import injection, invariant
-from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.simulation.injection import injection, invariant, run_judgement
+from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.injection.injection import Room
 from opensuction.simulation.injection.invariant import Breach
+from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -32,13 +36,22 @@ BASKET = (
 )
 """Protocols and patients of the pool."""
 APPROACHES = ("travel", "contact")
-PHASES = CYCLE
-"""Phases in which a fault may come; one whose phase never comes is drawn in vain."""
-LATEST_S = 8.0
-"""A fault comes within so long of its phase's begin: the longest phases last 8 s."""
+WATCHED_S = 60.0
+"""How long machine and patient are watched once the machine rests: no bound is longer."""
 
 FAULTS = tuple(fault for fault, row in ROWS.items() if not row.is_setup)
 """Whatever can happen to a running machine."""
+JUDGED = tuple(dict.fromkeys((*invariant.JUDGED, *run_judgement.COLUMNS)))
+"""Columns that are looked at."""
+
+
+class DrawnFault(NamedTuple):
+    """A fault of a cycle, as it is drawn."""
+
+    fault: Fault
+    strength: float
+    share: float
+    """When it comes, as a share of the time in the airway and the second before, 0 to 1."""
 
 
 class Drawn(NamedTuple):
@@ -47,18 +60,24 @@ class Drawn(NamedTuple):
     number: int
     machine: int
     """Index into the pool."""
-    injections: tuple[Injection, ...]
+    faults: tuple[DrawnFault, ...]
 
 
 class Case(NamedTuple):
     """What became of it."""
 
     drawn: Drawn
+    injections: tuple[Injection, ...]
+    """Its faults with their instants."""
     faults: tuple[Fault, ...]
     """Those whose instant came."""
-    noticed: bool
+    told: bool
+    """Whether people were told of anything from the first of them on."""
     commands: tuple[Breach, ...]
-    physical: tuple[Breach, ...]
+    breaches: tuple[Harm, ...]
+    """Bounds of the patient that were broken, but for what the faults make unavoidable."""
+    left_inside: LeftInside | None
+    """None where the tip is out."""
 
 
 def pool(machines: int, first_seed: int, compensation: str) -> list[Prepared]:
@@ -99,28 +118,43 @@ def _pick(share: float, count: int) -> int:
 
 def draw(number: int, machines: int) -> Drawn:
     """The cycle of that number: even ones have one fault, odd ones two."""
-    uniform = _uniforms(number, 10)
-    injections = []
+    uniform = _uniforms(number, 8)
+    faults = []
     for i in range(1 + number % 2):
-        pick, strong, where, when = uniform[1 + 4 * i : 5 + 4 * i]
+        pick, strong, share = uniform[1 + 3 * i : 4 + 3 * i]
         fault = FAULTS[_pick(pick, len(FAULTS))]
-        at = FaultInstant(PHASES[_pick(where, len(PHASES))], round(LATEST_S * when, 3))
-        injections.append(Injection(fault, at, _strength(fault, strong)))
-    return Drawn(number, _pick(uniform[0], machines), tuple(injections))
+        faults.append(DrawnFault(fault, _strength(fault, strong), share))
+    return Drawn(number, _pick(uniform[0], machines), tuple(faults))
 
 
-def judged(prepared: Prepared, drawn: Drawn, room: Room) -> Case:
+def place(drawn: Drawn, healthy: HealthyCycle) -> tuple[Injection, ...]:
+    """The faults of a cycle at their instants. healthy: the machine's own cycle without any."""
+    return tuple(
+        Injection(one.fault, healthy_cycle.find_instant(healthy, AIRWAY, one.share), one.strength)
+        for one in drawn.faults
+    )
+
+
+def judged(prepared: Prepared, healthy: HealthyCycle, drawn: Drawn, room: Room) -> Case:
     """Play a drawn cycle and hold its trace against every invariant and bound."""
-    run = injection.run(prepared.loop, prepared.start, drawn.injections, room=room)
+    injections = place(drawn, healthy)
+    run = injection.run(
+        prepared.loop, prepared.start, injections, after_s=WATCHED_S, seed=drawn.number, room=room
+    )
     settings = prepared.loop.controller
     came = tuple(found for found in run.faults if not math.isnan(found.at_s))
-    faults = tuple(found.injection.fault for found in came)
+    found = run_judgement.judge(
+        prepared.rig.machine, settings.limits.cap_mm, run.columns, run.faults
+    )
+    from_s = min((one.at_s for one in came), default=0.0)
     return Case(
         drawn=drawn,
-        faults=faults,
-        noticed=any(found.notice is not None for found in came),
+        injections=injections,
+        faults=tuple(one.injection.fault for one in came),
+        told=any(one.at_s >= from_s for one in found.told),
         commands=tuple(invariant.command_side(run.sent, settings)),
-        physical=tuple(invariant.physical(run.columns, settings, faults)),
+        breaches=found.breaches,
+        left_inside=found.left_inside,
     )
 
 
@@ -134,12 +168,16 @@ class Part(NamedTuple):
     last: int
 
 
-_pool = lru_cache(maxsize=1)(pool)
+@lru_cache(maxsize=1)
+def _pool(machines: int, first_seed: int, compensation: str) -> list[tuple[Prepared, HealthyCycle]]:
+    """A pool, and of each machine the cycle in which nothing is wrong."""
+    prepared = pool(machines, first_seed, compensation)
+    return [(one, healthy_cycle.play(one)) for one in prepared]
 
 
 def played_part(part: Part) -> list[Case]:
     """Cases of a part, in order; a process prepares its pool once."""
     machines = _pool(part.machines, part.first_seed, part.compensation)
     drawn = [draw(number, len(machines)) for number in range(part.first, part.last)]
-    room = injection.make_room(names=invariant.JUDGED)
-    return [judged(machines[one.machine], one, room) for one in drawn]
+    room = injection.make_room(WATCHED_S, names=JUDGED)
+    return [judged(*machines[one.machine], one, room) for one in drawn]

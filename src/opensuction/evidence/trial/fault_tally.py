@@ -7,7 +7,7 @@ from typing import NamedTuple
 from scipy.stats import beta
 
 from opensuction.evidence.trial.fault_campaign import Case
-from opensuction.simulation.injection.invariant import Breach
+from opensuction.simulation.injection.run_judgement import count_left_inside
 
 CONFIDENCE = 0.95
 EXAMPLES = 5
@@ -28,7 +28,7 @@ class Kind(NamedTuple):
     faults: str
     invariant: str
     physical: bool
-    """What happened, not what was commanded."""
+    """What happened to the patient, not what was commanded."""
     cycles: int
     worst: float
     bound: float
@@ -36,7 +36,7 @@ class Kind(NamedTuple):
 
 
 class Unnoticed(NamedTuple):
-    """Cycles to which a fault came alone, and those of them in which nothing noticed it."""
+    """Cycles to which a fault came alone, and those of them in which nobody was told anything."""
 
     cycles: int
     unnoticed: int
@@ -46,14 +46,16 @@ class Tally(NamedTuple):
     """A campaign in numbers."""
 
     fault_free: Bound
-    """Cycles to which no fault came in time: nothing may be broken, or noticed."""
+    """Cycles to which no fault came in time: nothing may be broken, or told."""
     false_alarms: int
     """Of those: how many were broken off or raised an alarm."""
     commands: Bound
     """Command side, every cycle."""
     single: Bound
-    """Physical bounds, cycles with one fault."""
+    """Bounds of the patient, cycles with one fault."""
     double: Bound
+    left_inside: dict[str, dict[str, int]]
+    """By how many faults came: none, single, double; see `run_judgement.count_left_inside`."""
     unnoticed: dict[str, Unnoticed]
     """By the title of the fault."""
     breaches: tuple[Kind, ...]
@@ -72,21 +74,22 @@ def _titles(case: Case) -> str:
 
 
 def _kinds(cases: Iterable[Case]) -> tuple[Kind, ...]:
-    found: dict[tuple[str, str, bool], list[tuple[int, Breach]]] = {}
+    found: dict[tuple[str, str, bool], list[tuple[int, float, float]]] = {}
     for case in cases:
-        sides = [(False, one) for one in case.commands] + [(True, one) for one in case.physical]
-        for physical, breach in sides:
-            key = (_titles(case), breach.invariant, physical)
-            found.setdefault(key, []).append((case.drawn.number, breach))
+        sides = [(False, one.invariant, one.worst, one.bound) for one in case.commands]
+        sides += [(True, one.name, one.worst, one.limit) for one in case.breaches]
+        for physical, name, worst, limit in sides:
+            key = (_titles(case), name, physical)
+            found.setdefault(key, []).append((case.drawn.number, worst, limit))
     kinds = [
         Kind(
             faults=faults,
             invariant=invariant,
             physical=physical,
             cycles=len(entries),
-            worst=max((breach.worst for _, breach in entries), key=abs),
-            bound=entries[0][1].bound,
-            examples=tuple(number for number, _ in entries[:EXAMPLES]),
+            worst=max(entries, key=lambda entry: abs(entry[1] - entry[2]))[1],
+            bound=max(entries, key=lambda entry: abs(entry[1] - entry[2]))[2],
+            examples=tuple(number for number, _, _ in entries[:EXAMPLES]),
         )
         for (faults, invariant, physical), entries in found.items()
     ]
@@ -95,20 +98,26 @@ def _kinds(cases: Iterable[Case]) -> tuple[Kind, ...]:
 
 def _physical(cases: list[Case], faults: int) -> Bound:
     chosen = [case for case in cases if len(case.faults) == faults]
-    return bound(len(chosen), sum(bool(case.physical) for case in chosen))
+    return bound(len(chosen), sum(bool(case.breaches) for case in chosen))
 
 
 def tally(cases: list[Case]) -> Tally:
     """A campaign's cases counted."""
     alone = [case for case in cases if len(case.faults) == 1]
     every = Counter(case.faults[0].title for case in alone)
-    missed = Counter(case.faults[0].title for case in alone if not case.noticed)
+    missed = Counter(case.faults[0].title for case in alone if not case.told)
     return Tally(
         fault_free=_physical(cases, 0),
-        false_alarms=sum(case.noticed for case in cases if not case.faults),
+        false_alarms=sum(case.told for case in cases if not case.faults),
         commands=bound(len(cases), sum(bool(case.commands) for case in cases)),
         single=_physical(cases, 1),
         double=_physical(cases, 2),
+        left_inside={
+            name: count_left_inside(
+                case.left_inside for case in cases if len(case.faults) == faults
+            )
+            for faults, name in enumerate(("none", "single", "double"))
+        },
         unnoticed={title: Unnoticed(every[title], missed[title]) for title in sorted(every)},
         breaches=_kinds(cases),
     )

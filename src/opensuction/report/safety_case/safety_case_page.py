@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
+from opensuction.report.sheet import Cell, Curve, Level, Plot, Section, Sheet, Table
 from opensuction.report.summary import Summary
 
 LEAD = (
@@ -10,10 +10,13 @@ LEAD = (
     "against bounds that were argued beforehand. In-silico: no hardware, no patient."
 )
 METHOD = (
-    "A run counts as alarmed when one of the conditions that the row expects is signalled, and as "
-    "safe from the instant after which the safe state holds to the end of the run, by the truth "
-    "of the twin. In every run the force at the tip stays within 0.3 N, the tip above its cap and "
-    "the vacuum within 200 mmHg for an adult, or the row is broken.",
+    "A run counts as alarmed when people at the bedside are told of one of the conditions that the "
+    "row expects: by the annunciator, whoever raised it. It is safe from the instant after which "
+    "the safe state holds to the end of the run, by the truth of the twin. A catheter that stays "
+    "inside is no safe state; it counts on its own.",
+    "What the patient bore is judged by age from the truth alone, summed over the whole run, which "
+    "is watched for a minute after the machine has come to rest. Bounds of time are for an adult; "
+    "a child has two thirds of them.",
     "Times are those of the run that broke a bound, or came nearest to one. A dash means that "
     "it did not happen, or was not needed: some rows accept a whole cycle within every limit.",
 )
@@ -34,6 +37,7 @@ def page(data: Summary, details: Sequence[Summary]) -> Sheet:
             "safe state",
             "safe, ms",
             "bound",
+            "left inside",
             "broken",
             "ok",
         ),
@@ -48,12 +52,45 @@ def page(data: Summary, details: Sequence[Summary]) -> Sheet:
             ("version", data["version"]),
             ("runs", str(data["runs"])),
             ("seeds", ", ".join(str(seed) for seed in data["seeds"])),
+            ("left inside", _left_inside(data["left_inside"])),
         ),
         sections=(
-            Section("Overview", METHOD, (overview,)),
+            Section("Overview", (), (overview, *_stayed(details))),
+            Section("How it was judged", METHOD),
+            Section("Worst run of each hazard"),
             *(_section(hazard) for hazard in details),
         ),
     )
+
+
+def _left_inside(found: Summary) -> str:
+    """Runs that ended with the tip inside, in words."""
+    if not found["count"]:
+        return "in no run"
+    return (
+        f"in {found['count']} runs, {found['unavoidable']} of them unavoidable; "
+        f"{found['told']} told high in time"
+    )
+
+
+def _stayed(details: Sequence[Summary]) -> tuple[Table, ...]:
+    """Hazards in which a catheter stayed inside: why, and what a person must do."""
+    rows = tuple(
+        (
+            Cell(hazard["id"], href=f"#{hazard['id']}"),
+            hazard["left_inside"]["count"],
+            hazard["left_inside"]["unavoidable"],
+            hazard["left_inside"]["told"],
+            "; ".join(hazard["unavoidable"]) or "nothing makes it so",
+            " ".join(hazard["person"]),
+        )
+        for hazard in details
+        if hazard["left_inside"]["count"]
+    )
+    if not rows:
+        return ()
+    columns = ("id", "runs", "unavoidable", "told high", "unavoidable because", "a person must")
+    return (Table("Left inside at the end of the run", columns, rows),)
 
 
 TIMES = ("detected_ms", "detected_bound_ms", "safe_ms", "safe_bound_ms")
@@ -75,8 +112,9 @@ def _overview(hazard: Summary) -> tuple[object, ...]:
     elif hazard["within_limits"]:
         alarm = "not needed: within every limit"
     detected, detected_bound, safe, safe_bound = _times(hazard)
+    left = hazard["left_inside"]
     return (
-        hazard["id"],
+        Cell(hazard["id"], href=f"#{hazard['id']}"),
         hazard["hazard"],
         alarm,
         hazard["priority"],
@@ -85,6 +123,7 @@ def _overview(hazard: Summary) -> tuple[object, ...]:
         hazard["safe_state"],
         safe,
         safe_bound,
+        f"{left['count']} ({left['unavoidable']} unavoidable)" if left["count"] else "-",
         f"{hazard['broken']} of {hazard['runs']}",
         hazard["ok"],
     )
@@ -102,7 +141,14 @@ def _section(hazard: Summary) -> Section:
     requirements = ", ".join(hazard["requirements"])
     text.append(f"Requirements: {requirements}. Worst run: {hazard['fault']}.")
     title = f"{hazard['id']} {hazard['hazard']}{'' if hazard['ok'] else ': broken'}"
-    return Section(title, tuple(text), (_faults(hazard["faults"]),), _plots(hazard))
+    if hazard["only_because"]:
+        text.insert(3, "Not for all: " + "; ".join(hazard["only_because"]) + ".")
+    if hazard["harm"]:
+        text.append(
+            f"Bounds of the patient that were broken in some run: {', '.join(hazard['harm'])}."
+        )
+    faults, plots = (_faults(hazard["faults"]),), _plots(hazard)
+    return Section(title, tuple(text), faults, plots, anchor=hazard["id"])
 
 
 def _faults(faults: Sequence[Summary]) -> Table:

@@ -59,8 +59,12 @@
     element.append(list);
   }
 
+  /* What is folded has no width to draw in: it is drawn when it is opened. */
+  const isFolded = (element) => element.closest("details:not([open])") !== null;
+
   function draw(id, plot) {
     const element = document.getElementById(id);
+    if (isFolded(element)) return;
     element.replaceChildren();
     const width = parts.widthOf(element);
     const height = width < NARROW_PX ? NARROW_HEIGHT_PX : HEIGHT_PX;
@@ -99,5 +103,24 @@
     for (const [id, plot] of Object.entries(page)) draw(id, plot);
   }
 
+  function drawIn(details) {
+    if (!details.open) return;
+    for (const [id, plot] of Object.entries(page)) {
+      const element = document.getElementById(id);
+      if (details.contains(element) && !element.firstChild) draw(id, plot);
+    }
+  }
+
+  function openTarget() {
+    const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    if (!(target instanceof HTMLDetailsElement)) return;
+    target.open = true;
+    target.scrollIntoView();
+  }
+
+  document.querySelectorAll("details").forEach((details) =>
+    details.addEventListener("toggle", () => drawIn(details)));
+  addEventListener("hashchange", openTarget);
   parts.keepDrawn(drawAll);
+  openTarget();
 })();

@@ -255,6 +255,7 @@ def figures(prepared: Prepared, columns: Columns) -> Outcome:
         stopping_mm(prepared),
         secretion_ml,
         tracked_span_s(prepared),
+        prepared.loop.controller.limits.cap_mm,
     )
 
 

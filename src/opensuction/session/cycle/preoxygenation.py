@@ -14,6 +14,7 @@ from opensuction.session.plain import Json
 from opensuction.simulation import closed_loop, idle_time, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
 
 GIVEN_S = 60.0
 """How long it is given before the start: 30 to 60 s are usual, and after 30 s saturation falls
@@ -61,9 +62,7 @@ def give(loop: Loop, state: LoopState, chosen: str | None) -> tuple[Loop, LoopSt
     if not loop.controller.service.passes.asks_for_oxygen:
         return loop, state
     if _is_given(loop, chosen):
-        ventilator = loop.machine.patient.ventilator._replace(oxygen_ratio=FULL_RATIO)
-        person = loop.machine.patient._replace(ventilator=ventilator)
-        loop = loop._replace(machine=loop.machine._replace(patient=person))
+        loop = loop._replace(machine=preset.ventilate(loop.machine, FULL_RATIO))
         state = pass_idle_time(loop, state, GIVEN_S)
     return loop, closed_loop.run(loop, state, ANSWERS[chosen or USUAL], trace.rows(DT_S))[0]
 

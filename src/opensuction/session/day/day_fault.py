@@ -20,6 +20,7 @@ from opensuction.simulation.injection.fault_instant import AT_START, FaultInstan
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun, Room
 from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
 from opensuction.twin.fault.fault_table import ROWS
 
 RESETS = fault_run.RESETS
@@ -96,11 +97,13 @@ class FaultyDay:
         self._note(ran)
         return ran.state, ran.columns
 
-    def break_machine(self, sound: Prepared) -> Prepared:
-        """The same with what has broken, for the time between two cycles."""
+    def afflict(self, prepared: Prepared) -> Prepared:
+        """A machine with the faults that have come, for the time between two cycles."""
         if self._going is None:
-            return sound
-        return sound._replace(loop=sound.loop._replace(machine=self._going.loop.machine))
+            return prepared
+        oxygen_ratio = prepared.loop.machine.patient.ventilator.oxygen_ratio
+        broken = preset.ventilate(self._going.loop.machine, oxygen_ratio)
+        return prepared._replace(loop=prepared.loop._replace(machine=broken))
 
     @property
     def is_over(self) -> bool:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from opensuction.controller import setup
 from opensuction.identification.estimator.gap_scale import ScaleRecord
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import NO_REQUESTS, START
+from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.session.choice import DayChoice
@@ -129,13 +129,13 @@ def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: list[Sa
 def play(
     prepared: Prepared,
     asked: DayChoice,
-    tell: Callable[[DayCycle], None],
+    tell: Callable[[DayCycle, Prepared, Columns], None],
 ) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
-    halted machine waits for a person, as does a gap out of its range; where faults were asked for
-    a person resets it (see `day_fault`).
+    tell: hears of each cycle when it is over, as it began and with its trace from its start. A
+    cycle that does not end parked ends the day: a halted machine waits for a person, as does a gap
+    out of its range; where faults were asked for a person resets it (see `day_fault`).
     """
     timed = setup.with_schedule(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
@@ -152,15 +152,14 @@ def play(
     faulty = FaultyDay(prepared, asked) if prepared.resolved.faults else None
     while len(cycles) < asked.repeat:
         if cycles:
-            here = prepared if faulty is None else faulty.break_machine(prepared)
+            sick = prepared if faulty is None else faulty.afflict(prepared)
             comes_s = asked.every_s - WAKE_S - attendance.lead_s(prepared)
-            attended = attendance.attend(here, _waited(here, state, comes_s, diary))
+            attended = attendance.attend(sick, _waited(sick, state, comes_s, diary))
             state = attended.ready.start
         # After a change of catheter the clock begins anew: the person starts this cycle.
         by_hand = attended.catheter_changed or not cycles
         ready = attended.ready._replace(start=state)
-        play_one = cycle_run.played if faulty is None else faulty.play
-        state, columns = play_one(ready, state, START if by_hand else NO_REQUESTS)
+        state, columns = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
         diary += _look_back(state, columns)
         columns = _from_its_start(columns)
         done = _cycle(attended, ready, state, columns, len(cycles) + 1)
@@ -168,7 +167,7 @@ def play(
             learning = day_calibration.learned(learning, prepared, columns)
             done = done._replace(gap=learning.record)
         cycles.append(done)
-        tell(done)
+        tell(done, ready, _from_zero(columns))
         refusal = None if learning is None else learning.refusal
         if _waits_for_a_person(state, faulty) or refusal is not None:
             break
@@ -183,7 +182,7 @@ def play(
         cycles=tuple(cycles),
         samples=DaySamples(*np.array(diary).T),
         last=ready,
-        columns={**columns, "time_s": columns["time_s"] - columns["time_s"][0]},
+        columns=_from_zero(columns),
         produced_ml=left_ml + removed_ml - began_ml,
         canister_ml=state.machine.bore.canister_ml,
         left_ml=left_ml,
@@ -191,6 +190,15 @@ def play(
         faults=() if faulty is None else tuple(faulty.plain()),
         reset_cycles=() if faulty is None else tuple(faulty.reset_cycles),
     )
+
+
+def _played(
+    ready: Prepared, faulty: FaultyDay | None, state: LoopState, requests: Requests
+) -> tuple[LoopState, Columns]:
+    """One cycle, with what is broken; the state after it, and its trace."""
+    if faulty is None:
+        return cycle_run.played(ready, state, requests)
+    return faulty.play(ready, state, requests)
 
 
 def _waits_for_a_person(state: LoopState, faulty: FaultyDay | None) -> bool:
@@ -204,6 +212,11 @@ def _from_its_start(columns: Columns) -> Columns:
     """A trace without the ticks in which the machine was still parked."""
     first = int(np.argmax(columns["phase"] != Phase.PARKED))
     return {name: values[first:] for name, values in columns.items()}
+
+
+def _from_zero(columns: Columns) -> Columns:
+    """A trace with a clock of its own."""
+    return {**columns, "time_s": columns["time_s"] - columns["time_s"][0]}
 
 
 def _cycle(

@@ -1,5 +1,7 @@
 """A day of cycles, and what self-calibration found in it, as plain data and in words."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from opensuction.identification.estimator.gap_scale import ScaleRecord
@@ -10,6 +12,8 @@ from opensuction.report.wording import capitalise
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_summary
+from opensuction.session.day import cycle_report
+from opensuction.session.day.cycle_report import CycleReport
 from opensuction.session.day.day_run import Day, DayCycle
 from opensuction.session.plain import Json, without_nan
 
@@ -30,6 +34,10 @@ def _row(cycle: DayCycle) -> Json:
         "bore_ml": cycle.bore_ml,
         "negative_pressure_s": found.negative_pressure_s,
         "in_airway_s": found.exposure.in_airway_s,
+        "inside_at_end": found.exposure.inside_at_end,
+        "end_mm": found.exposure.end_mm,
+        "harm": [one.name for one in found.harm],
+        "told": cycle_summary.told(found.told),
         "spo2_nadir_percent": found.exposure.spo2_least_percent,
         "lung_volume_loss_ml": found.exposure.lung_volume_loss_ml,
         "trips": [cycle_summary.name_of(item.trip) for item in found.trips],
@@ -69,13 +77,15 @@ def notes(day: Day) -> list[str]:
     return said
 
 
-def plain(day: Day) -> Json:
-    """The key ``day`` of the command's JSON."""
+def plain(day: Day, reports: Sequence[CycleReport] = ()) -> Json:
+    """The key ``day`` of the command's JSON. reports: of its cycles, where they were made."""
+    reported = [cycle_report.plain(report) for report in reports] or [{}] * len(day.cycles)
+    cycles = [_row(cycle) | more for cycle, more in zip(day.cycles, reported, strict=True)]
     return without_nan(
         {
             "repeat": day.asked.repeat,
             "every_min": day.asked.every_min,
-            "cycles": [_row(cycle) for cycle in day.cycles],
+            "cycles": cycles,
             "produced_ml": day.produced_ml,
             "removed_ml": sum(cycle.outcome.removed_ml for cycle in day.cycles),
             "left_ml": day.left_ml,

@@ -1,41 +1,50 @@
-"""What single faults add to the physical bounds of a run, each with its reason.
+"""What single faults add to the bounds of a run, each with its reason.
 
 Some faults do harm before any sensor can show them, or leave no actuator that could prevent it. For
 these a bound is higher by what physics makes unavoidable, as a number, and the higher bound is
-checked as the common one is for all other faults.
+checked as the common one is for all other faults. Some are a harm by themselves: a patient whose
+circuit has come off is without pressure, whatever a suction machine does.
 
 It is not part of a fault's row: the rows say what happens to the machine, in the twin, and a bound
 says what a patient may bear, which is for those to judge who check a trace.
 """
 
-from collections.abc import Iterable
-from enum import Enum
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
+from opensuction.oracle.harm import (
+    ADVANCE,
+    AIRWAY_PRESSURE,
+    FORCE,
+    LUNG_VOLUME,
+    SATURATION,
+    TIP_PAST_CAP,
+    Harm,
+)
 from opensuction.twin.fault.fault import Fault
-
-
-class PhysicalBound(Enum):
-    """What is bounded, in the words of a report."""
-
-    TIP = "tip within its cap"
-    FORCE = "force on the carina"
-    ADVANCE = "no advance of the tip under vacuum"
-    SUCTION = "time of suction in the airway"
-    AIRWAY = "time in the airway"
-    VACUUM = "vacuum in the airway"
 
 
 class Allowance(NamedTuple):
     """What a fault adds to a bound."""
 
     fault: Fault
-    bound: PhysicalBound
+    bound: str
+    """Name of the harm."""
     more: float
     """On top of the common bound, in its unit."""
     reason: str
 
 
+class OwnHarm(NamedTuple):
+    """What a fault of the patient, or of the ventilator, is by itself."""
+
+    fault: Fault
+    bounds: tuple[str, ...]
+    reason: str
+
+
+MOST_MM = 100.0
+"""A bound of more cannot be broken: no patient's airway is so long beyond it."""
 UNDETECTED_CONTACT_N = 0.25
 """Contact is not reported: the tip presses until even the rearmost possible tip is 5 mm past the
 carina, 15 mm of overlap at most. It buckles at 0.35 N at most (a neonate's short free end; 0.2 N in
@@ -56,80 +65,139 @@ alone: 1.7 mm in all with detection after 1 mm [in-silico]; it is 0.3 mm now."""
 UNDETECTED_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
-WHOLE_WAY_MM = 200.0
-"""The whole way in: 100 mm outside the patient, and from there to the deepest cap of an adult."""
+UNNOTICED_WAY_MM = 60.0
+"""An adult's tip makes 60 mm in the 2 s until the line shows it, at 30 mm/s in the tube; a small
+patient's whole way is 42 mm of tube and 16 mm to the carina [computed]."""
+COUGHED_MM = 22.5
+"""A trachea shortens by 9 mm at 60 cmH2O: at the strongest cough of 150 it takes a tip that lies on
+the carina so far along, and gives it back [computed]."""
+MISSED_MM = 17.0
+"""Approach by contact: the way from the carina to the end of its search, 8 mm and the margin of the
+cap, and what was taught too deep [computed]."""
 
 ALLOWANCES: tuple[Allowance, ...] = (
     Allowance(
         Fault.SWITCH_STUCK_OPEN,
-        PhysicalBound.FORCE,
+        FORCE,
         UNDETECTED_CONTACT_N,
         "only the travel of the head shows that there must be contact",
     ),
     Allowance(
         Fault.SWITCH_STIFF,
-        PhysicalBound.FORCE,
+        FORCE,
         UNDETECTED_CONTACT_N,
         "as a switch that never closes, where the catheter buckles before it does",
     ),
     Allowance(
         Fault.TUBE_DISPLACED,
-        PhysicalBound.FORCE,
+        FORCE,
         LIFTED_CARINA_N,
         "the fault itself moves the carina into the tip, faster than any drive",
     ),
     Allowance(
         Fault.CONDUIT_REROUTED,
-        PhysicalBound.FORCE,
+        FORCE,
         UNDETECTED_CONTACT_N,
         "moving the conduit pushes the catheter on before anything can be read of it",
     ),
     Allowance(
         Fault.CONDUIT_REROUTED,
-        PhysicalBound.ADVANCE,
+        ADVANCE,
         REROUTED_MM,
         "as its force: no command moves the tip",
     ),
     Allowance(
         Fault.CONDUIT_REROUTED,
-        PhysicalBound.TIP,
+        TIP_PAST_CAP,
         REROUTED_MM - CAP_MARGIN_MM,
         "as its force; the cap allows for gaps of 0.7 to 1.3 of the identified one",
     ),
     Allowance(
         Fault.MOTOR_REVERSED,
-        PhysicalBound.ADVANCE,
+        ADVANCE,
         COAST_MM,
         "the head must move before its encoder shows it, and coasts when its torque is off",
     ),
     Allowance(
         Fault.ENCODER_OFFSET,
-        PhysicalBound.ADVANCE,
+        ADVANCE,
         UNDETECTED_JUMP_MM,
         "a small jump cannot be told from motion, and the servo corrects it",
     ),
     Allowance(
         Fault.ENCODER_JUMPING,
-        PhysicalBound.ADVANCE,
+        ADVANCE,
         UNDETECTED_JUMP_MM,
         "as an offset; larger jumps show as speed",
     ),
     Allowance(
         Fault.VALVE_STUCK_OPEN,
-        PhysicalBound.ADVANCE,
-        WHOLE_WAY_MM,
+        ADVANCE,
+        UNNOTICED_WAY_MM,
         "a slide that leaves its seat by itself shows in the vacuum of the resting line within a "
         "second or two; through a thin catheter, open by less than a fifth, or where mucus blocks "
         "it, not before the next pre-use test, and the insertion goes on",
     ),
+    Allowance(
+        Fault.COUGH,
+        FORCE,
+        LIFTED_CARINA_N,
+        "as a tube that is displaced: the patient moves the carina into the tip",
+    ),
+    Allowance(
+        Fault.COUGH,
+        ADVANCE,
+        COUGHED_MM,
+        "as its force: the patient moves the tip, and no command",
+    ),
+    Allowance(
+        Fault.CARINA_MISSED,
+        TIP_PAST_CAP,
+        MISSED_MM,
+        "that the carina was missed is known when it has not been met where it must be",
+    ),
+)
+
+OWN_HARM: tuple[OwnHarm, ...] = (
+    OwnHarm(
+        Fault.CIRCUIT_DISCONNECTED,
+        (AIRWAY_PRESSURE, LUNG_VOLUME, SATURATION),
+        "an open circuit is without pressure until a person closes it",
+    ),
+    OwnHarm(
+        Fault.VENTILATOR_PRESSURE,
+        (AIRWAY_PRESSURE, LUNG_VOLUME, SATURATION),
+        "the ventilator gives the wrong pressure until a person mends that",
+    ),
+    OwnHarm(
+        Fault.DECANNULATION,
+        (AIRWAY_PRESSURE, LUNG_VOLUME, SATURATION),
+        "a tube that has come out leaves the patient without pressure until a person helps",
+    ),
+    OwnHarm(
+        Fault.COUGH,
+        (AIRWAY_PRESSURE, LUNG_VOLUME),
+        "a cough is a high pressure, and the breath that follows it a low one",
+    ),
+    OwnHarm(Fault.DESATURATION, (SATURATION,), "the saturation falls for the patient's reasons"),
 )
 
 
-def raise_limit(bound: PhysicalBound, common: float, faults: Iterable[Fault]) -> float:
-    """The bound that holds under these faults: the common one and the most that one of them adds.
+def _is_explained(found: Harm, faults: Collection[Fault], strictly: Collection[str]) -> bool:
+    """Whether the faults make a harm unavoidable."""
+    if any(one.fault in faults and found.name in one.bounds for one in OWN_HARM):
+        return True
+    if found.name in strictly:
+        return False
+    more = [one.more for one in ALLOWANCES if one.bound == found.name and one.fault in faults]
+    return abs(found.worst - found.limit) <= max(more, default=-1.0)
 
-    common: the bound without a fault.
+
+def find_breaches(
+    found: Iterable[Harm], faults: Collection[Fault], strictly: Collection[str] = ()
+) -> tuple[Harm, ...]:
+    """Harm that goes beyond what the faults make unavoidable; of two the one that adds most counts.
+
+    strictly: names of bounds to which nothing is added.
     """
-    came = tuple(faults)
-    more = [one.more for one in ALLOWANCES if one.bound == bound and one.fault in came]
-    return common + max(more, default=0.0)
+    return tuple(one for one in found if not _is_explained(one, faults, strictly))

@@ -12,6 +12,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.safety.head import head_vote
 from opensuction.simulation import closed_loop, wiring
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
@@ -120,8 +121,9 @@ class FaultyRun:
         """Begin the rows anew from a state in which the machine has rested for a while.
 
         Its controller runs. What is broken stays broken, and what was due meanwhile comes at once;
-        a fault that waits goes on waiting, its instant counted from here. controls: its controller
-        and the oxygen that it gives go on, nothing else of it. requests: pressed in the next tick.
+        a fault that waits goes on waiting, its instant counted from here. controls: whose
+        controller goes on; of its machine only the oxygen that the patient gets counts. requests:
+        pressed in the next tick.
         """
         passed = self.done + state.tick - self.state.tick
         self.at_s = [at_s - passed * DT_S for at_s in self.at_s]
@@ -129,11 +131,9 @@ class FaultyRun:
         self._next_course = {i: max(at - passed, 0) for i, at in self._next_course.items()}
         self._began, self._noted, self.done = {}, 0, 0
         self.state, self.requests = state, requests
-        self._loop = controls
-        person = self._sound.patient
-        oxygen = controls.machine.patient.ventilator.oxygen_ratio
-        given = person._replace(ventilator=person.ventilator._replace(oxygen_ratio=oxygen))
-        self._sound = self._sound._replace(patient=given)
+        self._loop = controls._replace(machine=self._loop.machine)
+        oxygen_ratio = controls.machine.patient.ventilator.oxygen_ratio
+        self._sound = preset.ventilate(self._sound, oxygen_ratio)
         self._break_machine()
 
     def hold(self, place: int, waits: bool) -> None:
@@ -300,7 +300,7 @@ class FaultyRun:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and what its record holds.
+        """A new controller starts: it knows what the head's sensors read and what its record holds.
 
         Where the mains were gone, they are back.
         """
@@ -309,7 +309,7 @@ class FaultyRun:
             machine.read(self._loop.machine, self.state.machine),
             self.state.tick,
         )
-        head_mm = readings.head_mm if readings.head_valid else float("nan")
+        head_mm = head_vote.first_mm(readings)
         settings, kept = self._loop.controller, self.state.controller.core.upkeep
         fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
         self.state = self.state._replace(controller=fresh)

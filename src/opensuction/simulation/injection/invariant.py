@@ -1,11 +1,11 @@
 """What must hold in every tick of a run under any fault, checked on the trace afterwards.
 
-There are two kinds. The *command side* is what the controller sends, judged by what it has read: no
-fault excuses a breach. The *physical bounds* are what happens to the patient: they hold without a
-fault and under any single one, raised for some faults by `fault_allowance`.
+The *command side* is what the controller sends, judged by what it has read: no fault excuses a
+breach.
+What happens to the patient is for others to judge: see `run_judgement`.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,16 +13,13 @@ import numpy.typing as npt
 
 from opensuction.controller.record import Settings
 from opensuction.kernel.phase import Phase
+from opensuction.oracle.exposure import trace_advance_mm
 from opensuction.safety import condition_mask
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.watch import valve_axis, watch
 from opensuction.simulation.closed_loop import COLUMNS, DT_S
-from opensuction.simulation.injection import fault_allowance
-from opensuction.simulation.injection.fault_allowance import PhysicalBound
 from opensuction.simulation.injection.injection import SIGNS
-from opensuction.simulation.outcome import VENTED_MMHG
 from opensuction.simulation.trace import Columns
-from opensuction.twin.fault.fault import Fault
 
 Ticks = npt.NDArray[np.bool_]
 Samples = npt.NDArray[np.float64]
@@ -44,15 +41,7 @@ class Breach(NamedTuple):
 
 Check = Callable[[Columns, Settings], Breach | None]
 
-_READ = (
-    "readings.cam_rad",
-    "readings.cam_valid",
-    "readings.head_mm",
-    "readings.head_valid",
-    "truth.contact_n",
-    "truth.tip_mm",
-    "truth.tip_vacuum_mmhg",
-)
+_READ = ("readings.cam_rad", "readings.cam_valid", "readings.head_mm", "readings.head_valid")
 JUDGED = tuple(name for name in COLUMNS if name.startswith("commands.") or name in (*SIGNS, *_READ))
 """Columns that are looked at here: a campaign copies no others."""
 
@@ -71,23 +60,6 @@ def _breach(
 
 def _above(name: str, columns: Columns, values: Samples, bound: float) -> Breach | None:
     return _breach(name, columns, values > bound, values, bound)
-
-
-def advance_mm(position_mm: Samples, counts: Ticks) -> Samples:
-    """Net advance so far within each unbroken stretch in which ``counts`` holds; 0 elsewhere."""
-    found = np.zeros_like(position_mm)
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], counts.astype(np.int8), [0]))))
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
-        part = position_mm[start:end]
-        found[start:end] = part - np.minimum.accumulate(part)
-    return found
-
-
-def duration_s(counts: Ticks) -> Samples:
-    """For how long ``counts`` has held without a break, in each tick."""
-    index = np.arange(counts.size)
-    last_off = np.maximum.accumulate(np.where(counts, -1, index))
-    return np.where(counts, index - last_off, 0) * DT_S
 
 
 def _finite_commands(columns: Columns, _: Settings) -> Breach | None:
@@ -169,7 +141,7 @@ def _command_advance(columns: Columns, settings: Settings) -> Breach | None:
     told_open &= columns["commands.valve_on"] > 0.0
     driven = columns["commands.insertion_on"] > 0.0
     driven &= columns["phase"] != Phase.CHECKING
-    advance = advance_mm(columns["commands.head_mm"], told_open & driven)
+    advance = trace_advance_mm(columns["commands.head_mm"], told_open & driven)
     following = settings.limits.following_mm
     # The command may be behind the head by its following distance when the valve opens.
     return _above("no advance with the valve open", columns, advance, ADVANCE_MM + following)
@@ -195,103 +167,4 @@ def command_side(columns: Columns, settings: Settings) -> list[Breach]:
     that the drives obeyed: what a link loses or delays is no breach of the controller's.
     """
     found = (check(columns, settings) for check in COMMAND_SIDE)
-    return [breach for breach in found if breach is not None]
-
-
-class Grace(NamedTuple):
-    """Times that the machine needs once it has noticed, on top of a limit."""
-
-    closing_s: float
-    """From the order to close until no vacuum is left at the tip."""
-    withdrawal_s: float
-    """From the command to withdraw until the tip is out, or the drive's torque is off."""
-
-
-FORCE_N = 0.3
-"""Peak force on the carina [design-force]."""
-CLOSING_S = 2.5
-"""The cam's stroke of 2 s at the paper's 15 deg/s, and the line's venting."""
-EXCESS_S = 0.5
-"""How long vacuum above its limit may act: noticed after .2 s, vented within .3 s."""
-
-
-def grace(settings: Settings) -> Grace:
-    """What the settings' machine needs."""
-    return Grace(closing_s=CLOSING_S, withdrawal_s=settings.limits.withdrawal_s)
-
-
-def _is_inside(columns: Columns, settings: Settings) -> Ticks:
-    inside: Ticks = columns["truth.tip_mm"] > settings.limits.outside_mm
-    return inside
-
-
-def _is_sucking(columns: Columns) -> Ticks:
-    sucking: Ticks = columns["truth.tip_vacuum_mmhg"] > VENTED_MMHG
-    return sucking
-
-
-def _advance(columns: Columns, _: Settings) -> Samples:
-    return advance_mm(columns["truth.tip_mm"], _is_sucking(columns))
-
-
-def _negative_pressure(columns: Columns, settings: Settings) -> Samples:
-    return duration_s(_is_sucking(columns) & _is_inside(columns, settings))
-
-
-def _in_airway(columns: Columns, settings: Settings) -> Samples:
-    """A catheter that cannot be drawn out is left without torque, vented, to a person's hand."""
-    let_go = (columns["commands.insertion_on"] == 0.0) & ~_is_sucking(columns)
-    return duration_s(_is_inside(columns, settings) & ~let_go)
-
-
-def _excess(columns: Columns, settings: Settings) -> Samples:
-    """At the tip, in the airway: what the line holds behind a closed valve harms nobody."""
-    felt = np.where(_is_inside(columns, settings), columns["truth.tip_vacuum_mmhg"], 0.0)
-    return duration_s(felt > settings.limits.vacuum_mmhg)
-
-
-class PhysicalCheck(NamedTuple):
-    """A bound of what happens to the patient."""
-
-    bound: PhysicalBound
-    values: Callable[[Columns, Settings], Samples]
-    limit: Callable[[Settings], float]
-    """Where no fault raises it."""
-
-
-PHYSICAL: tuple[PhysicalCheck, ...] = (
-    PhysicalCheck(
-        PhysicalBound.TIP,
-        lambda columns, _: columns["truth.tip_mm"],
-        lambda settings: settings.limits.cap_mm,
-    ),
-    PhysicalCheck(
-        PhysicalBound.FORCE, lambda columns, _: columns["truth.contact_n"], lambda _: FORCE_N
-    ),
-    PhysicalCheck(PhysicalBound.ADVANCE, _advance, lambda _: ADVANCE_MM),
-    PhysicalCheck(
-        PhysicalBound.SUCTION,
-        _negative_pressure,
-        lambda settings: settings.limits.negative_pressure_s + grace(settings).closing_s,
-    ),
-    PhysicalCheck(
-        PhysicalBound.AIRWAY,
-        _in_airway,
-        lambda settings: settings.limits.in_airway_s + grace(settings).withdrawal_s,
-    ),
-    PhysicalCheck(PhysicalBound.VACUUM, _excess, lambda _: EXCESS_S),
-)
-"""Bounds that hold under any single fault, too."""
-
-
-def physical(columns: Columns, settings: Settings, faults: Iterable[Fault] = ()) -> list[Breach]:
-    """Physical bounds that were broken.
-
-    faults: those that came; the bound is raised by what the worst of them adds.
-    """
-    came = tuple(faults)
-    found = []
-    for one in PHYSICAL:
-        limit = fault_allowance.raise_limit(one.bound, one.limit(settings), came)
-        found.append(_above(one.bound.value, columns, one.values(columns, settings), limit))
     return [breach for breach in found if breach is not None]

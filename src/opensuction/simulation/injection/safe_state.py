@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.phase import RESTING
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 
@@ -45,10 +45,10 @@ def _is_standing(columns: Columns, _bounds: SafeBounds) -> Holds:
     return np.asarray(np.abs(head - before) <= STANDING_MM_PER_S * STANDING_S)
 
 
-def _is_not_started(columns: Columns, _bounds: SafeBounds) -> Holds:
-    """At every tick whether insertion has not begun yet."""
-    begun = np.isin(columns["phase"], (Phase.PRELOADING, Phase.INSERTING))
-    return ~np.logical_or.accumulate(begun)
+def _is_not_inserted(columns: Columns, bounds: SafeBounds) -> Holds:
+    """At every tick whether the tip has never been in the patient."""
+    inside = columns["truth.tip_mm"] > bounds.boundary_mm
+    return ~np.logical_or.accumulate(inside)
 
 
 PREDICATES: dict[str, Callable[[Columns, SafeBounds], Holds]] = {
@@ -64,7 +64,7 @@ PREDICATES: dict[str, Callable[[Columns, SafeBounds], Holds]] = {
     "standing": _is_standing,
     "untouched": lambda columns, bounds: columns["truth.contact_n"] <= bounds.contact_n,
     "resting": lambda columns, _: np.isin(columns["phase"], RESTING),
-    "not-started": _is_not_started,
+    "not-inserted": _is_not_inserted,
 }
 """Predicates by name."""
 

@@ -1,0 +1,111 @@
+"""Which bounds of a patient a run broke: the judge's list, empty where nothing was broken.
+
+It says what happened, not whose doing it was: a saturation that falls for the patient's own reasons
+is on it as any other.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.age_group import AgeGroup
+from opensuction.oracle.bound import ADVANCE_MM, BOUNDS, CLOSING_S, FORCE_N
+from opensuction.oracle.exposure import PatientExposure
+from opensuction.twin.machine.machine import Machine
+
+
+class Harm(NamedTuple):
+    """A bound that was broken."""
+
+    name: str
+    """One of `NAMES`."""
+    worst: float
+    limit: float
+    unit: str
+    """Of both."""
+
+
+LEFT_INSIDE = "left-inside"
+TIP_PAST_CAP = "tip-past-cap"
+FORCE = "force"
+CONTACT_TIME = "contact-time"
+VACUUM = "vacuum"
+SUCTION_TIME = "suction-time"
+AIRWAY_TIME = "airway-time"
+ADVANCE = "advance-under-vacuum"
+AIRWAY_PRESSURE = "airway-pressure"
+LUNG_VOLUME = "lung-volume"
+SATURATION = "saturation"
+
+NAMES = (
+    LEFT_INSIDE,
+    TIP_PAST_CAP,
+    FORCE,
+    CONTACT_TIME,
+    VACUUM,
+    SUCTION_TIME,
+    AIRWAY_TIME,
+    ADVANCE,
+    AIRWAY_PRESSURE,
+    LUNG_VOLUME,
+    SATURATION,
+)
+"""Every bound by name, the most urgent first."""
+
+
+def deepest_mm(machine: Machine, cap_mm: float) -> float:
+    """How deep the tip may get: to its cap, and no further past the carina than force presses it.
+
+    A tip that is further past it is in a bronchus. cap_mm: deepest position that was planned.
+    """
+    return min(cap_mm, machine.airway.carina_mm + FORCE_N / machine.airway.tip.carina_n_per_mm)
+
+
+def _of_machine(machine: Machine, borne: PatientExposure, cap_mm: float) -> list[Harm]:
+    """What holds on the bench, too."""
+    limit_mm = deepest_mm(machine, cap_mm)
+    past = borne.deepest_mm > limit_mm
+    found = []
+    if borne.inside_at_end:
+        found.append(Harm(LEFT_INSIDE, borne.end_mm, borne.outside_mm, "mm"))
+    elif borne.piece_mm > 0.0:
+        found.append(Harm(LEFT_INSIDE, borne.piece_mm, 0.0, "mm"))
+    if past:
+        found.append(Harm(TIP_PAST_CAP, borne.deepest_mm, limit_mm, "mm"))
+    if borne.force_peak_n > FORCE_N:
+        found.append(Harm(FORCE, borne.force_peak_n, FORCE_N, "N"))
+    return found
+
+
+def _of_patient(machine: Machine, borne: PatientExposure) -> list[Harm]:
+    """What takes somebody to bear it."""
+    person = machine.patient
+    bounds = BOUNDS[AgeGroup(person.age_group)]
+    most = (
+        Harm(CONTACT_TIME, borne.contact_s, bounds.contact_s, "s"),
+        Harm(VACUUM, borne.vacuum_peak_mmhg, bounds.vacuum_mmhg, "mmHg"),
+        Harm(SUCTION_TIME, borne.suction_s, bounds.suction_s + CLOSING_S, "s"),
+        Harm(AIRWAY_TIME, borne.in_airway_s, bounds.in_airway_s, "s"),
+        Harm(ADVANCE, borne.advance_mm, ADVANCE_MM, "mm"),
+        Harm(AIRWAY_PRESSURE, borne.pressure_unsafe_s, bounds.pressure_s, "s"),
+        Harm(
+            LUNG_VOLUME,
+            borne.lung_volume_loss_ml,
+            bounds.lung_loss_ml_per_kg * person.weight_kg,
+            "mL",
+        ),
+    )
+    found = [one for one in most if one.worst > one.limit]
+    if borne.spo2_least_percent < bounds.spo2_percent:
+        found.append(Harm(SATURATION, borne.spo2_least_percent, bounds.spo2_percent, "%"))
+    return found
+
+
+def find(machine: Machine, borne: PatientExposure, cap_mm: float) -> tuple[Harm, ...]:
+    """Bounds that were broken, in the order of `NAMES`.
+
+    machine: as it was built, before any fault. borne: of the whole run. cap_mm: deepest tip
+    position that was planned; infinite where none was.
+    """
+    found = _of_machine(machine, borne, cap_mm)
+    if machine.has_patient:
+        found += _of_patient(machine, borne)
+    return tuple(found)

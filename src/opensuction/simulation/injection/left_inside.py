@@ -1,0 +1,85 @@
+"""A catheter that stays in the airway: when the fault's own nature makes that unavoidable.
+
+It is an outcome of its own, and never a safe state. Unavoidable it is only where the faults take
+every actuator that could bring it out; then a person must be told at once, with high priority, and
+do what no drive can. Whether a drive is taken is a matter of physics: of the faulty machine's own
+parameters, not of a list of names.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from opensuction.safety.priority import Priority
+from opensuction.simulation.annunciation import Told
+from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_row import MachineEffect
+from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.machine.machine import Machine
+
+PARTED_MM = 1000.0
+"""More play than any rack is long: the head does not follow the motor."""
+
+
+class Unavoidable(NamedTuple):
+    """Why nothing of the machine can bring a catheter out, and what a person must do."""
+
+    reason: str
+    person: str
+
+
+HELD = Unavoidable(
+    "the insertion motor's whole force does not overcome what holds the catheter's head",
+    "Draw the catheter out by hand, at the head's handle; cut it off its clamp if it is held fast.",
+)
+PARTED = Unavoidable(
+    "the gear has parted: what the motor does no longer reaches the catheter's head",
+    "Draw the catheter out by hand: the head moves freely.",
+)
+POWERLESS = Unavoidable(
+    "neither mains nor reserve energy is left to move anything",
+    "Draw the catheter out by hand: the head moves freely, and suction is off.",
+)
+SLIPPED = Unavoidable(
+    "the clamp slips: with its head at home the catheter has not come out as far as it went in",
+    "Draw the catheter out by hand, beyond the clamp; do not use this clamp again.",
+)
+LOOSE = Unavoidable(
+    "the tip has parted from the catheter: nothing of the machine reaches it",
+    "Call for a bronchoscopy: the tip lies in the airway and must be taken out with forceps.",
+)
+
+
+def _find_of_machine(machine: Machine) -> Unavoidable | None:
+    axis = machine.insertion_axis
+    if axis.force_v <= axis.friction_v:
+        return HELD
+    if machine.gear_backlash_mm > PARTED_MM:
+        return PARTED
+    return SLIPPED if machine.clamp_slip_ratio > 0.0 else None
+
+
+def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable | None:
+    """Why a catheter must stay inside under these faults; None where something could move it.
+
+    machine: as it was built, before any fault. came: the faults whose instant came.
+    """
+    for one in came:
+        row = ROWS[one.fault]
+        if one.fault == Fault.POWER_LOST_WITHOUT_RESERVE:
+            return POWERLESS
+        if one.fault == Fault.TIP_LEFT_BEHIND:
+            return LOOSE
+        if isinstance(row.effect, MachineEffect) and row.course is None:  # else it passes
+            machine = row.change_machine(machine, one.strength)
+    return _find_of_machine(machine)
+
+
+def told_s(told: Sequence[Told], from_s: float) -> float:
+    """When a person was told with high priority, from an instant on; nan where nobody was."""
+    high = [
+        one.at_s
+        for one in told
+        if one.at_s >= from_s and one.condition.row.handling.priority == Priority.HIGH
+    ]
+    return min(high, default=float("nan"))
