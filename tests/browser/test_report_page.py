@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.browser
 
 PLOTS = ("depth", "error", "suction", "secretion", "loop")
-PATIENT_PLOTS = (*PLOTS, "contact", "airway", "lung", "saturation")
+PATIENT_PLOTS = (*PLOTS, "contact", "airway", "lung", "saturation", "heart")
 
 
 MARKED = """() => {
@@ -124,7 +124,10 @@ def test_moment_on_a_plot_of_the_patient_is_the_same_moment_of_the_machine(
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("summary", [example.aborted(), example.on_patient(outcome="aborted")])
+@pytest.mark.parametrize(
+    "summary",
+    [example.aborted(), example.on_patient(outcome="aborted", alarms=[example.ALARM])],
+)
 def test_phone_shows_everything_without_sideways_scrolling(
     chromium: "Browser", tmp_path: Path, scheme: str, summary: dict[str, Any]
 ) -> None:
@@ -137,7 +140,7 @@ def test_phone_shows_everything_without_sideways_scrolling(
     )
     width = opened.page.evaluate("document.documentElement.scrollWidth")
     assert width <= 390
-    assert "Aborted" in opened.page.inner_text("#outcome")
+    assert "High alarm" in opened.page.inner_text("#outcome")
     assert opened.complaints == []
     opened.page.context.close()
 
@@ -162,3 +165,24 @@ def test_an_alarm_is_marked_from_top_to_bottom(chromium: "Browser", tmp_path: Pa
         report.page.context.close()
     assert pixels[0] > 100
     assert pixels[1] == 0
+
+
+def test_plots_show_the_whole_record_and_on_request_the_cycle_alone(on_patient: Opened) -> None:
+    page = on_patient.page
+    ends = []
+    for button in ("#whole", "#focus", "#whole"):
+        page.click(button)
+        assert page.get_attribute(button, "aria-pressed") == "true"
+        plot = page.locator("#depth .u-over")
+        plot.scroll_into_view_if_needed()
+        box = plot.bounding_box()
+        assert box is not None
+        plot.hover(position={"x": box["width"] - 3.0, "y": 0.5 * box["height"]})
+        page.wait_for_function(
+            "document.querySelector('#depth .u-legend').innerText.includes(' s')"
+        )
+        shown = page.inner_text("#depth tr:first-child .u-value")
+        ends.append(float(shown.removesuffix(" s")))
+    assert ends[0] > 119.0  # of 121.5 s
+    assert 32.0 < ends[1] < 34.0  # of 31.5 s, and 2 s
+    assert ends[2] == ends[0]

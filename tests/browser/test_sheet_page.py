@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from opensuction.report import sheet
-from opensuction.report.sheet import Link, Section, Table
+from opensuction.report.sheet import Cell, Section, Table
 from tests.browser.opened import INKED, opened
 from tests.report import sheet_example
 
@@ -47,7 +47,7 @@ def test_what_is_folded_opens_by_its_link_and_is_drawn_then(
 ) -> None:
     example = sheet_example.sheet()
     first = example.sections[0]
-    linked = Table("Where to", ("section",), ((Link("details", "more"),),))
+    linked = Table("Where to", ("section",), ((Cell("details", href="#more"),),))
     overview = Section("Overview", (), (linked,), first.plots[:1])
     folded = example._replace(sections=(overview, first._replace(anchor="more")))
     page = opened(chromium, tmp_path, sheet.render(folded), PLOTS[0]).page

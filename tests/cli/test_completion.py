@@ -9,6 +9,7 @@ from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.identification.workbench import METHODS, MODELS
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
+from opensuction.session.cycle.preoxygenation import ANSWERS
 from opensuction.session.cycle.resolution import APPROACHES
 from opensuction.twin import preset
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES
@@ -42,6 +43,7 @@ def completed(
         (completion.COMPENSATIONS, KIND_OF_NAME),
         (completion.MODELS, MODELS),
         (completion.METHODS, METHODS),
+        (completion.PREOXYGENATION, ANSWERS),
     ],
 )
 def test_names_are_those_of_the_rooms_that_know_them(

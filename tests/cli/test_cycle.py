@@ -24,6 +24,7 @@ KEYS = {
     "vacuum",
     "carina_force_peak_n",
     "secretion",
+    "preoxygenation",
     "spo2_nadir_percent",
     "lung_volume_loss_ml",
     "trips",
@@ -306,10 +307,17 @@ def test_a_day_has_its_cycles_in_the_json_and_a_page_of_its_own(tmp_path: Path) 
     assert day["removed_ml"] == pytest.approx(sum(c["removed_ml"] for c in day["cycles"]))
     assert data["secretion"]["removed_ml"] == pytest.approx(day["cycles"][-1]["removed_ml"])
     assert sorted(file.name for file in (tmp_path / "day").iterdir()) == [
+        "cycle-001.html",
+        "cycle-002.html",
+        "cycle-003.html",
         "cycle.json",
         "day.html",
         "report.html",
     ]
+    assert [cycle["report"] for cycle in day["cycles"]] == [f"cycle-00{n}.html" for n in (1, 2, 3)]
+    assert [cycle["harm"] for cycle in day["cycles"]] == [[], [], []]
+    page = (tmp_path / "day" / "day.html").read_text(encoding="utf-8")
+    assert '<a href="cycle-002.html">2</a>' in page
     assert "cycle 3 of 3" in ran.stderr
 
 

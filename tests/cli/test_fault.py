@@ -13,12 +13,12 @@ CYCLE = (*PAPER_CYCLE, "--compensation", "none")
 
 BAD = [
     (("--fault", "valve-stuk"), "did you mean 'valve-stuck-open'"),
-    (("--fault", "nonsense"), "unknown fault 'nonsense'; all 73 are in 'opensuction cycle --help'"),
+    (("--fault", "nonsense"), "unknown fault 'nonsense'; all 101 are in 'opensuction cycle"),
     (("--fault", "line-leak=900"), "0.02 to 50 mL/s/mmHg"),
     (("--fault", "line-leak@-3"), "-3 s"),
     (("--fault", "line-leak@1..2"), "'1..2' is not a number"),
     (("--fault", "line-leak@teaching+1"), "Known: checking"),
-    (("--fault", "line-leak", "--repeat", "3", "--every", "60"), "--repeat 3"),
+    (("--fault", "line-leak@200"), "200 s: an instant is from 0 s to less than 180 s"),
     (("--fault", "line-leak", "--fault", "pump-lost", "--fault", "valve-slow"), "at most 2"),
 ]
 

@@ -34,6 +34,7 @@ START, IDENTIFY, ABORT, RESET = 1, 2, 4, 8
 TEACH, CONFIRM, HOME = 16, 32, 64
 SERVICE, CHANGED, RETURN_TO_SERVICE, NOT_NEEDED = 128, 256, 512, 1024
 ACKNOWLEDGE, AUDIO_PAUSE = 2048, 4096
+ASSESSED, OXYGENATED, OXYGEN_SKIPPED = 8192, 16384, 32768
 """Buttons, as bits."""
 
 NAN = float("nan")
@@ -152,6 +153,9 @@ def _requests(pressed: int) -> Requests:
         not_needed=pressed & 1024 != 0,
         acknowledge=pressed & 2048 != 0,
         audio_pause=pressed & 4096 != 0,
+        assessed=pressed & 8192 != 0,
+        oxygenated=pressed & 16384 != 0,
+        oxygen_skipped=pressed & 32768 != 0,
     )
 
 

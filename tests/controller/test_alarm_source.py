@@ -13,9 +13,9 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import NO_MONITOR, Readings
 from opensuction.procedure.cycle import check, cycle, schedule, upkeep
 from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
-from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode

@@ -11,7 +11,7 @@ import pytest
 
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
-from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.session.choice import CycleChoice, RigChoice

@@ -7,8 +7,9 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller, setup
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
-from opensuction.procedure.cycle.upkeep import LIFE_S, Refusal
+from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.simulation.closed_loop import Loop, LoopState
 from tests.controller.drive import (
     CHANGED,

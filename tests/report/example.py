@@ -77,6 +77,85 @@ def summary(**changes: Any) -> dict[str, Any]:
     return complete | changes
 
 
+def good() -> dict[str, Any]:
+    """Summary of a completed cycle with nothing to look at."""
+    timing = summary()["timing"] | {"negative_pressure_s": 14.5, "negative_pressure_budget_s": 15.0}
+    return summary(timing=timing, warnings=[])
+
+
+VITALS = {
+    "spo2_percent": {
+        "before": 96.1,
+        "lowest": 91.4,
+        "highest": 96.1,
+        "at_end": 95.4,
+        "is_back": True,
+        "recovered_s": 71.0,
+        "usual_least": 88.0,
+        "usual_most": None,
+        "limit_least": 80.0,
+        "limit_most": None,
+    },
+    "heart_rate_per_min": {
+        "before": 90.0,
+        "lowest": 84.0,
+        "highest": 90.0,
+        "at_end": 90.0,
+        "is_back": True,
+        "recovered_s": 25.0,
+        "usual_least": 72.0,
+        "usual_most": None,
+        "limit_least": 50.0,
+        "limit_most": None,
+    },
+    "airway_pressure_cmh2o": {
+        "before": 6.1,
+        "lowest": 2.3,
+        "highest": 15.7,
+        "at_end": 6.0,
+        "is_back": True,
+        "recovered_s": 24.0,
+        "usual_least": 0.8,
+        "usual_most": 40.0,
+        "limit_least": None,
+        "limit_most": None,
+    },
+    "lung_volume_loss_ml": {
+        "before": 0.0,
+        "lowest": 0.0,
+        "highest": 412.0,
+        "at_end": 70.0,
+        "is_back": False,
+        "recovered_s": None,
+        "usual_least": None,
+        "usual_most": 488.0,
+        "limit_least": None,
+        "limit_most": None,
+    },
+}
+"""Vital signs of a patient who bore a cycle well."""
+
+
+def vitals(key: str, **changes: float | bool | None) -> dict[str, Any]:
+    """Vital signs with changes of one of them."""
+    signs: dict[str, Any] = {name: dict(sign) for name, sign in VITALS.items()}
+    signs[key] |= changes
+    return signs
+
+
+def told(what: str, by: str, at_s: float = 13.3, priority: str = "high") -> dict[str, Any]:
+    """An entry of what the annunciator showed."""
+    sentence = what.replace("-", " ")
+    return {
+        "what": what,
+        "at_s": at_s,
+        "by": by,
+        "priority": priority,
+        "sentence": sentence,
+        "remedy": "Look at the patient.",
+    }
+
+
 def aborted() -> dict[str, Any]:
     """Summary of a cycle that a safety limit ended at 17 s."""
     phases = [
@@ -183,5 +262,6 @@ def breathing_trace(rows: int = 121_500) -> Trace:
         "truth.airway_pressure_cmh2o": 8.0 + 14.0 * breath - suction,
         "truth.lung_volume_ml": 1700.0 + 420.0 * breath - loss,
         "truth.lung_volume_loss_ml": loss,
+        "truth.heart_rate_per_min": np.interp(time_s, [10.0, 20.0, 30.0], [90.0, 84.0, 90.0]),
         "truth.spo2_percent": np.interp(time_s, [30.0, 55.0, 121.0], [97.0, 91.4, 95.5]),
     }

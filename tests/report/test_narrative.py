@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from opensuction.report import narrative
+from opensuction.report import headline, narrative
 from tests.report import example
 
 
@@ -26,26 +26,6 @@ def test_aborted_cycle_begins_with_when_and_why() -> None:
     summary = example.aborted()
     first = narrative.sentences(summary)[0]
     assert first == "The cycle was aborted after 17.0 s: the line vacuum is above its limit."
-    assert narrative.outcome(summary) == "Aborted at 17.0 s"
-    assert narrative.lead(summary).startswith("The line vacuum is above its limit.")
-
-
-@pytest.mark.parametrize(
-    ("end_mm", "where"),
-    [(48.63, "48.6 mm below the tube's end"), (-20.04, "20.0 mm above the tube's end")],
-)
-def test_a_catheter_left_inside_is_said_before_all_else(end_mm: float, where: str) -> None:
-    tip = example.summary()["tip"] | {"end_mm": end_mm, "inside_at_end": True}
-    aborted = example.aborted() | {"tip": tip}
-    first = f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
-    assert narrative.outcome(aborted) == first
-    assert narrative.lead(aborted).startswith(
-        "Aborted at 17.0 s. The line vacuum is above its limit."
-    )
-    completed = example.summary(tip=tip)
-    assert narrative.outcome(completed) == first
-    assert narrative.lead(completed).startswith("Completed.")
-    assert "Every figure" not in narrative.lead(completed)
 
 
 def test_abort_without_a_trip_was_a_person() -> None:
@@ -67,7 +47,7 @@ def test_missed_target_is_said(error_mm: float, said: str) -> None:
     tip = example.summary()["tip"] | {"stop_error_mm": error_mm}
     summary = example.summary(tip=tip)
     assert said in " ".join(narrative.sentences(summary))
-    assert "stopping error" in narrative.lead(summary)
+    assert "stopping error" in headline.headline(summary).lead.lower()
 
 
 def test_tip_past_its_cap_is_said() -> None:
@@ -99,9 +79,10 @@ def test_value_that_is_not_a_number_is_not_told() -> None:
 def test_patient_is_told_in_plain_words() -> None:
     told = narrative.sentences(example.on_patient())
     assert (
-        "Oxygen saturation was 91.4 % at its lowest; the lungs lost up to 412 mL of their resting "
-        "volume; the lowest airway pressure was -2.3 cmH2O, below the air outside."
+        "The lungs lost up to 412 mL of their resting volume; the lowest airway pressure was "
+        "-2.3 cmH2O, below the air outside."
     ) in told
+    assert told[0] == "Oxygen saturation was 91.4 % at its lowest."
     assert "saturation" not in " ".join(narrative.sentences(example.summary()))
 
 
@@ -127,7 +108,7 @@ def test_contact_without_a_way_back_claims_none() -> None:
 )
 def test_tip_that_came_not_far_is_said(deepest_mm: float, said: str) -> None:
     tip = {"deepest_mm": deepest_mm}
-    assert said in narrative.sentences(example.on_patient(tip=tip))[0]
+    assert said in " ".join(narrative.sentences(example.on_patient(tip=tip)))
 
 
 def test_abort_that_halts_at_once_still_says_when_and_why() -> None:
@@ -167,4 +148,4 @@ def test_a_fault_that_nothing_noticed_is_told_so() -> None:
 def test_a_start_that_was_refused_is_not_told_as_a_person_s_wish() -> None:
     refused = FAULT | {"noticed": {"sentence": "the start was refused", "after_s": 0.0}}
     summary = example.aborted() | {"trips": [], "alarms": [], "faults": [refused]}
-    assert narrative.lead(summary).startswith("The start was refused.")
+    assert headline.headline(summary).lead.startswith("The start was refused.")

@@ -92,14 +92,14 @@ def test_summary_says_outcome_figures_limits_and_files_without_colour() -> None:
     assert "over the guideline; limit 24.0 s, guideline 15.0 s" in shown
     assert "Written: runs/1/report.html" in shown
     assert "not a medical device" in shown
-    assert "No value in this run: lowest oxygen saturation, lung volume lost" in shown
+    assert "No value in this run: lowest oxygen saturation, lowest heart rate" in shown
 
 
 def test_summary_of_a_patient_has_the_patient_in_it() -> None:
     console, file = _console(is_terminal=False)
-    terminal.print_summary(console, example.on_patient())
+    terminal.print_summary(console, example.on_patient(vitals=example.VITALS))
     shown = " ".join(file.getvalue().split())
-    for said in ("Lowest oxygen saturation 91.4 %", "Lung volume lost 412 mL", "-2.3 cmH2O"):
+    for said in ("Lowest oxygen saturation 91.4 %", "Lung volume lost 412 mL", "2.3 to 15.7 cmH2O"):
         assert said in shown
     assert "No value" not in shown
 
@@ -108,7 +108,7 @@ def test_summary_of_an_abort_says_why() -> None:
     console, file = _console(is_terminal=False)
     terminal.print_summary(console, example.aborted())
     assert "Aborted at 17.0 s" in file.getvalue()
-    assert "the line vacuum is above its limit" in file.getvalue()
+    assert "High alarm: the line vacuum is above its limit" in file.getvalue()
 
 
 def test_console_without_unicode_gets_plain_characters() -> None:

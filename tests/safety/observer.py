@@ -1,9 +1,10 @@
 """One tick of what the governor makes of readings."""
 
 from opensuction.kernel.readings import Readings
+from opensuction.safety.limits import Limits
 from opensuction.safety.watch import watch
-from opensuction.safety.watch.watch import Watch
-from tests.safety.watchdog import DT_S, LIMITS, changed, staying
+from opensuction.safety.watch.watch_state import Watch
+from tests.safety.watchdog import DT_S, LIMITS, believed, changed, staying
 
 HEAD_MM = 50.0
 
@@ -21,7 +22,9 @@ def observed(
     readings: Readings,
     valve_command_changed: bool = False,
     overrun: bool = False,
+    limits: Limits = LIMITS,
     **last: object,
 ) -> Watch:
     told = changed(staying(before.head_mm), last)
-    return watch.step(LIMITS, before, told, valve_command_changed, readings, overrun, DT_S)
+    vote = believed(limits, before, readings)
+    return watch.step(limits, before, told, valve_command_changed, readings, vote, overrun, DT_S)

@@ -20,7 +20,7 @@ NUMBERS = (
     "TIP_DETACHED SPO2_LOW HEART_RATE_LOW AIRWAY_PRESSURE_UNSAFE "
     "LUNG_VOLUME_LOST CIRCUIT_DISCONNECTED MONITOR_LINK_LOST RECORDER_LOST CONSOLE_LOST "
     "RESERVE_ENERGY_USED PATIENT_SETTINGS_UNCONFIRMED MESSAGE_LATE PASS_LIMIT_REACHED "
-    "CHECK_FAILED WATCHDOG_FIRED CALIBRATION_OUT_OF_RANGE CARRIAGE_READING_INVALID"
+    "CHECK_FAILED WATCHDOG_FIRED CALIBRATION_OUT_OF_RANGE CARRIAGE_READING_INVALID LOCKED_OUT"
 )
 """In order of their numbers. Recordings hold these: add a new one, never renumber an old one."""
 
@@ -42,6 +42,7 @@ HIGH_IN_THE_HAZARD_LIST = {
     C.MESSAGE_LATE,
     C.IN_AIRWAY_TIME,
     C.WITHDRAWAL_TIME,
+    C.LOCKED_OUT,
 }
 MEDIUM_IN_THE_HAZARD_LIST = {
     C.CONTACT_STUCK_CLOSED,
@@ -151,8 +152,8 @@ def test_delays_are_short_for_what_is_urgent_and_only_lower_priorities_escalate(
 
 
 def test_a_number_without_a_condition_alarms_as_urgently_as_can_be_and_has_words() -> None:
-    sentence, remedy, handling = row_of(52)
-    assert sentence == "unknown condition 52: the software is at fault"
+    sentence, remedy, handling = row_of(53)
+    assert sentence == "unknown condition 53: the software is at fault"
     assert remedy == C.IN_AIRWAY_TIME.row.remedy
     assert (handling.severity, handling.onset) == (Severity.DEATH, Onset.IMMEDIATE)
     assert handling.latching
@@ -184,6 +185,7 @@ def test_planned_work_brings_about_what_a_person_at_the_machine_does() -> None:
         "PATIENT_SETTINGS_UNCONFIRMED",
         "MESSAGE_LATE",
         "CHECK_FAILED",
+        "LOCKED_OUT",
     }
 
 
@@ -208,7 +210,6 @@ TORQUE_OFF = {
     # The head does the opposite of what it is told, or more of it: it is not asked to withdraw.
     "HEAD_OVERSPEED",
     "HEAD_RUNAWAY",
-    "DRIVE_OVERFORCE",
     # It has been pulled and did not come, or nobody knows whether it did: no more force.
     "WITHDRAWAL_TIME",
     "WITHDRAWAL_BLOCKED",
@@ -253,6 +254,7 @@ NO_TRIPS = {
     "CHECK_FAILED",
     "WATCHDOG_FIRED",
     "CALIBRATION_OUT_OF_RANGE",
+    "LOCKED_OUT",
 }
 """The governor does nothing about them."""
 

@@ -6,12 +6,14 @@ from typing import Any, NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.commands import Setpoints
-from opensuction.kernel.readings import NO_MONITOR, Readings
+from opensuction.kernel.readings import NO_MONITOR, Readings, is_number
 from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import GovernorState, Verdict
+from opensuction.safety.head import head_vote
+from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.limits import (
     DriveLimits,
     Limits,
@@ -19,6 +21,7 @@ from opensuction.safety.limits import (
     ValveLimits,
     WindowLimits,
 )
+from opensuction.safety.watch.watch_state import Watch
 
 DT_S = 0.001
 NAN = float("nan")
@@ -29,7 +32,16 @@ TIP = tip_bound.bound_tip(gain=0.9677, offset_mm=-7.151, gap_mm=22.18)
 
 LIMITS = Limits(
     tip=TIP,
-    drive=DriveLimits(newton_per_a=833.0, moving_mass_kg=16.4, jam_n=1.4, force_n=6.0),
+    drive=DriveLimits(
+        newton_per_a=833.0,
+        moving_mass_kg=16.4,
+        jam_n=1.4,
+        force_n=6.0,
+        supply_v=24.0,
+        mm_per_s_per_v=18.8 / 24.0,
+        volts_per_a=1298.0,
+        gaining_mm_per_s2=200.0,
+    ),
     window=WindowLimits(from_mm=-INF, by_mm=INF),
     valve=ValveLimits(open_rad=0.52, stroke_s=10.0),
     line=LineLimits(
@@ -137,6 +149,35 @@ def follows(_time_s: float, head_mm: float) -> Readings:
     return sound(head_mm)
 
 
+def borne_v(limits: Limits, seen: Watch, readings: Readings) -> float:
+    """Volts that bear a current and the head's own speed out."""
+    current = readings.insertion_current_a if math.isfinite(readings.insertion_current_a) else 0.0
+    back_v = seen.speed_mm_per_s / limits.drive.mm_per_s_per_v
+    return limits.drive.volts_per_a * current + back_v
+
+
+def believed(limits: Limits, seen: Watch, readings: Readings) -> HeadVote:
+    """A vote that takes the encoder's word; where it says nothing the head is not seen."""
+    read = readings.head_valid and is_number(readings.head_mm)
+    return head_vote.start(readings.head_mm if read else seen.head_mm, read=True)._replace(
+        driven_v=borne_v(limits, seen, readings),
+        unseen_ticks=0 if read else seen.vote.unseen_ticks + 1,
+    )
+
+
+def step(
+    limits: Limits,
+    state: GovernorState,
+    proposal: Setpoints,
+    readings: Readings,
+    overrun: bool,
+    dt_s: float,
+) -> tuple[GovernorState, Setpoints, Verdict]:
+    """A tick of the governor, the head where the encoder has it."""
+    vote = believed(limits, state.watch, readings)
+    return governor.step(limits, state, proposal, readings, vote, overrun, dt_s)
+
+
 def run(
     seconds: float,
     propose: Propose,
@@ -151,8 +192,10 @@ def run(
     for i in range(round(seconds / DT_S)):
         time_s = i * DT_S
         readings = report(time_s, state.last.head_mm)
+        volts = borne_v(limits, state.watch, readings)
+        vote = governor.locate(limits, state, readings, volts, DT_S)
         state, allowed, verdict = governor.step(
-            limits, state, propose(time_s), readings, overrun(time_s), DT_S
+            limits, state, propose(time_s), readings, vote, overrun(time_s), DT_S
         )
         ticks.append(Tick(time_s, readings, allowed, verdict, state))
     return ticks

@@ -90,6 +90,12 @@ GOLDEN_COLUMNS = [
     "annunciator.watchdog_fired",
     "annunciator.reserve_used",
     "annunciator.message_late",
+    "counters.passes",
+    "counters.rest_left_s",
+    "counters.resets",
+    "counters.locked_out",
+    "counters.preoxygenation",
+    "counters.refusal",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

@@ -40,6 +40,7 @@ METHODS = (
     "regularised",
 )
 FAULTS = tuple(BY_NAME)
+PREOXYGENATION = ("confirmed", "skipped")
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:

@@ -78,9 +78,16 @@ OPTIONS: dict[str, Any] = {
         metavar="NAME[@S][=STRENGTH]",
         autocompletion=completion.complete_from(completion.FAULTS),
     ),
+    "preoxygenation": _take_name(
+        "What a person answers before each cycle when the machine asks for pre-oxygenation (adults "
+        "and children): confirmed (the twin's ventilator gives 100 % oxygen for 60 s, and goes on) "
+        "or skipped. Default: confirmed.",
+        completion.PREOXYGENATION,
+    ),
     "repeat": typer.Option(
         help="Cycles of one simulated day: the first on request, the others by the controller's "
-        "clock; secretions gather between them. Default: 1.",
+        "clock; secretions gather between them, and a person looks at the patient after every "
+        "third. Default: 1.",
         min=1,
         metavar="N",
         show_default=False,

@@ -19,8 +19,9 @@ from opensuction.procedure.cycle.check import VENTED_MMHG
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.condition import Condition
 
 NONE = 0
@@ -32,6 +33,12 @@ CARINA_MISSED = 1 << Condition.CARINA_MISSED
 NOT_WITHDRAWN = 1 << Condition.WITHDRAWAL_TIME
 """The governor has a trip of this number for a withdrawal of its own."""
 VALVE_STUCK_OPEN = 1 << Condition.VALVE_STUCK_OPEN
+PASS_LIMIT_REACHED = 1 << Condition.PASS_LIMIT_REACHED
+LOCKED_OUT = 1 << Condition.LOCKED_OUT
+
+ANSWER_S = 120.0
+"""How long a cycle that is due may wait for an answer about pre-oxygenation before it is missed:
+time to go to the bed and to give it [design]."""
 
 ENDING_S = 3600.0
 """How long before a catheter's life is over a person is told: time to plan a change (assumed)."""
@@ -113,9 +120,12 @@ def reasons(
 def _is_missed(service: Service, upkeep: Upkeep, phase: int, refused: int) -> bool:
     """Whether a cycle, or a look at the patient, is due and the machine cannot serve it."""
     waiting = phase in (Phase.PARKED, Phase.HALTED)
-    due = schedule.starts(service.schedule, upkeep.schedule) or schedule.prompts(
-        service.schedule, upkeep.schedule
-    )
+    chosen, since = service.schedule, upkeep.schedule
+    if refused == Refusal.OXYGEN_UNANSWERED:
+        # It waits for a person, who may be on the way; who only looks need not answer.
+        late = since._replace(since_cycle_s=since.since_cycle_s - ANSWER_S)
+        return waiting and schedule.starts(chosen, late)
+    due = schedule.starts(chosen, since) or schedule.prompts(chosen, since)
     return waiting and due and refused != Refusal.NONE
 
 
@@ -133,6 +143,10 @@ def conditions(
         found |= STOPPED  # also where a person had aborted before
     if _is_missed(service, upkeep, phase, refused):
         found |= STOPPED
+    if upkeep.episode.exceeded:
+        found |= PASS_LIMIT_REACHED
+    if upkeep.lock.locked:
+        found |= LOCKED_OUT
     if upkeep.catheter_age_s >= service.life_s:
         found |= 1 << Condition.CATHETER_LIFE_OVER
     elif upkeep.catheter_age_s >= service.life_s - max(ENDING_S, service.cycle_s):

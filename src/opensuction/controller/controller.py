@@ -13,19 +13,21 @@ from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, 
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
+from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
-from opensuction.procedure.cycle import cycle, progress, upkeep
+from opensuction.procedure.cycle import button, cycle, lock_out, progress, upkeep
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.upkeep import Refusal, Service, Upkeep
+from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
 from opensuction.safety.handling import Reaction
-from opensuction.safety.watch.watch import Watch
+from opensuction.safety.watch.watch_state import Watch
 
 
 def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
@@ -35,6 +37,8 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     With the head in front of its park position the catheter may be in the airway: it is drawn out
     at once, without being asked, and then the machine halts until a person resets it. With the
     head behind it, or not known (nan), the machine halts: nothing goes in unasked.
+    The patient then rests as after a pass. Passes and resets of before are not known here: see
+    `restart`.
     Raises InputError for settings with a number that is none (`settings_check.check`).
     """
     settings_check.check(settings)
@@ -44,16 +48,27 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     procedure = cycle.begin(settings.plan, Phase.PARKED if parked else away)
     head = compensation.park(settings.compensation, settings.parked)
     watch = governor.start(settings.limits, head_mm)
+    kept = upkeep.start(catheter_age_s)
     if not parked:
         head = head._replace(head_mm=watch.last.head_mm)
+        kept = upkeep.rest_first(kept, settings.service.passes)
     core = make_zero(
         CoreState,
         procedure=procedure,
-        upkeep=upkeep.start(catheter_age_s),
+        upkeep=kept,
         governor=watch,
         reasons=alarm_source.NONE if parked else alarm_source.RECOVERY,
     )
     return State(core=core, compensation=head, alarms=alarm_state.START)
+
+
+def restart(settings: Settings, head_mm: float, kept: Upkeep, off_s: float) -> State:
+    """As `start`, with what the controller before had to remember: the plug undoes no limit.
+
+    kept: its upkeep, from whoever kept it. off_s: how long no controller ran.
+    """
+    state = start(settings, head_mm, kept.catheter_age_s + off_s)
+    return with_upkeep(state, upkeep.carry_over(state.core.upkeep, kept, off_s))
 
 
 def with_upkeep(state: State, kept: Upkeep) -> State:
@@ -142,6 +157,7 @@ def _outputs(
         check_item=procedure.check.item,
         check_failed=procedure.check.failed,
         assessment_due=upkeep.is_prompting(service, kept, procedure.phase),
+        counters=upkeep.count(kept),
     )
 
 
@@ -176,15 +192,15 @@ def _decide(
     heads_mm: Branches | None,
     state: CoreState,
     head: HeadState,
-    inputs: Inputs,
-    start: bool,
+    readings: Readings,
+    requests: Requests,
+    dt_s: float,
 ) -> tuple[ProcedureState, Demand, HeadState]:
     """Procedure and control: the cycle one tick on, what it asks for, and the head's command.
 
-    start: of a cycle that was granted, a person's or the clock's.
+    readings: with the head where it is taken to be. requests: what is asked for in this tick; a
+    start is one that was granted, a person's or the clock's.
     """
-    readings, dt_s = inputs.readings, inputs.dt_s
-    requests = inputs.requests._replace(start=start)
     touched = state.procedure.phase == Phase.INSERTING and progress.is_contact(readings)
     here, feedback = head_command.feedback(
         settings, heads_mm, state, head, readings, touched, requests.confirm
@@ -198,6 +214,22 @@ def _decide(
         settings, heads_mm, head, origin, let_through_mm, demand, procedure.phase, dt_s
     )
     return procedure, demand, head
+
+
+@compiled
+def _press(settings: Settings, state: CoreState, inputs: Inputs) -> tuple[Requests, Upkeep, bool]:
+    """What the buttons ask for, what they answer, and whether they ask for a reset of a halt.
+
+    A button acts once. A reset that the lock-out refuses is taken out.
+    """
+    requests = button.press_once(inputs.requests, state.pressed)
+    phase = state.procedure.phase
+    kept = upkeep.hear(settings.service, state.upkeep, phase, requests)
+    asked = phase == Phase.HALTED and requests.reset and not requests.abort
+    home = progress.is_home(settings.plan.motion, inputs.readings)
+    if not lock_out.lets_reset(kept.lock, home):
+        requests = requests._replace(reset=False)
+    return requests, kept, asked
 
 
 @compiled
@@ -233,9 +265,8 @@ def control_step(
     (its signals silent), and the mask of alarm conditions that `alarm_step` must hear of.
     """
     readings, dt_s = inputs.readings, inputs.dt_s
-    pressed = inputs.requests.start and not state.start_held
-    requests = inputs.requests._replace(start=pressed)
     plan, service, before = settings.plan, settings.service, state.procedure.phase
+    requests, heard, resets = _press(settings, state, inputs)
     if _is_attended(before, requests):
         # A person has dealt with what halted the machine: the head begins again from where it is.
         released = governor.reset(settings.limits, state.governor)
@@ -244,15 +275,20 @@ def control_step(
             settings.compensation, settings.parked, released.last.head_mm, 0.0
         )
     patient = state.governor.patient.conditions
-    asked = upkeep.is_asked(service, state.upkeep, before, requests)
-    refused = upkeep.refusal(service, state.upkeep, before, plan.travel_known, patient)
+    asked = upkeep.is_asked(service, heard, before, requests)
+    refused = upkeep.refusal(service, heard, before, plan.travel_known, patient)
     start = asked and refused == Refusal.NONE
-    procedure, demand, head = _decide(settings, heads_mm, state, head, inputs, start)
+    vote = governor.locate(settings.limits, state.governor, readings, state.driven_v, dt_s)
+    located = readings._replace(head_mm=vote.head_mm, head_valid=vote.unseen_ticks == 0)
+    procedure, demand, head = _decide(
+        settings, heads_mm, state, head, located, requests._replace(start=start), dt_s
+    )
     watch, allowed, verdict = governor.step(
         settings.limits,
         state.governor,
         _proposal(head, demand),
         readings,
+        vote,
         inputs.host.overrun,
         dt_s,
     )
@@ -263,20 +299,26 @@ def control_step(
     insertion, valve_state, commands = _actuate(
         settings, state, allowed, insertion_on, valve_on, watch.watch, dt_s
     )
-    kept = upkeep.step(state.upkeep, before, procedure.phase, asked, refused, requests, dt_s)
+    kept = upkeep.step(service, heard, before, procedure.phase, asked, refused, requests, dt_s)
+    granted = resets and requests.reset
+    said = verdict.trips if granted else verdict.trips | state.reasons
+    kept = upkeep.watch_resets(kept, before, procedure.phase, resets, granted, said)
     trips = verdict.trips | verdict.patient
-    reasons, wrong = _wrong(plan, service, state, procedure, kept, inputs, trips)
+    reasons, wrong = _wrong(
+        plan, service, state, procedure, kept, inputs._replace(readings=located), trips
+    )
     following = CoreState(
         procedure=procedure,
         upkeep=kept,
         insertion_servo=insertion,
         valve_servo=valve_state,
         cam_rad=commands.cam_rad,
+        driven_v=commands.insertion_v,
         governor=watch,
         tripped=verdict.trips != 0,
         powerless=verdict.reaction == Reaction.TORQUE_OFF,
         reasons=reasons,
-        start_held=inputs.requests.start,
+        pressed=inputs.requests,
     )
     outputs = _outputs(service, procedure, kept, commands, demand, verdict)
     return following, head, outputs, wrong

@@ -108,6 +108,10 @@ def limits(
             moving_mass_kg=profile.moving_mass_kg,
             jam_n=profile.jam_n,
             force_n=FORCE_MARGIN * profile.drive_force_n,
+            supply_v=profile.supply_v,
+            mm_per_s_per_v=profile.no_load_mm_per_s / profile.supply_v,
+            volts_per_a=profile.winding_v_per_a,
+            gaining_mm_per_s2=profile.acceleration_mm_per_s2,
         ),
         window=_window(protocol, model, by_contact, site.boundary_mm == TUBE_END_MM),
         valve=ValveLimits(

@@ -95,6 +95,7 @@ def feedback(
         head_wanted_mm_per_s=head.head_mm_per_s,
         tripped=state.tripped,
         powerless=state.powerless,
+        locked_out=state.upkeep.lock.locked,
         contact_tip_mm=contact_tip_mm,
         tip_mm=tip_mm,
     )

@@ -56,6 +56,15 @@ class MachineProfile(NamedTuple):
     newton_per_a: Annotated[
         float, Gt(0), Le(10000), Meaning("force at the head for each ampere of its motor")
     ]
+    no_load_mm_per_s: Annotated[
+        float, Gt(0), Le(160), Meaning("head speed at full supply without friction or load")
+    ]
+    winding_v_per_a: Annotated[
+        float,
+        Gt(0),
+        Le(1e5),
+        Meaning("volts that drive an ampere through the insertion motor at standstill"),
+    ]
     moving_mass_kg: Annotated[
         float, Gt(0), Le(100), Meaning("inertia of the drive, referred to the head")
     ]
@@ -95,6 +104,8 @@ BENCH = MachineProfile(
     valve_p_v_per_rad=7.0 * 180.0 / math.pi,
     valve_d_v_s_per_rad=0.007 * 180.0 / math.pi,
     newton_per_a=833.0,
+    no_load_mm_per_s=18.8,
+    winding_v_per_a=1298.0,
     moving_mass_kg=16.4,
     drive_force_n=5.0,
     jam_n=1.4,
@@ -125,6 +136,9 @@ SOURCES: dict[str, str] = {
     "valve_p_v_per_rad": "[paper] P = 7, per degree; the unit is ours",
     "valve_d_v_s_per_rad": "[paper] D = 7, per degree; the unit is ours",
     "newton_per_a": "as the twin's: 1 / 0.0012 A/N",
+    "no_load_mm_per_s": "as the twin's",
+    "winding_v_per_a": "[computed] from the twin's time constant, mass and current: 1.557 V/N / "
+    "0.0012 A/N",
     "moving_mass_kg": "as the twin's",
     "drive_force_n": "as the twin's",
     "jam_n": "[computed] 0.4 N of friction at most and 0.3 N at the tip; sound cycles reach 0.7 N; "
@@ -142,6 +156,8 @@ CLINICAL = BENCH._replace(
     following_mm=12.0,
     cam_rad_per_s=math.radians(60.0),
     newton_per_a=259.7,
+    no_load_mm_per_s=60.0,
+    winding_v_per_a=81.1,
     jam_n=2.4,
     excitation=Excitation(range_mm=200.0, period_s=25.0, duration_s=50.0),
 )
@@ -153,6 +169,8 @@ CLINICAL_SOURCES: dict[str, str] = {
     "following_mm": "[computed] as the bench's, at the higher speed",
     "cam_rad_per_s": "[design] .5 s strokes: 60 deg/s",
     "newton_per_a": "as the twin's: 1 / 0.00385 A/N",
+    "no_load_mm_per_s": "as the twin's",
+    "winding_v_per_a": "[computed] as the bench's: 0.312 V/N / 0.00385 A/N",
     "jam_n": "[computed] 1.7 N of friction at most and 0.3 N at the tip; sound cycles reach 1.7 N; "
     "2 N more than the least friction is 2.9",
 }

@@ -12,7 +12,7 @@ from opensuction.kernel.requests import Host, Requests
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
-from opensuction.procedure.cycle.upkeep import Service, Upkeep
+from opensuction.procedure.cycle.upkeep import Counters, Service, Upkeep
 from opensuction.safety.alarm import alarm_state
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import GovernorState, Verdict
@@ -42,13 +42,15 @@ class CoreState(NamedTuple):
     insertion_servo: ServoState
     valve_servo: ServoState
     cam_rad: float
+    driven_v: float
+    """Volts that the insertion motor had in the last tick."""
     governor: GovernorState
     tripped: bool
     powerless: bool
     reasons: int
     """Alarm conditions for which it halts; see `alarm_source.reasons`."""
-    start_held: bool
-    """The start button was pressed in the last tick: one that is held asks once."""
+    pressed: Requests
+    """Buttons of the last tick: one that is held asks once."""
 
 
 class State(NamedTuple):
@@ -70,7 +72,7 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What leaves the controller in a tick; length taught, refusal and upkeep are in its state."""
+    """What leaves the controller in a tick; length taught and upkeep are in its state."""
 
     commands: Commands
     demand: Demand
@@ -86,3 +88,5 @@ class Outputs(NamedTuple):
     """Item of the last pre-use test that failed."""
     assessment_due: bool
     """A person shall look at the patient, and start a cycle or find none needed."""
+    counters: Counters
+    """Passes, rest, resets, pre-oxygenation, refusal."""

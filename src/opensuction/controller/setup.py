@@ -31,7 +31,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.cycle.schedule import ON_REQUEST_ONLY, Schedule
 from opensuction.procedure.cycle.upkeep import LIFE_S, Service
-from opensuction.procedure.planning import planner
+from opensuction.procedure.planning import pass_rule, planner
 from opensuction.procedure.planning.planner import Abilities
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
@@ -240,6 +240,7 @@ def plan_settings(
         life_s=LIFE_S,
         cycle_s=planner.longest_cycle_s(plan),
         schedule=ON_REQUEST_ONLY,
+        passes=pass_rule.of(protocol.bench_only, site.age),
     )
     return Settings(
         plan=plan,

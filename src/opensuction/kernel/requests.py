@@ -6,7 +6,10 @@ from opensuction.kernel.record import make_zero
 
 
 class Requests(NamedTuple):
-    """Buttons of one tick; each is true in the tick in which it was pressed."""
+    """Buttons of one tick; each is true as long as it is pressed.
+
+    It acts once (`opensuction.procedure.cycle.button`); only `abort` acts as long as it is held.
+    """
 
     start: bool
     """Begin a cycle (PARKED only)."""
@@ -34,6 +37,12 @@ class Requests(NamedTuple):
     """Alarms: silence what is shown now."""
     audio_pause: bool
     """Alarms: begin an audio pause, or end the one that runs."""
+    assessed: bool
+    """A person has looked at the patient: passes are counted anew (at rest only)."""
+    oxygenated: bool
+    """The pre-oxygenation that was asked for has been given (PARKED only)."""
+    oxygen_skipped: bool
+    """A person decides to go without it; takes nothing back that was confirmed (PARKED only)."""
 
 
 class Host(NamedTuple):
@@ -47,7 +56,9 @@ class Host(NamedTuple):
 
 
 NO_REQUESTS = make_zero(Requests)
-START = NO_REQUESTS._replace(start=True)
+START = NO_REQUESTS._replace(start=True, oxygen_skipped=True)
+"""Begin at once: the pre-oxygenation that a patient needs is skipped, on record, unless it has been
+confirmed before."""
 IDENTIFY = NO_REQUESTS._replace(identify=True)
 ABORT = NO_REQUESTS._replace(abort=True)
 RESET = NO_REQUESTS._replace(reset=True)
@@ -57,3 +68,6 @@ HOME = NO_REQUESTS._replace(home=True)
 SERVICE = NO_REQUESTS._replace(service=True)
 CHANGED = NO_REQUESTS._replace(changed=True)
 RETURN_TO_SERVICE = NO_REQUESTS._replace(return_to_service=True)
+ASSESSED = NO_REQUESTS._replace(assessed=True)
+OXYGENATED = NO_REQUESTS._replace(oxygenated=True)
+OXYGEN_SKIPPED = NO_REQUESTS._replace(oxygen_skipped=True)

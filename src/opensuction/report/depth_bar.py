@@ -18,12 +18,13 @@ class Glyphs(NamedTuple):
     now: str
     later: str
     failed: str
+    look: str
     full: str
     empty: str
 
 
-UNICODE: Final = Glyphs(done="✓", now="▶", later="·", failed="✗", full="█", empty="░")
-ASCII: Final = Glyphs(done="x", now=">", later=".", failed="!", full="#", empty="-")
+UNICODE: Final = Glyphs(done="✓", now="▶", later="·", failed="✗", look="!", full="█", empty="░")
+ASCII: Final = Glyphs(done="x", now=">", later=".", failed="!", look="?", full="#", empty="-")
 
 
 def glyphs(console: Console) -> Glyphs:

@@ -1,62 +1,64 @@
 """Key figures of a cycle, each beside its limit and with a verdict in words."""
 
-from enum import Enum
-from typing import NamedTuple
+from opensuction.report import patient_figure, witness
+from opensuction.report.figure import Figure, FigureVerdict, against, known, without_limit
+from opensuction.report.summary import Summary, is_completed, is_inside, number, text
+from opensuction.report.wording import depth_words, quantity
 
-from opensuction.report.summary import Summary, number, text
-from opensuction.report.wording import quantity
-
-
-class FigureVerdict(Enum):
-    """How a figure stands against its limit."""
-
-    GOOD = "good"
-    NOTICE = "notice"
-    """Outside a recommendation, inside the limit that was set."""
-    BAD = "bad"
-    NEUTRAL = "neutral"
-    """There is no limit to hold it against."""
-    ABSENT = "absent"
+PAST_CARINA_MM = 1.0
+"""Tissue and tip give way by less; what is deeper has gone into a bronchus [design]."""
+CLEARANCE_PERCENT = 50.0
+"""Less than half removed, and the purpose of the cycle was not met [design]."""
 
 
-ATTENTION = (FigureVerdict.NOTICE, FigureVerdict.BAD)
-"""Verdicts that a person should look at."""
+def at_end(summary: Summary) -> Figure:
+    """Where the tip is when the record ends."""
+    end_mm = number(summary, "tip", "end_mm")
+    if end_mm is None:
+        return Figure(witness.AT_END, quantity(None, "mm"), "", FigureVerdict.ABSENT, "")
+    tip = f"tip {depth_words(end_mm)}"
+    if is_inside(summary):
+        return Figure(witness.AT_END, "inside", tip, FigureVerdict.BAD, "still in the airway")
+    return Figure(witness.AT_END, "out", tip, FigureVerdict.GOOD, "out of the airway")
 
 
-class Figure(NamedTuple):
-    """One key figure."""
-
-    name: str
-    value: str
-    limit: str
-    """What it is held against, or a remark; may be empty."""
-    verdict: FigureVerdict
-    remark: str
-    """The verdict in words; may be empty."""
+def is_search_cap(summary: Summary) -> bool:
+    """Whether the cap only ends a search for the carina, and lies beyond it."""
+    cap, carina = number(summary, "anatomy", "cap_mm"), number(summary, "anatomy", "carina_mm")
+    by_contact = text(summary, "approach") == "contact"
+    return by_contact and cap is not None and carina is not None and cap > carina
 
 
-def _against(value: float | None, limit: float | None, words: str) -> tuple[FigureVerdict, str]:
-    """Verdict on a value that shall not exceed a limit; ``words`` names the limit."""
-    if value is None:
-        return FigureVerdict.ABSENT, ""
-    if limit is None:
-        return FigureVerdict.NEUTRAL, ""
-    if value > limit:
-        return FigureVerdict.BAD, f"over the {words}"
-    return FigureVerdict.GOOD, f"within the {words}"
+def is_cut_short(summary: Summary) -> bool:
+    """Whether the cycle was broken off before there was any suction."""
+    no_suction = number(summary, "timing", "negative_pressure_s") == 0.0
+    return no_suction and not is_completed(summary)
 
 
-def _known(words: str, value: float | None, unit: str, decimals: int = 1) -> list[str]:
-    """A quantity with the word before it, where it is known."""
-    return [] if value is None else [f"{words} {quantity(value, unit, decimals)}"]
+def past_carina_mm(summary: Summary) -> float:
+    """How far the tip went into a bronchus; 0 where it did not, or the carina is not known."""
+    deepest, carina = number(summary, "tip", "deepest_mm"), number(summary, "anatomy", "carina_mm")
+    if deepest is None or carina is None or deepest <= carina + PAST_CARINA_MM:
+        return 0.0
+    return deepest - carina
 
 
 def deepest_tip(summary: Summary) -> Figure:
-    """Deepest position of the tip against its cap."""
+    """Deepest position of the tip against its cap and the carina."""
     deepest, cap = number(summary, "tip", "deepest_mm"), number(summary, "anatomy", "cap_mm")
     limit = "" if cap is None else f"cap {quantity(cap, 'mm')} below the tube's end"
-    verdict = _against(deepest, cap, "cap")
-    return Figure("Deepest tip position", quantity(deepest, "mm"), limit, *verdict)
+    verdict, remark = against(deepest, cap, "cap")
+    if is_search_cap(summary):
+        limit = (
+            f"carina {quantity(number(summary, 'anatomy', 'carina_mm'), 'mm')}; "
+            f"the search for it ends at {quantity(cap, 'mm')}"
+        )
+        if verdict is FigureVerdict.GOOD:
+            remark = "not past the carina"
+    beyond = past_carina_mm(summary)
+    if beyond > 0.0:
+        verdict, remark = FigureVerdict.BAD, f"{quantity(beyond, 'mm')} past the carina"
+    return Figure(witness.DEEPEST, quantity(deepest, "mm"), limit, verdict, remark)
 
 
 def stop_error(summary: Summary) -> Figure:
@@ -69,18 +71,20 @@ def stop_error(summary: Summary) -> Figure:
     target, cap = number(summary, "tip", "target_mm"), number(summary, "anatomy", "cap_mm")
     limit = "" if target is None else f"target {quantity(target, 'mm')}"
     if error is None or target is None or cap is None:
-        return _without_limit("Stopping error", error, "mm", beside=limit, signed=True)
+        return without_limit(witness.STOP, error, "mm", beside=limit, signed=True)
     tolerance, whose = cap - target, "cap"
     carina = number(summary, "anatomy", "carina_mm")
     if text(summary, "approach") == "contact" and carina is not None and carina > target:
         tolerance, whose = carina - target, "carina"
     limit += f", margin to the {whose} {quantity(tolerance, 'mm')}"
     verdict, remark = FigureVerdict.GOOD, "at the target"
-    if error < -tolerance:
+    if error < -tolerance and is_cut_short(summary):
+        verdict, remark = FigureVerdict.NEUTRAL, "broken off before it was reached"
+    elif error < -tolerance:
         verdict, remark = FigureVerdict.NOTICE, "short of the target"
     elif error > tolerance:
         verdict, remark = FigureVerdict.BAD, "beyond the target"
-    return Figure("Stopping error", quantity(error, "mm", signed=True), limit, verdict, remark)
+    return Figure(witness.STOP, quantity(error, "mm", signed=True), limit, verdict, remark)
 
 
 def negative_pressure(summary: Summary) -> Figure:
@@ -88,23 +92,69 @@ def negative_pressure(summary: Summary) -> Figure:
     lasted = number(summary, "timing", "negative_pressure_s")
     budget = number(summary, "timing", "negative_pressure_budget_s")
     guideline = number(summary, "timing", "guideline_s")
-    verdict, remark = _against(lasted, budget, "protocol's limit")
+    verdict, remark = against(lasted, budget, "protocol's limit")
     beyond = lasted is not None and guideline is not None and lasted > guideline
     if beyond and verdict is not FigureVerdict.BAD:
         verdict, remark = FigureVerdict.NOTICE, "over the guideline"
-    limits = [*_known("limit", budget, "s"), *_known("guideline", guideline, "s")]
-    name = "Time under negative pressure"
-    return Figure(name, quantity(lasted, "s"), ", ".join(limits), verdict, remark)
+    if lasted == 0.0:
+        done = is_completed(summary)
+        verdict = FigureVerdict.NOTICE if done else FigureVerdict.NEUTRAL
+        remark = "there was no suction"
+    limits = [*known("limit", budget, "s"), *known("guideline", guideline, "s")]
+    return Figure(witness.SUCTION, quantity(lasted, "s"), ", ".join(limits), verdict, remark)
 
 
 def in_airway(summary: Summary) -> Figure:
-    """How long the catheter was in the airway."""
+    """How long the catheter was in the airway, against the protocol and the guideline for hands."""
     lasted = number(summary, "timing", "in_airway_s")
     budget = number(summary, "timing", "in_airway_budget_s")
-    limit = "".join(_known("limit", budget, "s"))
-    return Figure(
-        "Time in the airway", quantity(lasted, "s"), limit, *_against(lasted, budget, "limit")
-    )
+    guideline = number(summary, "timing", "in_airway_guideline_s")
+    verdict, remark = against(lasted, budget, "limit")
+    limits = [*known("limit", budget, "s"), *known("ACI-2014", guideline, "s", 0)]
+    planned = False
+    if is_inside(summary):
+        verdict, remark = FigureVerdict.BAD, "and it is still there"
+    elif verdict is FigureVerdict.GOOD and lasted is not None and guideline is not None:
+        planned = lasted > guideline
+        if planned:
+            verdict, remark = FigureVerdict.NOTICE, "over ACI-2014 by design, within the limit"
+    value = quantity(lasted, "s")
+    return Figure(witness.IN_AIRWAY, value, ", ".join(limits), verdict, remark, planned)
+
+
+def vacuum(summary: Summary) -> Figure:
+    """Highest vacuum at the tip in the airway against the guideline; else the line's."""
+    line, tip = number(summary, "vacuum", "peak_mmhg"), number(summary, "vacuum", "tip_peak_mmhg")
+    guideline = number(summary, "vacuum", "guideline_mmhg")
+    setpoint = known("set to", number(summary, "vacuum", "setpoint_mmhg"), "mmHg", 0)
+    if tip is None or guideline is None:
+        return without_limit(witness.VACUUM, line, "mmHg", 0, "".join(setpoint))
+    beside = ["at the tip", *known("guideline", guideline, "mmHg", 0)]
+    beside += [*known("in the line", line, "mmHg", 0), *setpoint]
+    verdict, remark = FigureVerdict.GOOD, "within the guideline"
+    if tip > guideline:
+        verdict, remark = FigureVerdict.BAD, "over the guideline"
+    elif line is not None and line > guideline:
+        verdict, remark = FigureVerdict.NOTICE, "the line was over the guideline"
+    elif tip == 0.0:
+        verdict, remark = FigureVerdict.NEUTRAL, "none in the airway"
+    value = quantity(tip, "mmHg", 0)
+    return Figure(witness.VACUUM, value, ", ".join(beside), verdict, remark)
+
+
+def removed(summary: Summary) -> Figure:
+    """How much was removed of what was there."""
+    found = number(summary, "secretion", "removed_ml")
+    percent = number(summary, "secretion", "removed_percent")
+    if found is None or percent is None:
+        return without_limit(witness.REMOVED, found, "mL")
+    share = f"{quantity(percent, '%', 0)} of what was there"
+    verdict, remark = FigureVerdict.GOOD, "at least half"
+    if is_cut_short(summary) and percent < CLEARANCE_PERCENT:
+        verdict, remark = FigureVerdict.NEUTRAL, "broken off before suction"
+    elif percent < CLEARANCE_PERCENT:
+        verdict, remark = FigureVerdict.NOTICE, "less than half"
+    return Figure(witness.REMOVED, quantity(found, "mL"), share, verdict, remark)
 
 
 def carina_force(summary: Summary) -> Figure:
@@ -117,43 +167,27 @@ def carina_force(summary: Summary) -> Figure:
         verdict, remark = FigureVerdict.GOOD, "no contact"
     elif text(summary, "approach") == "travel":
         verdict, remark = FigureVerdict.NOTICE, "contact, and none was wanted"
-    return Figure("Force on the carina", quantity(force, "N", 2), "", verdict, remark)
-
-
-def _without_limit(
-    name: str,
-    value: float | None,
-    unit: str,
-    decimals: int = 1,
-    beside: str = "",
-    signed: bool = False,
-) -> Figure:
-    """A figure that there is no limit for. beside: what is said instead of one."""
-    verdict = FigureVerdict.ABSENT if value is None else FigureVerdict.NEUTRAL
-    return Figure(name, quantity(value, unit, decimals, signed=signed), beside, verdict, "")
+    return Figure(witness.FORCE, quantity(force, "N", 2), "", verdict, remark)
 
 
 def figures(summary: Summary) -> list[Figure]:
-    """Key figures, what matters most to the patient first."""
-    pressure = number(summary, "airway_pressure_least_cmh2o")
-    removed = number(summary, "secretion", "removed_ml")
-    percent = number(summary, "secretion", "removed_percent")
+    """Key figures, what matters most to the patient first; none denies an alarm."""
     rmse, peak = number(summary, "tip", "rmse_mm"), number(summary, "tip", "peak_error_mm")
-    share = "" if percent is None else f"{quantity(percent, '%', 0)} of what was there"
-    largest = "".join(_known("largest", peak, "mm", 2))
-    vacuum = number(summary, "vacuum", "peak_mmhg")
-    set_to = "".join(_known("set to", number(summary, "vacuum", "setpoint_mmhg"), "mmHg", 0))
-    return [
-        deepest_tip(summary),
-        negative_pressure(summary),
+    largest = "".join(known("largest", peak, "mm", 2))
+    listed = [
+        at_end(summary),
+        patient_figure.saturation(summary),
+        patient_figure.heart_rate(summary),
+        patient_figure.airway_pressure(summary),
+        patient_figure.lung_volume(summary),
+        removed(summary),
         in_airway(summary),
-        _without_limit("Highest vacuum", vacuum, "mmHg", 0, set_to),
-        _without_limit("Lowest oxygen saturation", number(summary, "spo2_nadir_percent"), "%"),
-        _without_limit("Lung volume lost", number(summary, "lung_volume_loss_ml"), "mL", 0),
-        _without_limit("Lowest airway pressure", pressure, "cmH2O"),
-        _without_limit("Secretions removed", removed, "mL", beside=share),
+        negative_pressure(summary),
+        vacuum(summary),
+        deepest_tip(summary),
         carina_force(summary),
         stop_error(summary),
-        _without_limit("Tracking error (RMS)", rmse, "mm", 2, largest),
-        _without_limit("Whole cycle", number(summary, "timing", "cycle_s"), "s"),
+        without_limit("Tracking error (RMS)", rmse, "mm", 2, largest),
+        without_limit("Until the machine rested", number(summary, "timing", "cycle_s"), "s"),
     ]
+    return [witness.hear(summary, figure) for figure in listed]

@@ -6,7 +6,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from opensuction.report import narrative, wording
+from opensuction.report import ending, notice, wording
 
 ROOM = "opensuction.report"
 
@@ -24,8 +24,9 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["event"] = narrative.event
-    environment.filters["alarm_span"] = narrative.alarm_span
+    environment.filters["event"] = ending.event
+    environment.filters["span"] = notice.span
+    environment.filters["raiser"] = ending.raiser
     environment.filters["capitalise"] = wording.capitalise
     environment.filters["plain"] = wording.plain
     environment.filters["quantity"] = wording.quantity

@@ -1,103 +1,75 @@
-"""What happened in a cycle, in a few plain sentences for a person at the bedside."""
+"""What happened in a cycle, in a few plain sentences for a person at the bedside.
 
-from opensuction.report import figures
-from opensuction.report.figures import FigureVerdict
-from opensuction.report.summary import Summary, is_completed, is_inside, number, rows, text, value
-from opensuction.report.wording import capitalise, quantity
+No sentence denies an alarm, a broken bound or a figure: what is said of a figure is said by it.
+"""
 
-ON_REQUEST = "a person asked for it, no safety limit tripped"
-
+from opensuction.report import ending, figures, harm, patient_words, witness
+from opensuction.report.figure import Figure, FigureVerdict
+from opensuction.report.notice import CONTROLLER, notices
+from opensuction.report.summary import (
+    Summary,
+    harms,
+    is_completed,
+    is_inside,
+    number,
+    rows,
+    text,
+    value,
+)
+from opensuction.report.wording import capitalise, quantity, stopped
 
 LEAST_BACKOFF_MM = 0.5
 """A shorter way back is the spring of tip and tissue, no backing off."""
+MOST_PASSES = 3
+"""After so many passes a person assesses before the next [K]."""
+AT_TARGET_MM = 1.0
+"""A smaller stopping error needs no side."""
+LEAST_REMOVED_ML = 0.05
+"""Less rounds to nothing."""
+DRAWING = (
+    "vacuum-lost",
+    "line-clogged",
+    "line-leaking",
+    "canister-full",
+    "valve-stuck-closed",
+)
+"""Conditions for which little is removed because nothing is drawn."""
 
 
-def _with_stop(sentence: str) -> str:
-    """A sentence as it was written elsewhere, made to end with exactly one full stop."""
-    return sentence.rstrip(". ") + "."
+def _yet(summary: Summary, name: str) -> str:
+    """What an alarm says against a figure that is within its limits by the truth; may be empty."""
+    if _figure(summary, name).verdict is FigureVerdict.BAD:
+        return ""
+    against = witness.speaking(summary, name)
+    return f" Yet an alarm was raised: {stopped(against[0].sentence)}" if against else ""
 
 
-def event(entry: Summary) -> str:
-    """A trip in one line: when, and what."""
-    time_s = number(entry, "time_s")
-    said = text(entry, "sentence") or text(entry, "name") or "?"
-    when = "" if time_s is None else f"{quantity(time_s, 's')}: "
-    return f"{when}{said}"
+def _figure(summary: Summary, name: str) -> Figure:
+    return next(figure for figure in figures.figures(summary) if figure.name == name)
 
 
-def alarm_span(entry: Summary) -> str:
-    """From when to when an alarm was shown."""
-    started_s, ended_s = number(entry, "started_s"), number(entry, "ended_s")
-    begin = "?" if started_s is None else quantity(started_s, "s")
-    return f"from {begin} on" if ended_s is None else f"{begin} to {quantity(ended_s, 's')}"
+def _injected_faults(summary: Summary) -> str:
+    """Each fault that was injected, and what noticed it."""
+    return " ".join(ending.injected_fault(summary, entry) for entry in rows(summary, "faults"))
 
 
-def alarm(entry: Summary) -> str:
-    """An alarm in one line: how urgent, when, what, and what to do first."""
-    said = text(entry, "sentence") or text(entry, "condition") or "?"
-    priority = text(entry, "priority")
-    urgent = "Alarm" if priority is None else f"{priority.capitalize()} alarm"
-    remedy = text(entry, "remedy")
-    line = f"{urgent}, {alarm_span(entry)}: {_with_stop(said)}"
-    return line if remedy is None else f"{line} {remedy}"
-
-
-def aborted_at_s(summary: Summary) -> float | None:
-    """When the abort began; None where the cycle did not abort or the time is not known."""
-    for phase in rows(summary, "phases"):
-        if phase.get("name") == "aborting":
-            return number(phase, "start_s")
-    return number(summary, "abort", "time_s")
-
-
-def outcome(summary: Summary) -> str:
-    """What a person must know first: ``Completed``, ``Aborted at 17.0 s``, or that it is inside."""
-    if not is_inside(summary):
-        return _ended(summary)
-    end_mm = number(summary, "tip", "end_mm") or 0.0
-    where = f"{quantity(abs(end_mm), 'mm')} {'below' if end_mm >= 0.0 else 'above'} the tube's end"
-    return f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
-
-
-def _ended(summary: Summary) -> str:
-    """How the cycle ended, in a word or two."""
-    if is_completed(summary):
-        return "Completed"
-    name = (text(summary, "outcome") or "unknown outcome").capitalize()
-    start = aborted_at_s(summary)
-    return name if start is None else f"{name} at {quantity(start, 's')}"
-
-
-def lead(summary: Summary) -> str:
-    """The one line under the outcome: why it ended early, or which figures need a look."""
-    names = [f.name.lower() for f in figures.figures(summary) if f.verdict in figures.ATTENTION]
-    look = f"Look at: {', '.join(names)}." if names else ""
-    if is_inside(summary):
-        reason = "" if is_completed(summary) else _with_stop(capitalise(_reason(summary)))
-        return f"{_with_stop(_ended(summary))} {reason} {look}".replace("  ", " ").strip()
-    if is_completed(summary):
-        return look or "Every figure that has a limit is within it."
-    reason = _reason(summary)
-    return f"{_with_stop(capitalise(reason))} {look}".strip()
-
-
-def _reason(summary: Summary) -> str:
-    """Why the cycle ended before its time: the first trip, or what else broke it off."""
-    for entry in rows(summary, "trips"):
-        return text(entry, "sentence") or text(entry, "name") or ON_REQUEST
-    said = [text(summary, "abort", "sentence")]
-    # Neither a refused start nor a controller that stopped is a trip or an abort.
-    said += [text(entry, "noticed", "sentence") for entry in rows(summary, "faults")]
-    return next((sentence for sentence in said if sentence is not None), ON_REQUEST)
+def _broken_bounds(summary: Summary) -> str:
+    """Bounds for the patient that were broken."""
+    said = [
+        harm.sentence(summary, name, words)
+        for name, words in harm.broken(summary)
+        if name != "left-inside"  # the first line says it
+    ]
+    return stopped(f"Bounds for the patient that were broken: {'; '.join(said)}") if said else ""
 
 
 def _ending(summary: Summary) -> str:
     """Why and when the cycle ended before its time; empty where it was completed."""
     if is_completed(summary):
         return ""
-    start = aborted_at_s(summary)
+    start = ending.aborted_at_s(summary)
     when = "" if start is None else f" after {quantity(start, 's')}"
-    return _with_stop(f"The cycle was aborted{when}: {_reason(summary)}")
+    return stopped(f"The cycle was aborted{when}: {ending.reason(summary)}")
 
 
 def _check(summary: Summary) -> str:
@@ -108,7 +80,17 @@ def _check(summary: Summary) -> str:
     said = text(summary, "check", "sentence")
     if said is None or said in _ending(summary):
         return ""
-    return _with_stop(f"The pre-use test failed: {said}")
+    return stopped(f"The pre-use test failed: {said}")
+
+
+def _preoxygenation(summary: Summary) -> str:
+    """Whether oxygen was given before, as far as the protocol asks for it."""
+    words = {
+        "confirmed": "Pre-oxygenation was asked for, and a person confirmed it.",
+        "skipped": "Pre-oxygenation was asked for and skipped: [AARC-2022] suggests it.",
+        "not-required": "The protocol asks for no pre-oxygenation.",
+    }
+    return words.get(text(summary, "preoxygenation", "state") or "", "")
 
 
 def _teaching(summary: Summary) -> str:
@@ -135,30 +117,59 @@ def _depth(summary: Summary) -> str:
     if deepest <= 0.0:
         return "The catheter tip did not leave the tube."
     said = f"The catheter tip went {quantity(deepest, 'mm')} below the end of the tube"
-    cap = number(summary, "anatomy", "cap_mm")
-    if cap is not None:
+    beyond, cap = figures.past_carina_mm(summary), number(summary, "anatomy", "cap_mm")
+    if beyond > 0.0:
+        said += f", {quantity(beyond, 'mm')} past the carina and into a bronchus"
+    if cap is not None and figures.is_search_cap(summary):
+        said += f"; the search for the carina would have ended at {quantity(cap, 'mm')}"
+    elif cap is not None:
         gap = quantity(abs(cap - deepest), "mm")
         side = "short of" if deepest <= cap else "past"
         said += f", {gap} {side} the cap of {quantity(cap, 'mm')} that it must never pass"
-    return f"{said}."
+    return f"{said}.{_yet(summary, witness.DEEPEST)}"
 
 
 def _stop(summary: Summary) -> str:
     error, target = number(summary, "tip", "stop_error_mm"), number(summary, "tip", "target_mm")
     if error is None or target is None:
         return ""
-    if figures.stop_error(summary).verdict is FigureVerdict.GOOD:
-        return f"It stopped within {quantity(abs(error), 'mm')} of its target ({target:.1f} mm)."
-    side = "short of" if error < 0 else "beyond"
-    return f"It stopped {quantity(abs(error), 'mm')} {side} its target ({target:.1f} mm)."
+    if figures.is_cut_short(summary) and error < 0.0:
+        return ""
+    if abs(error) < AT_TARGET_MM:
+        return (
+            f"The tip stopped within {quantity(abs(error), 'mm')} of its target ({target:.1f} mm)."
+        )
+    side = "short of" if error < 0.0 else "beyond"
+    said = f"The tip stopped {quantity(abs(error), 'mm')} {side} its target ({target:.1f} mm)"
+    is_good = figures.stop_error(summary).verdict is FigureVerdict.GOOD
+    return f"{said}{', within the margin' if is_good else ''}."
+
+
+def _time_inside(summary: Summary) -> str:
+    """How long the catheter was in the airway, and why that is more than a hand may take."""
+    lasted = number(summary, "timing", "in_airway_s")
+    if lasted is None or lasted == 0.0:
+        return ""
+    said = f"The catheter was in the airway for {quantity(lasted, 's')}"
+    if is_inside(summary):
+        return f"{said} until the record ends, and it is still there."
+    guideline = number(summary, "timing", "in_airway_guideline_s")
+    if _figure(summary, witness.IN_AIRWAY).is_planned and guideline is not None:
+        said += (
+            f", over the {guideline:g} s from insertion to removal of [ACI-2014]: by design, for "
+            "the tip moves in and out no faster than is gentle, and the time under suction is "
+            "what is kept short"
+        )
+    return f"{said}.{_yet(summary, witness.IN_AIRWAY)}"
 
 
 def _suction(summary: Summary) -> str:
     lasted = number(summary, "timing", "negative_pressure_s")
     if lasted is None:
         return ""
+    against = _yet(summary, witness.SUCTION)
     if lasted == 0.0:
-        return "There was no suction."
+        return f"There was no suction.{against}"
     guideline = number(summary, "timing", "guideline_s")
     budget = number(summary, "timing", "negative_pressure_budget_s")
     bounds = [("guideline's limit", guideline), ("protocol's limit", budget)]
@@ -169,32 +180,46 @@ def _suction(summary: Summary) -> str:
         if bound is not None:
             side = "within" if lasted <= bound else "over"
             held.append(f"{side} the {whose} of {bound:g} s")
-    return f"Suction lasted {quantity(lasted, 's')}{': ' if held else ''}{', '.join(held)}."
+    if against or "suction-time" in harms(summary):
+        held = []  # the truth within a limit is no comfort where an alarm says otherwise
+    return (
+        f"Suction lasted {quantity(lasted, 's')}{': ' if held else ''}{', '.join(held)}.{against}"
+    )
 
 
 def _secretion(summary: Summary) -> str:
     removed = number(summary, "secretion", "removed_ml")
     if removed is None:
         return ""
+    if number(summary, "timing", "negative_pressure_s") == 0.0 and removed < LEAST_REMOVED_ML:
+        return "No secretions were removed."
     percent = number(summary, "secretion", "removed_percent")
     share = "" if percent is None else f", {quantity(percent, '%', 0)} of what was there"
-    return f"It removed {quantity(removed, 'mL')} of secretions{share}."
+    return f"Suction removed {quantity(removed, 'mL')} of secretions{share}."
 
 
-def _patient(summary: Summary) -> str:
-    """What suction did to the patient's breathing, as far as there is a patient."""
-    saturation = number(summary, "spo2_nadir_percent")
-    loss = number(summary, "lung_volume_loss_ml")
-    pressure = number(summary, "airway_pressure_least_cmh2o")
-    said = []
-    if saturation is not None:
-        said.append(f"oxygen saturation was {quantity(saturation, '%')} at its lowest")
-    if loss is not None:
-        said.append(f"the lungs lost up to {quantity(loss, 'mL', 0)} of their resting volume")
-    if pressure is not None:
-        below = ", below the air outside" if pressure < 0.0 else ""
-        said.append(f"the lowest airway pressure was {quantity(pressure, 'cmH2O')}{below}")
-    return _with_stop(capitalise("; ".join(said))) if said else ""
+def _next_pass(summary: Summary) -> str:
+    """What may follow where less than half was removed; empty where there is nothing to offer."""
+    percent = number(summary, "secretion", "removed_percent")
+    if percent is None or percent >= figures.CLEARANCE_PERCENT or not is_completed(summary):
+        return ""
+    if is_inside(summary) or harms(summary):
+        return ""
+    raised = {notice.condition for notice in notices(summary)}
+    if "pass-limit-reached" in raised:
+        return "No further pass: the permitted number is reached, and a person assesses."
+    removed = number(summary, "secretion", "removed_ml") or 0.0
+    if removed < LEAST_REMOVED_ML or raised.intersection(DRAWING):
+        return (
+            "Hardly anything was drawn: look for a clog or a leak from the tip to the pump before "
+            "another pass."
+        )
+    if any(notice.priority == "high" for notice in notices(summary)):
+        return "Less than half was removed; the alarm comes before another pass."
+    return (
+        "Less than half was removed: the next pass may follow when the patient has recovered, "
+        f"{MOST_PASSES} in all at most; then a person assesses."
+    )
 
 
 def _backoff_mm(summary: Summary) -> float | None:
@@ -210,7 +235,7 @@ def _contact(summary: Summary) -> str:
     if force is None:
         return ""
     if force == 0.0:
-        return "The tip did not touch the carina."
+        return f"The tip did not touch the carina.{_yet(summary, witness.FORCE)}"
     said = f"The tip touched the carina with at most {quantity(force, 'N', 2)}"
     backoff = _backoff_mm(summary)
     if backoff is not None and backoff >= LEAST_BACKOFF_MM:
@@ -218,56 +243,53 @@ def _contact(summary: Summary) -> str:
     return f"{said}."
 
 
-def _faults(summary: Summary) -> str:
-    """What tripped and alarmed beyond the reason that the ending already gave."""
-    trips, alarms = rows(summary, "trips"), rows(summary, "alarms")
-    if not trips and not alarms:
+def _raised(summary: Summary) -> str:
+    """What tripped and alarmed, in numbers, and who alarmed where it was not the controller."""
+    listed = notices(summary)
+    names = {notice.condition for notice in listed}
+    silent = [
+        f"Safety limit: {text(trip, 'sentence') or text(trip, 'name')}"
+        for trip in rows(summary, "trips")
+        if (text(trip, "name") or "").replace("_", "-") not in names
+    ]
+    if not silent and not listed:
         return "No safety limit tripped and no alarm was raised."
-    others = trips if is_completed(summary) else trips[1:]
-    said = [f"Safety limit: {text(trip, 'sentence') or text(trip, 'name')}" for trip in others]
-    if len(alarms) == 1:
+    said = silent
+    if len(listed) == 1:
         said.append("One alarm was raised")
-    elif alarms:
-        said.append(f"{len(alarms)} alarms were raised")
-    return _with_stop(". ".join(said)) if said else ""
+    elif listed:
+        said.append(f"{len(listed)} alarms were raised")
+    others = dict.fromkeys(ending.raiser(one) for one in listed if one.by != CONTROLLER)
+    if others:
+        said[-1] += f", by the {' and the '.join(others)} too"
+    if listed and all(one.by != CONTROLLER for one in listed):
+        said[-1] = said[-1].removesuffix(" too") + ", not by the controller"
+    if any(not one.is_shown for one in listed):
+        said.append("Not all of them were shown at the bedside")
+    return stopped(". ".join(said))
 
 
-def _injected_faults(summary: Summary) -> str:
-    """Each fault that was injected, and what noticed it."""
-    return " ".join(_with_stop(_injected_fault(entry)) for entry in rows(summary, "faults"))
-
-
-def _injected_fault(entry: Summary) -> str:
-    at_s, name = number(entry, "at_s"), text(entry, "name") or "?"
-    if at_s is None:
-        return f"The fault {name} was to be injected, but its instant never came"
-    strength, unit = number(entry, "strength"), text(entry, "strength_unit")
-    said = f"Injected fault: {name}"
-    if strength is not None:
-        said += f" ({strength:g}{'' if unit in (None, '1') else f' {unit}'})"
-    said += f" at {quantity(at_s, 's')}"
-    meaning = text(entry, "meaning")
-    if meaning is not None:
-        said += f", {meaning}"
-    sentence, after_s = text(entry, "noticed", "sentence"), number(entry, "noticed", "after_s")
-    if sentence is None or after_s is None:
-        return f"{said}. Nothing noticed it"
-    return f"{said}. It was noticed {quantity(after_s, 's', 3)} later: {sentence}"
+PARTS = (
+    _injected_faults,
+    _broken_bounds,
+    _ending,
+    patient_words.heart_and_blood,
+    patient_words.lungs,
+    _secretion,
+    _next_pass,
+    _time_inside,
+    _suction,
+    _depth,
+    _contact,
+    _stop,
+    _raised,
+    _check,
+    _preoxygenation,
+    _teaching,
+)
+"""In the order of the page: what matters to the patient first, what came before the cycle last."""
 
 
 def sentences(summary: Summary) -> list[str]:
     """What happened, most important first; what is not known is left out."""
-    parts = (
-        _injected_faults,
-        _ending,
-        _check,
-        _teaching,
-        _depth,
-        _contact,
-        _stop,
-        _suction,
-        _secretion,
-        _patient,
-        _faults,
-    )
-    return [sentence for part in parts if (sentence := part(summary))]
+    return [capitalise(sentence) for part in PARTS if (sentence := part(summary))]

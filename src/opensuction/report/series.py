@@ -22,7 +22,11 @@ BREATHS_BUCKETS = 500
 """The same for a patient, who is followed for longer and breathes up to once in 1.5 s."""
 
 AFTER_CYCLE_S = 2.0
-"""Plots of the machine go on for this long after the cycle: time to see that it is at rest."""
+"""What is seen of the rest after a cycle where the plots show the cycle alone."""
+COARSE = 3
+"""One of many cycles has so much less detail: a day of them shall not fill a disk."""
+AFTER_BUCKETS = 80
+"""Buckets of what comes after that: the machine rests, and only alarms and people act."""
 
 REVERSAL_MM = 0.2
 """Head travel against its direction that counts as a reversal; encoder and servo jitter less."""
@@ -58,6 +62,7 @@ PATIENT = (
     Column("lung_volume", "truth.lung_volume_ml", 1),
     Column("lung_volume_loss", "truth.lung_volume_loss_ml", 1),
     Column("spo2", "truth.spo2_percent", 2),
+    Column("heart_rate", "truth.heart_rate_per_min", 1),
 )
 """Series of the patient on the machine, likewise."""
 
@@ -149,38 +154,64 @@ def to_list(values: npt.NDArray[np.float64], decimals: int) -> list[float | None
     return [value if np.isfinite(value) else None for value in rounded.tolist()]
 
 
+def focus_s(summary: Summary) -> float | None:
+    """Where the part of the record ends that has the cycle in it; None where that is not known."""
+    cycle_s = number(summary, "timing", "cycle_s")
+    return None if cycle_s is None else cycle_s + AFTER_CYCLE_S
+
+
+def _keep(
+    summary: Summary, time_s: npt.NDArray[np.float64], series: Series, buckets: int
+) -> npt.NDArray[np.int64]:
+    """Rows to keep: the cycle finely, what comes after it coarsely, the last row in any case."""
+    end_s = focus_s(summary)
+    turn = time_s.size
+    if end_s is not None:
+        turn = int(np.searchsorted(time_s, end_s, side="right"))
+    edges = _edges(summary, time_s)
+    values = list(series.values())
+    if not 0 < turn < time_s.size:
+        return keep_rows(values, edges, buckets)
+    first = keep_rows([part[:turn] for part in values], edges, buckets)
+    later = [edge - turn for edge in edges if edge >= turn]
+    second = keep_rows([part[turn:] for part in values], later, AFTER_BUCKETS)
+    return np.concatenate([first, second + turn])
+
+
 def _thin(
     summary: Summary, time_s: npt.NDArray[np.float64], series: Series, buckets: int
 ) -> dict[str, list[Any]]:
     """Series and ``time``, thinned and ready for JSON; empty where there is nothing."""
     if time_s.size == 0 or not series:
         return {}
-    kept = keep_rows(list(series.values()), _edges(summary, time_s), buckets)
-    decimals = {entry.name: entry.decimals for entry in (*MACHINE, *PATIENT)}
-    columns: dict[str, list[Any]] = {"time": to_list(time_s[kept], 3)}
-    for name, values in series.items():
-        columns[name] = to_list(values[kept], decimals.get(name, 3))
+    columns = _listed(time_s, series, kept := _keep(summary, time_s, series, buckets))
     if "head" in series:
         columns["inward"] = directions(series["head"][kept], REVERSAL_MM).astype(int).tolist()
     return columns
 
 
-def machine(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+def _listed(
+    time_s: npt.NDArray[np.float64], series: Series, kept: npt.NDArray[np.int64]
+) -> dict[str, list[Any]]:
+    """The rows that are kept as lists for JSON."""
+    decimals = {entry.name: entry.decimals for entry in (*MACHINE, *PATIENT)}
+    columns: dict[str, list[Any]] = {"time": to_list(time_s[kept], 3)}
+    for name, values in series.items():
+        columns[name] = to_list(values[kept], decimals.get(name, 3))
+    return columns
+
+
+def machine(summary: Summary, trace: Trace, buckets: int = BUCKETS) -> dict[str, list[Any]]:
     """Series for the plots of the machine, by short name, all of one length, ready for JSON.
 
-    Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. They end
-    shortly after the cycle. Empty where the trace has no rows.
+    Besides the series: ``time`` in s and ``inward``, 1 where the head moves inwards. They run to
+    the end of the record. Empty where the trace has no rows. buckets: detail of the cycle.
     """
     time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
-    cycle_s = number(summary, "timing", "cycle_s")
-    end = time_s.size
-    if cycle_s is not None:
-        end = int(np.searchsorted(time_s, cycle_s + AFTER_CYCLE_S, side="right"))
-    series = {name: values[:end] for name, values in _machine(trace).items()}
-    return _thin(summary, time_s[:end], series, BUCKETS)
+    return _thin(summary, time_s, _machine(trace), buckets)
 
 
-def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
+def patient(summary: Summary, trace: Trace, buckets: int = BREATHS_BUCKETS) -> dict[str, list[Any]]:
     """Series for the plots of the patient, to the end of the trace; empty where nobody is there.
 
     The trace goes on after the cycle: saturation is lowest after the catheter is out.
@@ -188,4 +219,8 @@ def patient(summary: Summary, trace: Trace) -> dict[str, list[Any]]:
     if text(summary, "patient") is None:
         return {}
     time_s = np.asarray(trace.get("time_s", ()), dtype=np.float64)
-    return _thin(summary, time_s, extract(trace, PATIENT), BREATHS_BUCKETS)
+    series = extract(trace, PATIENT)
+    if time_s.size == 0 or not series:
+        return {}
+    kept = keep_rows(list(series.values()), _edges(summary, time_s), buckets)
+    return _listed(time_s, series, kept)

@@ -51,12 +51,21 @@ class Plot(NamedTuple):
     """Vertical lines: instants with a name."""
 
 
-class Link(NamedTuple):
-    """A cell that leads to a section of the page."""
+class Cell(NamedTuple):
+    """A cell that says more than its value does."""
 
     text: str
-    anchor: str
-    """`Section.anchor` of where it leads."""
+    kind: str = ""
+    """``good``, ``notice``, ``bad``, ``number`` or nothing."""
+    href: str = ""
+    """A page beside this one, or ``#`` and the `Section.anchor` of a part of it."""
+
+
+class Rounded(NamedTuple):
+    """A number with as many decimals as mean anything; None where there is none."""
+
+    value: float | None
+    decimals: int
 
 
 class Table(NamedTuple):
@@ -88,6 +97,8 @@ class Sheet(NamedTuple):
     run: tuple[tuple[str, str], ...]
     """What ran, as names and values under the verdict."""
     sections: tuple[Section, ...]
+    kind: str = ""
+    """Of the verdict where good and bad are not enough: ``notice``."""
 
 
 def _decimals(arrays: list[Values]) -> int:
@@ -126,11 +137,15 @@ def to_plain(plot: Plot) -> dict[str, Any]:
 
 
 def cell(value: Any) -> dict[str, str]:
-    """Text of a table's cell and the class that it is shown in."""
+    """Text of a table's cell, the class that it is shown in, and the page that it leads to."""
+    if isinstance(value, Cell):
+        return value._asdict()
+    if isinstance(value, Rounded):
+        if value.value is None or not np.isfinite(value.value):
+            return {"text": "-", "kind": "number"}
+        return {"text": f"{value.value:.{value.decimals}f}", "kind": "number"}
     if isinstance(value, bool | np.bool_):
         return {"text": "✓ yes" if value else "✕ no", "kind": "good" if value else "bad"}
-    if isinstance(value, Link):
-        return {"text": value.text, "kind": "", "anchor": value.anchor}
     if value is None or (isinstance(value, float) and not np.isfinite(value)):
         return {"text": "-", "kind": "number"}
     if isinstance(value, int | np.integer):

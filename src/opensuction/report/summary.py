@@ -68,9 +68,17 @@ def is_inside(summary: Summary) -> bool:
     return value(summary, "tip", "inside_at_end") is True
 
 
+def harms(summary: Summary) -> list[str]:
+    """Names of the bounds for the patient that were broken, by the oracle; empty where none was."""
+    found = value(summary, "harm")
+    if isinstance(found, str) or not isinstance(found, Sequence):
+        return []
+    return [str(entry) for entry in found]
+
+
 def is_good(summary: Summary) -> bool:
-    """Whether nobody need come: the cycle ran to its planned end, and the catheter is out."""
-    return is_completed(summary) and not is_inside(summary)
+    """Whether the cycle ran to its planned end, the catheter is out, and no bound was broken."""
+    return is_completed(summary) and not is_inside(summary) and not harms(summary)
 
 
 def flatten(entries: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

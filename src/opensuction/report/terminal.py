@@ -11,11 +11,12 @@ from rich.table import Table
 from rich.text import Text
 
 from opensuction.kernel.phase import CYCLE, Phase
-from opensuction.report import figures, narrative
+from opensuction.report import ending, figures, headline, narrative
 from opensuction.report.depth_bar import depth_bar, glyphs
-from opensuction.report.figures import FigureVerdict
+from opensuction.report.figure import FigureVerdict
 from opensuction.report.moment import Moment
-from opensuction.report.summary import Summary, is_good, rows, text, warnings
+from opensuction.report.notice import notices
+from opensuction.report.summary import Summary, text, warnings
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
 PLANNED: Final = [phase.name.lower() for phase in CYCLE if phase != Phase.BACKING_OFF]
@@ -33,6 +34,13 @@ VERDICT_STYLES: Final = {
     FigureVerdict.BAD: "bold red",
 }
 """Colour besides the remark in words; the others have none."""
+
+HEADLINE_STYLES: Final = {
+    FigureVerdict.GOOD: "bold green",
+    FigureVerdict.NOTICE: "bold yellow",
+    FigureVerdict.BAD: "bold red",
+}
+"""Colours of the first line."""
 
 ALARM_STYLES: Final = {"high": "bold red", "medium": "yellow", "low": "cyan"}
 """Colours of IEC 60601-1-8, besides the priority in words."""
@@ -150,7 +158,10 @@ def _figure_table(summary: Summary) -> Table:
     for figure in figures.figures(summary):
         if figure.verdict is FigureVerdict.ABSENT:
             continue
-        held = "; ".join(part for part in (figure.remark, figure.limit) if part)
+        parts = [figure.remark, figure.limit]
+        if figure.verdict is FigureVerdict.GOOD:
+            parts = [figure.remark]  # the sentences have the limit; a line each is read at a glance
+        held = "; ".join(part for part in parts if part)
         table.add_row(
             Text(figure.name),
             Text(figure.value),
@@ -165,21 +176,23 @@ RAN = ("machine", "patient", "protocol", "approach", "compensation")
 
 def print_summary(console: Console, summary: Summary, files: Iterable[object] = ()) -> None:
     """Print what happened: outcome, sentences, figures with limits, files that were written."""
-    good = is_good(summary)
-    marks = glyphs(console)
-    outcome = f"{marks.done if good else marks.failed} {narrative.outcome(summary)}"
+    first, marks = headline.headline(summary), glyphs(console)
+    kinds = {FigureVerdict.GOOD: marks.done, FigureVerdict.NOTICE: marks.look}
+    mark = kinds.get(first.verdict, marks.failed)
     ran = [text(summary, key) for key in RAN]
     what = ", ".join(name for name in ran if name)
     seed = text(summary, "seed")
     console.print()
     console.print(
-        Text(outcome, style="bold green" if good else "bold red"),
+        Text(f"{mark} {first.text}", style=HEADLINE_STYLES[first.verdict]),
         Text(f"({what}{'' if seed is None else f', seed {seed}'})", style="dim"),
     )
+    print_indented(console, [first.lead], "bold")
+    print_indented(console, [first.look] if first.look else [])
     print_indented(console, narrative.sentences(summary))
-    for alarm in rows(summary, "alarms"):
-        style = ALARM_STYLES.get(text(alarm, "priority") or "", "")
-        print_indented(console, [narrative.alarm(alarm)], style)
+    for notice in notices(summary):
+        style = ALARM_STYLES.get(notice.priority, "")
+        print_indented(console, [ending.alarm(notice)], style)
     print_indented(console, [f"Warning: {warning}" for warning in warnings(summary)], "yellow")
     console.print()
     console.print(_figure_table(summary))

@@ -65,9 +65,24 @@ def quantity(value: float | None, unit: str, decimals: int = 1, *, signed: bool 
     return f"{rounded:{'+' if signed else ''}.{decimals}f} {unit}"
 
 
+def depth_words(depth_mm: float) -> str:
+    """A depth of the tip in words.
+
+    >>> depth_words(48.63), depth_words(-20.0)
+    ("48.6 mm below the tube's end", "20.0 mm above the tube's end")
+    """
+    side = "below" if depth_mm >= 0.0 else "above"
+    return f"{quantity(abs(depth_mm), 'mm')} {side} the tube's end"
+
+
 def amount(value: float | None, unit: str, digits: int = 4) -> str:
     """Number of any size in some digits with its unit, which a ratio does not have; or a dash."""
     return "-" if value is None else f"{value:.{digits}g} {unit}".rstrip()
+
+
+def stopped(said: str) -> str:
+    """A sentence as it was written elsewhere, made to end with exactly one full stop."""
+    return said.rstrip(". ") + "."
 
 
 def capitalise(said: str) -> str:

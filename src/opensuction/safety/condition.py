@@ -58,13 +58,13 @@ class Condition(IntEnum):
     # Insertion axis
     HEAD_READING_INVALID = (
         1,
-        "the head encoder gives no valid reading",
+        "the head encoder gives no valid reading, or one that nothing bears out",
         f"{OUT_FIRST} Check the encoder's cable.",
         trip(DEATH, PROMPT, planned=True),
     )
     CARRIAGE_READING_INVALID = (
         51,
-        "the sensor on the catheter head gives no valid reading",
+        "the sensor on the catheter head gives no valid reading, or one that nothing bears out",
         "See that the catheter is out. Check the cable of the sensor on the catheter head.",
         trip(REVERSIBLE, PROMPT, planned=True),
     )
@@ -99,11 +99,12 @@ class Condition(IntEnum):
         f"{OUT_FIRST} {SERVICE}",
         trip(DEATH, IMMEDIATE, planned=True, reaction=TORQUE_OFF),
     )
+    # Told to come out it pushes no more; what holds it on the way out ends that soon.
     DRIVE_OVERFORCE = (
         18,
         "the insertion drive is stronger than its limit",
         f"{OUT_FIRST} {SERVICE}",
-        trip(DEATH, IMMEDIATE, reaction=TORQUE_OFF),
+        trip(DEATH, IMMEDIATE),
     )
     CATHETER_JAMMED = (
         34,
@@ -255,10 +256,12 @@ class Condition(IntEnum):
         "Change the canister.",
         trip(DEATH, DELAYED, planned=True),
     )
+    # Raised where one more pass is asked for, and not by the last permitted one: passes that did
+    # what they should are no alarm.
     PASS_LIMIT_REACHED = (
         47,
-        "secretions remain after the permitted number of passes",
-        "Look at the patient. Suction by hand; consider a blocked tube.",
+        "another pass is asked for after the permitted number: secretions may remain",
+        "Look at the patient, then confirm it. Suction by hand; consider a blocked tube.",
         alarm(DEATH, DELAYED),
     )
 
@@ -375,6 +378,13 @@ class Condition(IntEnum):
         "the console does not answer",
         "Stop with the machine's own button if needed. Restart the console.",
         alarm(REVERSIBLE, PROMPT, delay_s=UNANSWERED_S),
+    )
+    LOCKED_OUT = (
+        52,
+        "the machine has tripped for the same reason again and again, and is locked out",
+        f"{OUT_FIRST} The machine will not: take it out of service, find the cause, and return it "
+        "to service.",
+        alarm(DEATH, PROMPT, planned=True),
     )
     CHECK_FAILED = (
         48,

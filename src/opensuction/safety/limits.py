@@ -17,6 +17,13 @@ class DriveLimits(NamedTuple):
     """Resistance that no friction explains: something holds the catheter."""
     force_n: float
     """Force that the drive's own current limit never lets through."""
+    supply_v: float
+    mm_per_s_per_v: float
+    """Speed of the head without load for each volt on the motor."""
+    volts_per_a: float
+    """Volts that drive an ampere through the motor at standstill."""
+    gaining_mm_per_s2: float
+    """Least gain of speed at the drive's current limit."""
 
 
 class WindowLimits(NamedTuple):

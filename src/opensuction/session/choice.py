@@ -41,6 +41,9 @@ class CycleChoice(NamedTuple):
     """What goes wrong; see `session.cycle.fault_choice`."""
     gap_scale: float = 1.0
     """Of every gap width, changed after the identification: the conduit was laid otherwise."""
+    preoxygenation: str | None = None
+    """What a person answers before each cycle, confirmed or skipped; None: confirmed, on the twin
+    given, where guidelines ask for it."""
 
 
 class DayChoice(NamedTuple):

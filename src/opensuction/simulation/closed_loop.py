@@ -21,6 +21,7 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import NO_REQUESTS, Host, Requests
 from opensuction.procedure.cycle.demand import Demand
+from opensuction.procedure.cycle.upkeep import Counters
 from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.simulation.wiring import (
@@ -83,6 +84,8 @@ class TraceRow(NamedTuple):
     truth: Truth
     annunciator: Annunciator
     """What people are told at the bedside, with or without a controller."""
+    counters: Counters
+    """Of passes, rest and resets; see `upkeep`."""
 
 
 COLUMNS = row.columns(TraceRow)
@@ -114,6 +117,7 @@ def record(
         signals=outputs.signals,
         truth=truth,
         annunciator=shown,
+        counters=outputs.counters,
     )
 
 

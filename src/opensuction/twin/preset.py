@@ -213,6 +213,12 @@ def limit_rack(twin: Machine, park_head_mm: float) -> Machine:
     )
 
 
+def ventilate(twin: Machine, oxygen_ratio: float) -> Machine:
+    """The same machine, its patient breathing this share of oxygen."""
+    ventilator = twin.patient.ventilator._replace(oxygen_ratio=oxygen_ratio)
+    return twin._replace(patient=twin.patient._replace(ventilator=ventilator))
+
+
 def secretions_ml(values: ParameterValues) -> Bins:
     """Secretions in each bin: a cosine bump around their depth, cut off at the carina."""
     middles = (np.arange(BINS) + 0.5) * BIN_MM

@@ -38,6 +38,7 @@ QUIET = ControlFeedback(
     head_wanted_mm_per_s=0.0,
     tripped=False,
     powerless=False,
+    locked_out=False,
     contact_tip_mm=0.0,
     tip_mm=0.0,
 )

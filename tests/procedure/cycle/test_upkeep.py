@@ -7,13 +7,17 @@ from hypothesis import strategies as st
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ABORT, CHANGED, NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle.refusal import SENTENCES, Refusal
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
-from opensuction.procedure.cycle.upkeep import LIFE_S, SENTENCES, Refusal, Service, Upkeep
+from opensuction.procedure.cycle.upkeep import LIFE_S, Service, Upkeep
+from opensuction.procedure.planning import pass_rule
 from opensuction.safety.condition import Condition
 
 CYCLE_S = 100.0
 TIMED = schedule.schedule(ScheduleMode.TIMED, 3600.0)
-SERVICE = Service(life_s=LIFE_S, cycle_s=CYCLE_S, schedule=schedule.ON_REQUEST_ONLY)
+SERVICE = Service(
+    life_s=LIFE_S, cycle_s=CYCLE_S, schedule=schedule.ON_REQUEST_ONLY, passes=pass_rule.BENCH
+)
 CLOCKED = SERVICE._replace(schedule=TIMED)
 FRESH = upkeep.start(0.0)
 DUE = FRESH._replace(schedule=ScheduleState(4000.0, 4000.0))
@@ -87,7 +91,7 @@ def test_only_a_change_out_of_service_makes_the_catheter_new(
 ) -> None:
     state, before, age_s = upkeep.start(1000.0), Phase.PARKED, 1000.0
     for phase, requests in history:
-        state = upkeep.step(state, int(before), int(phase), False, 0, requests, 1.0)
+        state = upkeep.step(SERVICE, state, int(before), int(phase), False, 0, requests, 1.0)
         new = before == Phase.OUT_OF_SERVICE and requests.changed
         age_s = 0.0 if new else age_s + 1.0
         assert state.catheter_age_s == age_s
@@ -96,18 +100,22 @@ def test_only_a_change_out_of_service_makes_the_catheter_new(
 
 def test_a_machine_put_back_to_work_waits_a_whole_interval() -> None:
     for before in (Phase.HALTED, Phase.OUT_OF_SERVICE):
-        after = upkeep.step(DUE, int(before), int(Phase.PARKED), False, 0, NO_REQUESTS, 0.001)
+        after = upkeep.step(
+            SERVICE, DUE, int(before), int(Phase.PARKED), False, 0, NO_REQUESTS, 0.001
+        )
         assert after.schedule == schedule.restart()
-    waiting = upkeep.step(DUE, int(Phase.HALTED), int(Phase.HALTED), False, 0, NO_REQUESTS, 0.001)
+    waiting = upkeep.step(
+        SERVICE, DUE, int(Phase.HALTED), int(Phase.HALTED), False, 0, NO_REQUESTS, 0.001
+    )
     assert waiting.schedule.since_cycle_s > 3600.0
 
 
 def test_the_last_refusal_stays_until_a_start_is_accepted() -> None:
     parked, checking = int(Phase.PARKED), int(Phase.CHECKING)
     over = int(Refusal.CATHETER_LIFE_OVER)
-    said = upkeep.step(FRESH, parked, parked, True, over, START, 0.001)
+    said = upkeep.step(SERVICE, FRESH, parked, parked, True, over, START, 0.001)
     assert said.refusal == over
-    later = upkeep.step(said, parked, parked, False, 0, NO_REQUESTS, 0.001)
+    later = upkeep.step(SERVICE, said, parked, parked, False, 0, NO_REQUESTS, 0.001)
     assert later.refusal == over
-    accepted = upkeep.step(later, parked, checking, True, 0, START, 0.001)
+    accepted = upkeep.step(SERVICE, later, parked, checking, True, 0, START, 0.001)
     assert accepted.refusal == Refusal.NONE

@@ -14,7 +14,8 @@ def test_depths_are_to_scale() -> None:
     deepest_px = y_px["deepest"] - y_px["tube"]
     # Positions are rounded to 0.1 px.
     assert deepest_px / (y_px["carina"] - y_px["tube"]) == pytest.approx(0.907, abs=0.001)
-    assert drawn.catheter_px == y_px["deepest"]
+    assert drawn.deepest_px == y_px["deepest"]
+    assert drawn.now_px == y_px["now"]
 
 
 @given(st.lists(st.floats(0, 500), min_size=1, max_size=8).map(sorted))
@@ -39,7 +40,7 @@ def test_unknown_anatomy_is_not_drawn_as_if_it_were_known() -> None:
     drawn = anatomy.drawing(example.summary(anatomy=None))
     assert drawn is not None
     assert drawn.carina_px is None
-    assert {mark.kind for mark in drawn.marks} == {"tube", "target", "deepest"}
+    assert {mark.kind for mark in drawn.marks} == {"tube", "target", "now", "deepest"}
     assert anatomy.drawing(example.summary(tip=None)) is None
 
 
@@ -56,6 +57,43 @@ def test_tip_that_stayed_out_of_the_drawing_is_not_drawn() -> None:
     tip = example.on_patient()["tip"] | {"deepest_mm": -99.0}
     drawn = anatomy.drawing(example.on_patient(tip=tip))
     assert drawn is not None
-    assert drawn.catheter_px is None
+    assert drawn.deepest_px is None
     assert "deepest" not in {mark.kind for mark in drawn.marks}
     assert "-99.0 mm" in drawn.description
+
+
+def _with_tip(end_mm: float, *, inside: bool) -> anatomy.Drawing:
+    tip = example.on_patient()["tip"] | {"end_mm": end_mm, "inside_at_end": inside}
+    drawn = anatomy.drawing(example.on_patient(tip=tip))
+    assert drawn is not None
+    return drawn
+
+
+def test_the_catheter_is_drawn_where_it_is_now() -> None:
+    left = _with_tip(48.6, inside=True)
+    assert left.now_px == anatomy.y_px(48.6)
+    assert left.deepest_px == anatomy.y_px(100.7)
+    assert left.bend_share == 1.0
+    assert "still inside, its tip 48.6 mm below the tube's end" in left.caption
+    in_the_tube = _with_tip(-48.0, inside=True)
+    assert in_the_tube.now_px is None
+    assert in_the_tube.bend_share == pytest.approx(0.5)
+    parked = _with_tip(-100.0, inside=False)
+    assert (parked.now_px, parked.bend_share) == (None, 0.0)
+    assert "out at the end" in parked.caption
+
+
+def test_a_tip_that_is_still_at_its_deepest_is_drawn_once() -> None:
+    drawn = _with_tip(100.6, inside=True)
+    assert drawn.deepest_px is None
+    assert "deepest" not in {mark.kind for mark in drawn.marks}
+
+
+def test_a_cap_beyond_the_carina_is_where_the_search_ends() -> None:
+    by_contact = anatomy.drawing(example.on_patient())
+    assert by_contact is not None
+    assert "Search ends 113.0 mm" in {mark.text for mark in by_contact.marks}
+    assert "Cap" not in {mark.name for mark in by_contact.marks}
+    by_travel = anatomy.drawing(example.summary())
+    assert by_travel is not None
+    assert "Cap 95.0 mm" in {mark.text for mark in by_travel.marks}

@@ -39,7 +39,7 @@ def test_a_completed_cycle_with_the_catheter_inside_is_not_green() -> None:
     html = page.render(example.summary(tip=tip), example.trace())
     assert '<p class="outcome bad"' in html
     assert "CATHETER IS STILL IN THE AIRWAY, 48.6 mm below the tube" in html
-    assert '<p class="outcome good"' in page.render(example.summary(), example.trace())
+    assert '<p class="outcome good"' in page.render(example.good(), example.trace())
 
 
 def test_aborted_cycle_shows_trip_and_alarm() -> None:
@@ -115,6 +115,7 @@ def test_patient_and_requirements_are_on_the_page() -> None:
         "lung_volume",
         "lung_volume_loss",
         "spo2",
+        "heart_rate",
     }
     assert re.search(r"Vacuum</th>.*?120 mmHg.*?at most 150 mmHg.*?>yes<.*?II-B", html, re.S)
     assert re.search(r"Catheter over tube diameter.*?0\.533<.*?below 0\.5<.*?>no<", html, re.S)

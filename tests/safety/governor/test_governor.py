@@ -15,15 +15,17 @@ from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
+from opensuction.safety.head import head_vote
+from opensuction.safety.head.advance_bound import AdvanceBound
+from opensuction.safety.head.drive_force import DriveForce
+from opensuction.safety.head.head_vote import HeadVote
+from opensuction.safety.invalid_ticks import InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
-from opensuction.safety.watch.advance_bound import AdvanceBound
 from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.drive_force import DriveForce
-from opensuction.safety.watch.invalid_ticks import InvalidTicks
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
-from opensuction.safety.watch.watch import Durations, Watch
+from opensuction.safety.watch.watch_state import Durations, Watch
 from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -61,9 +63,29 @@ readings = st.builds(
     contact_valid=st.booleans(),
     insertion_current_a=anything,
 )
+forces = st.floats(-8.0, 8.0)
 watches = st.builds(
     Watch,
     head_mm=plausible,
+    vote=st.builds(
+        HeadVote,
+        head_mm=plausible,
+        least_mm=plausible,
+        most_mm=plausible,
+        jumped_mm=plausible,
+        driven_v=st.floats(-24.0, 24.0),
+        motor_mm_per_s=st.floats(-60.0, 60.0),
+        encoder_lead_mm=plausible,
+        carriage_lead_mm=plausible,
+        encoder_mm=plausible,
+        carriage_mm=plausible,
+        encoder_odd=st.integers(0, head_vote.OUT_TICKS),
+        surprised_ticks=st.integers(0, head_vote.SURPRISED_TICKS),
+        encoder_out=st.booleans(),
+        carriage_out=st.booleans(),
+        switched=st.booleans(),
+        unseen_ticks=counts,
+    ),
     speed_mm_per_s=st.floats(-60.0, 60.0),
     tip=st.builds(TipInterval, plausible, plausible),
     suction_start_mm=plausible,
@@ -72,9 +94,12 @@ watches = st.builds(
     parked_closed=st.booleans(),
     open_contact_ticks=counts,
     late_ticks=counts,
+    late_share=st.floats(0.0, 1.0),
+    runaway_ticks=counts,
+    overspeed_ticks=counts,
     invalid=st.builds(InvalidTicks, *[counts] * len(InvalidTicks._fields)),
     durations=st.builds(Durations, *[seconds] * len(Durations._fields)),
-    drive=st.builds(DriveForce, st.floats(-8.0, 8.0), st.floats(-8.0, 8.0)),
+    drive=st.builds(DriveForce, forces, forces, forces, st.floats(-0.1, 0.1)),
     window=st.builds(ContactWindow, plausible, seconds, st.booleans()),
     valve=st.builds(ValveAxis, seconds, seconds, st.booleans()),
     line=st.builds(
@@ -130,18 +155,25 @@ class Case:
     """One tick."""
 
     def __init__(
-        self, state: GovernorState, proposal: Setpoints, read: Readings, overrun: bool
+        self,
+        state: GovernorState,
+        proposal: Setpoints,
+        read: Readings,
+        volts: float,
+        overrun: bool,
     ) -> None:
         self.before, self.proposal = state, proposal
+        vote = governor.locate(LIMITS, state, read, volts, DT_S)
         self.after, self.allowed, self.verdict = governor.step(
-            LIMITS, state, proposal, read, overrun, DT_S
+            LIMITS, state, proposal, read, vote, overrun, DT_S
         )
         self.seen = self.after.watch
         self.driven = self.verdict.insertion_on
 
 
-cases = st.builds(Case, states, proposals, readings, st.booleans())
-sane_cases = st.builds(Case, states, possible, readings, st.booleans())
+volts = st.floats(-24.0, 24.0)
+cases = st.builds(Case, states, proposals, readings, volts, st.booleans())
+sane_cases = st.builds(Case, states, possible, readings, volts, st.booleans())
 
 
 # Drawing a case takes far longer than judging it: each test judges all that belongs together.
@@ -154,7 +186,9 @@ def test_whatever_comes_in_only_numbers_come_out(case: Case) -> None:
     seen = case.seen
     flat = (
         *case.after.last,
-        *seen[:2],
+        *seen.vote,
+        seen.head_mm,
+        seen.speed_mm_per_s,
         *seen.tip,
         seen.suction_start_mm,
         *seen.advance,

@@ -58,7 +58,8 @@ def test_a_forced_withdrawal_gains_speed_as_slowly() -> None:
 
 def test_a_head_that_is_not_read_is_drawn_out_and_let_go_when_it_must_be_there() -> None:
     def report(time_s: float, _head_mm: float) -> Readings:
-        return sound(50.0)._replace(head_valid=time_s < 0.05)
+        read = time_s < 0.05
+        return sound(50.0)._replace(head_valid=read, carriage_valid=read)
 
     ticks = run(4.5, lambda _: stay(), report, at(50.0), limits=PATIENT)
     lost, let_go = (
@@ -103,15 +104,17 @@ def test_a_head_that_comes_out_against_a_jam_goes_on() -> None:
 
 
 @pytest.mark.parametrize(("force_n", "trips"), [(5.5, False), (6.5, True), (-6.5, True)])
-def test_a_drive_stronger_than_its_limit_loses_its_torque(force_n: float, trips: bool) -> None:
+def test_a_drive_stronger_than_its_limit_is_told_to_come_out(force_n: float, trips: bool) -> None:
     def report(_time_s: float, head_mm: float) -> Readings:
         return sound(head_mm)._replace(insertion_current_a=force_n * ONE_N_A)
 
     ticks = run(0.2, lambda _: stay(), report, at(50.0), limits=PATIENT)
     assert (Condition.DRIVE_OVERFORCE in tripped(ticks)) == trips
     if trips:
-        assert first(ticks, Condition.DRIVE_OVERFORCE).time_s < 0.11
-        assert not ticks[-1].allowed.insertion_on
+        tick = first(ticks, Condition.DRIVE_OVERFORCE)
+        # A tenth of a second, and what the average of the current takes.
+        assert 0.1 < tick.time_s < 0.14
+        assert tick.verdict.reaction == Reaction.WITHDRAW
 
 
 def test_the_relief_valve_is_tested_only_parked_and_behind_a_closed_valve() -> None:

@@ -203,7 +203,8 @@ def test_a_head_that_moved_unseen_was_neither_too_fast_nor_a_runaway() -> None:
     def report(time_s: float, _head_mm: float) -> Readings:
         lost = 0.05 < time_s < 0.25
         coasting = sound(50.0 + 15.0 * min(time_s, 0.2))
-        return coasting._replace(head_valid=False) if lost else coasting
+        blind = coasting._replace(head_valid=False, carriage_valid=False)
+        return blind if lost else coasting
 
     ticks = run(0.4, lambda t: stay(50.1 + 15.0 * t), report, at(50.0))
     assert not tripped(ticks) & {Condition.HEAD_OVERSPEED, Condition.HEAD_RUNAWAY}

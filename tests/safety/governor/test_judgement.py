@@ -7,7 +7,7 @@ import pytest
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import judgement
-from opensuction.safety.watch.invalid_ticks import INVALID_TICKS
+from opensuction.safety.invalid_ticks import INVALID_TICKS
 from tests.safety.observer import seen
 from tests.safety.watchdog import LIMITS, PARK_MM, staying
 

@@ -9,7 +9,7 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.governor import limiter
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch.watch import Watch
+from opensuction.safety.watch.watch_state import Watch
 from tests.safety.watchdog import (
     HEAD_CAP_MM,
     LIMITS,

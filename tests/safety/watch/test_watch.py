@@ -3,15 +3,16 @@
 import pytest
 
 from opensuction.safety import tip_bound
+from opensuction.safety.head import head_vote
+from opensuction.safety.head.advance_bound import AdvanceBound
+from opensuction.safety.head.drive_force import DriveForce
+from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
 from opensuction.safety.watch import contact_window, watch
-from opensuction.safety.watch.advance_bound import AdvanceBound
 from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.drive_force import DriveForce
-from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
-from opensuction.safety.watch.watch import Durations, Watch
+from opensuction.safety.watch.watch_state import Durations, Watch
 from tests.safety.observer import HEAD_MM, observed, seen
 from tests.safety.watchdog import (
     DT_S,
@@ -49,7 +50,10 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.open_contact_ticks == state.late_ticks == 0
     assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
     assert state.durations == Durations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert state.drive == DriveForce(0.0, 0.0)
+    assert state.drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    assert state.vote == head_vote.start(HEAD_MM, read=True)
+    assert state.runaway_ticks == state.overspeed_ticks == 0
+    assert state.late_share == 0.0
     assert state.valve == ValveAxis(0.0, 0.0, resting=False)
     assert state.line == START
     assert state.window == contact_window.START
@@ -57,9 +61,9 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
 
 def test_a_head_that_was_never_read_has_no_speed_when_it_is() -> None:
     blind = watch.start(LIMITS, 90.0, read=False)
-    assert blind.invalid.head > INVALID_TICKS
+    assert blind.vote.unseen_ticks > INVALID_TICKS
     found = observed(blind, sound(HEAD_MM))
-    assert (found.head_mm, found.invalid.head) == (HEAD_MM, 0)
+    assert (found.head_mm, found.vote.unseen_ticks) == (HEAD_MM, 0)
     assert abs(found.speed_mm_per_s) < 0.01
     assert found.advance.head_mm == HEAD_MM
 
@@ -123,6 +127,14 @@ def test_late_ticks_are_counted_in_a_row() -> None:
     assert observed(late, sound(HEAD_MM)).late_ticks == 0
 
 
+def test_the_share_of_late_ticks_is_averaged_over_a_tenth_of_a_second() -> None:
+    late = seen(late_share=0.2)
+    assert observed(late, sound(HEAD_MM), overrun=True).late_share == pytest.approx(
+        0.2 + 0.8 * 0.001 / 0.101
+    )
+    assert observed(late, sound(HEAD_MM)).late_share == pytest.approx(0.2 - 0.2 * 0.001 / 0.101)
+
+
 # The head.
 
 
@@ -133,7 +145,7 @@ def test_speed_is_averaged_over_ten_milliseconds() -> None:
 
 
 def test_a_head_that_was_not_read_for_three_ticks_moved_in_four() -> None:
-    before = seen(**{"invalid.head": 3})
+    before = seen(**{"vote.unseen_ticks": 3})
     after = observed(before, sound(HEAD_MM + 0.04))
     assert after.speed_mm_per_s == pytest.approx(10.0 / 11.0)
 
@@ -163,7 +175,7 @@ def test_a_head_away_from_its_command_lags_and_one_that_stands_has_stalled(
 def test_a_command_just_as_far_as_friction_may_hold_the_head_is_no_stall() -> None:
     near = LIMITS._replace(stalled_mm=0.125)
     for last_mm, stalled in ((HEAD_MM + 0.125, 0.0), (above(HEAD_MM + 0.125), DT_S)):
-        after = watch.step(near, seen(), staying(last_mm), False, sound(HEAD_MM), False, DT_S)
+        after = observed(seen(), sound(HEAD_MM), limits=near, head_mm=last_mm)
         assert after.durations.stalled_s == stalled
 
 
@@ -181,7 +193,7 @@ def test_the_tip_is_inside_beyond_its_border_and_not_on_it() -> None:
     border = tip_bound.deepest_mm(LIMITS.tip, tip_bound.assume_anywhere(LIMITS.tip, HEAD_MM))
     for outside_mm, inside in ((border, 0.0), (below(border), DT_S)):
         limits = LIMITS._replace(outside_mm=outside_mm)
-        after = watch.step(limits, seen(), HERE, False, sound(HEAD_MM), False, DT_S)
+        after = observed(seen(), sound(HEAD_MM), limits=limits)
         assert after.durations.inside_s == inside
 
 
@@ -221,7 +233,7 @@ def test_a_head_may_be_as_far_in_as_it_was_told_and_needs_to_brake(
 def test_a_head_that_was_not_read_for_five_ticks_may_be_anywhere_when_it_is_seen_again(
     ticks: int, bound_mm: float
 ) -> None:
-    before = seen(**{"invalid.head": ticks})
+    before = seen(**{"vote.unseen_ticks": ticks})
     assert observed(before, sound(60.0), head_mm=HEAD_MM).advance.head_mm == bound_mm
 
 
@@ -272,23 +284,26 @@ def test_the_window_learns_when_contact_began_and_when_it_ended() -> None:
 def test_what_holds_and_what_drives_is_judged_both_ways(
     name: str, limit_n: float, sign: float
 ) -> None:
-    plain = changed(LIMITS, {"drive.newton_per_a": 1.0})
+    plain = changed(LIMITS, {"drive.newton_per_a": 1.0, "drive.volts_per_a": 1.0})
     # A current that goes on as it is keeps both where they are.
     for size_n, lasted in ((limit_n, 0.0), (above(limit_n), DT_S)):
         force = sign * size_n
-        before = seen(drive=DriveForce(force, force))
+        before = seen(drive=DriveForce(force, force, force, 0.0))
         read = sound(HEAD_MM)._replace(insertion_current_a=force)
-        after = watch.step(plain, before, HERE, False, read, False, DT_S)
+        after = observed(before, read, limits=plain)
         assert getattr(after.durations, name) == lasted
 
 
 def test_of_a_drive_without_torque_or_without_a_reading_no_force_is_known() -> None:
-    before = seen(drive=DriveForce(5.0, 5.0))
+    before = seen(drive=DriveForce(5.0, 5.0, 5.0, 0.0))
     read = sound(HEAD_MM)._replace(insertion_current_a=5.0 / 833.0)
-    assert tuple(observed(before, read).drive) == pytest.approx((5.0, 5.0))
-    assert observed(before, read, insertion_on=False).drive == DriveForce(0.0, 0.0)
-    blind = changed(before, {"invalid.head": 1})
-    assert observed(blind, read).drive == DriveForce(0.0, 0.0)
+    assert tuple(observed(before, read).drive) == pytest.approx((5.0, 5.0, 5.0, 0.0))
+    assert observed(before, read, insertion_on=False).drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    blind = changed(before, {"vote.unseen_ticks": 1})
+    assert observed(blind, read).drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    # Nor where the head is other than the encoder has it, now or a tick ago.
+    ridden = changed(before, {"vote.encoder_mm": HEAD_MM + 1.0})
+    assert observed(ridden, read).drive == DriveForce(0.0, 0.0, 0.0, 0.0)
 
 
 # After a reset.
@@ -297,6 +312,12 @@ def test_of_a_drive_without_torque_or_without_a_reading_no_force_is_known() -> N
 def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None:
     before = Watch(
         head_mm=HEAD_MM,
+        vote=head_vote.start(HEAD_MM, read=True)._replace(
+            encoder_out=True, carriage_out=True, encoder_odd=8, surprised_ticks=2
+        ),
+        runaway_ticks=4,
+        overspeed_ticks=19,
+        late_share=0.2,
         speed_mm_per_s=3.0,
         tip=TipInterval(40.0, 45.0),
         suction_start_mm=48.0,
@@ -307,7 +328,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         late_ticks=3,
         invalid=InvalidTicks(1, 5, 2, 3, 4),
         durations=Durations(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
-        drive=DriveForce(1.0, 2.0),
+        drive=DriveForce(1.0, 2.0, 3.0, 0.01),
         window=ContactWindow(44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0, resting=True),
         line=LineWatch(
@@ -323,6 +344,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         "cam_rad",
         "open_contact_ticks",
         "late_ticks",
+        "late_share",
     )
     for name in (*kept, "invalid"):
         assert getattr(after, name) == getattr(before, name)
@@ -332,7 +354,10 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert not after.parked_closed
     # Valve not closed and contact go on; the rest begins anew.
     assert after.durations == Durations(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert after.drive == DriveForce(0.0, 0.0)
+    # What the current sensor reads at rest is still so.
+    assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01)
+    assert after.vote == head_vote.reset(before.vote)
+    assert after.runaway_ticks == after.overspeed_ticks == 0
     assert after.window == (44.0, 0.0, False)
     assert after.valve == ValveAxis(0.0, 0.0, resting=True)
     assert after.line.vacuum_mmhg == 90.0

@@ -2,11 +2,10 @@
 
 import pytest
 
-from opensuction.safety.watch import watch
 from opensuction.safety.watch.vacuum_signature import START
 from opensuction.safety.watch.valve_axis import ValveAxis
 from tests.safety.observer import HEAD_MM, observed, seen
-from tests.safety.watchdog import DT_S, LIMITS, NAN, PARK_MM, above, below, changed, sound, staying
+from tests.safety.watchdog import DT_S, LIMITS, NAN, PARK_MM, above, below, changed, sound
 
 
 @pytest.mark.parametrize(
@@ -71,7 +70,7 @@ def test_three_millimetres_are_parked() -> None:
         (44.0, True),
         (below(44.0), False),
     ):
-        after = watch.step(home, seen(head), staying(head), False, sound(head), False, DT_S)
+        after = observed(seen(head), sound(head), limits=home)
         assert after.parked_closed == parked_closed
 
 

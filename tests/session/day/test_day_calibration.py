@@ -7,7 +7,7 @@ import pytest
 from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUSTED
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.clinical import TEMPLATES
-from opensuction.report import narrative, sheet
+from opensuction.report import ending, notice, sheet
 from opensuction.report.day import day_page
 from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
 from opensuction.session.choice import CycleChoice, DayChoice
@@ -31,7 +31,7 @@ def began(scale: float) -> Prepared:
 @cache
 def day(scale: float, self_calibrates: bool) -> Day:
     asked = DayChoice(CYCLES, EVERY_MIN, self_calibrates)
-    return day_run.play(began(scale), asked, lambda _: None)
+    return day_run.play(began(scale), asked, lambda *_: None)
 
 
 @pytest.mark.parametrize("scale", [0.75, 1.2])
@@ -85,7 +85,9 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     (alarm,) = day_summary.gap_alarms(found, 40.0)
     assert alarm["condition"] == "calibration-out-of-range"
     assert alarm["priority"] == "medium"
-    assert narrative.alarm(alarm).startswith("Medium alarm, from 40.0 s on: ")
+    assert ending.alarm(notice.notices({"alarms": [alarm]})[0]).startswith(
+        "Medium alarm, from 40.0 s on: "
+    )
     (note,) = day_summary.gap_notes(found)
     assert "Cycle 2 of 3 was refused" in note
     data = cycle_summary.summary(found.last, found.columns, 1.0, 1.0)

@@ -8,8 +8,9 @@ import pytest
 from opensuction.controller.controller import with_upkeep
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.upkeep import LIFE_S
+from opensuction.safety.condition import Condition
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
-from opensuction.session.cycle import cycle_run, resolution
+from opensuction.session.cycle import cycle_run, preoxygenation, resolution
 from opensuction.session.day import day_check, day_run, day_summary
 from opensuction.session.day.day_run import Day
 
@@ -26,7 +27,7 @@ def day() -> Day:
     controller = begun.start.controller
     used = controller.core.upkeep._replace(catheter_age_s=USED_S)
     old = begun._replace(start=begun.start._replace(controller=with_upkeep(controller, used)))
-    return day_run.play(old, DayChoice(CYCLES, EVERY_MIN), lambda _: None)
+    return day_run.play(old, DayChoice(CYCLES, EVERY_MIN), lambda *_: None)
 
 
 def test_every_cycle_is_completed_and_starts_on_the_clock() -> None:
@@ -55,6 +56,29 @@ def test_the_catheter_is_changed_before_its_life_ends() -> None:
     assert max(cycle.catheter_age_s for cycle in day().cycles) <= LIFE_S
 
 
+def test_a_person_looks_at_the_patient_after_every_third_pass_and_answers_before_each() -> None:
+    found = day()
+    assert [cycle.number for cycle in found.cycles if cycle.assessed] == [4, 7]
+    assert {cycle.preoxygenation for cycle in found.cycles} == {"confirmed"}
+    told = {alarm.condition for cycle in found.cycles for alarm in cycle.outcome.alarms}
+    assert told == {Condition.CATHETER_LIFE_ENDING}  # of the catheter that is changed
+    said = " ".join(day_summary.notes(found))
+    assert "looked at the patient 2 times" in said
+    assert "confirmed by a person before 8 cycles" in said
+    data = day_summary.plain(found)
+    assert data["assessments"] == 2
+
+
+def test_oxygen_is_given_before_each_cycle_and_taken_back_after_it() -> None:
+    samples, second = day().samples, day().cycles[1]
+    before = samples.time_s < second.start_s - preoxygenation.GIVEN_S - day_run.WAKE_S
+    at_rest = (samples.time_s > 1800.0) & before
+    resting = np.median(samples.spo2_percent[at_rest])
+    during = (samples.time_s > second.start_s) & (samples.time_s < second.start_s + 60.0)
+    assert samples.spo2_percent[during].min() > resting + 1.0
+    assert np.ptp(samples.spo2_percent[at_rest]) < 1.0
+
+
 def test_the_last_cycle_is_reported_from_its_own_start() -> None:
     found = day()
     assert found.columns["time_s"][0] == 0.0
@@ -66,7 +90,8 @@ def test_the_last_cycle_is_reported_from_its_own_start() -> None:
 def test_samples_cover_the_day_in_order() -> None:
     samples = day().samples
     assert np.all(np.diff(samples.time_s) >= 0.0)
-    assert np.max(np.diff(samples.time_s)) <= day_run.SAMPLE_S + 1e-6
+    # The presses of the person who comes before a cycle are ticks on top of a whole minute.
+    assert np.max(np.diff(samples.time_s)) <= day_run.SAMPLE_S + 0.01
     assert np.all(samples.secretion_ml >= 0.0)
     assert 60.0 < np.min(samples.spo2_percent) <= 100.0
 
@@ -95,10 +120,3 @@ def test_what_is_no_day_is_refused(
     resolved = resolution.resolve(CycleChoice(RigChoice("bench" if bench else "clinical")))
     with pytest.raises(InputError, match=words):
         day_check.check(DayChoice(repeat, every_min), resolved)
-
-
-def test_faults_are_for_a_single_cycle() -> None:
-    resolved = resolution.resolve(CycleChoice(faults=("line-leak",)))
-    day_check.check(DayChoice(), resolved)
-    with pytest.raises(InputError, match="not for --repeat 5"):
-        day_check.check(DayChoice(5, 60.0), resolved)

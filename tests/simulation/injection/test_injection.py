@@ -9,7 +9,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
-from opensuction.procedure.cycle.upkeep import Refusal
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from opensuction.cli.progress import ProgressTeller
     from opensuction.session.cycle.cycle_run import Prepared
     from opensuction.simulation.injection.injection import InjectedRun
+    from opensuction.simulation.trace import Columns
 
 TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
@@ -83,6 +84,8 @@ def _prepare(options: CycleOptions, progress: "ProgressTeller") -> "Prepared":
     resolved = resolution.resolve(options.choice)
     day_check.check(options.day, resolved)
     prepared = cycle_run.prepare(resolved, progress.tell)
+    if options.day.every_min is None:  # in a day a person comes before each cycle
+        prepared = cycle_run.oxygenate(prepared)
     cycle_run.warm_up(prepared)
     return prepared
 
@@ -121,21 +124,25 @@ def _run_cycle(
 def _run_day(
     prepared: "Prepared", asked: DayChoice, console: "Console", progress: "ProgressTeller"
 ) -> CommandResult:
-    """Many cycles; the report is the last one's, and the day has a page of its own."""
+    """Many cycles: the day has a page, and so has each cycle; the report is the last one's."""
     from opensuction.report import sheet
     from opensuction.report.cycle import page
     from opensuction.report.day import day_page
     from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
-    from opensuction.session.day import day_run, day_summary
+    from opensuction.session.day import cycle_report, day_run, day_summary
 
-    def tell(cycle: day_run.DayCycle) -> None:
+    reports: list[cycle_report.CycleReport] = []
+
+    def tell(cycle: day_run.DayCycle, began: "Prepared", columns: "Columns") -> None:
         found = cycle.outcome
+        reports.append(cycle_report.make(cycle.number, began, columns))
         console.print(
             f"cycle {cycle.number} of {asked.repeat} at {cycle.start_s / 3600.0:.2f} h: "
-            f"{'completed' if found.completed else 'broken off'}, {found.removed_ml:.1f} of "
+            f"{reports[-1].first.text}; {found.removed_ml:.1f} of "
             f"{cycle.secretion_before_ml:.1f} mL removed, lowest SpO2 "
             f"{found.exposure.spo2_least_percent:.1f} %"
             f"{', new catheter' if cycle.catheter_changed else ''}"
+            f"{', patient looked at before' if cycle.assessed else ''}"
             f"{day_summary.gap_words(cycle.gap)}",
             soft_wrap=True,
         )
@@ -144,13 +151,14 @@ def _run_day(
     factor = cycle_run.realtime_factor(prepared)
     data = cycle_summary.summary(day.last, day.columns, progress.elapsed_s, factor)
     data["alarms"] += day_summary.gap_alarms(day, data["timing"]["cycle_s"])
-    data["faults"] = []
-    data["day"] = day_summary.plain(day)
+    data["faults"] = list(day.faults)
+    data["day"] = day_summary.plain(day, reports)
     for note in data["day"]["notes"]:
         console.print(f"Note: {note}", soft_wrap=True)
     files = {
         "day.html": sheet.render(day_page.page(data, day.samples._asdict())),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
+        **cycle_report.list_pages(reports),
     }
     return _write_up(data, files, progress)
 
@@ -158,15 +166,24 @@ def _run_day(
 def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> CommandResult:
     data["wall_s"] = progress.elapsed_s
     files: dict[str, str | bytes] = {**pages, "cycle.json": to_text(data), **_sound(data)}
+    from opensuction.report.day import day_verdict
     from opensuction.report.summary import is_good
 
-    refused = data.get("day", {}).get("refusal") is not None
     return CommandResult(
         data,
         files,
-        lambda console, folder: _summarise(console, data, [folder / name for name in files]),
-        is_good=is_good(data) and not refused,
+        lambda console, folder: _summarise(console, data, _named(folder, list(files))),
+        is_good=is_good(data) and day_verdict.is_good(data.get("day")),
     )
+
+
+def _named(folder: Path, names: list[str]) -> list[str]:
+    """Files that were written, those of a day's cycles in one line."""
+    many = [name for name in names if name.startswith("cycle-")]
+    listed = [str(folder / name) for name in names if name not in many]
+    if many:
+        listed.append(f"{folder / many[0]} to {many[-1]}, a report for each cycle")
+    return listed
 
 
 def _sound(data: Json) -> dict[str, bytes]:
@@ -180,7 +197,7 @@ def _sound(data: Json) -> dict[str, bytes]:
     return {SOUND: alarm_sound.encode(loudest)}
 
 
-def _summarise(console: "Console", data: Json, files: list[Path]) -> None:
+def _summarise(console: "Console", data: Json, files: list[str]) -> None:
     from opensuction.report import terminal
 
     if "day" in data:
@@ -196,5 +213,5 @@ COMMAND = Command(
     details="Identifies the drawn machine where the compensation needs it, runs the cycle under "
     "the real controller, and writes report.html (open it in a browser) and cycle.json.",
     examples=cycle_help.EXAMPLES,
-    ends="0 completed, 1 aborted",
+    ends="0 completed, 1 aborted or the patient at risk",
 )

@@ -55,6 +55,8 @@ class ControlFeedback(NamedTuple):
     tripped: bool
     powerless: bool
     """The insertion drive's torque is off."""
+    locked_out: bool
+    """The machine may not be reset."""
     contact_tip_mm: float
     """Tip reference that belongs to the measured head; used on contact."""
     tip_mm: float
@@ -207,8 +209,12 @@ def _phase_event(
 
 
 @compiled
-def _request_events(requests: Requests, home: bool, bench_only: bool) -> int:
-    """Bit mask of what people ask for; whoever aborts means nothing else with it."""
+def _request_events(requests: Requests, home: bool, bench_only: bool, locked_out: bool) -> int:
+    """Bit mask of what people ask for; whoever aborts means nothing else with it.
+
+    A machine that is locked out can be taken out of service wherever its head is: the hand that
+    draws the catheter out needs everything off, and an encoder that is dead is never home.
+    """
     if requests.abort:
         return 1 << Event.ABORT_REQUESTED
     return (
@@ -217,7 +223,7 @@ def _request_events(requests: Requests, home: bool, bench_only: bool) -> int:
         | flag(requests.teach and home, Event.TEACH_REQUESTED)
         | flag(requests.reset and home, Event.RESET_REQUESTED)
         | flag(requests.reset and not home, Event.RECOVERY_REQUESTED)
-        | flag(requests.service and home, Event.SERVICE_REQUESTED)
+        | flag(requests.service and (home or locked_out), Event.SERVICE_REQUESTED)
         | flag(requests.return_to_service and home, Event.SERVICE_ENDED)
         | flag(requests.return_to_service and not home, Event.SERVICE_ENDED_AWAY)
     )
@@ -239,5 +245,5 @@ def events(
         _phase_event(plan, state, checked, readings, feedback, home, dt_s)
         | flag(feedback.tripped, Event.TRIPPED)
         | flag(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
-        | _request_events(requests, home, plan.bench_only)
+        | _request_events(requests, home, plan.bench_only, feedback.locked_out)
     )

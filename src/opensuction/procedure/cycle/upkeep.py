@@ -1,12 +1,20 @@
-"""Between cycles: the catheter's life, who may start, and when a cycle is due."""
+"""Between cycles: who may start and reset what, and when a cycle is due.
 
-from enum import IntEnum
+The catheter's life, the schedule, passes and the rest between them, pre-oxygenation, lock-out: what
+each remembers is one field of `Upkeep`, which whoever keeps the catheter's age over a power-down
+hands to the next controller (`controller.restart`).
+"""
+
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
-from opensuction.procedure.cycle import schedule
+from opensuction.procedure.cycle import episode, lock_out, preoxygenation, schedule
+from opensuction.procedure.cycle.episode import Episode, PassRule
+from opensuction.procedure.cycle.lock_out import LockOut
+from opensuction.procedure.cycle.preoxygenation import Answer
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleState
 from opensuction.safety.condition import Condition
 
@@ -14,36 +22,6 @@ LIFE_S = 86400.0
 """A catheter is used for 24 h from its first use. Source: [paper] II-A."""
 NEW_CATHETER_S = 0.0
 """Age of a catheter at its first use."""
-
-
-class Refusal(IntEnum):
-    """Why a start was refused. The numbers are stored in recordings: never renumber."""
-
-    NONE = 0
-    CATHETER_LIFE_OVER = 1
-    CATHETER_LIFE_ENDS = 2
-    """It would end within the cycle."""
-    OUT_OF_SERVICE = 3
-    HALTED = 4
-    NOT_TAUGHT = 5
-    """The plan is one that a travel length is taught with."""
-    MONITOR_LINK_LOST = 6
-    PATIENT_UNSAFE = 7
-    """The monitor shows a value out of its limits."""
-
-
-SENTENCES: dict[Refusal, str] = {
-    Refusal.NONE: "nothing was refused",
-    Refusal.CATHETER_LIFE_OVER: "the catheter has been used for 24 h: change it",
-    Refusal.CATHETER_LIFE_ENDS: "the catheter's 24 h would end within the cycle: change it",
-    Refusal.OUT_OF_SERVICE: "the machine is out of service",
-    Refusal.HALTED: "the machine is halted: deal with the cause and reset it",
-    Refusal.NOT_TAUGHT: "no travel length has been set",
-    Refusal.MONITOR_LINK_LOST: "the patient monitor cannot be read: check its cables",
-    Refusal.PATIENT_UNSAFE: "the patient monitor shows a value out of its limits: look at the "
-    "patient first",
-}
-"""For people."""
 
 
 class Service(NamedTuple):
@@ -54,6 +32,7 @@ class Service(NamedTuple):
     cycle_s: float
     """Longest that a cycle may take."""
     schedule: Schedule
+    passes: PassRule
 
 
 class Upkeep(NamedTuple):
@@ -62,7 +41,25 @@ class Upkeep(NamedTuple):
     catheter_age_s: float
     schedule: ScheduleState
     refusal: int
-    """Of the last start; NONE again when one is accepted."""
+    """Of the last start or reset; NONE again when a start is accepted."""
+    episode: Episode
+    oxygen: Answer
+    lock: LockOut
+
+
+class Counters(NamedTuple):
+    """What of it a recording holds, as a tick ended."""
+
+    passes: int
+    """Since a person last looked at the patient."""
+    rest_left_s: float
+    """Before another pass may begin."""
+    resets: int
+    """With the same cause, since the last whole cycle."""
+    locked_out: bool
+    preoxygenation: int
+    """A `Preoxygenation`: of the pass that goes on, else of the next one."""
+    refusal: int
 
 
 def start(catheter_age_s: float) -> Upkeep:
@@ -71,7 +68,42 @@ def start(catheter_age_s: float) -> Upkeep:
     Intervals begin anew.
     """
     age_s = catheter_age_s if catheter_age_s >= 0.0 else float("inf")
-    return Upkeep(catheter_age_s=age_s, schedule=schedule.restart(), refusal=0)
+    return Upkeep(
+        catheter_age_s=age_s,
+        schedule=schedule.restart(),
+        refusal=0,
+        episode=episode.NEW,
+        oxygen=preoxygenation.NONE,
+        lock=lock_out.NONE,
+    )
+
+
+def carry_over(fresh: Upkeep, kept: Upkeep, off_s: float) -> Upkeep:
+    """At power-up, with what was remembered before and how long the power was off.
+
+    fresh: as the new controller begins. Passes, rest and lock-out go on; intervals begin anew.
+    """
+    rested = episode.pass_idle_time(kept.episode, off_s)
+    left_s = max(rested.rest_left_s, fresh.episode.rest_left_s)
+    return fresh._replace(episode=rested._replace(rest_left_s=left_s), lock=kept.lock)
+
+
+def rest_first(upkeep: Upkeep, rule: PassRule) -> Upkeep:
+    """At power-up with the catheter perhaps in the airway: the patient rests before a start."""
+    return upkeep._replace(episode=upkeep.episode._replace(rest_left_s=rule.rest_s))
+
+
+@compiled
+def count(upkeep: Upkeep) -> Counters:
+    """What a recording holds of it."""
+    return Counters(
+        passes=upkeep.episode.passes,
+        rest_left_s=upkeep.episode.rest_left_s,
+        resets=upkeep.lock.resets,
+        locked_out=upkeep.lock.locked,
+        preoxygenation=upkeep.oxygen.state,
+        refusal=upkeep.refusal,
+    )
 
 
 def pass_idle_time(upkeep: Upkeep, duration_s: float) -> Upkeep:
@@ -79,17 +111,34 @@ def pass_idle_time(upkeep: Upkeep, duration_s: float) -> Upkeep:
     return upkeep._replace(
         catheter_age_s=upkeep.catheter_age_s + duration_s,
         schedule=schedule.pass_idle_time(upkeep.schedule, duration_s),
+        episode=episode.pass_idle_time(upkeep.episode, duration_s),
+        oxygen=preoxygenation.pass_idle_time(upkeep.oxygen, duration_s),
     )
 
 
 @compiled
-def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool, patient: int) -> int:
-    """Why a start would be refused in a phase that waits for a person.
+def hear(service: Service, upkeep: Upkeep, phase: int, requests: Requests) -> Upkeep:
+    """What people answer in a tick: that they looked at the patient, that oxygen was given.
 
-    patient: bit mask of what is wrong with the patient; see `patient_watch`.
+    phase: as the tick begins. Heard before a start of the same tick; an abort means nothing else.
     """
+    if requests.abort:
+        return upkeep
+    looked = requests.assessed or requests.not_needed
+    passes = upkeep.episode
+    return upkeep._replace(
+        episode=episode.assess(passes, phase) if looked else passes,
+        oxygen=preoxygenation.hear(service.passes.asks_for_oxygen, upkeep.oxygen, phase, requests),
+    )
+
+
+@compiled
+def _machine_refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool) -> int:
+    """Why the machine cannot begin a cycle."""
     if phase == Phase.OUT_OF_SERVICE:
         return Refusal.OUT_OF_SERVICE
+    if upkeep.lock.locked:
+        return Refusal.LOCKED_OUT
     if phase == Phase.HALTED:
         return Refusal.HALTED
     if not travel_known:
@@ -98,11 +147,35 @@ def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool, pa
         return Refusal.CATHETER_LIFE_OVER
     if upkeep.catheter_age_s + service.cycle_s > service.life_s:
         return Refusal.CATHETER_LIFE_ENDS
+    return Refusal.NONE
+
+
+@compiled
+def _patient_refusal(rule: PassRule, upkeep: Upkeep, patient: int) -> int:
+    """Why the patient shall have no pass now."""
     if patient >> Condition.MONITOR_LINK_LOST & 1:
         return Refusal.MONITOR_LINK_LOST
     if patient != 0:
         return Refusal.PATIENT_UNSAFE
+    if episode.is_exhausted(rule, upkeep.episode):
+        return Refusal.PASS_LIMIT
+    if upkeep.episode.rest_left_s > 0.0:
+        return Refusal.RESTING
+    if rule.asks_for_oxygen and not preoxygenation.is_answered(upkeep.oxygen):
+        return Refusal.OXYGEN_UNANSWERED
     return Refusal.NONE
+
+
+@compiled
+def refusal(service: Service, upkeep: Upkeep, phase: int, travel_known: bool, patient: int) -> int:
+    """Why a start would be refused in a phase that waits for a person.
+
+    patient: bit mask of what is wrong with the patient; see `patient_watch`.
+    """
+    refused = _machine_refusal(service, upkeep, phase, travel_known)
+    if refused != Refusal.NONE:
+        return refused
+    return _patient_refusal(service.passes, upkeep, patient)
 
 
 @compiled
@@ -117,12 +190,14 @@ def is_asked(service: Service, upkeep: Upkeep, phase: int, requests: Requests) -
 
 @compiled
 def is_prompting(service: Service, upkeep: Upkeep, phase: int) -> bool:
-    """Whether an assessment is due and the machine could act on it."""
-    return phase == Phase.PARKED and schedule.prompts(service.schedule, upkeep.schedule)
+    """Whether a person shall look at the patient and the machine could act on it."""
+    due = schedule.prompts(service.schedule, upkeep.schedule)
+    return phase == Phase.PARKED and (due or episode.is_exhausted(service.passes, upkeep.episode))
 
 
 @compiled
 def step(
+    service: Service,
     upkeep: Upkeep,
     before: int,
     phase: int,
@@ -131,13 +206,40 @@ def step(
     requests: Requests,
     dt_s: float,
 ) -> Upkeep:
-    """One tick. before, phase: last and present phase. refused: what the start met if asked."""
+    """One tick, but for the lock-out. before, phase: last and present phase.
+
+    upkeep: what was answered in this tick is heard (`hear`). refused: what the start met if asked.
+    """
     serviced = before == Phase.OUT_OF_SERVICE
     renewed = serviced and requests.changed
     attended = phase == Phase.PARKED and (serviced or before == Phase.HALTED)
     began = phase == Phase.CHECKING and before == Phase.PARKED
-    return Upkeep(
+    looked = requests.not_needed or requests.assessed
+    passes = episode.step(service.passes, upkeep.episode, before, phase, dt_s)
+    if asked and refused == Refusal.PASS_LIMIT:
+        passes = passes._replace(exceeded=True)
+    return upkeep._replace(
         catheter_age_s=0.0 if renewed else upkeep.catheter_age_s + dt_s,
-        schedule=schedule.step(upkeep.schedule, began, requests.not_needed, attended, dt_s),
+        schedule=schedule.step(upkeep.schedule, began, looked, attended, dt_s),
         refusal=refused if asked else upkeep.refusal,
+        episode=passes,
+        oxygen=preoxygenation.step(
+            service.passes.asks_for_oxygen, upkeep.oxygen, before, phase, asked, dt_s
+        ),
+    )
+
+
+@compiled
+def watch_resets(
+    upkeep: Upkeep, before: int, phase: int, asked: bool, granted: bool, trips: int
+) -> Upkeep:
+    """The lock-out, one tick on.
+
+    asked, granted: a reset of a halted machine. trips: mask of what is wrong; in the tick of a
+    reset only of what still is.
+    """
+    refused = asked and not granted
+    return upkeep._replace(
+        refusal=Refusal.LOCKED_OUT.value if refused else upkeep.refusal,
+        lock=lock_out.step(upkeep.lock, before, phase, granted, trips),
     )

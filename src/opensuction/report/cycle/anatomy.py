@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
-from opensuction.report.summary import Summary, number
-from opensuction.report.wording import quantity
+from opensuction.report import figures
+from opensuction.report.summary import Summary, is_inside, number
+from opensuction.report.wording import depth_words, quantity
 
 PX_PER_MM = 2.8
 """Scale along the depth."""
@@ -15,6 +16,8 @@ BELOW_MM = 28.0
 """Drawn below the deepest thing that has a name: room for the bronchi."""
 LABEL_GAP_PX = 20.0
 """Least distance of two labels: one line of text."""
+SAME_MM = 0.5
+"""A deepest position this near to where the tip is now is not drawn beside it."""
 TICK_MM = 10
 """Ticks of the scale; every second one has a number."""
 
@@ -24,7 +27,7 @@ class Mark(NamedTuple):
 
     name: str
     kind: str
-    """``tube``, ``target``, ``deepest``, ``cap`` or ``carina``."""
+    """``tube``, ``target``, ``now``, ``deepest``, ``cap``, ``search`` or ``carina``."""
     text: str
     y_px: float
     label_y_px: float
@@ -43,12 +46,18 @@ class Drawing(NamedTuple):
     height_px: float
     tube_end_px: float
     carina_px: float | None
-    catheter_px: float | None
-    """Where the catheter ends at its deepest position; None where it never got into the drawing."""
+    now_px: float | None
+    """Where the catheter ends now; None where it is out of the drawing's straight part."""
+    bend_share: float
+    """Share of the tube's bend that the catheter fills now, 0 to 1."""
+    deepest_px: float | None
+    """Where it ended at its deepest; None where it never got into the drawing, or is there now."""
     upper_end: str
     """Depth of the tube's upper end, where the patient begins; empty where that is not known."""
     marks: list[Mark]
     ticks: list[Tick]
+    caption: str
+    """What is drawn, in a sentence or two."""
     description: str
     """The drawing in words, for those who do not see it."""
 
@@ -81,13 +90,23 @@ def spread(wanted_px: list[float], gap_px: float = LABEL_GAP_PX) -> list[float]:
     ]
 
 
+def cap_name(summary: Summary) -> str:
+    """What a cap is: a depth that is never passed, or where the search for the carina ends."""
+    return "Search ends" if figures.is_search_cap(summary) else "Cap"
+
+
 def _depths(summary: Summary) -> list[tuple[str, str, float]]:
     """Named depths (name, kind, mm), from the top down."""
+    deepest, now = number(summary, "tip", "deepest_mm"), number(summary, "tip", "end_mm")
+    if deepest is not None and now is not None and deepest - now < SAME_MM:
+        deepest = None
+    cap_kind = "search" if figures.is_search_cap(summary) else "cap"
     named = [
         ("Tube end", "tube", 0.0),
         ("Target", "target", number(summary, "tip", "target_mm")),
-        ("Deepest tip", "deepest", number(summary, "tip", "deepest_mm")),
-        ("Cap", "cap", number(summary, "anatomy", "cap_mm")),
+        ("Deepest tip", "deepest", deepest),
+        ("Tip now", "now", now),
+        (cap_name(summary), cap_kind, number(summary, "anatomy", "cap_mm")),
         ("Carina", "carina", number(summary, "anatomy", "carina_mm")),
     ]
     known = [(name, kind, depth) for name, kind, depth in named if depth is not None]
@@ -119,16 +138,50 @@ def drawing(summary: Summary) -> Drawing | None:
     carina = number(summary, "anatomy", "carina_mm")
     boundary = number(summary, "anatomy", "patient_boundary_mm")
     listed = "; ".join(f"{name.lower()} at {depth:.1f} mm" for name, _, depth in depths)
+    kinds = {kind: depth for _, kind, depth in depths}
+    caption = _caption(summary, "deepest" in kinds)
     return Drawing(
         height_px=y_px(bottom_mm),
         tube_end_px=y_px(0.0),
         carina_px=None if carina is None else y_px(carina),
-        catheter_px=None if deepest < -STRAIGHT_MM else y_px(deepest),
+        now_px=y_px(kinds["now"]) if "now" in kinds else None,
+        bend_share=_bend_share(number(summary, "tip", "end_mm"), boundary),
+        deepest_px=y_px(kinds["deepest"]) if "deepest" in kinds else None,
         upper_end="" if boundary is None or boundary >= 0.0 else quantity(boundary, "mm", 0),
         marks=marks,
         ticks=ticks,
+        caption=caption,
         description=(
-            "Tracheostomy tube, trachea and main bronchi from the front, with the catheter at its "
-            f"deepest position ({quantity(deepest, 'mm')}). Depths below the tube's end: {listed}."
+            "Tracheostomy tube, trachea and main bronchi from the front, with the catheter as it "
+            f"is at the end of the record and at its deepest position ({quantity(deepest, 'mm')}). "
+            f"{caption} Depths below the tube's end: {listed}."
         ),
     )
+
+
+def _caption(summary: Summary, is_ghost_drawn: bool) -> str:
+    """What is drawn of the catheter, and what its cap is."""
+    end_mm = number(summary, "tip", "end_mm")
+    said = []
+    if is_inside(summary) and end_mm is not None:
+        said.append(f"The catheter is still inside, its tip {depth_words(end_mm)}.")
+    elif end_mm is not None:
+        said.append("The catheter is out at the end of the record.")
+    if is_ghost_drawn:
+        said.append("Dashed: where the tip was at its deepest.")
+    if figures.is_search_cap(summary):
+        said.append(
+            "The tip stops where it touches the carina; the search for it ends at a depth beyond."
+        )
+    return " ".join(said)
+
+
+def _bend_share(end_mm: float | None, boundary_mm: float | None) -> float:
+    """Share of the bend, upper end of the tube to its straight part, that the tip has passed."""
+    if end_mm is None:
+        return 0.0
+    if end_mm >= -STRAIGHT_MM:
+        return 1.0
+    if boundary_mm is None or boundary_mm >= -STRAIGHT_MM:
+        return 0.0
+    return round(max((end_mm - boundary_mm) / (-STRAIGHT_MM - boundary_mm), 0.0), 3)

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from opensuction.report.notice import notices
 from opensuction.report.summary import Summary, number, rows
 
 TOGETHER_S = 0.25
@@ -27,6 +28,15 @@ def _found(summary: Summary, part: str, name: str, time: str) -> list[tuple[floa
     return sorted(found)
 
 
+def _raised(summary: Summary) -> list[tuple[float, str]]:
+    """Times and names of alarms, whoever raised them."""
+    return sorted(
+        (notice.started_s, notice.condition.replace("-", " "))
+        for notice in notices(summary)
+        if notice.started_s is not None
+    )
+
+
 def _gather(what: str, hue: str, found: list[tuple[float, str]]) -> list[Instant]:
     groups: list[list[tuple[float, str]]] = []
     for entry in found:
@@ -44,5 +54,5 @@ def instants(summary: Summary) -> list[Instant]:
     """Injected faults, then alarms, each in the order of time."""
     return [
         *_gather("Fault", "fault", _found(summary, "faults", "name", "at_s")),
-        *_gather("Alarm", "bad", _found(summary, "alarms", "condition", "started_s")),
+        *_gather("Alarm", "bad", _raised(summary)),
     ]

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from opensuction.report import figures, html, narrative, series, wording
+from opensuction.report import figures, headline, html, narrative, notice, series, wording
 from opensuction.report.cycle import anatomy, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import Summary, flatten, is_good, number, rows, text, value
+from opensuction.report.summary import Summary, flatten, is_inside, number, rows, text, value
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
@@ -67,34 +67,53 @@ def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple
     return tables
 
 
-def _plots(summary: Summary, trace: Trace, phases: list[PhaseBand]) -> dict[str, Any]:
+def _plots(
+    summary: Summary, trace: Trace, phases: list[PhaseBand], is_one_of_many: bool
+) -> dict[str, Any]:
     """What the page's script draws."""
+    coarser = series.COARSE if is_one_of_many else 1
     return {
-        "series": series.machine(summary, trace),
-        "patient": series.patient(summary, trace),
+        "series": series.machine(summary, trace, series.BUCKETS // coarser),
+        "patient": series.patient(summary, trace, series.BREATHS_BUCKETS // coarser),
         "phases": [[band.label, band.kind, band.start_s, band.end_s] for band in phases],
         "instants": instant.instants(summary),
         "target_mm": number(summary, "tip", "target_mm"),
+        "focus_s": series.focus_s(summary),
+        "is_quiet_after": _is_quiet_after(summary),
+        "cap_name": anatomy.cap_name(summary),
         "cap_mm": number(summary, "anatomy", "cap_mm"),
         "boundary_mm": number(summary, "anatomy", "patient_boundary_mm"),
         "setpoint_mmhg": number(summary, "vacuum", "setpoint_mmhg"),
     }
 
 
-def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> str:
+def _is_quiet_after(summary: Summary) -> bool:
+    """Whether nothing happens to the machine once the cycle is over: its plots begin with that."""
+    end_s = series.focus_s(summary)
+    if end_s is None or is_inside(summary):
+        return False
+    return all(found.time_s <= end_s for found in instant.instants(summary))
+
+
+def render(
+    summary: Summary,
+    trace: Trace,
+    sections: Sections | None = None,
+    *,
+    is_one_of_many: bool = False,
+) -> str:
     """The report of one cycle as a self-contained HTML page.
 
     summary: the JSON object of the ``cycle`` command; what is null or missing is shown as not
     simulated or left out. trace: columns of ``simulation.closed_loop`` by name; those that are
     missing are not drawn. sections: further tables for the end of the page, for example
-    ``{"Protocol settings": {"travel_mm": 90.0}}``.
+    ``{"Protocol settings": {"travel_mm": 90.0}}``. is_one_of_many: smaller, with
+    less detail.
     """
     phases = bands(summary)
     context = {
         "summary": summary,
-        "outcome": narrative.outcome(summary),
-        "completed": is_good(summary),
-        "lead": narrative.lead(summary),
+        "first": headline.headline(summary),
         "sentences": narrative.sentences(summary),
         "warnings": warnings_of(summary),
         "figures": figures.figures(summary),
@@ -103,9 +122,9 @@ def render(summary: Summary, trace: Trace, sections: Sections | None = None) -> 
         "phases": phases,
         "drawing": anatomy.drawing(summary),
         "trips": rows(summary, "trips"),
-        "alarms": rows(summary, "alarms"),
+        "alarms": notice.notices(summary),
         "run": [(key, text(summary, key)) for key in RUN if text(summary, key) is not None],
         "tables": _tables(summary, sections),
-        "plots": _plots(summary, trace, phases),
+        "plots": _plots(summary, trace, phases, is_one_of_many),
     }
     return html.render("page.html.j2", SCRIPTS, **context)

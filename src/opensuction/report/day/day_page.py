@@ -6,23 +6,23 @@ from typing import Any
 import numpy as np
 
 from opensuction.kernel.constant import HOUR_S
-from opensuction.report.sheet import Curve, Plot, Section, Sheet, Table, Values
+from opensuction.report.day import day_verdict
+from opensuction.report.notice import notices
+from opensuction.report.sheet import Cell, Curve, Plot, Rounded, Section, Sheet, Table, Values
 from opensuction.report.summary import Summary
 
 COLUMNS = {
-    "cycle": "number",
-    "at, h": "start_h",
-    "completed": "is_completed",
-    "secretions before, mL": "secretion_before_ml",
-    "removed, mL": "removed_ml",
-    "suction, s": "negative_pressure_s",
-    "lowest SpO2, %": "spo2_nadir_percent",
-    "lung volume lost, mL": "lung_volume_loss_ml",
-    "catheter age, h": "catheter_age_h",
-    "catheter changed": "new_catheter",
-    "alarms": "alarm_names",
+    "at, h": ("start_h", 2),
+    "secretions before, mL": ("secretion_before_ml", 1),
+    "removed, mL": ("removed_ml", 1),
+    "removed, %": ("removed_percent", 0),
+    "suction, s": ("negative_pressure_s", 1),
+    "in the airway, s": ("in_airway_s", 1),
+    "lowest SpO2, %": ("spo2_nadir_percent", 1),
+    "lung volume lost, mL": ("lung_volume_loss_ml", 0),
+    "catheter age, h": ("catheter_age_h", 1),
 }
-"""Of the table: what stands in each, keys of a cycle or of what `_cycles` adds."""
+"""Numbers of the table by heading: the key of a cycle or of what `_cycles` adds, and decimals."""
 SCALES = {
     "compensated": "used_scale",
     "contact says": "contact_scale",
@@ -36,14 +36,17 @@ SCALES = {
 def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
     """The page. data: the JSON object of the command. samples: of the whole day, by name."""
     day = data["day"]
-    cycles, repeat = day["cycles"], day["repeat"]
-    done = sum(cycle["outcome"] == "completed" for cycle in cycles)
+    cycles = day["cycles"]
+    first = day_verdict.verdict(day)
+    secretions = (
+        f"{day['removed_ml']:.1f} mL of secretions removed, {day['produced_ml']:.1f} mL produced."
+    )
     return Sheet(
         title="A day of automated suction cycles",
-        verdict=f"{done} of {repeat} cycles completed",
-        good=done == repeat and day["refusal"] is None,
-        lead=f"{day['removed_ml']:.1f} mL of secretions removed, {day['produced_ml']:.1f} mL "
-        "produced.",
+        verdict=first.text,
+        good=first.kind == "good",
+        kind=first.kind,
+        lead=f"{first.lead} {secretions}".strip(),
         run=(
             ("machine", data["machine"]),
             ("patient", data["patient"] or ""),
@@ -61,18 +64,27 @@ def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
 
 
 def _cycles(cycles: list[dict[str, Any]]) -> Table:
-    shown = (
-        cycle
-        | {
-            "start_h": cycle["start_min"] / 60.0,
-            "is_completed": cycle["outcome"] == "completed",
-            "new_catheter": "new" if cycle["catheter_changed"] else "",
-            "alarm_names": ", ".join(alarm["condition"] for alarm in cycle["alarms"]),
-        }
+    rows = tuple(
+        (
+            Cell(str(cycle["number"]), "number", cycle.get("report") or ""),
+            Cell(day_verdict.headline_of(cycle), day_verdict.kind_of(cycle)),
+            *_numbers(cycle | {"start_h": cycle["start_min"] / 60.0}),
+            "new" if cycle["catheter_changed"] else "",
+            ", ".join(dict.fromkeys(_alarms(cycle))),
+        )
         for cycle in cycles
     )
-    rows = tuple(tuple(cycle[key] for key in COLUMNS.values()) for cycle in shown)
-    return Table("Cycles", tuple(COLUMNS), rows)
+    headings = ("cycle", "what to know first", *COLUMNS, "catheter changed", "alarms")
+    return Table("Cycles: the number leads to the cycle's report", headings, rows)
+
+
+def _numbers(cycle: dict[str, Any]) -> tuple[Rounded, ...]:
+    return tuple(Rounded(cycle[key], decimals) for key, decimals in COLUMNS.values())
+
+
+def _alarms(cycle: dict[str, Any]) -> list[str]:
+    """Names of what people were told, whoever told it, the most urgent first."""
+    return [notice.condition for notice in notices(cycle)]
 
 
 def _plots(samples: Mapping[str, Values]) -> tuple[Plot, ...]:

@@ -7,7 +7,7 @@ the object of ``identify`` itself.
 import math
 from typing import Any, NamedTuple
 
-from opensuction.report.figures import Figure, FigureVerdict
+from opensuction.report.figure import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value
 from opensuction.report.wording import amount
 

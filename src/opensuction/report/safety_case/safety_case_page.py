@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from opensuction.report.sheet import Curve, Level, Link, Plot, Section, Sheet, Table
+from opensuction.report.sheet import Cell, Curve, Level, Plot, Section, Sheet, Table
 from opensuction.report.summary import Summary
 
 LEAD = (
@@ -77,7 +77,7 @@ def _stayed(details: Sequence[Summary]) -> tuple[Table, ...]:
     """Hazards in which a catheter stayed inside: why, and what a person must do."""
     rows = tuple(
         (
-            Link(hazard["id"], hazard["id"]),
+            Cell(hazard["id"], href=f"#{hazard['id']}"),
             hazard["left_inside"]["count"],
             hazard["left_inside"]["unavoidable"],
             hazard["left_inside"]["told"],
@@ -114,7 +114,7 @@ def _overview(hazard: Summary) -> tuple[object, ...]:
     detected, detected_bound, safe, safe_bound = _times(hazard)
     left = hazard["left_inside"]
     return (
-        Link(hazard["id"], hazard["id"]),
+        Cell(hazard["id"], href=f"#{hazard['id']}"),
         hazard["hazard"],
         alarm,
         hazard["priority"],

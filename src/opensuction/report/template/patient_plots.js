@@ -4,6 +4,7 @@ const patientPlots = (() => {
   const PRESSURE_MARGIN_CMH2O = 2;
   const VOLUME_MARGIN_ML = 60;
   const LEAST_LOSS_ML = 50; // a smaller loss shall not look like a large one
+  const RATE_MARGIN = 8; // heart rate, a minute
   const LEAST_SPAN_PERCENT = 5; // nor a fall of saturation
   const { axis, level, line } = parts;
 
@@ -46,5 +47,13 @@ const patientPlots = (() => {
     });
   }
 
-  return [airwayPressure, lungVolume, saturation];
+  function heartRate(timePlot, patient) {
+    timePlot("heart", 200, patient, [
+      line("heart_rate", "Heart rate", "/min", 0, "contact", { width: 2 }),
+    ], [axis("Heart rate (/min)")], {
+      scales: { y: { range: (_, low, high) => [Math.max(low - RATE_MARGIN, 0), high + RATE_MARGIN] } },
+    });
+  }
+
+  return [airwayPressure, lungVolume, saturation, heartRate];
 })();

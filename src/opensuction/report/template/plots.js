@@ -14,6 +14,8 @@
   const sync = uPlot.sync("cycle");
   let plots = [];
   let markLoop = () => {};
+  let focused = page.is_quiet_after; // the machine's plots show the cycle alone, not the whole record
+  let machine = []; // its plots
 
   const scaled = (values, factor) => values && values.map((value) => (value == null ? null : factor * value));
   series.valve_percent = scaled(series.valve, 100);
@@ -47,7 +49,9 @@
         ready: [parts.followTouch],
       },
     };
-    plots.push(new uPlot(options, [data.time, ...known.map((entry) => data[entry.key])], element));
+    const plot = new uPlot(options, [data.time, ...known.map((entry) => data[entry.key])], element);
+    plots.push(plot);
+    if (data === series) machine.push(plot);
   }
 
   function depthLevel(u, depth_mm, name, ...where) {
@@ -69,7 +73,7 @@
         return [bottom, top + headroom * (top - bottom)];
       } } },
       draw: (u) => {
-        depthLevel(u, page.cap_mm, "Cap", "bad", "above");
+        depthLevel(u, page.cap_mm, page.cap_name, page.cap_name === "Cap" ? "bad" : "soft", "above");
         depthLevel(u, page.target_mm, "Target", "soft", "below");
         if (!page.boundary_mm) return; // the bench's patient begins where the tube ends
         level(u, "y", 0, "Tube's end", "soft", "below", "center"); // the tip is elsewhere then
@@ -118,12 +122,34 @@
     plots.push(loop.plot);
   }
 
+  /* Show the whole record, or the cycle alone. */
+  function frame() {
+    for (const [id, value] of [["whole", false], ["focus", true]])
+      document.getElementById(id).setAttribute("aria-pressed", String(value === focused));
+    for (const u of machine) {
+      const times = u.data[0];
+      const end = times[times.length - 1];
+      u.setScale("x", { min: times[0], max: focused ? Math.min(page.focus_s ?? end, end) : end });
+    }
+  }
+
+  function followButtons() {
+    for (const [id, value] of [["whole", false], ["focus", true]])
+      document.getElementById(id).addEventListener("click", () => {
+        focused = value;
+        frame();
+      });
+  }
+
   function drawAll() {
     plots.forEach((plot) => plot.destroy());
     plots = [];
+    machine = [];
     markLoop = () => {};
     for (const draw of [drawDepth, drawError, drawSuction, drawContact, drawSecretion, drawLoop, drawPatient]) draw();
+    frame();
   }
 
+  followButtons();
   parts.keepDrawn(drawAll);
 })();

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import extend
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch.duration import extend
-from opensuction.safety.watch.watch import Watch
+from opensuction.safety.watch.watch_state import Watch
 
 BLOCKED_S = 0.3
 """How long it may pull on what holds it: a reversal from full speed takes 0.2 s."""
@@ -38,7 +38,7 @@ def step(
 ) -> ForcedWithdrawal:
     """Bring it up to this tick. stalled: the head reading has stood still for too long."""
     jammed = seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
-    unseen = seen.invalid.head > 0 or stalled
+    unseen = seen.vote.unseen_ticks > 0 or stalled
     return ForcedWithdrawal(
         forced_s=extend(state.forced_s, forced, dt_s),
         blocked_s=extend(state.blocked_s, forced and jammed, dt_s),

@@ -17,10 +17,12 @@ from opensuction.safety.governor import forced_withdrawal, judgement, limiter
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
+from opensuction.safety.head import head_vote
+from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch import patient_watch, watch
 from opensuction.safety.watch.patient_watch import PatientWatch
-from opensuction.safety.watch.watch import Watch
+from opensuction.safety.watch.watch_state import Watch
 
 
 class GovernorState(NamedTuple):
@@ -90,20 +92,50 @@ def _is_valve_driven(trips: int, opened: bool, resting: bool) -> bool:
 
 
 @compiled
+def locate(
+    limits: Limits, state: GovernorState, readings: Readings, driven_v: float, dt_s: float
+) -> HeadVote:
+    """Where the head is in this tick: procedure and control go by it, too.
+
+    driven_v: volts that the insertion motor had in the last tick.
+    """
+    seen = state.watch
+    return head_vote.step(
+        limits.drive,
+        seen.vote,
+        readings,
+        state.last.insertion_on,
+        driven_v,
+        seen.speed_mm_per_s,
+        judgement.is_disagreeing(seen.durations),
+        dt_s,
+    )
+
+
+@compiled
 def step(
     limits: Limits,
     state: GovernorState,
     proposal: Setpoints,
     readings: Readings,
+    vote: HeadVote,
     overrun: bool,
     dt_s: float,
 ) -> tuple[GovernorState, Setpoints, Verdict]:
     """Let a proposal through as far as the limits allow.
 
+    vote: of `locate`.
     Returns the new state, the setpoints for the servos and what was done about them.
     """
     seen = watch.step(
-        limits, state.watch, state.last, state.valve_command_changed, readings, overrun, dt_s
+        limits,
+        state.watch,
+        state.last,
+        state.valve_command_changed,
+        readings,
+        vote,
+        overrun,
+        dt_s,
     )
     patient = patient_watch.step(
         limits.patient, state.patient, readings.monitor, seen.durations.sucking_s > 0.0, dt_s

@@ -11,34 +11,35 @@ from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.safety import tip_bound
 from opensuction.safety.condition import Condition
+from opensuction.safety.head.head_vote import HeadVote
+from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch import contact_window, vacuum_signature, valve_axis
-from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, InvalidTicks
-from opensuction.safety.watch.watch import Durations, Watch
+from opensuction.safety.watch.watch_state import Durations, Watch
 
 LATE_TICKS = 5
 """Consecutive late ticks of the host that are a fault."""
-OVERSPEED_RATIO = 1.25
-"""Measured head speed over its limit that no sound machine reaches: the limit is the no-load speed
-of the fastest one, and the encoder's step adds 0.5 mm/s to the average [computed]."""
+LATE_SHARE = 0.25
+"""Share of late ticks, averaged over 0.1 s, that is one too: four in a row are 0.04 [design]."""
 PERSISTENCE_S = 0.2
 """How long head or vacuum may be beyond a limit before it is a trip (a step response settles)."""
 STALL_S = 0.1
 """How long the head reading may stand still while the servo must be moving it."""
 JAM_S = 0.1
 """How long the head may meet more than friction; a stop against the gear's backlash rings less."""
-OVERFORCE_S = 0.05
-"""How long the drive may give more than its current limit; assumed."""
+OVERFORCE_S = 0.1
+"""How long the drive may give more than its current limit: 60 ms are a sensor's; assumed."""
 DISAGREE_S = 0.05
 """How long the head's two sensors may disagree; two messages of different age do for less."""
 DISAGREE_SUCKING_S = 0.005
 """The same with the valve open: messages 1 ms apart are 0.06 mm apart at the fastest 62 mm/s, so
 what disagrees for five ticks is no matter of age."""
-RUNAWAY_MM = 1.0
-"""Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
-RUNAWAY_SUCKING_MM = 0.3
-"""And while the valve is not closed: only the servo's ripple, for no cycle turns inwards then; the
-tip may advance by 0.5 mm."""
+OVERSPEED_TICKS = 20
+"""How long the head may be too fast: two time constants of the averaged speed; inwards it is a
+runaway before, by its travel [design]."""
+RUNAWAY_TICKS = 5
+"""How long the head may be further in than its command explains: one sample decides nothing. At 17
+mm/s, the speed that a reversed drive has reached by then, it goes 0.1 mm meanwhile [computed]."""
 OVERSHOOT_MM = 1.0
 """How far beyond its cap a servo may carry the head before it is a trip."""
 AWAY_MM = 5.0
@@ -64,13 +65,16 @@ def is_disagreeing(durations: Durations) -> bool:
 
 
 @compiled
-def _judge_readings(invalid: InvalidTicks) -> int:
-    """Mask of the sensors that have given no valid reading for too long."""
-    if invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact == 0:
+def _judge_readings(invalid: InvalidTicks, vote: HeadVote) -> int:
+    """Mask of the sensors without a reading for too long, or with one that nothing bears out."""
+    missing = invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact
+    if missing == 0 and not (vote.encoder_out or vote.carriage_out):
         return 0
+    encoder = invalid.head >= INVALID_TICKS or vote.encoder_out
+    carriage = invalid.carriage >= INVALID_TICKS or vote.carriage_out
     return (
-        flag(invalid.head >= INVALID_TICKS, Condition.HEAD_READING_INVALID)
-        | flag(invalid.carriage >= INVALID_TICKS, Condition.CARRIAGE_READING_INVALID)
+        flag(encoder, Condition.HEAD_READING_INVALID)
+        | flag(carriage, Condition.CARRIAGE_READING_INVALID)
         | flag(invalid.cam >= INVALID_TICKS, Condition.CAM_READING_INVALID)
         | flag(invalid.vacuum >= INVALID_TICKS, Condition.VACUUM_READING_INVALID)
         | flag(invalid.contact >= INVALID_TICKS, Condition.CONTACT_READING_INVALID)
@@ -97,12 +101,10 @@ def _judge_durations(durations: Durations) -> int:
 @compiled
 def _judge_head(limits: Limits, seen: Watch) -> int:
     """Mask of what is wrong with where the head is and how it moves."""
-    overspeed = abs(seen.speed_mm_per_s) > OVERSPEED_RATIO * limits.head_speed_mm_per_s
     highest = tip_bound.head_cap_mm(limits.tip, limits.cap_mm)
-    runaway_mm = RUNAWAY_SUCKING_MM if seen.durations.sucking_s > 0.0 else RUNAWAY_MM
     return (
-        flag(overspeed, Condition.HEAD_OVERSPEED)
-        | flag(seen.head_mm - seen.advance.head_mm > runaway_mm, Condition.HEAD_RUNAWAY)
+        flag(seen.overspeed_ticks >= OVERSPEED_TICKS, Condition.HEAD_OVERSPEED)
+        | flag(seen.runaway_ticks >= RUNAWAY_TICKS, Condition.HEAD_RUNAWAY)
         | flag(seen.head_mm > highest + OVERSHOOT_MM, Condition.TIP_BEYOND_CAP)
     )
 
@@ -148,12 +150,12 @@ def judge(limits: Limits, seen: Watch, proposal: Setpoints, opened: bool) -> int
     opened: the valve is commanded to be open.
     """
     return (
-        _judge_readings(seen.invalid)
+        _judge_readings(seen.invalid, seen.vote)
         | _judge_durations(seen.durations)
         | _judge_head(limits, seen)
         | _judge_contact(limits, seen)
         | _judge_suction(limits, seen, opened)
         | flag(not _is_possible(proposal), Condition.PROPOSAL_INVALID)
         | flag(seen.durations.inside_s > limits.in_airway_s, Condition.IN_AIRWAY_TIME)
-        | flag(seen.late_ticks >= LATE_TICKS, Condition.LATE_TICKS)
+        | flag(seen.late_ticks >= LATE_TICKS or seen.late_share > LATE_SHARE, Condition.LATE_TICKS)
     )

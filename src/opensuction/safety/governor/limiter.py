@@ -8,7 +8,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.safety import condition_mask, tip_bound
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch.watch import Watch
+from opensuction.safety.watch.watch_state import Watch
 
 LEAD_SHARE = 0.5
 """Share of the following limit by which a withdrawal may lead the head."""

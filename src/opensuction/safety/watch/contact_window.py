@@ -10,8 +10,8 @@ again tells how far it can be trusted.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import extend
 from opensuction.safety.limits import WindowLimits
-from opensuction.safety.watch.duration import extend
 
 IMPOSSIBLE_S = 0.05
 """How long contact must last where there is nothing to touch: bounces take 10 ms at most."""

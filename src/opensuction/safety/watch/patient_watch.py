@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import extend
 from opensuction.kernel.readings import Monitor
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.patient_limit import PatientLimits
-from opensuction.safety.watch.duration import extend
 
 SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import extend
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
-from opensuction.safety.watch.duration import extend
 
 RATE_S = 0.1
 """Window over which the fall of the vacuum is measured; a sensor's noise of 1 mmHg is 10 mmHg/s."""

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import extend
 from opensuction.safety.limits import ValveLimits
-from opensuction.safety.watch.duration import extend
 
 CLOSED_RAD = 0.02
 """Cam angle (1.1 degrees) below which the valve's seal holds."""

@@ -3,92 +3,27 @@
 Nothing here decides; `opensuction.safety.governor.governor` does.
 """
 
-from typing import NamedTuple
-
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import count, extend
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
-from opensuction.safety import tip_bound
+from opensuction.safety import invalid_ticks, tip_bound
+from opensuction.safety.head import drive_force, head_vote
+from opensuction.safety.head.advance_bound import AdvanceBound
+from opensuction.safety.head.head_vote import HeadVote
+from opensuction.safety.invalid_ticks import INVALID_TICKS
 from opensuction.safety.limits import Limits
-from opensuction.safety.tip_bound import TipInterval
-from opensuction.safety.watch import (
-    advance_bound,
-    contact_window,
-    drive_force,
-    invalid_ticks,
-    vacuum_signature,
-    valve_axis,
-)
-from opensuction.safety.watch.advance_bound import AdvanceBound
+from opensuction.safety.watch import contact_window, head_watch, vacuum_signature, valve_axis
 from opensuction.safety.watch.contact_window import ContactWindow
-from opensuction.safety.watch.drive_force import DriveForce
-from opensuction.safety.watch.duration import count, extend
-from opensuction.safety.watch.invalid_ticks import INVALID_TICKS, NEVER_TICKS, InvalidTicks
-from opensuction.safety.watch.vacuum_signature import LineWatch
-from opensuction.safety.watch.valve_axis import ValveAxis
+from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 
 RELEASE_TICKS = 10
 """Consecutive ticks for which an open contact counts as released (10 ms): switches bounce."""
-SPEED_WINDOW_S = 0.01
-"""Time constant over which the measured head speed is averaged."""
-APART_MM = 1.0
-"""Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
-mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed."""
-APART_SUCKING_MM = 0.35
-"""The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1
-mm, half of the sensor's step, and 0.06 mm for messages 1 ms apart at 62 mm/s. With a frozen encoder
-the head has gone in by 0.45 mm at most then (0.5 are allowed), with a reversed one by half."""
+LATE_S = 0.1
+"""Time constant over which the share of late ticks is averaged."""
 PARKED_MM = 3.0
 """Distance from the park position up to which the head is parked; the pre-use test needs 2."""
-
-
-class Durations(NamedTuple):
-    """For how long something has held without a break."""
-
-    sucking_s: float
-    """Valve not known to be closed."""
-    inside_s: float
-    """Tip possibly in the airway."""
-    contact_s: float
-    off_command_s: float
-    """Head too far from its command."""
-    stalled_s: float
-    """Head reading frozen although the servo must be moving it."""
-    overpressure_s: float
-    jammed_s: float
-    """Head held by more than friction."""
-    overforce_s: float
-    """Drive stronger than its current limit."""
-    disagreeing_s: float
-    """Motor and catheter head not at the same place."""
-
-
-class Watch(NamedTuple):
-    """Everything measured, up to this tick."""
-
-    head_mm: float
-    """Last valid reading, as all readings here."""
-    speed_mm_per_s: float
-    """Measured head speed, averaged."""
-    tip: TipInterval
-    suction_start_mm: float
-    """Least head reading since the valve left its seat."""
-    advance: AdvanceBound
-    cam_rad: float
-    parked_closed: bool
-    """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
-    open_contact_ticks: int
-    late_ticks: int
-    invalid: InvalidTicks
-    durations: Durations
-    drive: DriveForce
-    window: ContactWindow
-    valve: ValveAxis
-    line: LineWatch
-
-
-NO_DURATIONS = make_zero(Durations)
 
 
 def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
@@ -102,7 +37,8 @@ def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
         tip=tip_bound.assume_anywhere(limits.tip, head_mm),
         suction_start_mm=head_mm,
         advance=AdvanceBound(head_mm=head_mm, coast_mm_per_s=limits.leaving_mm_per_s),
-        invalid=invalid_ticks.NONE._replace(head=0 if read else NEVER_TICKS),
+        vote=head_vote.start(head_mm, read=read),
+        invalid=invalid_ticks.NONE,
         durations=NO_DURATIONS,
         drive=drive_force.REST,
         window=contact_window.START,
@@ -112,43 +48,10 @@ def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
 
 
 @compiled
-def _is_disagreeing(readings: Readings, invalid: InvalidTicks, sucking: bool) -> bool:
-    """Whether motor and catheter head are further apart than the gear's play lets them be."""
-    off_mm = abs(readings.head_mm - readings.carriage_mm)
-    apart_mm = APART_SUCKING_MM if sucking else APART_MM
-    return invalid.head == 0 and invalid.carriage == 0 and off_mm > apart_mm
-
-
-@compiled
 def _is_parked_closed(limits: Limits, seen: Watch, last: Setpoints) -> bool:
-    parked = seen.invalid.head == 0 and abs(seen.head_mm - limits.park_head_mm) <= PARKED_MM
+    parked = seen.vote.unseen_ticks == 0 and abs(seen.head_mm - limits.park_head_mm) <= PARKED_MM
     closed = seen.invalid.cam == 0 and valve_axis.is_closed(seen.cam_rad)
     return parked and closed and not last.valve_open
-
-
-@compiled
-def _watch_head(
-    limits: Limits, before: Watch, seen: Watch, last: Setpoints, current_a: float, dt_s: float
-) -> Watch:
-    """Speed, force and advance of the head, and where the tip can be behind it.
-
-    Of the forces nothing is known without torque, nor right after a head reading was missing.
-    """
-    head_mm, unseen = seen.head_mm, before.invalid.head >= INVALID_TICKS
-    share = dt_s / (SPEED_WINDOW_S + dt_s)
-    speed = (head_mm - before.head_mm) / (dt_s * (1 + before.invalid.head))  # mean over a dropout
-    gained = share * (speed - before.speed_mm_per_s)
-    drive = drive_force.REST
-    if last.insertion_on and before.invalid.head == 0:
-        drive = drive_force.step(limits.drive, before.drive, current_a, gained, share, dt_s)
-    return seen._replace(
-        speed_mm_per_s=before.speed_mm_per_s + gained,
-        tip=tip_bound.follow(limits.tip, before.tip, head_mm),
-        advance=advance_bound.step(
-            limits.braking_mm_per_s2, before.advance, last, head_mm, unseen, dt_s
-        ),
-        drive=drive,
-    )
 
 
 @compiled
@@ -218,8 +121,9 @@ def _extend_durations(
     inside = tip_bound.deepest_mm(limits.tip, seen.tip) > limits.outside_mm
     stalled = seen.head_mm == before.head_mm and off_mm > limits.stalled_mm
     highest = limits.line.parked_closed_mmhg if seen.parked_closed else limits.vacuum_mmhg
-    jammed = abs(seen.drive.resistance_n) > limits.drive.jam_n
-    overforce = abs(seen.drive.force_n) > limits.drive.force_n
+    drive = seen.drive
+    jammed = drive_force.is_above(drive, drive.resistance_n, limits.drive.jam_n)
+    overforce = drive_force.is_above(drive, drive.force_n, limits.drive.force_n)
     return Durations(
         sucking_s=extend(durations.sucking_s, sucking, dt_s),
         inside_s=extend(durations.inside_s, inside, dt_s),
@@ -240,16 +144,17 @@ def step(
     last: Setpoints,
     valve_command_changed: bool,
     readings: Readings,
+    vote: HeadVote,
     overrun: bool,
     dt_s: float,
 ) -> Watch:
     """Bring everything that is measured up to this tick.
 
     last: what was let through in the last tick. valve_command_changed: it commanded the valve
-    otherwise than the tick before it.
+    otherwise than the tick before it. vote: where the head is in this tick.
     """
     invalid = invalid_ticks.step(before.invalid, readings)
-    head_mm = before.head_mm if invalid.head > 0 else readings.head_mm
+    head_mm = vote.head_mm
     cam_rad = before.cam_rad if invalid.cam > 0 else readings.cam_rad
     unclosed = abs(cam_rad) > valve_axis.CLOSED_RAD or invalid.cam >= INVALID_TICKS
     sucking = last.valve_open or unclosed
@@ -262,13 +167,16 @@ def step(
         cam_rad=cam_rad,
         open_contact_ticks=open_ticks,
         late_ticks=count(before.late_ticks, overrun),
+        late_share=before.late_share
+        + ((1.0 if overrun else 0.0) - before.late_share) * dt_s / (LATE_S + dt_s),
+        vote=vote,
         invalid=invalid,
     )
     seen = seen._replace(parked_closed=_is_parked_closed(limits, seen, last))
-    seen = _watch_head(limits, before, seen, last, readings.insertion_current_a, dt_s)
+    seen = head_watch.move(limits, before, seen, last, readings.insertion_current_a, sucking, dt_s)
     seen = _watch_suction(limits, before, seen, last, valve_command_changed, readings, dt_s)
     seen = seen._replace(window=_watch_contact(limits, before, seen, touching, dt_s))
-    disagreeing = _is_disagreeing(readings, invalid, sucking)
+    disagreeing = head_watch.is_disagreeing(readings, vote, invalid, sucking)
     return seen._replace(
         durations=_extend_durations(
             limits, before, seen, last, sucking, touching, disagreeing, dt_s
@@ -287,8 +195,11 @@ def reset(limits: Limits, watch: Watch) -> Watch:
         tip=tip_bound.assume_anywhere(limits.tip, watch.head_mm),
         advance=AdvanceBound(head_mm=watch.head_mm, coast_mm_per_s=0.0),
         parked_closed=False,
+        runaway_ticks=0,
+        overspeed_ticks=0,
         durations=NO_DURATIONS._replace(sucking_s=kept.sucking_s, contact_s=kept.contact_s),
-        drive=drive_force.REST,
+        vote=head_vote.reset(watch.vote),
+        drive=drive_force.rest(watch.drive),
         window=contact_window.reset(watch.window),
         valve=valve_axis.restart(watch.valve),
         line=vacuum_signature.reset(watch.line),

@@ -20,7 +20,7 @@ from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.report.moment import Moment
-from opensuction.session.cycle import compensation_choice, fault_choice
+from opensuction.session.cycle import compensation_choice, fault_choice, preoxygenation
 from opensuction.session.cycle.resolution import ResolvedCycle
 from opensuction.simulation import closed_loop, self_calibration, trace
 from opensuction.simulation import rig as rigs
@@ -156,6 +156,16 @@ def assemble(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Pre
     rig = self_calibration.with_widths(rig, resolved.choice.gap_scale)
     loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(resolved, rig, protocol, calibration, None, None, loop, start)
+
+
+def oxygenate(prepared: Prepared) -> Prepared:
+    """The cycle with pre-oxygenation given or skipped, as it was chosen; its time begins after it.
+
+    A prepared cycle that is played without is one that was skipped.
+    """
+    chosen = prepared.resolved.choice.preoxygenation
+    loop, start = preoxygenation.give(prepared.loop, prepared.start, chosen)
+    return prepared._replace(loop=loop, start=start._replace(tick=0))
 
 
 def with_depth(rig: Rig, carina_mm: float) -> Rig:

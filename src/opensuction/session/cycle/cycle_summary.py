@@ -11,22 +11,34 @@ import numpy as np
 from opensuction import __version__
 from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl
+from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
 from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.safety import patient_limit
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition, row_of
-from opensuction.session.cycle import cycle_run, machine_summary
+from opensuction.session.cycle import (
+    cycle_run,
+    machine_summary,
+    preoxygenation,
+    vital_sign,
+)
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
+from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
 SECRETION_SHARE_PERCENT = 80.0
 """Share of the secretions below which the report says why there is some left."""
+LEAST_SHARE_PERCENT = 5.0
+"""Share below which nothing was removed to speak of: depth and time do not explain that."""
+IN_AIRWAY_GUIDELINE_S = {AgeGroup.ADULT: 15.0}
+"""From insertion to removal, by hand [ACI-2014]; the guideline is for adults."""
 BUDGET_MARGIN_S = 0.05
 """Timing that exceeds the guideline by less is rounding of a tick or two."""
 ABORT_SENTENCES = {
@@ -48,20 +60,47 @@ def _tip(result: Outcome) -> Json:
         "rmse_mm": result.rmse_mm,
         "peak_error_mm": result.peak_error_mm,
         "deepest_mm": result.exposure.deepest_mm,
+        "past_carina_mm": result.exposure.past_carina_mm,
         "end_mm": result.exposure.end_mm,
         "inside_at_end": result.exposure.inside_at_end,
     }
 
 
-def _timing(prepared: Prepared, result: Outcome) -> Json:
+def _timing(prepared: Prepared, result: Outcome, columns: Columns) -> Json:
+    age = prepared.rig.site.age
+    followed_s = columns["time_s"].size * DT_S
     return {
         "cycle_s": result.cycle_s,
         "in_airway_s": result.exposure.in_airway_s,
         "in_airway_budget_s": prepared.protocol.in_airway_budget_s,
         "negative_pressure_s": result.negative_pressure_s,
         "negative_pressure_budget_s": prepared.protocol.negative_pressure_budget_s,
-        "guideline_s": GUIDELINES[prepared.rig.site.age].negative_pressure_s,
+        "guideline_s": GUIDELINES[age].negative_pressure_s,
+        "in_airway_guideline_s": IN_AIRWAY_GUIDELINE_S.get(age) if _has_patient(prepared) else None,
+        "followed_s": followed_s,
     }
+
+
+def _has_patient(prepared: Prepared) -> bool:
+    return prepared.rig.machine.has_patient
+
+
+def _vacuum(prepared: Prepared, result: Outcome) -> Json:
+    return {
+        "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
+        "peak_mmhg": result.peak_vacuum_mmhg,
+        "tip_peak_mmhg": result.exposure.vacuum_peak_mmhg,
+        "guideline_mmhg": GUIDELINES[prepared.rig.site.age].vacuum_mmhg,
+    }
+
+
+def _vitals(prepared: Prepared, columns: Columns) -> Json | None:
+    """The patient before, during and after; None where nobody is there."""
+    if not _has_patient(prepared):
+        return None
+    site = prepared.rig.site
+    limits = patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored)
+    return vital_sign.plain(columns, limits, prepared.rig.machine.patient.weight_kg)
 
 
 def _trips(result: Outcome) -> list[Json]:
@@ -85,6 +124,21 @@ def alarms(found: Iterable[Episode]) -> list[Json]:
             "acknowledged_s": episode.acknowledged_s,
         }
         for episode in found
+    ]
+
+
+def told(found: Iterable[Told]) -> list[Json]:
+    """The key ``told``: what the annunciator at the bedside showed, when, and who raised it."""
+    return [
+        {
+            "what": name_of(one.condition),
+            "at_s": one.at_s,
+            "by": one.by,
+            "priority": name_of(one.condition.row.handling.priority),
+            "sentence": one.condition.row.sentence,
+            "remedy": one.condition.row.remedy,
+        }
+        for one in found
     ]
 
 
@@ -146,7 +200,12 @@ def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
             f"Suction lasted {result.negative_pressure_s:.1f} s: guidelines allow "
             f"{guideline_s:g} s." + (" This protocol is for the bench only." if planned else "")
         )
-    if result.completed and result.removed_percent < SECRETION_SHARE_PERCENT:
+    if result.completed and result.removed_percent < LEAST_SHARE_PERCENT:
+        found.append(
+            f"Only {result.removed_percent:.0f} % of the secretions were removed: suction was "
+            "without effect."
+        )
+    elif result.completed and result.removed_percent < SECRETION_SHARE_PERCENT:
         found.append(
             f"Only {result.removed_percent:.0f} % of the secretions were removed: the rest lies "
             "deeper than the tip may go, or needs more than the "
@@ -200,11 +259,8 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
             for span in trace.phase_spans(columns)
         ],
         "tip": _tip(result),
-        "timing": _timing(prepared, result),
-        "vacuum": {
-            "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
-            "peak_mmhg": result.peak_vacuum_mmhg,
-        },
+        "timing": _timing(prepared, result, columns),
+        "vacuum": _vacuum(prepared, result),
         "carina_force_peak_n": result.exposure.force_peak_n,
         "secretion": {
             "removed_ml": result.removed_ml,
@@ -213,10 +269,15 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "spo2_nadir_percent": result.exposure.spo2_least_percent,
         "lung_volume_loss_ml": result.exposure.lung_volume_loss_ml,
         "airway_pressure_least_cmh2o": result.exposure.airway_pressure_least_cmh2o,
+        "vitals": _vitals(prepared, columns),
+        "preoxygenation": preoxygenation.plain(columns),
         "check": _check(columns),
         "abort": _abort(result, columns),
         "trips": _trips(result),
         "alarms": alarms(result.alarms),
+        "told": told(result.told),
+        "harm": [one.name for one in result.harm],
+        "broken_bounds": [one._asdict() for one in result.harm],
         "warnings": _warnings(prepared, result),
         "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
         "anatomy": {

@@ -56,9 +56,12 @@ def parse(text: str) -> Injection:
 
 
 def resolve(texts: Sequence[str], approach: str) -> tuple[Injection, ...]:
-    """Faults for one cycle; raises InputError for what cannot happen in it."""
+    """Faults for a cycle or a day of them; raises InputError for what cannot happen in it.
+
+    Whether an instant in seconds is within what is played is not looked at.
+    """
     faults = tuple(parse(text) for text in texts)
-    injection.check(faults)
+    injection.check_faults(faults)
     for one in faults:
         if one.at.phase == Phase.BACKING_OFF and approach == "travel":
             raise InputError(

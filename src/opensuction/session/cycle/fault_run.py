@@ -5,10 +5,10 @@ import math
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
-from opensuction.procedure.cycle import upkeep
+from opensuction.procedure.cycle import refusal
 from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_run
 from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared, Watch
@@ -74,7 +74,7 @@ def _sentence(notice: Notice, columns: Columns) -> str:
     if notice.detector == Detector.CHECK:
         return f"the pre-use test failed: {CheckItem(notice.code).failure}"
     if notice.detector == Detector.REFUSAL:
-        return f"the start was refused: {upkeep.SENTENCES[Refusal(notice.code)]}"
+        return f"the start was refused: {refusal.SENTENCES[Refusal(notice.code)]}"
     if notice.detector == Detector.DRIVE:
         return UNAIDED[Condition(notice.code)]
     before = max(round(notice.time_s / DT_S) - 1, 0)

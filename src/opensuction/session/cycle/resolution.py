@@ -4,11 +4,16 @@ from typing import NamedTuple
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError
-from opensuction.procedure.planning import teaching_limit
+from opensuction.procedure.planning import pass_rule, teaching_limit
 from opensuction.procedure.planning.clinical import TEMPLATES, Template
 from opensuction.procedure.planning.protocol import PROTOCOLS, Protocol
 from opensuction.session.choice import CycleChoice
-from opensuction.session.cycle import compensation_choice, equipment, fault_choice
+from opensuction.session.cycle import (
+    compensation_choice,
+    equipment,
+    fault_choice,
+    preoxygenation,
+)
 from opensuction.session.cycle.equipment import Equipment
 from opensuction.settings.choice import choose
 from opensuction.settings.identification_file import Identified
@@ -140,7 +145,17 @@ def _check(resolved: ResolvedCycle) -> None:
         )
     if taught_mm is not None and person is not None:
         teaching_limit.check_plausible(person.age, taught_mm, "--taught")
+    _check_oxygen(resolved)
     least, most = GAP_SCALES
     if not least <= resolved.choice.gap_scale <= most:
         scale = resolved.choice.gap_scale
         raise InputError(f"--gap-scale {scale:g}: should be {least:g} to {most:g}")
+
+
+def _check_oxygen(resolved: ResolvedCycle) -> None:
+    """Refuse an answer that is none, or that nobody asks for; raises InputError."""
+    chosen, person = resolved.choice.preoxygenation, resolved.equipment.patient
+    if chosen is not None:
+        choose(chosen, preoxygenation.ANSWERS, "answer about pre-oxygenation")
+    rule = pass_rule.BENCH if person is None else pass_rule.RULES[person.age]
+    preoxygenation.check(chosen, rule)

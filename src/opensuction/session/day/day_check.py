@@ -7,6 +7,8 @@ from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_summary
 from opensuction.session.cycle.resolution import ResolvedCycle
+from opensuction.session.day import day_fault
+from opensuction.simulation.injection import injection
 
 MOST_CYCLES = 500
 """More would be weeks: a trial, not a day."""
@@ -15,10 +17,6 @@ MOST_CYCLES = 500
 def check(day: DayChoice, resolved: ResolvedCycle) -> None:
     """Refuse what is no day of this cycle; raises InputError."""
     repeat, every_min = day.repeat, day.every_min
-    if resolved.faults and repeat > 1:
-        raise InputError(
-            f"--fault is for a single cycle, not for --repeat {repeat}: leave one of both out"
-        )
     if repeat > MOST_CYCLES:
         raise InputError(f"--repeat {repeat}: should be at most {MOST_CYCLES}")
     if every_min is not None and repeat < 2:
@@ -29,6 +27,10 @@ def check(day: DayChoice, resolved: ResolvedCycle) -> None:
         raise InputError("--repeat is for a patient, and the bench has none: use another protocol")
     if every_min is not None:
         schedule.schedule(ScheduleMode.TIMED, day.every_s)
+    if repeat == 1:
+        injection.check(resolved.faults)
+    else:
+        day_fault.place_all(day, resolved.faults)
     if day.self_calibrates:
         _check_learning(day, resolved)
 

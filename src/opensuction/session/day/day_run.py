@@ -1,9 +1,10 @@
 """A day of cycles on one patient: the controller's own clock starts them, secretions gather.
 
 Between cycles the machine is parked: the patient breathes on and the controller's clocks run, but
-its ticks are not played (`simulation.idle_time`). A catheter whose 24 h would end is changed as a
-person would: out of service, new catheter, back into service. With self-calibration the contact of
-each cycle says how wide the gap is, and the next cycle compensates that.
+its ticks are not played (`simulation.idle_time`). Before each cycle a person comes (`attendance`):
+gives oxygen where it is asked for, looks at the patient after as many passes as may follow each
+other, changes a catheter whose 24 h would end. With self-calibration the contact of each cycle says
+how wide the gap is, and the next cycle compensates that.
 """
 
 from collections.abc import Callable
@@ -12,25 +13,20 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.controller import controller, setup
+from opensuction.controller import setup
 from opensuction.identification.estimator.gap_scale import ScaleRecord
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import (
-    CHANGED,
-    NO_REQUESTS,
-    RETURN_TO_SERVICE,
-    SERVICE,
-    START,
-    Requests,
-)
-from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
-from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.session.choice import DayChoice
-from opensuction.session.cycle import cycle_run
+from opensuction.session.cycle import cycle_run, preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import day_calibration
-from opensuction.simulation import closed_loop, idle_time, trace
+from opensuction.session.day import attendance, day_calibration
+from opensuction.session.day.attendance import Attended
+from opensuction.session.day.day_fault import FaultyDay
+from opensuction.session.plain import Json
+from opensuction.simulation import idle_time
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
@@ -39,7 +35,6 @@ SAMPLE_S = 60.0
 """Patient and secretions are looked at this often between cycles."""
 WAKE_S = 0.5
 """The closed loop is played again this long before a cycle is due."""
-WORN = (Refusal.CATHETER_LIFE_OVER, Refusal.CATHETER_LIFE_ENDS)
 
 
 class DayCycle(NamedTuple):
@@ -56,6 +51,10 @@ class DayCycle(NamedTuple):
     """At the end of the cycle."""
     catheter_changed: bool
     """Just before it."""
+    assessed: bool
+    """A person looked at the patient just before it, for the passes of the machine were used up."""
+    preoxygenation: str
+    """What is on record: confirmed, skipped or not-required."""
     gap: ScaleRecord | None
     """What its contact said of the gap; None without self-calibration."""
 
@@ -89,6 +88,10 @@ class Day(NamedTuple):
     """In the trachea at the end."""
     refusal: str | None
     """Why self-calibration let no further cycle begin."""
+    faults: tuple[Json, ...] = ()
+    """As `fault_run.plain` has them, each with the number of its cycle."""
+    reset_cycles: tuple[int, ...] = ()
+    """Numbers of the cycles after which a person reset the machine."""
 
 
 def _look_at(state: LoopState) -> Sample:
@@ -119,79 +122,54 @@ def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: list[Sa
         span_s = min(SAMPLE_S, left_s)
         if span_s < idle_time.STEP_S:
             return state
-        before = state.tick
-        state = idle_time.pass_time(prepared.loop, state, span_s)
-        passed_s = (state.tick - before) * DT_S
-        kept = upkeep.pass_idle_time(state.controller.core.upkeep, passed_s)
-        state = state._replace(controller=controller.with_upkeep(state.controller, kept))
+        state = preoxygenation.pass_idle_time(prepared.loop, state, span_s)
         diary.append(_look_at(state))
-
-
-def _pressed(prepared: Prepared, state: LoopState, requests: Requests) -> LoopState:
-    """One tick in which somebody presses a button."""
-    return closed_loop.run(prepared.loop, state, requests, trace.rows(DT_S))[0]
-
-
-def _is_worn(prepared: Prepared, state: LoopState) -> bool:
-    settings = prepared.loop.controller
-    refusal = upkeep.refusal(
-        settings.service,
-        state.controller.core.upkeep,
-        Phase.PARKED.value,
-        settings.plan.travel_known,
-        state.controller.core.governor.patient.conditions,
-    )
-    return refusal in WORN
-
-
-def _renewed(prepared: Prepared, state: LoopState) -> LoopState:
-    """The loop after a person has put a new catheter in; the old one's mucus goes with it."""
-    for requests in (SERVICE, CHANGED, RETURN_TO_SERVICE):
-        state = _pressed(prepared, state, requests)
-    bore = state.machine.bore._replace(mucus_ml=0.0, tail_ml=0.0, front_ml=0.0)
-    return state._replace(machine=state.machine._replace(bore=bore))
 
 
 def play(
     prepared: Prepared,
     asked: DayChoice,
-    tell: Callable[[DayCycle], None],
+    tell: Callable[[DayCycle, Prepared, Columns], None],
 ) -> Day:
     """Cycles at intervals, the first on request, the others started by the controller's clock.
 
-    tell: hears of each cycle when it is over. A cycle that does not end parked ends the day: a
-    halted machine waits for a person. So does a gap out of its range.
+    tell: hears of each cycle when it is over, as it began and with its trace from its start. A
+    cycle that does not end parked ends the day: a halted machine waits for a person, as does a gap
+    out of its range; where faults were asked for a person resets it (see `day_fault`).
     """
     timed = setup.with_schedule(
         prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
     )
     prepared = prepared._replace(loop=prepared.loop._replace(controller=timed))
-    state, requests = prepared.start, START
+    # The day begins with the first cycle, for which somebody has just given oxygen.
+    attended = attendance.attend(prepared, prepared.start)
+    state = attended.ready.start._replace(tick=0)
     diary: list[Sample] = []
     began_ml = float(np.sum(state.bedside.secretion_ml))
     cycles: list[DayCycle] = []
     columns: Columns = {}
     learning = day_calibration.begun(prepared) if asked.self_calibrates else None
+    faulty = FaultyDay(prepared, asked) if prepared.resolved.faults else None
     while len(cycles) < asked.repeat:
         if cycles:
-            state = _waited(prepared, state, asked.every_s - WAKE_S, diary)
-        worn = _is_worn(prepared, state)
-        if worn:
-            # Put back to work, the clock begins anew: the person starts this cycle.
-            state, requests = _renewed(prepared, state), START
-        prepared = prepared._replace(start=state)
-        state, columns = cycle_run.played(prepared, state, requests)
-        requests = NO_REQUESTS
+            sick = prepared if faulty is None else faulty.afflict(prepared)
+            comes_s = asked.every_s - WAKE_S - attendance.lead_s(prepared)
+            attended = attendance.attend(sick, _waited(sick, state, comes_s, diary))
+            state = attended.ready.start
+        # After a change of catheter the clock begins anew: the person starts this cycle.
+        by_hand = attended.catheter_changed or not cycles
+        ready = attended.ready._replace(start=state)
+        state, columns = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
         diary += _look_back(state, columns)
         columns = _from_its_start(columns)
-        done = _cycle(prepared, state, columns, len(cycles) + 1, worn)
+        done = _cycle(attended, ready, state, columns, len(cycles) + 1)
         if learning is not None and done.outcome.completed:
             learning = day_calibration.learned(learning, prepared, columns)
             done = done._replace(gap=learning.record)
         cycles.append(done)
-        tell(done)
+        tell(done, ready, _from_zero(columns))
         refusal = None if learning is None else learning.refusal
-        if state.controller.core.procedure.phase != Phase.PARKED or refusal is not None:
+        if _waits_for_a_person(state, faulty) or refusal is not None:
             break
         if learning is not None and len(cycles) < asked.repeat:
             prepared, state, learning = day_calibration.applied(learning, prepared, state)
@@ -203,13 +181,31 @@ def play(
         asked=asked,
         cycles=tuple(cycles),
         samples=DaySamples(*np.array(diary).T),
-        last=prepared,
-        columns={**columns, "time_s": columns["time_s"] - columns["time_s"][0]},
+        last=ready,
+        columns=_from_zero(columns),
         produced_ml=left_ml + removed_ml - began_ml,
         canister_ml=state.machine.bore.canister_ml,
         left_ml=left_ml,
         refusal=None if learning is None else learning.refusal,
+        faults=() if faulty is None else tuple(faulty.plain()),
+        reset_cycles=() if faulty is None else tuple(faulty.reset_cycles),
     )
+
+
+def _played(
+    ready: Prepared, faulty: FaultyDay | None, state: LoopState, requests: Requests
+) -> tuple[LoopState, Columns]:
+    """One cycle, with what is broken; the state after it, and its trace."""
+    if faulty is None:
+        return cycle_run.played(ready, state, requests)
+    return faulty.play(ready, state, requests)
+
+
+def _waits_for_a_person(state: LoopState, faulty: FaultyDay | None) -> bool:
+    """Whether the machine has halted, or has no controller."""
+    if faulty is not None and faulty.is_over:
+        return True
+    return state.controller.core.procedure.phase != Phase.PARKED
 
 
 def _from_its_start(columns: Columns) -> Columns:
@@ -218,8 +214,13 @@ def _from_its_start(columns: Columns) -> Columns:
     return {name: values[first:] for name, values in columns.items()}
 
 
+def _from_zero(columns: Columns) -> Columns:
+    """A trace with a clock of its own."""
+    return {**columns, "time_s": columns["time_s"] - columns["time_s"][0]}
+
+
 def _cycle(
-    prepared: Prepared, state: LoopState, columns: Columns, number: int, changed: bool
+    attended: Attended, prepared: Prepared, state: LoopState, columns: Columns, number: int
 ) -> DayCycle:
     start_s = float(columns["time_s"][0])
     return DayCycle(
@@ -229,6 +230,8 @@ def _cycle(
         secretion_before_ml=float(np.sum(prepared.start.bedside.secretion_ml)),
         bore_ml=state.machine.bore.mucus_ml,
         catheter_age_s=state.controller.core.upkeep.catheter_age_s,
-        catheter_changed=changed,
+        catheter_changed=attended.catheter_changed,
+        assessed=attended.assessed,
+        preoxygenation=preoxygenation.plain(columns)["state"],
         gap=None,
     )

@@ -12,9 +12,15 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
+from opensuction.safety.head import head_vote
 from opensuction.simulation import closed_loop, wiring
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.simulation.injection.faulty_machine import (
+    break_machine,
+    is_of_machine,
+    next_change_s,
+)
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
@@ -23,8 +29,6 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
     FaultOnset,
     LinkEffect,
-    MachineEffect,
-    PatientEffect,
     ReadingEffect,
 )
 from opensuction.twin.fault.fault_table import ROWS
@@ -66,6 +70,8 @@ class FaultyRun:
         """When the controller stopped; -1 where it did not."""
         self._injections = injections
         self._seed = seed
+        self._held: set[int] = set()
+        """Places of the faults whose time has not come."""
         self._restart_tick: int | None = None
         self._next_course: dict[int, int] = {}
         """Next tick in which the course of a fault changes the machine, by its place."""
@@ -105,6 +111,34 @@ class FaultyRun:
     def is_halted(self) -> bool:
         """Whether a reset is what it waits for."""
         return self.is_resting and self.state.controller.core.procedure.phase == Phase.HALTED
+
+    @property
+    def loop(self) -> Loop:
+        """Both sides as they are now, with the machine's faults."""
+        return self._loop
+
+    def carry_on(self, controls: Loop, state: LoopState, requests: Requests) -> None:
+        """Begin the rows anew from a state in which the machine has rested for a while.
+
+        Its controller runs. What is broken stays broken, and what was due meanwhile comes at once;
+        a fault that waits goes on waiting, its instant counted from here. controls: whose
+        controller goes on; of its machine only the oxygen that the patient gets counts. requests:
+        pressed in the next tick.
+        """
+        passed = self.done + state.tick - self.state.tick
+        self.at_s = [at_s - passed * DT_S for at_s in self.at_s]
+        self.stopped_tick = -1
+        self._next_course = {i: max(at - passed, 0) for i, at in self._next_course.items()}
+        self._began, self._noted, self.done = {}, 0, 0
+        self.state, self.requests = state, requests
+        self._loop = controls._replace(machine=self._loop.machine)
+        oxygen_ratio = controls.machine.patient.ventilator.oxygen_ratio
+        self._sound = preset.ventilate(self._sound, oxygen_ratio)
+        self._break_machine()
+
+    def hold(self, place: int, waits: bool) -> None:
+        """Let a fault wait whatever its instant, or no longer. place: among the injections."""
+        (self._held.add if waits else self._held.discard)(place)
 
     def advance(self, most: int) -> None:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
@@ -182,12 +216,16 @@ class FaultyRun:
                 self._began[phase] = began
         self._noted = self.done
 
+    def _is_waiting(self, place: int) -> bool:
+        """Whether a fault has yet to come, and may."""
+        return bool(np.isnan(self.at_s[place])) and place not in self._held
+
     def _next_due(self) -> int | None:
         """Tick of the next change whose instant is known."""
         waiting = [
             self._due_tick(injection)
-            for injection, at_s in zip(self._injections, self.at_s, strict=True)
-            if np.isnan(at_s)
+            for i, injection in enumerate(self._injections)
+            if self._is_waiting(i)
         ]
         coming = (*waiting, self._restart_tick, *self._next_course.values())
         return min((tick for tick in coming if tick is not None), default=None)
@@ -195,11 +233,11 @@ class FaultyRun:
     def _change(self) -> None:
         """Make the changes that are due before the next tick."""
         for i, injection in enumerate(self._injections):
-            if np.isnan(self.at_s[i]) and self._due_tick(injection) == self.done:
+            if self._is_waiting(i) and self._due_tick(injection) == self.done:
                 self.at_s[i] = self.done * DT_S
                 self._inject(i, injection)
             elif self._next_course.get(i) == self.done:
-                self._follow_course(i, injection)
+                self._follow_course(i)
         if self._restart_tick == self.done:
             self._restart()
 
@@ -207,10 +245,8 @@ class FaultyRun:
         fault, strength = injection.fault, injection.strength
         row = ROWS[fault]
         onset = FaultOnset(strength, self.state.tick, DT_S)
-        if row.course is not None:
-            self._follow_course(place, injection)
-        elif isinstance(row.effect, MachineEffect | PatientEffect):
-            self._break_machine()
+        if is_of_machine(fault):
+            self._follow_course(place)
         elif isinstance(row.effect, ReadingEffect):
             readings = machine.read(self._loop.machine, self.state.machine)
             sensor = row.change_reading(onset, readings, self._seed)
@@ -232,27 +268,22 @@ class FaultyRun:
                 "planned"
             )
 
-    def _follow_course(self, place: int, injection: Injection) -> None:
+    def _follow_course(self, place: int) -> None:
         """Change the machine as the course of a fault wants it now, and note when it does next."""
-        course = ROWS[injection.fault].course
         self._break_machine()
-        since_s = self.done * DT_S - self.at_s[place]
         self._next_course.pop(place, None)
-        if course is not None and since_s < course.lasts_s:
-            step_s = course.step_s(injection.strength)
-            self._next_course[place] = self.done + max(round(step_s / DT_S), 1)
+        since_s = self.done * DT_S - self.at_s[place]
+        left_s = next_change_s(self._injections[place], since_s)
+        if np.isfinite(left_s):
+            self._next_course[place] = self.done + max(round(left_s / DT_S), 1)
 
     def _break_machine(self) -> None:
         """Give the machine all the faults that it has now, in the order in which they came."""
-        faulty = self._sound
-        came = [i for i, at_s in enumerate(self.at_s) if not np.isnan(at_s)]
-        for i in sorted(came, key=lambda i: self.at_s[i]):
-            fault, _, strength = self._injections[i]
-            row = ROWS[fault]
-            if isinstance(row.effect, MachineEffect | PatientEffect):
-                faulty = row.change_machine(faulty, strength, self.done * DT_S - self.at_s[i])
-        if not self._wiring.link.mains:
-            faulty = ROWS[Fault.PUMP_LOST].change_machine(faulty, 0.0)
+        now_s = self.done * DT_S
+        pairs = zip(self._injections, self.at_s, strict=True)
+        came = [(injection, now_s - at_s) for injection, at_s in pairs if not np.isnan(at_s)]
+        came.sort(key=lambda one: -one[1])
+        faulty = break_machine(self._sound, came, self._wiring.link.mains)
         self._loop = self._loop._replace(machine=faulty)
 
     def _plan_restart(self, fault: Fault, strength: float) -> None:
@@ -269,7 +300,7 @@ class FaultyRun:
         self._wiring = self._wiring._replace(link=faulty)
 
     def _restart(self) -> None:
-        """A new controller starts: it knows what its encoder reads and how old the catheter is.
+        """A new controller starts: it knows what the head's sensors read and what its record holds.
 
         Where the mains were gone, they are back.
         """
@@ -278,10 +309,10 @@ class FaultyRun:
             machine.read(self._loop.machine, self.state.machine),
             self.state.tick,
         )
-        head_mm = readings.head_mm if readings.head_valid else float("nan")
-        age_s = self.state.controller.core.upkeep.catheter_age_s + self._restart_gap_s
-        settings = self._loop.controller
-        self.state = self.state._replace(controller=controller.start(settings, head_mm, age_s))
+        head_mm = head_vote.first_mm(readings)
+        settings, kept = self._loop.controller, self.state.controller.core.upkeep
+        fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
+        self.state = self.state._replace(controller=fresh)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True, mains=True))

@@ -7,7 +7,7 @@ link between controller and machine is. Which state is safe depends on the hazar
 
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,8 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import RESET
 from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.transition import Event
-from opensuction.procedure.cycle.upkeep import Refusal
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
@@ -122,11 +122,8 @@ class Room(NamedTuple):
 def _check_one(injection: Injection) -> None:
     fault, at = injection.fault, injection.at
     ROWS[fault].check_strength(injection.strength)
-    if not 0.0 <= at.after_s < LIMIT_S:
-        raise InputError(
-            f"fault '{fault.title}' at {at.after_s:g} s: an instant is from 0 s to less than "
-            f"{LIMIT_S:g} s, the longest that a cycle takes"
-        )
+    if at.after_s < 0.0 or (at.phase is not None and at.after_s >= LIMIT_S):
+        _refuse_instant(injection)
     if ROWS[fault].is_setup and at != AT_START:
         raise InputError(
             f"fault '{fault.title}' is one of the set-up: it can only be there from the start, "
@@ -134,12 +131,27 @@ def _check_one(injection: Injection) -> None:
         )
 
 
-def check(injections: Sequence[Injection]) -> None:
-    """Refuse what cannot be injected; raises InputError."""
+def _refuse_instant(injection: Injection) -> NoReturn:
+    raise InputError(
+        f"fault '{injection.fault.title}' at {injection.at.after_s:g} s: an instant is from 0 s to "
+        f"less than {LIMIT_S:g} s, the longest that a cycle takes"
+    )
+
+
+def check_faults(injections: Sequence[Injection]) -> None:
+    """Refuse what cannot be injected, but for instants beyond a cycle; raises InputError."""
     if len(injections) > MOST_FAULTS:
         raise InputError(f"{len(injections)} faults at once: at most {MOST_FAULTS} are injected")
     for injection in injections:
         _check_one(injection)
+
+
+def check(injections: Sequence[Injection]) -> None:
+    """Refuse what cannot be injected into one cycle; raises InputError."""
+    check_faults(injections)
+    for injection in injections:
+        if not injection.at.after_s < LIMIT_S:
+            _refuse_instant(injection)
 
 
 SIGNS = ("time_s", "phase", "cause", "check_failed", "verdict.trips", *LINES)
@@ -167,16 +179,33 @@ def run(
     check(injections)
     room = make_room(after_s, resets) if room is None else room
     going = FaultyRun(loop, start, injections, room.table, seed)
+    follow(going, after_s, resets, watcher)
+    return take(going, injections, room.names)
+
+
+def follow(going: FaultyRun, after_s: float, resets: int, watcher: Watcher = UNWATCHED) -> int:
+    """Let a run come to rest, be reset where it has halted, and go on for ``after_s``.
+
+    Returns how often it was reset, of the ``resets`` times that it may.
+    """
     most = round(LIMIT_S / DT_S)
     _run_until_rest(going, most, watcher)
-    for _ in range(resets):
+    for done in range(resets):
         _run_for(going, RESET_S)
         if not going.is_halted:
+            resets = done
             break
         going.requests = RESET
         _run_until_rest(going, going.done + most, watcher)
     _run_for(going, after_s)
-    columns = trace.by_name(going.table[: going.done], room.names)
+    return resets
+
+
+def take(
+    going: FaultyRun, injections: Sequence[Injection], names: Sequence[str] = COLUMNS
+) -> InjectedRun:
+    """What came of a run so far; names: columns that are wanted, `SIGNS` among them."""
+    columns = trace.by_name(going.table[: going.done], names)
     ran = InjectedRun(going.state, columns, (), going.sent(columns), going.stopped_tick)
     found = tuple(
         Injected(injection, at_s, find_first_sign(ran, at_s))
@@ -269,16 +298,17 @@ def find_notice(columns: Columns, from_s: float) -> Notice | None:
 def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
     """As `find_notice`, or what was noticed without the controller, or its refusal to start.
 
-    at_s: nan for what never came.
+    at_s: nan for what never came; negative for what had come before the run's first row.
     """
     if np.isnan(at_s):
         return None
+    at_s = max(at_s, 0.0)
     seen = find_notice(run.columns, at_s)
     if seen is not None and round(seen.time_s / DT_S) == run.stopped_tick:
         seen = None  # a controller that stops notices nothing
     signs = [seen, *_find_lines(run.columns, round(at_s / DT_S))]
     refusal = run.state.controller.core.upkeep.refusal
-    if refusal != Refusal.NONE:
+    if refusal != Refusal.NONE and at_s == 0.0:  # the start is asked for in the first tick
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))
     found = [sign for sign in signs if sign is not None]
     return min(found, key=lambda sign: sign.time_s, default=None)

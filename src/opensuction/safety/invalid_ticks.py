@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import count
 from opensuction.kernel.readings import Readings, is_number
-from opensuction.safety.watch.duration import count
 
 INVALID_TICKS = 5
 """Consecutive ticks without a valid reading that are a fault; fewer are ridden out."""

@@ -18,20 +18,24 @@ class AdvanceBound(NamedTuple):
 @compiled
 def step(
     braking_mm_per_s2: float,
+    found_mm_per_s: float,
     state: AdvanceBound,
     last: Setpoints,
     head_mm: float,
+    jumped_mm: float,
     unseen: bool,
     dt_s: float,
 ) -> AdvanceBound:
     """Bring it up to this tick.
 
-    last: what was let through in the last tick. unseen: the head may have moved without a reading;
-    where it is read again is then taken for granted.
+    found_mm_per_s: speed inwards that the head is found with. last: what was let through in the
+    last tick. jumped_mm: how far the head is from where it was
+    thought to be, other than it can have travelled. unseen: it may have moved without a reading.
+    Where it is found then is taken for granted.
     """
     braked_mm_per_s = state.coast_mm_per_s - braking_mm_per_s2 * dt_s
-    coast_mm_per_s = max(braked_mm_per_s, last.head_mm_per_s, 0.0)
-    allowed_mm = max(state.head_mm + coast_mm_per_s * dt_s, last.head_mm)
+    coast_mm_per_s = max(braked_mm_per_s, last.head_mm_per_s, found_mm_per_s)
+    allowed_mm = max(state.head_mm + max(jumped_mm, 0.0) + coast_mm_per_s * dt_s, last.head_mm)
     if unseen:
         return AdvanceBound(head_mm, coast_mm_per_s)
     return AdvanceBound(min(allowed_mm, head_mm), coast_mm_per_s)

@@ -1,0 +1,288 @@
+"""Where the catheter head is: its two sensors and the motor's own model vote, none decides alone.
+
+The encoder sits on the motor, the second sensor on the head itself, behind gear and rack. The
+third voice is the motor: volts less what the current takes in the winding are its back-EMF, which
+is its speed. A reading that no head can have come to is ridden out on what agrees; the odd one is
+voted out for good, until a person resets, and named. What both sensors say against all expectation
+is believed after some ticks: readings that begin to come late do that.
+"""
+
+from typing import NamedTuple
+
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import count
+from opensuction.kernel.readings import Readings, is_number
+from opensuction.kernel.record import make_zero
+from opensuction.safety.head import motor_speed
+from opensuction.safety.invalid_ticks import INVALID_TICKS, NEVER_TICKS
+from opensuction.safety.limits import DriveLimits
+
+JUMP_MM = 0.15
+"""Further than that no head is from where it was expected a tick ago: 1.25 times the fastest 62
+mm/s, stopped or begun at once, are 0.08 mm; encoder steps and wear on top [computed]."""
+CARRIAGE_MM = 0.35
+"""How far the second sensor is from the encoder in a sound machine: play to either side up to 0.25
+mm, half of its step 0.1 mm [computed]."""
+BAD_TICKS = 4
+"""What an odd tick counts against one that agrees: a fifth of them, and no more than that, is
+ridden out for ever [design]."""
+OUT_TICKS = 40
+"""Ten odd ticks in a row vote a sensor out: longer than a contact bounces, and at 62 mm/s the head
+moves 0.6 mm meanwhile [design]."""
+SURPRISED_TICKS = 3
+"""For how many ticks both sensors, or the only one left, must tell the unexpected; assumed."""
+FORGET_S = 0.3
+"""Time over which a sensor's motion is held against the motor's: at 10 mm/s it has gone 3 mm, three
+times what both may be apart [computed]."""
+LEAD_MM = 0.3
+"""Difference between motor and sensor that decides: three steps of the second sensor; a motor 3 %
+faster than it should be is 0.1 mm off at 10 mm/s [computed]."""
+DECIDED_RATIO = 2.0
+"""And how much nearer to the motor the other sensor must be [design]."""
+
+
+class HeadVote(NamedTuple):
+    """What the three say, and how far each has been out of step with the others."""
+
+    head_mm: float
+    """Where the head is taken to be."""
+    least_mm: float
+    most_mm: float
+    """How far in it is at least and at most by either sensor that is heard: the same number where
+    both are sound."""
+    jumped_mm: float
+    """How far that moved in this tick other than the head can have: taken over, not travelled."""
+    driven_v: float
+    """Volts that the motor had in the last tick."""
+    motor_mm_per_s: float
+    """Speed of the motor by volts and current."""
+    encoder_lead_mm: float
+    """How far the encoder has run ahead of the motor over the last `FORGET_S`."""
+    carriage_lead_mm: float
+    """The same of the sensor on the head."""
+    encoder_mm: float
+    """Last numbers of both."""
+    carriage_mm: float
+    encoder_odd: int
+    """Odd ticks of the encoder, as `BAD_TICKS` counts them."""
+    surprised_ticks: int
+    """For how long all that is heard has told what was not expected."""
+    encoder_out: bool
+    """Voted out: not used until a person resets."""
+    carriage_out: bool
+    switched: bool
+    """In this tick it was taken from the other sensor, this one being voted out."""
+    unseen_ticks: int
+    """For how long neither sensor has told where the head is."""
+
+
+def start(head_mm: float, *, read: bool) -> HeadVote:
+    """At power-up, the head read or assumed at ``head_mm``."""
+    return make_zero(
+        HeadVote,
+        head_mm=head_mm,
+        least_mm=head_mm,
+        most_mm=head_mm,
+        encoder_mm=head_mm,
+        carriage_mm=head_mm,
+        unseen_ticks=0 if read else NEVER_TICKS,
+    )
+
+
+def first_mm(readings: Readings) -> float:
+    """Where the head is by the first readings after power-up; not a number where none tells.
+
+    Of two that differ the deeper one: what may be inside is drawn out.
+    """
+    told = [
+        value
+        for value, valid in (
+            (readings.head_mm, readings.head_valid),
+            (readings.carriage_mm, readings.carriage_valid),
+        )
+        if valid and is_number(value)
+    ]
+    if len(told) == 2 and abs(told[0] - told[1]) <= CARRIAGE_MM:
+        return told[0]  # the encoder is the finer one
+    return max(told, default=float("nan"))
+
+
+@compiled
+def bear_out(head_mm: float, carriage_mm: float) -> float:
+    """A position as far as the second sensor bears it out."""
+    return min(max(head_mm, carriage_mm - CARRIAGE_MM), carriage_mm + CARRIAGE_MM)
+
+
+@compiled
+def is_fine(state: HeadVote) -> bool:
+    """Whether the head is where the encoder has it, to its step: forces can be told from that."""
+    return state.head_mm == state.encoder_mm and state.unseen_ticks == 0
+
+
+@compiled
+def _count_odd(odd: int, agrees: bool) -> int:
+    return max(odd - 1, 0) if agrees else min(odd + BAD_TICKS, OUT_TICKS)
+
+
+@compiled
+def _follow(lead_mm: float, moved_mm: float, motor_mm: float, dt_s: float) -> float:
+    """A sensor's lead over the motor a tick on."""
+    return lead_mm + moved_mm - motor_mm - lead_mm * dt_s / FORGET_S
+
+
+@compiled
+def _is_clearly_odd(lead_mm: float, other_mm: float) -> bool:
+    """Whether a sensor is further from the motor than the other one, by far."""
+    return abs(lead_mm) > LEAD_MM and abs(lead_mm) > DECIDED_RATIO * abs(other_mm)
+
+
+@compiled
+def _hold_against_motor(
+    limits: DriveLimits,
+    state: HeadVote,
+    readings: Readings,
+    driven: bool,
+    driven_v: float,
+    dt_s: float,
+) -> HeadVote:
+    """Both sensors' motion held against the motor's. Without torque nothing is known of that."""
+    encoder_mm, carriage_mm = state.encoder_mm, state.carriage_mm
+    if readings.head_valid and is_number(readings.head_mm):
+        encoder_mm = readings.head_mm
+    if readings.carriage_valid and is_number(readings.carriage_mm):
+        carriage_mm = readings.carriage_mm
+    speed, encoder_lead_mm, carriage_lead_mm = 0.0, 0.0, 0.0
+    if driven:
+        current = readings.insertion_current_a if is_number(readings.insertion_current_a) else 0.0
+        speed = motor_speed.turn(limits, state.motor_mm_per_s, driven_v, current, dt_s)
+        encoder_lead_mm = _follow(
+            state.encoder_lead_mm, encoder_mm - state.encoder_mm, speed * dt_s, dt_s
+        )
+        carriage_lead_mm = _follow(
+            state.carriage_lead_mm, carriage_mm - state.carriage_mm, speed * dt_s, dt_s
+        )
+    return state._replace(
+        driven_v=driven_v,
+        motor_mm_per_s=speed,
+        encoder_lead_mm=encoder_lead_mm,
+        carriage_lead_mm=carriage_lead_mm,
+        encoder_mm=encoder_mm,
+        carriage_mm=carriage_mm,
+    )
+
+
+@compiled
+def _vote_out(state: HeadVote, readings: Readings, apart: bool) -> HeadVote:
+    """Who of the two is out: odd for too long, or further from the motor than the other by far.
+
+    apart: both have not been at the same place for too long.
+    """
+    both = not (state.encoder_out or state.carriage_out)
+    if not both or not (apart or state.encoder_odd >= OUT_TICKS):
+        return state
+    encoder_mm, carriage_mm = state.encoder_lead_mm, state.carriage_lead_mm
+    odd = state.encoder_odd >= OUT_TICKS or _is_clearly_odd(encoder_mm, carriage_mm)
+    out = odd and readings.carriage_valid
+    return state._replace(
+        encoder_out=out,
+        carriage_out=not odd and _is_clearly_odd(carriage_mm, encoder_mm),
+        switched=out,
+    )
+
+
+@compiled
+def _find(state: HeadVote, encoder: bool, carriage: bool) -> HeadVote:
+    """Where the head is after it was not seen for long: of two that differ the deeper one.
+
+    What it moved meanwhile it has travelled; from one sensor to the other it has not.
+    """
+    head_mm = state.encoder_mm if encoder else state.carriage_mm
+    if encoder and carriage and abs(state.encoder_mm - state.carriage_mm) > CARRIAGE_MM:
+        head_mm = max(state.encoder_mm, state.carriage_mm)
+    jumped_mm = head_mm - state.head_mm if state.switched else 0.0
+    return state._replace(
+        head_mm=head_mm, least_mm=head_mm, most_mm=head_mm, jumped_mm=jumped_mm, unseen_ticks=0
+    )
+
+
+@compiled
+def _locate(
+    state: HeadVote, encoder: bool, carriage: bool, expected_mm: float, reach_mm: float
+) -> HeadVote:
+    """Where the head is in this tick, of the sensors that are heard, one at least.
+
+    expected_mm: where it should be by its last speed. reach_mm: further from it it cannot be.
+    """
+    encoder_mm, carriage_mm = state.encoder_mm, state.carriage_mm
+    likely = encoder and abs(encoder_mm - expected_mm) <= reach_mm
+    near = carriage and abs(carriage_mm - expected_mm) <= reach_mm + CARRIAGE_MM
+    unopposed = encoder != carriage or abs(encoder_mm - carriage_mm) <= CARRIAGE_MM
+    surprised = unopposed and not likely and (encoder or not near)
+    surprised_ticks = count(state.surprised_ticks, surprised)
+    convinced = surprised_ticks >= SURPRISED_TICKS
+    odd = _count_odd(state.encoder_odd, likely or not encoder)
+    travelled = likely and odd + state.encoder_odd == 0
+    head_mm = expected_mm
+    if encoder and (convinced or (likely and odd == 0)):
+        head_mm = encoder_mm
+    elif convinced or (near and not surprised):
+        head_mm = bear_out(expected_mm, carriage_mm)
+    return state._replace(
+        head_mm=head_mm,
+        jumped_mm=0.0 if travelled else head_mm - expected_mm,
+        encoder_odd=odd,
+        surprised_ticks=0 if convinced else surprised_ticks,
+        unseen_ticks=0,
+    )
+
+
+@compiled
+def step(
+    limits: DriveLimits,
+    before: HeadVote,
+    readings: Readings,
+    driven: bool,
+    driven_v: float,
+    speed_mm_per_s: float,
+    apart: bool,
+    dt_s: float,
+) -> HeadVote:
+    """Bring it up to this tick.
+
+    driven: the drive had torque in the last tick, and ``driven_v`` on its motor. speed_mm_per_s:
+    averaged, of the head. apart: both sensors have not been at the same place for too long.
+    """
+    state = _hold_against_motor(limits, before, readings, driven, driven_v, dt_s)
+    state = _vote_out(state._replace(switched=False), readings, apart)
+    encoder = readings.head_valid and is_number(readings.head_mm) and not state.encoder_out
+    carriage = (
+        readings.carriage_valid and is_number(readings.carriage_mm) and not state.carriage_out
+    )
+    if not encoder and not carriage:
+        return state._replace(jumped_mm=0.0, unseen_ticks=count(state.unseen_ticks, True))
+    if state.switched or state.unseen_ticks >= INVALID_TICKS:
+        return _find(state, encoder, carriage)
+    ticks = 1 + state.unseen_ticks
+    sound = encoder and state.encoder_odd == 0
+    expected_mm_per_s = speed_mm_per_s if sound else state.motor_mm_per_s
+    expected_mm = state.head_mm + expected_mm_per_s * dt_s * ticks
+    state = _locate(state, encoder, carriage, expected_mm, JUMP_MM * ticks)
+    head_mm = state.head_mm
+    return state._replace(
+        least_mm=min(head_mm, state.carriage_mm + CARRIAGE_MM) if carriage else head_mm,
+        most_mm=max(head_mm, state.carriage_mm - CARRIAGE_MM) if carriage else head_mm,
+    )
+
+
+@compiled
+def reset(state: HeadVote) -> HeadVote:
+    """After a person's reset both sensors are heard again; where they differ the deeper one."""
+    return state._replace(
+        encoder_lead_mm=0.0,
+        carriage_lead_mm=0.0,
+        encoder_odd=0,
+        surprised_ticks=0,
+        encoder_out=False,
+        carriage_out=False,
+        unseen_ticks=max(state.unseen_ticks, INVALID_TICKS),
+    )

@@ -1,0 +1,101 @@
+"""What the head's motion tells: its speed, the forces on it, whether it does what it is told."""
+
+from opensuction.kernel.commands import Setpoints
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.duration import count
+from opensuction.kernel.readings import Readings
+from opensuction.safety import tip_bound
+from opensuction.safety.head import advance_bound, drive_force, head_vote
+from opensuction.safety.head.head_vote import HeadVote
+from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
+from opensuction.safety.limits import Limits
+from opensuction.safety.watch.watch_state import Watch
+
+SPEED_WINDOW_S = 0.01
+"""Time constant over which the measured head speed is averaged."""
+APART_MM = 1.0
+"""Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
+mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed."""
+APART_SUCKING_MM = 0.35
+"""The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1
+mm, half of the sensor's step, and 0.06 mm for messages 1 ms apart at 62 mm/s. With a frozen encoder
+the head has gone in by 0.45 mm at most then (0.5 are allowed), with a reversed one by half."""
+OVERSPEED_RATIO = 1.25
+"""Measured head speed over its limit that no sound machine reaches: the limit is the no-load speed
+of the fastest one, and the encoder's step adds 0.5 mm/s to the average [computed]."""
+RUNAWAY_MM = 1.0
+"""Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
+RUNAWAY_SUCKING_MM = 0.3
+"""And while the valve is not closed: only the servo's ripple, for no cycle turns inwards then; the
+tip may advance by 0.5 mm."""
+
+
+@compiled
+def is_disagreeing(
+    readings: Readings, vote: HeadVote, invalid: InvalidTicks, sucking: bool
+) -> bool:
+    """Whether motor and catheter head are further apart than the gear's play lets them be.
+
+    An encoder that has been voted out tells nothing of the motor any more.
+    """
+    off_mm = abs(readings.head_mm - readings.carriage_mm)
+    apart_mm = APART_SUCKING_MM if sucking else APART_MM
+    both = invalid.head == 0 and invalid.carriage == 0 and not vote.encoder_out
+    return both and off_mm > apart_mm
+
+
+@compiled
+def move(
+    limits: Limits,
+    before: Watch,
+    seen: Watch,
+    last: Setpoints,
+    current_a: float,
+    sucking: bool,
+    dt_s: float,
+) -> Watch:
+    """Speed, force and advance of the head, and where the tip can be behind it.
+
+    Of the forces nothing is known without torque, nor right after the head was not seen.
+    """
+    head_mm, ticks = seen.head_mm, before.vote.unseen_ticks
+    unseen = ticks >= INVALID_TICKS
+    share = dt_s / (SPEED_WINDOW_S + dt_s)
+    moved_mm = head_mm - before.head_mm - seen.vote.jumped_mm
+    gained = share * (moved_mm / (dt_s * (1 + ticks)) - before.speed_mm_per_s)  # mean of a dropout
+    drive = drive_force.rest(before.drive)
+    if last.insertion_on and head_vote.is_fine(before.vote) and head_vote.is_fine(seen.vote):
+        drive = drive_force.step(
+            limits.drive,
+            before.drive,
+            current_a,
+            seen.vote.driven_v,
+            before.speed_mm_per_s,
+            gained,
+            share,
+            dt_s,
+        )
+    advance = advance_bound.step(
+        limits.braking_mm_per_s2,
+        # A servo on a wrong reading may have brought the head to any speed that it has.
+        limits.head_speed_mm_per_s if seen.vote.switched else 0.0,
+        before.advance,
+        last,
+        seen.vote.most_mm,
+        seen.vote.jumped_mm,
+        unseen or seen.vote.switched,
+        dt_s,
+    )
+    speed = before.speed_mm_per_s + gained
+    fastest = OVERSPEED_RATIO * limits.head_speed_mm_per_s
+    too_fast = seen.vote.encoder_odd == 0 and abs(speed) > fastest  # what jumps has no speed
+    runaway_mm = RUNAWAY_SUCKING_MM if sucking else RUNAWAY_MM
+    too_far = seen.vote.least_mm - advance.head_mm > runaway_mm
+    return seen._replace(
+        speed_mm_per_s=speed,
+        tip=tip_bound.follow(limits.tip, before.tip, head_mm),
+        advance=advance,
+        runaway_ticks=count(before.runaway_ticks, too_far),
+        overspeed_ticks=count(before.overspeed_ticks, too_fast),
+        drive=drive,
+    )

@@ -1,0 +1,69 @@
+"""What the governor knows of the machine, as records."""
+
+from typing import NamedTuple
+
+from opensuction.kernel.record import make_zero
+from opensuction.safety.head.advance_bound import AdvanceBound
+from opensuction.safety.head.drive_force import DriveForce
+from opensuction.safety.head.head_vote import HeadVote
+from opensuction.safety.invalid_ticks import InvalidTicks
+from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.vacuum_signature import LineWatch
+from opensuction.safety.watch.valve_axis import ValveAxis
+
+
+class Durations(NamedTuple):
+    """For how long something has held without a break."""
+
+    sucking_s: float
+    """Valve not known to be closed."""
+    inside_s: float
+    """Tip possibly in the airway."""
+    contact_s: float
+    off_command_s: float
+    """Head too far from its command."""
+    stalled_s: float
+    """Head reading frozen although the servo must be moving it."""
+    overpressure_s: float
+    jammed_s: float
+    """Head held by more than friction."""
+    overforce_s: float
+    """Drive stronger than its current limit."""
+    disagreeing_s: float
+    """Motor and catheter head not at the same place."""
+
+
+class Watch(NamedTuple):
+    """Everything measured, up to this tick."""
+
+    head_mm: float
+    """Where its sensors and the motor have it, or had it last."""
+    vote: HeadVote
+    speed_mm_per_s: float
+    """Measured head speed, averaged."""
+    tip: TipInterval
+    suction_start_mm: float
+    """Least head reading since the valve left its seat."""
+    advance: AdvanceBound
+    runaway_ticks: int
+    """For how long the head has been further in than its command explains."""
+    overspeed_ticks: int
+    """For how long it has been faster than any sound one."""
+    cam_rad: float
+    parked_closed: bool
+    """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
+    open_contact_ticks: int
+    late_ticks: int
+    """In a row."""
+    late_share: float
+    """Of the ticks of the last `LATE_S`."""
+    invalid: InvalidTicks
+    durations: Durations
+    drive: DriveForce
+    window: ContactWindow
+    valve: ValveAxis
+    line: LineWatch
+
+
+NO_DURATIONS = make_zero(Durations)

@@ -1,0 +1,113 @@
+"""The patient before, during and after a cycle: each vital sign with its range, as plain data.
+
+By the twin's truth, not by what the monitor showed. A range is for a reader: outside it a report
+says so. Which bound must never be broken is the oracle's to say.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel.phase import Phase
+from opensuction.safety.patient_limit import PatientLimits
+from opensuction.session.plain import Json
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.trace import Columns
+
+USUAL_SPO2_PERCENT = 88.0
+"""Least saturation aimed at in acute lung injury [K]; the alarm's limit lies lower."""
+USUAL_HEART_RATE_RATIO = 0.8
+"""A heart that slows by more than a fifth is worth a look [assumed]."""
+USUAL_LOSS_ML_PER_KG = 7.6
+"""Lung volume that closed suction takes: 531 mL [Maggiore-2003], of 70 kg [assumed]."""
+WINDOW_S = 5.0
+"""Longer than a breath of any patient: how long a sign must be back to count as recovered."""
+SETTLED_S = 1.0
+"""A run that never inserts is compared with its first second."""
+
+
+class VitalSign(NamedTuple):
+    """One quantity of the patient."""
+
+    key: str
+    """In the JSON; ends with the unit."""
+    column: str
+    tolerance: float
+    """So far from where it was before counts as back [design]: about what a monitor resolves."""
+
+
+SIGNS = (
+    VitalSign("spo2_percent", "truth.spo2_percent", 1.0),
+    VitalSign("heart_rate_per_min", "truth.heart_rate_per_min", 5.0),
+    VitalSign("airway_pressure_cmh2o", "truth.airway_pressure_cmh2o", 1.0),
+)
+LOSS = "truth.lung_volume_loss_ml"
+LOSS_TOLERANCE_ML_PER_KG = 1.0
+"""Lung volume that counts as back."""
+
+
+def _before(columns: Columns) -> slice:
+    """Ticks before the catheter goes in."""
+    going_in = np.flatnonzero(columns["phase"] == Phase.INSERTING)
+    first = int(going_in[0]) if going_in.size else round(SETTLED_S / DT_S)
+    return slice(0, max(first, 1))
+
+
+def course(columns: Columns, values: npt.NDArray[np.float64], tolerance: float) -> Json:
+    """How a quantity went: before, its extremes from then on, at the end, and when it was back.
+
+    values: one a tick. tolerance: distance from what it was before that counts as back. ``before``
+    and ``at_end`` are the least of several seconds, for some quantities breathe. ``is_back``:
+    within the tolerance over the last `WINDOW_S`. ``recovered_s``: since when, on the run's clock;
+    None where it never left, or is not back.
+    """
+    early = values[_before(columns)]
+    low, high = float(early.min()), float(early.max())
+    away = (values < low - tolerance) | (values > high + tolerance)
+    last = np.flatnonzero(away)
+    recent = values[-round(WINDOW_S / DT_S) :]
+    is_back = not bool(away[-recent.size :].any())
+    start_s = float(columns["time_s"][0])
+    recovered_s = float(columns["time_s"][last[-1]]) + DT_S - start_s if last.size else None
+    return {
+        "before": low,
+        "lowest": float(values.min()),
+        "highest": float(values.max()),
+        "at_end": float(recent.min()),
+        "is_back": is_back,
+        "recovered_s": recovered_s if is_back else None,
+    }
+
+
+def plain(columns: Columns, limits: PatientLimits, weight_kg: float) -> Json:
+    """The key ``vitals``: each sign with its course, its usual range and the alarm's limit.
+
+    limits: of this patient's monitor. ``usual_least`` and ``usual_most`` bound what needs no look;
+    ``limit_least`` and ``limit_most`` are where the monitor alarms. None: there is none.
+    """
+    found = {
+        sign.key: course(columns, columns[sign.column], sign.tolerance) | _range() for sign in SIGNS
+    }
+    found["spo2_percent"] |= {
+        "usual_least": USUAL_SPO2_PERCENT,
+        "limit_least": limits.spo2_percent,
+    }
+    rate = found["heart_rate_per_min"]
+    rate |= {
+        "usual_least": USUAL_HEART_RATE_RATIO * rate["before"],
+        "limit_least": limits.heart_rate_per_min,
+    }
+    found["airway_pressure_cmh2o"] |= {
+        "usual_least": limits.airway_least_cmh2o,
+        "usual_most": limits.airway_most_cmh2o,
+    }
+    tolerance_ml = LOSS_TOLERANCE_ML_PER_KG * weight_kg
+    found["lung_volume_loss_ml"] = course(columns, columns[LOSS], tolerance_ml) | _range()
+    found["lung_volume_loss_ml"] |= {"usual_most": USUAL_LOSS_ML_PER_KG * weight_kg}
+    return found
+
+
+def _range() -> Json:
+    bounds = ("usual_least", "usual_most", "limit_least", "limit_most")
+    return dict.fromkeys(bounds)

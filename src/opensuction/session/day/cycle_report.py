@@ -1,0 +1,50 @@
+"""The report of each cycle of a day, made when it is over: its trace is too large to be kept."""
+
+from typing import NamedTuple
+
+from opensuction.report import headline
+from opensuction.report.cycle import page
+from opensuction.report.figure import FigureVerdict
+from opensuction.session.cycle import cycle_summary, machine_summary
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.plain import Json
+from opensuction.simulation.trace import Columns
+
+MOST_PAGES = 48
+"""Of a longer day only the cycles that need a look have a page beyond these: 150 kB each."""
+NOT_TIMED_S = float("nan")
+"""One of many cycles is not timed by itself."""
+
+
+class CycleReport(NamedTuple):
+    """What is kept of one cycle."""
+
+    file: str
+    """Name of its page; empty where it has none."""
+    html: str
+    first: headline.Headline
+    """What a person must know of it."""
+
+
+def make(number: int, prepared: Prepared, columns: Columns) -> CycleReport:
+    """The report of one cycle. number: its place in the day, from 1. columns: from its start."""
+    data = cycle_summary.summary(prepared, columns, NOT_TIMED_S, NOT_TIMED_S)
+    first = headline.headline(data)
+    if number > MOST_PAGES and first.verdict is FigureVerdict.GOOD:
+        return CycleReport("", "", first)
+    html = page.render(data, columns, machine_summary.sections(prepared), is_one_of_many=True)
+    return CycleReport(f"cycle-{number:03d}.html", html, first)
+
+
+def plain(report: CycleReport) -> Json:
+    """Keys that a cycle's row in the JSON has from its report."""
+    return {
+        "headline": report.first.text,
+        "verdict": report.first.verdict.value,
+        "report": report.file or None,
+    }
+
+
+def list_pages(reports: list[CycleReport]) -> dict[str, str]:
+    """Pages by the names of their files."""
+    return {report.file: report.html for report in reports if report.file}

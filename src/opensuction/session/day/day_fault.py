@@ -1,0 +1,144 @@
+"""Faults in a day of cycles: in which cycle each comes, and how the day goes on with it.
+
+An instant in seconds counts from the start of the day, one in a phase from the first cycle that has
+it. What is broken stays broken. A machine that has halted is reset by a person; if it does not park
+then, or has no controller, the day is over.
+"""
+
+import math
+from typing import NamedTuple
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.requests import Requests
+from opensuction.session.choice import DayChoice
+from opensuction.session.cycle import fault_run
+from opensuction.session.cycle.cycle_run import AFTERMATH_S, Prepared
+from opensuction.session.plain import Json
+from opensuction.simulation.closed_loop import LoopState
+from opensuction.simulation.injection import injection
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
+from opensuction.simulation.injection.faulty_run import FaultyRun
+from opensuction.simulation.injection.injection import InjectedRun, Room
+from opensuction.simulation.trace import Columns
+from opensuction.twin import preset
+from opensuction.twin.fault.fault_table import ROWS
+
+RESETS = fault_run.RESETS
+"""[assumed] A person lets a halted machine bring the catheter out, and resets it once more."""
+
+
+class DayFault(NamedTuple):
+    """A fault of a day."""
+
+    injection: Injection
+    """As a person wrote it."""
+    cycle: int
+    """The first in which it can come."""
+    at: FaultInstant
+    """Its instant in that cycle."""
+
+
+def place(asked: DayChoice, one: Injection) -> DayFault:
+    """The cycle of a day in which a fault comes, and its instant there.
+
+    Between two cycles nothing is played: what comes then is there when the next one begins. Raises
+    InputError for an instant after the last cycle.
+    """
+    if one.at.phase is not None or ROWS[one.fault].is_setup:
+        return DayFault(one, 1, one.at)
+    before = int(one.at.after_s // asked.every_s)
+    at = FaultInstant(None, one.at.after_s - before * asked.every_s)
+    if at.after_s >= injection.LIMIT_S:
+        before, at = before + 1, AT_START
+    if before >= asked.repeat:
+        raise InputError(
+            f"fault '{one.fault.title}' at {one.at.title}: the last of {asked.repeat} cycles is "
+            f"over by then; they come every {asked.every_s:g} s"
+        )
+    return DayFault(one, before + 1, at)
+
+
+def place_all(asked: DayChoice, faults: tuple[Injection, ...]) -> tuple[DayFault, ...]:
+    """`place` for each of a day's faults, those of the planning left out."""
+    return tuple(place(asked, one) for one in faults if not ROWS[one.fault].is_planned)
+
+
+class FaultyDay:
+    """The cycles of a day with faults, played one after the other on one machine."""
+
+    def __init__(self, prepared: Prepared, asked: DayChoice) -> None:
+        self._faults = place_all(asked, prepared.resolved.faults)
+        self._room: Room = injection.make_room(AFTERMATH_S, RESETS)
+        self._going: FaultyRun | None = None
+        self._number = 0
+        self._seed = prepared.rig.seed
+        self._came: dict[int, Json] = {}
+        """By the fault's place: what is said of it."""
+        self.reset_cycles: list[int] = []
+        """Numbers of the cycles after which a person reset the machine."""
+
+    def play(
+        self, prepared: Prepared, state: LoopState, requests: Requests
+    ) -> tuple[LoopState, Columns]:
+        """One cycle and what follows it; the state afterwards, and the trace."""
+        self._number += 1
+        if self._going is None:
+            self._going = FaultyRun(
+                prepared.loop, state, self._injections, self._room.table, self._seed
+            )
+            self._going.requests = requests
+        else:
+            self._going.carry_on(prepared.loop, state, requests)
+        for i, one in enumerate(self._faults):
+            self._going.hold(i, one.cycle > self._number)
+        if injection.follow(self._going, AFTERMATH_S, RESETS):
+            self.reset_cycles.append(self._number)
+        ran = injection.take(self._going, self._injections)
+        self._note(ran)
+        return ran.state, ran.columns
+
+    def afflict(self, prepared: Prepared) -> Prepared:
+        """A machine with the faults that have come, for the time between two cycles."""
+        if self._going is None:
+            return prepared
+        oxygen_ratio = prepared.loop.machine.patient.ventilator.oxygen_ratio
+        broken = preset.ventilate(self._going.loop.machine, oxygen_ratio)
+        return prepared._replace(loop=prepared.loop._replace(machine=broken))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no further cycle can begin: no controller runs."""
+        return self._going is not None and not self._going.is_resting
+
+    def plain(self) -> list[Json]:
+        """Each fault, when it came and what noticed it first; as for a cycle, and in which one.
+
+        Raises InputError for a fault alone whose instant never came.
+        """
+        if len(self._faults) == 1 and not self._came:
+            one = self._faults[0].injection
+            raise InputError(
+                f"fault '{one.fault.title}' at {one.at.title} never comes: no cycle of the day "
+                "gets there"
+            )
+        return [self._came[i] for i in sorted(self._came)]
+
+    @property
+    def _injections(self) -> list[Injection]:
+        return [one.injection._replace(at=one.at) for one in self._faults]
+
+    def _note(self, ran: InjectedRun) -> None:
+        """Keep what came in this cycle, or was noticed in it of what had come before."""
+        time_s = ran.columns["time_s"]
+        ran = ran._replace(columns={**ran.columns, "time_s": time_s - time_s[0]})
+        for i, found in enumerate(ran.faults):
+            known = self._came.get(i)
+            if math.isnan(found.at_s) or (known is not None and known["noticed"] is not None):
+                continue
+            notice = injection.find_first_sign(ran, found.at_s)
+            (said,) = fault_run.plain(ran._replace(faults=(found._replace(notice=notice),)))
+            if said["noticed"] is not None:
+                said["noticed"]["cycle"] = self._number
+            title = self._faults[i].injection.at.title
+            came = {**said, "instant": title, "cycle": self._number} if known is None else known
+            self._came[i] = {**came, "noticed": said["noticed"]}
