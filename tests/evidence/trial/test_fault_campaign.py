@@ -85,6 +85,19 @@ def test_a_cycle_is_drawn_from_its_number_alone() -> None:
     assert parts.min() > 0.8 * parts.mean()
 
 
+def test_a_number_draws_the_same_cycle_as_ever() -> None:
+    """Published campaigns name cycles by number. A fault that is added renews every draw."""
+    drawn = fault_campaign.draw(29, 8)
+    assert drawn.machine == 0
+    assert [one.fault for one in drawn.faults] == [
+        Fault.VENTILATOR_PRESSURE,
+        Fault.CONTACT_INTERMITTENT,
+    ]
+    # The second's strength by its logarithm.
+    assert drawn.faults[0][1:] == pytest.approx((1.7585051734931767, 0.8953893937868997), rel=1e-12)
+    assert drawn.faults[1][1:] == pytest.approx((0.4717455383217317, 0.4817222460405901), rel=1e-12)
+
+
 def test_a_fault_comes_in_the_time_inside_or_a_second_before() -> None:
     """By the truth of a cycle without it, on every patient and by both approaches."""
     for prepared in fault_campaign.pool(8, 900, "preview"):

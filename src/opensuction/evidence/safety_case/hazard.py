@@ -49,7 +49,6 @@ no patient of the table has longer (adult: 30 s, [calc-apnoea])."""
 
 UNHEARD = frozenset(
     {
-        Condition.PASS_LIMIT_REACHED,
         Condition.PATIENT_SETTINGS_UNCONFIRMED,
         Condition.TIP_DETACHED,
         Condition.CALIBRATION_OUT_OF_RANGE,
