@@ -6,7 +6,7 @@ from typing import Any
 
 from opensuction.evidence.healthy_cycle import Shows
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.hazard import (
+from opensuction.evidence.safety_case.hazard_claim import (
     ALL,
     SAFE_STATES,
     Hazard,

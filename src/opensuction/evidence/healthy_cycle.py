@@ -86,17 +86,22 @@ def play(prepared: Prepared) -> HealthyCycle:
     )
 
 
-def find_instant(cycle: HealthyCycle, span: str, share: float) -> FaultInstant:
-    """The instant at a share of a span, 0 to 1, written as the command line does."""
+def find_time_s(cycle: HealthyCycle, span: str, share: float) -> float:
+    """The instant at a share of a span, 0 to 1, in whole ticks from the start."""
     first_s, last_s = cycle.spans[span]
-    at_s = first_s + EDGE_S + share * max(last_s - first_s - 2.0 * EDGE_S, 0.0)
+    return round(first_s + EDGE_S + share * max(last_s - first_s - 2.0 * EDGE_S, 0.0), 3)
+
+
+def find_instant(cycle: HealthyCycle, span: str, share: float) -> FaultInstant:
+    """As `find_time_s`, written as the command line does: from the begin of its phase."""
+    at_s = find_time_s(cycle, span, share)
     phases = {name: one for name, one in cycle.spans.items() if name != AIRWAY}
     name = max(
         (name for name, (begin_s, _) in phases.items() if begin_s <= at_s),
         key=lambda name: phases[name][0],
     )
     if name == Phase.PARKED.name.lower():
-        return FaultInstant(None, round(at_s, 3))
+        return FaultInstant(None, at_s)
     return FaultInstant(Phase[name.upper()], round(at_s - phases[name][0], 3))
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import opensuction
 from opensuction.evidence.safety_case import hazard, hazard_case
-from opensuction.evidence.safety_case.hazard import PHASES, UNHEARD, Hazard, Response
 from opensuction.evidence.safety_case.hazard_case import KINDS, STRATA
+from opensuction.evidence.safety_case.hazard_claim import PHASES, UNHEARD, Hazard, Response
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from opensuction.evidence.safety_case import hazard, hazard_case, hazard_detail, safety_case
-from opensuction.evidence.safety_case.hazard import Hazard
+from opensuction.evidence.safety_case.hazard_claim import Hazard
 from opensuction.evidence.safety_case.hazard_result import STRIP, HazardResult, Strip
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, SafetyCase
 from opensuction.kernel.phase import Phase

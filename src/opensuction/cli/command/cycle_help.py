@@ -63,8 +63,8 @@ docs/reference/parameters.md lists every parameter with unit, range and source.
 
 A fault comes S seconds after the start (@S), S seconds into a phase (@PHASE+S: checking,
 preloading, inserting, backing_off, opening, suctioning, withdrawing, closing, aborting, halted), or
-is there from the start. Its strength has a unit of its own. docs/reference/faults.md says what each
-does:
+is there from the start. With --repeat, S counts from the start of the day. Its strength has a unit
+of its own. docs/reference/faults.md says what each does:
 
 \b
 {_FAULTS}"""

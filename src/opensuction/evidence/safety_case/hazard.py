@@ -8,16 +8,26 @@ against the alarm table, phases against what a cycle has.
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from enum import Enum
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any
 
-from annotated_types import Ge, Le
-
-from opensuction.evidence.healthy_cycle import AIRWAY, Shows
+from opensuction.evidence.healthy_cycle import AIRWAY
+from opensuction.evidence.safety_case.hazard_claim import (
+    ALL,
+    CONTACT,
+    PATIENTS,
+    PHASES,
+    SAFE_STATES,
+    SET_UP,
+    SPANS,
+    UNHEARD,
+    Hazard,
+    HazardClaim,
+    HazardRow,
+    Response,
+)
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import CYCLE
 from opensuction.oracle.harm import NAMES
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
@@ -26,162 +36,11 @@ from opensuction.settings.choice import choose
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import validate
 from opensuction.settings.wording import name_source, one_line, show
-from opensuction.twin.fault.fault import BY_NAME, Fault
+from opensuction.twin.fault.fault import BY_NAME
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 FILE = "hazard.toml"
 REQUIREMENTS = "requirement.toml"
-
-SET_UP = "set-up"
-"""Phase of faults that are there before the start."""
-ALL = "all"
-CONTACT = tuple(phase.name.lower() for phase in CYCLE)
-PHASES = {"travel": tuple(name for name in CONTACT if name != "backing_off"), "contact": CONTACT}
-"""Phases of a cycle in order, by approach: where a fault can come."""
-SPANS = (AIRWAY, ALL, SET_UP)
-"""What phases can name besides."""
-PATIENTS = tuple(PATIENT_TABLES)
-MOST_MS = 60_000.0
-"""A later alarm or safe state is none: a run is watched for so long after it has come to rest, and
-no patient of the table has longer (adult: 30 s, [calc-apnoea])."""
-
-
-UNHEARD = frozenset(
-    {
-        Condition.PASS_LIMIT_REACHED,
-        Condition.PATIENT_SETTINGS_UNCONFIRMED,
-        Condition.TIP_DETACHED,
-        Condition.CALIBRATION_OUT_OF_RANGE,
-        Condition.RECORDER_LOST,
-        Condition.CONSOLE_LOST,
-    }
-)
-"""Conditions that nothing in a cycle on the twin raises: an alarm that nobody can hear is none."""
-
-
-class SafeState(NamedTuple):
-    """A safe state in words, and what must hold together, to the end of the run."""
-
-    words: str
-    predicates: tuple[str, ...]
-    """Names of `safe_state` predicates; all hold."""
-
-
-SAFE_STATES = {
-    "out-without-suction": SafeState(
-        "the tip is outside the patient and no vacuum reaches it", ("tip-outside", "no-suction")
-    ),
-    "out-without-vacuum": SafeState(
-        "the tip is outside the patient and the line is vented",
-        ("tip-outside", "no-suction", "vented"),
-    ),
-    "not-inserted": SafeState("the tip never comes into the patient", ("not-inserted",)),
-}
-"""By name. A catheter that stays inside is none of them, with or without torque."""
-
-
-class HarmSeverity(Enum):
-    """How bad the harm is, in the words of [ISO-14971]."""
-
-    NEGLIGIBLE = "negligible"
-    MINOR = "minor"
-    SERIOUS = "serious"
-    CRITICAL = "critical"
-
-
-class Response(Enum):
-    """What the machine owes a fault."""
-
-    ALARM = "alarm"
-    """Alarm and safe state within their bounds."""
-    ALARM_OR_LIMITS = "alarm-or-limits"
-    """The same, or a whole cycle within every limit as if nothing were wrong."""
-    NOT_MEASURED = "not-measured"
-    """It would be an alarm, but nothing in the twin could raise it: an open gap, and it fails."""
-    REFUSAL = "refusal"
-    """It is refused before anything moves; a message on the spot, no alarm."""
-
-
-class Raiser(Enum):
-    """Who tells people."""
-
-    CONTROLLER = "controller"
-    DRIVES = "drives"
-    """The drives, their watchdog or the power supply, on the annunciator: the controller is what
-    failed."""
-
-
-BoundMs = Annotated[float, Ge(0), Le(MOST_MS)]
-
-
-class HazardClaim(NamedTuple):
-    """A fault and what must follow it: the part of a row that runs."""
-
-    name: str
-    """Of the fault."""
-    strengths: list[float]
-    """None given: the fault's usual one."""
-    phases: list[str]
-    after_s: list[float]
-    """How long into the phase; none given: all over it, each seed at another share of it."""
-    shows: Shows
-    approach: str
-    """Or all."""
-    patient: str | list[str]
-    """Or all."""
-    only_because: str
-    """Why it does not apply to the others."""
-    response: Response
-    alarm: list[str]
-    """Conditions of which any tells a person what is wrong, the most likely first."""
-    priority: Priority
-    raised_by: Raiser
-    safe_state: str
-    detected_ms: BoundMs
-    safe_ms: BoundMs
-    by_age: bool
-    """Whether a smaller patient has less time; what waits for a sensor's own delay does not."""
-    allowed: list[str]
-    """Bounds of the patient to which is added what the fault makes unavoidable."""
-    because: str
-
-    @property
-    def fault(self) -> Fault:
-        """The fault of this name."""
-        return BY_NAME[self.name]
-
-    @property
-    def approaches(self) -> tuple[str, ...]:
-        """Approaches that it is run with."""
-        return tuple(APPROACHES) if self.approach == ALL else (self.approach,)
-
-    @property
-    def patients(self) -> tuple[str, ...]:
-        """Patients that it is run on."""
-        named = [self.patient] if isinstance(self.patient, str) else self.patient
-        return PATIENTS if ALL in named else tuple(named)
-
-
-class HazardRow(NamedTuple):
-    """A row of the table in words."""
-
-    id: str
-    hazard: str
-    cause: str
-    effect: str
-    severity: HarmSeverity
-    detection: str
-    control: str
-    requirements: list[str]
-
-
-class Hazard(NamedTuple):
-    """A hazard and the faults that show it."""
-
-    row: HazardRow
-    claims: tuple[HazardClaim, ...]
-
 
 USUAL: dict[str, Any] = {
     "strengths": [],
@@ -315,13 +174,6 @@ def _check_answer(claim: HazardClaim) -> None:
                 f"{condition.name} {priority.name.lower()}; the first alarm must have the row's "
                 "priority, the others no lower one"
             )
-
-
-def spans_of(claim: HazardClaim, approach: str) -> list[str]:
-    """Phases of an approach, or `SPANS`, that the fault comes in."""
-    if ALL in claim.phases:
-        return [*PHASES[approach]]
-    return [name for name in claim.phases if name in (*PHASES[approach], *SPANS)]
 
 
 def requirements() -> dict[str, str]:

@@ -5,8 +5,14 @@ from functools import lru_cache
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import HealthyCycle
-from opensuction.evidence.safety_case import hazard, hazard_result
-from opensuction.evidence.safety_case.hazard import PATIENTS, PHASES, SET_UP, Hazard, HazardClaim
+from opensuction.evidence.safety_case import hazard_claim, hazard_result
+from opensuction.evidence.safety_case.hazard_claim import (
+    PATIENTS,
+    PHASES,
+    SET_UP,
+    Hazard,
+    HazardClaim,
+)
 from opensuction.evidence.safety_case.hazard_result import COLUMNS, HazardCase, HazardResult
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
@@ -64,7 +70,7 @@ def _of_claim(
     ]
     runs = len(kinds) * len(seeds) if len(seeds) >= STRATA else 0
     for patient, approach in kinds:
-        for number, span in enumerate(hazard.spans_of(claim, approach)):
+        for number, span in enumerate(hazard_claim.spans_of(claim, approach)):
             for after_s in claim.after_s or [math.nan]:
                 found += [
                     HazardCase(

@@ -3,7 +3,7 @@
 import math
 
 from opensuction.evidence.healthy_cycle import AIRWAY
-from opensuction.evidence.safety_case.hazard import SAFE_STATES, SET_UP, Response
+from opensuction.evidence.safety_case.hazard_claim import SAFE_STATES, SET_UP, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.evidence.safety_case.safety_case import HazardVerdict, entry
 from opensuction.safety.condition import Condition

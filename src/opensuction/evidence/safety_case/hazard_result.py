@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from opensuction.evidence.healthy_cycle import HealthyCycle, find_wait_s
-from opensuction.evidence.safety_case.hazard import (
+from opensuction.evidence.safety_case.hazard_claim import (
     SAFE_STATES,
     SET_UP,
     HazardClaim,

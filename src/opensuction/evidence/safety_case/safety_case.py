@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from opensuction import __version__
 from opensuction.evidence import crew
 from opensuction.evidence.safety_case import hazard_case
-from opensuction.evidence.safety_case.hazard import SET_UP, Hazard, Response
+from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard, Response
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import NAMES

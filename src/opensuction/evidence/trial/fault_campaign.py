@@ -18,7 +18,7 @@ from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant, run_judgement
-from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.injection import Room
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.simulation.injection.run_judgement import LeftInside
@@ -128,9 +128,16 @@ def draw(number: int, machines: int) -> Drawn:
 
 
 def place(drawn: Drawn, healthy: HealthyCycle) -> tuple[Injection, ...]:
-    """The faults of a cycle at their instants. healthy: the machine's own cycle without any."""
+    """The faults of a cycle at their instants, which come whatever the first of them has done.
+
+    healthy: the machine's own cycle without any.
+    """
     return tuple(
-        Injection(one.fault, healthy_cycle.find_instant(healthy, AIRWAY, one.share), one.strength)
+        Injection(
+            one.fault,
+            FaultInstant(None, healthy_cycle.find_time_s(healthy, AIRWAY, one.share)),
+            one.strength,
+        )
         for one in drawn.faults
     )
 
