@@ -171,7 +171,7 @@ def _poor(removed_ml: float, percent: float, **changes: object) -> str:
 
 
 def test_less_than_half_offers_the_next_pass_within_three() -> None:
-    offer = "the next pass may follow when the patient has recovered, 3 in all at most"
+    offer = "the next pass may follow after the patient's rest, 3 in all at most"
     assert offer in _poor(0.9, 44.0)
     assert offer not in _poor(1.6, 55.0)
     assert offer not in _poor(0.9, 44.0, outcome="aborted")
