@@ -321,6 +321,18 @@ def test_a_day_has_its_cycles_in_the_json_and_a_page_of_its_own(tmp_path: Path) 
     assert "cycle 3 of 3" in ran.stderr
 
 
+def test_a_completed_cycle_that_broke_a_bound_of_the_patient_fails(tmp_path: Path) -> None:
+    options = ("--patient", "adult-ards", "--fault", "desaturation@inserting")
+    ran = opensuction("cycle", *options, "--json", "--out", "fell", cwd=tmp_path)
+    assert ran.returncode == 1, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["outcome"] == "completed"
+    assert "saturation" in data["harm"]
+    assert data["broken_bounds"][0]["name"] == data["harm"][0]
+    page = (tmp_path / "fell" / "report.html").read_text(encoding="utf-8")
+    assert "PATIENT AT RISK: oxygen saturation fell below its bound" in page
+
+
 LEARNING = ("--approach", "contact", "--repeat", "3", "--every", "60", "--self-calibrate")
 
 

@@ -85,3 +85,58 @@ def test_suction_on_the_carina_is_no_good_stop(error_mm: float, verdict: FigureV
     figure = _figure(example.on_patient(tip=tip), "Stopping error")
     assert figure.verdict is verdict
     assert "margin to the carina 10.0 mm" in figure.limit
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "changes", "verdict"),
+    [
+        ("Lowest oxygen saturation", "spo2_percent", {}, FigureVerdict.GOOD),
+        ("Lowest oxygen saturation", "spo2_percent", {"lowest": 86.4}, FigureVerdict.NOTICE),
+        ("Lowest oxygen saturation", "spo2_percent", {"lowest": 43.0}, FigureVerdict.BAD),
+        ("Lowest heart rate", "heart_rate_per_min", {"lowest": 60.0}, FigureVerdict.NOTICE),
+        ("Lowest heart rate", "heart_rate_per_min", {"lowest": 49.0}, FigureVerdict.BAD),
+        ("Airway pressure", "airway_pressure_cmh2o", {"lowest": 0.0}, FigureVerdict.NOTICE),
+        ("Airway pressure", "airway_pressure_cmh2o", {"highest": 46.6}, FigureVerdict.NOTICE),
+    ],
+)
+def test_a_vital_sign_outside_its_range_is_not_green(
+    name: str, key: str, changes: dict[str, float], verdict: FigureVerdict
+) -> None:
+    summary = example.on_patient(vitals=example.vitals(key, **changes))
+    assert _figure(summary, name).verdict is verdict
+
+
+def test_a_vital_sign_says_what_it_was_and_when_it_was_back() -> None:
+    shown = _figure(example.on_patient(vitals=example.VITALS), "Lowest oxygen saturation")
+    assert shown.limit == "before 96.1 %, at the end 95.4 %: back after 71 s"
+    lost = example.vitals("spo2_percent", is_back=False, recovered_s=None)
+    shown = _figure(example.on_patient(vitals=lost), "Lowest oxygen saturation")
+    assert shown.limit == "before 96.1 %, at the end 95.4 %: not back yet"
+
+
+def test_more_lung_volume_than_closed_suction_takes_is_amber() -> None:
+    lost = example.on_patient(vitals=example.VITALS, lung_volume_loss_ml=576.0)
+    assert _figure(lost, "Lung volume lost").verdict is FigureVerdict.NOTICE
+    usual = example.on_patient(vitals=example.VITALS)
+    assert _figure(usual, "Lung volume lost").verdict is FigureVerdict.GOOD
+
+
+@pytest.mark.parametrize(("percent", "verdict"), [(49.0, "notice"), (51.0, "good")])
+def test_a_clearance_under_half_is_amber(percent: float, verdict: str) -> None:
+    secretion = {"removed_ml": 1.0, "removed_percent": percent}
+    figure = _figure(example.summary(secretion=secretion), "Secretions removed")
+    assert figure.verdict.value == verdict
+
+
+def test_a_tip_in_a_bronchus_is_never_within_its_cap() -> None:
+    tip = example.on_patient()["tip"] | {"deepest_mm": 109.8}  # carina 100, search to 113
+    figure = _figure(example.on_patient(tip=tip), "Deepest tip position")
+    assert figure.verdict is FigureVerdict.BAD
+    assert figure.remark == "9.8 mm past the carina"
+
+
+def test_an_alarm_takes_the_green_from_a_figure_that_is_within_its_limit() -> None:
+    alarm = example.ALARM | {"condition": "negative-pressure-time"}
+    figure = _figure(example.good() | {"alarms": [alarm]}, "Time under negative pressure")
+    assert figure.verdict is FigureVerdict.NOTICE
+    assert figure.remark == f"alarm: {alarm['sentence']}"

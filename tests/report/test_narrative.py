@@ -149,3 +149,62 @@ def test_a_start_that_was_refused_is_not_told_as_a_person_s_wish() -> None:
     refused = FAULT | {"noticed": {"sentence": "the start was refused", "after_s": 0.0}}
     summary = example.aborted() | {"trips": [], "alarms": [], "faults": [refused]}
     assert headline.headline(summary).lead.startswith("The start was refused.")
+
+
+@pytest.mark.parametrize(
+    ("state", "said"),
+    [
+        ("confirmed", "a person confirmed it"),
+        ("skipped", "asked for and skipped"),
+        ("not-required", "asks for no pre-oxygenation"),
+    ],
+)
+def test_pre_oxygenation_is_told_as_it_is_on_record(state: str, said: str) -> None:
+    summary = example.on_patient(preoxygenation={"required": True, "state": state})
+    assert said in " ".join(narrative.sentences(summary))
+    assert "oxygenation was" not in " ".join(narrative.sentences(example.on_patient()))
+
+
+def _poor(removed_ml: float, percent: float, **changes: object) -> str:
+    secretion = {"removed_ml": removed_ml, "removed_percent": percent}
+    return " ".join(narrative.sentences(example.summary(secretion=secretion, **changes)))
+
+
+def test_less_than_half_offers_the_next_pass_within_three() -> None:
+    offer = "the next pass may follow after the patient's rest, 3 in all at most"
+    assert offer in _poor(0.9, 44.0)
+    assert offer not in _poor(1.6, 55.0)
+    assert offer not in _poor(0.9, 44.0, outcome="aborted")
+    assert offer not in _poor(0.9, 44.0, harm=["saturation"])
+    limit = example.ALARM | {"condition": "pass-limit-reached", "priority": "medium"}
+    told = _poor(0.9, 44.0, alarms=[limit])
+    assert offer not in told
+    assert "the permitted number is reached" in told
+
+
+def test_a_pass_that_drew_nothing_is_not_simply_repeated() -> None:
+    told = _poor(0.0, 0.0)
+    assert "look for a clog or a leak from the tip to the pump before another pass" in told
+
+
+def test_a_longer_stay_than_hands_are_allowed_has_its_reason() -> None:
+    timing = example.good()["timing"] | {"in_airway_guideline_s": 15.0, "in_airway_budget_s": 30.0}
+    told = " ".join(narrative.sentences(example.on_patient(timing=timing)))
+    assert "for 29.0 s, over the 15 s from insertion to removal of [ACI-2014]: by design" in told
+
+
+def test_what_followed_from_the_drives_is_not_the_cause() -> None:
+    told = [example.told("watchdog-fired", "drives", at_s=16.8)]
+    first = narrative.sentences(example.aborted() | {"told": told})[0]
+    assert first == "The cycle was aborted after 17.0 s: watchdog fired."
+
+
+def test_an_alarm_that_the_annunciator_did_not_show_is_told_so() -> None:
+    sentences = " ".join(narrative.sentences(example.aborted() | {"told": []}))
+    assert "Not all of them were shown at the bedside" in sentences
+
+
+def test_alarms_of_the_power_supply_alone_are_no_silence() -> None:
+    told = [example.told("reserve-energy-used", "power")]
+    sentences = " ".join(narrative.sentences(example.good() | {"told": told}))
+    assert "One alarm was raised, by the power supply, not by the controller." in sentences

@@ -3,7 +3,7 @@
 No sentence denies an alarm, a broken bound or a figure: what is said of a figure is said by it.
 """
 
-from opensuction.report import ending, figures, harm, patient_words, witness
+from opensuction.report import clearance_words, ending, figures, harm, patient_words, witness
 from opensuction.report.figure import Figure, FigureVerdict
 from opensuction.report.notice import CONTROLLER, notices
 from opensuction.report.summary import (
@@ -20,20 +20,8 @@ from opensuction.report.wording import capitalise, quantity, stopped
 
 LEAST_BACKOFF_MM = 0.5
 """A shorter way back is the spring of tip and tissue, no backing off."""
-MOST_PASSES = 3
-"""After so many passes a person assesses before the next [K]."""
 AT_TARGET_MM = 1.0
 """A smaller stopping error needs no side."""
-LEAST_REMOVED_ML = 0.05
-"""Less rounds to nothing."""
-DRAWING = (
-    "vacuum-lost",
-    "line-clogged",
-    "line-leaking",
-    "canister-full",
-    "valve-stuck-closed",
-)
-"""Conditions for which little is removed because nothing is drawn."""
 
 
 def _yet(summary: Summary, name: str) -> str:
@@ -187,41 +175,6 @@ def _suction(summary: Summary) -> str:
     )
 
 
-def _secretion(summary: Summary) -> str:
-    removed = number(summary, "secretion", "removed_ml")
-    if removed is None:
-        return ""
-    if number(summary, "timing", "negative_pressure_s") == 0.0 and removed < LEAST_REMOVED_ML:
-        return "No secretions were removed."
-    percent = number(summary, "secretion", "removed_percent")
-    share = "" if percent is None else f", {quantity(percent, '%', 0)} of what was there"
-    return f"Suction removed {quantity(removed, 'mL')} of secretions{share}."
-
-
-def _next_pass(summary: Summary) -> str:
-    """What may follow where less than half was removed; empty where there is nothing to offer."""
-    percent = number(summary, "secretion", "removed_percent")
-    if percent is None or percent >= figures.CLEARANCE_PERCENT or not is_completed(summary):
-        return ""
-    if is_inside(summary) or harms(summary):
-        return ""
-    raised = {notice.condition for notice in notices(summary)}
-    if "pass-limit-reached" in raised:
-        return "No further pass: the permitted number is reached, and a person assesses."
-    removed = number(summary, "secretion", "removed_ml") or 0.0
-    if removed < LEAST_REMOVED_ML or raised.intersection(DRAWING):
-        return (
-            "Hardly anything was drawn: look for a clog or a leak from the tip to the pump before "
-            "another pass."
-        )
-    if any(notice.priority == "high" for notice in notices(summary)):
-        return "Less than half was removed; the alarm comes before another pass."
-    return (
-        "Less than half was removed: the next pass may follow when the patient has recovered, "
-        f"{MOST_PASSES} in all at most; then a person assesses."
-    )
-
-
 def _backoff_mm(summary: Summary) -> float | None:
     """How far the tip left the carina before suction; None where it did not or is not known."""
     if not any(phase.get("name") == "backing_off" for phase in rows(summary, "phases")):
@@ -275,8 +228,8 @@ PARTS = (
     _ending,
     patient_words.heart_and_blood,
     patient_words.lungs,
-    _secretion,
-    _next_pass,
+    clearance_words.removed,
+    clearance_words.next_pass,
     _time_inside,
     _suction,
     _depth,
