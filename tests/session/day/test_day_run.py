@@ -120,10 +120,3 @@ def test_what_is_no_day_is_refused(
     resolved = resolution.resolve(CycleChoice(RigChoice("bench" if bench else "clinical")))
     with pytest.raises(InputError, match=words):
         day_check.check(DayChoice(repeat, every_min), resolved)
-
-
-def test_faults_are_for_a_single_cycle() -> None:
-    resolved = resolution.resolve(CycleChoice(faults=("line-leak",)))
-    day_check.check(DayChoice(), resolved)
-    with pytest.raises(InputError, match="not for --repeat 5"):
-        day_check.check(DayChoice(5, 60.0), resolved)
