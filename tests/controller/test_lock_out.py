@@ -173,3 +173,12 @@ def test_the_plug_undoes_no_limit() -> None:
     assert columns["counters.refusal"][500] == Refusal.LOCKED_OUT
     assert alarmed(columns, Condition.LOCKED_OUT)[500]
     assert phases(columns) == [Phase.PARKED, Phase.OUT_OF_SERVICE, Phase.PARKED, Phase.CHECKING]
+
+
+def test_late_ticks_are_in_the_record() -> None:
+    late = during(Fault.OVERRUN, 0.5, 0.502)
+    _, columns = simulate(EXACT, 1.0, {}, late)
+    share = columns["counters.late_share"]
+    assert not share[:500].any()
+    assert share.argmax() == 501
+    assert 0.01 < share.max() < 0.05  # two ticks of the 0.1 s that it is averaged over

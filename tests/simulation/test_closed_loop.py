@@ -96,6 +96,7 @@ GOLDEN_COLUMNS = [
     "counters.locked_out",
     "counters.preoxygenation",
     "counters.refusal",
+    "counters.late_share",
 ]
 """Names that recordings, reports and plots rely on: a change here breaks what people stored."""
 

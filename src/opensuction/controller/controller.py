@@ -145,8 +145,12 @@ def _outputs(
     commands: Commands,
     demand: Demand,
     verdict: Verdict,
+    late_share: float,
 ) -> Outputs:
-    """What leaves the controller, its alarms silent; procedure and upkeep as the tick ended."""
+    """What leaves the controller, its alarms silent; procedure and upkeep as the tick ended.
+
+    late_share: of its ticks, averaged.
+    """
     return Outputs(
         commands=commands,
         demand=demand,
@@ -157,7 +161,7 @@ def _outputs(
         check_item=procedure.check.item,
         check_failed=procedure.check.failed,
         assessment_due=upkeep.is_prompting(service, kept, procedure.phase),
-        counters=upkeep.count(kept),
+        counters=upkeep.count(kept, late_share),
     )
 
 
@@ -320,7 +324,8 @@ def control_step(
         reasons=reasons,
         pressed=inputs.requests,
     )
-    outputs = _outputs(service, procedure, kept, commands, demand, verdict)
+    late_share = watch.watch.late_share
+    outputs = _outputs(service, procedure, kept, commands, demand, verdict, late_share)
     return following, head, outputs, wrong
 
 

@@ -89,4 +89,4 @@ class Outputs(NamedTuple):
     assessment_due: bool
     """A person shall look at the patient, and start a cycle or find none needed."""
     counters: Counters
-    """Passes, rest, resets, pre-oxygenation, refusal."""
+    """Passes, rest, resets, pre-oxygenation, refusal, late ticks."""

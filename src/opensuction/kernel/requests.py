@@ -26,7 +26,8 @@ class Requests(NamedTuple):
     home: bool
     """Teaching: the drive shall bring the head home."""
     service: bool
-    """Everything off for catheter change or cleaning (PARKED, or HALTED with the head home)."""
+    """Everything off for catheter change or cleaning (PARKED, or HALTED with the head home; locked
+    out, wherever it is)."""
     changed: bool
     """Out of service: the catheter is a new one."""
     return_to_service: bool

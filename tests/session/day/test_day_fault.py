@@ -109,3 +109,16 @@ def test_between_two_cycles_the_patient_has_the_fault() -> None:
     day, _ = played("desaturation@suctioning+3=0.6")
     idle = day.samples.time_s > 200.0
     assert np.max(day.samples.spo2_percent[idle]) < 80.0
+
+
+def test_oxygen_comes_and_goes_in_a_day_with_a_fault_as_in_any() -> None:
+    """The machine with its fault is the same; what the ventilator gives is not part of it."""
+    day, _ = played("contact-glitch@3600")
+    sound, _ = played()
+    for found in (day, sound):
+        assert [cycle.preoxygenation for cycle in found.cycles] == ["confirmed"] * 2
+    seen, wanted = (found.samples.spo2_percent for found in (day, sound))
+    assert np.median(seen) == pytest.approx(np.median(wanted), abs=0.1)
+    assert [cycle.outcome.exposure.spo2_least_percent for cycle in day.cycles] == pytest.approx(
+        [cycle.outcome.exposure.spo2_least_percent for cycle in sound.cycles], abs=0.1
+    )

@@ -48,7 +48,8 @@ class Event(IntEnum):
     RECOVERY_REQUESTED = 21
     """The same with the head elsewhere: out first."""
     SERVICE_REQUESTED = 22
-    """A person wants to change or clean something, with the head at its park position."""
+    """A person wants to change or clean something, with the head at its park position; where the
+    machine is locked out, wherever the head is."""
     SERVICE_ENDED = 23
     """Hands are off, and the head is at its park position."""
     SERVICE_ENDED_AWAY = 24

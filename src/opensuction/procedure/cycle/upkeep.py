@@ -60,6 +60,8 @@ class Counters(NamedTuple):
     preoxygenation: int
     """A `Preoxygenation`: of the pass that goes on, else of the next one."""
     refusal: int
+    late_share: float
+    """Of the controller's ticks, averaged as the governor does."""
 
 
 def start(catheter_age_s: float) -> Upkeep:
@@ -94,7 +96,7 @@ def rest_first(upkeep: Upkeep, rule: PassRule) -> Upkeep:
 
 
 @compiled
-def count(upkeep: Upkeep) -> Counters:
+def count(upkeep: Upkeep, late_share: float) -> Counters:
     """What a recording holds of it."""
     return Counters(
         passes=upkeep.episode.passes,
@@ -103,6 +105,7 @@ def count(upkeep: Upkeep) -> Counters:
         locked_out=upkeep.lock.locked,
         preoxygenation=upkeep.oxygen.state,
         refusal=upkeep.refusal,
+        late_share=late_share,
     )
 
 
