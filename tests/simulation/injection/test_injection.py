@@ -14,9 +14,10 @@ from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.injection import injection, safe_state
+from opensuction.simulation.injection import first_sign, injection, safe_state
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun
+from opensuction.simulation.injection.first_sign import Detector
+from opensuction.simulation.injection.injection import Injected, InjectedRun
 from opensuction.simulation.injection.safe_state import SafeBounds
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
@@ -212,5 +213,5 @@ def test_what_the_drives_do_alone_is_no_word_of_the_controller() -> None:
     found, lost = single(Fault.POWER_LOST, at(Phase.INSERTING))
     assert lost.notice is not None
     assert lost.notice.detector == Detector.DRIVE
-    assert injection.find_notice(found.columns, 0.0) != lost.notice
+    assert first_sign.find_notice(found.columns, 0.0) != lost.notice
     assert injection.find_first_sign(found, 0.0) == lost.notice

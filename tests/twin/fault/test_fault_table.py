@@ -8,7 +8,6 @@ from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import BY_NAME, Fault, FaultSite
 from opensuction.twin.fault.fault_row import (
-    FaultOnset,
     FaultRow,
     LinkEffect,
     MachineEffect,
@@ -16,6 +15,7 @@ from opensuction.twin.fault.fault_row import (
     ReadingEffect,
 )
 from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.parameter import BENCH, nominal
 
 MACHINE = preset.machine(nominal(BENCH))

@@ -9,8 +9,8 @@ from opensuction.kernel.commands import Commands
 from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import FaultOnset
 from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.fault.link import MONITOR_TICKS, Link, LinkState, Message
 
 HEALTHY = link.healthy(seed=1)

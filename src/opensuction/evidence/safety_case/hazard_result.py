@@ -27,7 +27,8 @@ from opensuction.simulation.annunciation import CONTROLLER, Told
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import run_judgement, safe_state
 from opensuction.simulation.injection.fault_instant import FaultInstant
-from opensuction.simulation.injection.injection import SIGNS, Injected
+from opensuction.simulation.injection.first_sign import SIGNS
+from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.injection.run_judgement import Judgement, LeftInside
 from opensuction.simulation.injection.safe_state import SafeBounds
 from opensuction.simulation.trace import Columns

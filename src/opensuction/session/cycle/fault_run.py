@@ -17,7 +17,8 @@ from opensuction.session.plain import Json
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import RESTARTING
-from opensuction.simulation.injection.injection import Detector, Injected, InjectedRun, Notice
+from opensuction.simulation.injection.first_sign import Detector, Notice
+from opensuction.simulation.injection.injection import Injected, InjectedRun
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault_table import ROWS
 

@@ -26,12 +26,9 @@ from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import (
-    FaultOnset,
-    LinkEffect,
-    ReadingEffect,
-)
+from opensuction.twin.fault.fault_row import LinkEffect, ReadingEffect
 from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.machine import drive_watchdog, machine
 
 _PHASE = COLUMNS.index("phase")

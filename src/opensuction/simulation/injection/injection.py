@@ -6,25 +6,24 @@ link between controller and machine is. Which state is safe depends on the hazar
 """
 
 from collections.abc import Sequence
-from enum import IntEnum
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import RESET
-from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.transition import Event
-from opensuction.safety import condition_mask
-from opensuction.safety.condition import Condition
 from opensuction.simulation import trace
-from opensuction.simulation.annunciation import LINES
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import AT_START, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
+from opensuction.simulation.injection.first_sign import (
+    Detector,
+    Notice,
+    find_lines,
+    find_notice,
+)
 from opensuction.simulation.trace import Columns, Watcher
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -46,44 +45,6 @@ ALONE_S = 30.0
 """How long it is watched once its controller is gone for good: longer than a withdrawal takes."""
 RESET_S = 1.0
 """How long after the machine has come to rest a person resets it."""
-
-
-class Detector(IntEnum):
-    """What notices a fault first."""
-
-    TRIP = 0
-    """A limit of the governor; ``code`` is a `Condition`."""
-    CHECK = 1
-    """The pre-use test; ``code`` is a `CheckItem`."""
-    ABORT = 2
-    """The procedure broke off; ``code`` is an `Event`."""
-    REFUSAL = 3
-    """The start was refused; ``code`` is a `Refusal`."""
-    DRIVE = 4
-    """The drives, their watchdog or the power supply, without the controller; ``code`` is the
-    `Condition` that the annunciator then shows."""
-
-
-class Notice(NamedTuple):
-    """The first sign of a fault."""
-
-    detector: Detector
-    code: int
-    time_s: float
-
-    @property
-    def title(self) -> str:
-        """Name of what noticed it, as JSON writes it."""
-        names: dict[Detector, type[IntEnum]] = {
-            Detector.TRIP: Condition,
-            Detector.CHECK: CheckItem,
-            Detector.ABORT: Event,
-            Detector.REFUSAL: Refusal,
-            Detector.DRIVE: Condition,
-        }
-        if self.detector == Detector.DRIVE and self.code == Condition.WATCHDOG_FIRED:
-            return "drive-watchdog"
-        return names[self.detector](self.code).name.lower().replace("_", "-")
 
 
 class Injected(NamedTuple):
@@ -154,8 +115,6 @@ def check(injections: Sequence[Injection]) -> None:
             _refuse_instant(injection)
 
 
-SIGNS = ("time_s", "phase", "cause", "check_failed", "verdict.trips", *LINES)
-"""Columns in which the first sign of a fault is looked for."""
 UNWATCHED = Watcher(trace.NOBODY.hear, PIECE_S)
 
 
@@ -243,58 +202,6 @@ def _run_for(going: FaultyRun, seconds: float) -> None:
         going.advance(last - going.done)
 
 
-def _find_trip(columns: Columns, first: int) -> Notice | None:
-    masks = columns["verdict.trips"].astype(np.int64)
-    known = int(masks[first - 1]) if first > 0 else 0
-    new = np.flatnonzero(masks[first:] & ~known)
-    if not new.size:
-        return None
-    tick = first + int(new[0])
-    code = condition_mask.decode_trips(int(masks[tick]) & ~known)[0]
-    return Notice(Detector.TRIP, code, float(columns["time_s"][tick]))
-
-
-def _find_failed_check(columns: Columns, first: int) -> Notice | None:
-    failed = np.flatnonzero(columns["check_failed"][first:])
-    if not failed.size or (first > 0 and columns["check_failed"][first - 1] != 0.0):
-        return None
-    tick = first + int(failed[0])
-    code = int(columns["check_failed"][tick])
-    return Notice(Detector.CHECK, code, float(columns["time_s"][tick]))
-
-
-def _find_abort(columns: Columns, first: int) -> Notice | None:
-    broken = np.isin(columns["phase"], (Phase.ABORTING, Phase.HALTED))
-    began = np.flatnonzero(broken[first:])
-    if not began.size or (first > 0 and broken[first - 1]):
-        return None
-    tick = first + int(began[0])
-    return Notice(Detector.ABORT, int(columns["cause"][tick]), float(columns["time_s"][tick]))
-
-
-def _find_lines(columns: Columns, first: int) -> list[Notice]:
-    """What the annunciator's own lines show from a tick on and did not before."""
-    found = []
-    for name, line in LINES.items():
-        shown = np.flatnonzero(columns[name][first:])
-        if shown.size and not (first > 0 and columns[name][first - 1]):
-            time_s = float(columns["time_s"][first + int(shown[0])])
-            found.append(Notice(Detector.DRIVE, line.condition, time_s))
-    return found
-
-
-def find_notice(columns: Columns, from_s: float) -> Notice | None:
-    """The first sign of trouble from an instant on that was not there before; None for none.
-
-    A trip, an item of the pre-use test or another event that broke the cycle off, whichever comes
-    first; of those of one tick the first named says most.
-    """
-    first = round(from_s / DT_S)
-    signs = [find(columns, first) for find in (_find_trip, _find_failed_check, _find_abort)]
-    found = [sign for sign in signs if sign is not None]
-    return min(found, key=lambda sign: sign.time_s, default=None)
-
-
 def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
     """As `find_notice`, or what was noticed without the controller, or its refusal to start.
 
@@ -306,7 +213,7 @@ def find_first_sign(run: InjectedRun, at_s: float) -> Notice | None:
     seen = find_notice(run.columns, at_s)
     if seen is not None and round(seen.time_s / DT_S) == run.stopped_tick:
         seen = None  # a controller that stops notices nothing
-    signs = [seen, *_find_lines(run.columns, round(at_s / DT_S))]
+    signs = [seen, *find_lines(run.columns, round(at_s / DT_S))]
     refusal = run.state.controller.core.upkeep.refusal
     if refusal != Refusal.NONE and at_s == 0.0:  # the start is asked for in the first tick
         signs.append(Notice(Detector.REFUSAL, refusal, 0.0))

@@ -18,7 +18,7 @@ from opensuction.safety import condition_mask
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.watch import valve_axis, watch
 from opensuction.simulation.closed_loop import COLUMNS, DT_S
-from opensuction.simulation.injection.injection import SIGNS
+from opensuction.simulation.injection.first_sign import SIGNS
 from opensuction.simulation.trace import Columns
 
 Ticks = npt.NDArray[np.bool_]

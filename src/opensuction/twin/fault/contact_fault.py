@@ -6,14 +6,13 @@ from opensuction.twin.fault.fault_row import (
     MachineEffect,
     ReadingEffect,
     Strength,
-    by_turns,
-    for_a_tick,
     in_machine,
     invalid_reading,
     row,
     share,
     turn,
 )
+from opensuction.twin.fault.fault_time import by_turns, for_a_tick
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.machine.contact_switch import ContactSwitch
 from opensuction.twin.machine.machine import Machine

@@ -4,7 +4,6 @@ Strengths are [assumed] where no source is given: ranges run from what does noth
 machine survives, defaults are strong enough to matter.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -12,6 +11,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_time import Course, FaultOnset, by_turns, for_a_tick, for_good
 from opensuction.twin.fault.link import Link
 from opensuction.twin.fault.reading_fault import Channel, Mode, ReadingFault, Spell
 from opensuction.twin.machine.machine import Machine
@@ -70,44 +70,6 @@ def in_patient(part: str, change: Change) -> PatientEffect:
     return PatientEffect(lambda patient, strength: _exchange(patient, part, change, strength))
 
 
-class FaultOnset(NamedTuple):
-    """How strong a fault of the link or of a sensor is, and when it begins."""
-
-    strength: float
-    tick: int
-    dt_s: float
-
-    @property
-    def ticks(self) -> int:
-        """A strength in seconds, in ticks."""
-        return round(self.strength / self.dt_s)
-
-
-def for_good(onset: FaultOnset) -> Spell:
-    """It does not go away."""
-    return Spell(onset.tick)
-
-
-def for_a_tick(onset: FaultOnset) -> Spell:
-    """One sample is wrong."""
-    return Spell(onset.tick, there=1)
-
-
-def by_turns(onset: FaultOnset) -> Spell:
-    """It is there for its strength in seconds, away for as long, and so on."""
-    return Spell(onset.tick, onset.ticks, 2 * onset.ticks)
-
-
-def lasting(seconds: float) -> Callable[[FaultOnset], Spell]:
-    """It is there for so long, once."""
-    return lambda onset: Spell(onset.tick, round(seconds / onset.dt_s))
-
-
-def by_turns_of(seconds: float) -> Callable[[FaultOnset], Spell]:
-    """It is there for so long, away for as long, and so on."""
-    return lambda onset: by_turns(onset._replace(strength=seconds))
-
-
 class ReadingEffect(NamedTuple):
     """A reading changes on its way to the controller; what it measures does not."""
 
@@ -133,26 +95,6 @@ class SetupEffect(NamedTuple):
 
 
 Effect = MachineEffect | PatientEffect | ReadingEffect | LinkEffect | SetupEffect
-
-
-class Course(NamedTuple):
-    """How a fault of machine or patient goes on in time; a run follows it in steps."""
-
-    step_s: Callable[[float], float]
-    """Time between two changes, from the strength."""
-    share: Callable[[float, float], float]
-    """Share of the strength that acts, from the strength and the time since the instant; 0: none
-    of the fault is there."""
-    lasts_s: float
-    """When it is over."""
-
-
-BY_TURNS = Course(
-    step_s=lambda turn_s: turn_s,
-    share=lambda turn_s, since_s: 1.0 - round(since_s / turn_s) % 2,
-    lasts_s=math.inf,
-)
-"""There for its strength in seconds, away for as long, and so on."""
 
 
 class FaultRow(NamedTuple):

@@ -3,22 +3,20 @@
 from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
-    BY_TURNS,
     MachineEffect,
     ReadingEffect,
     Strength,
-    by_turns_of,
     drifting,
     frozen_reading,
     glitch,
     in_machine,
     intermittent_reading,
     invalid_reading,
-    lasting,
     row,
     share,
     turn,
 )
+from opensuction.twin.fault.fault_time import BY_TURNS, by_turns_of, lasting
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.fault.suction_fault import narrow_bore
 from opensuction.twin.machine.machine import Machine

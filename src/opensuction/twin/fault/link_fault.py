@@ -1,7 +1,8 @@
 """Faults of power, controller and messages: of what lies between controller and drives."""
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import FaultOnset, LinkEffect, Strength, row, share, turn
+from opensuction.twin.fault.fault_row import LinkEffect, Strength, row, share, turn
+from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.fault.link import ALWAYS, MONITOR_TICKS, Link, Turns
 
 

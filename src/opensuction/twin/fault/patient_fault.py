@@ -3,7 +3,8 @@
 import math
 
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import Course, MachineEffect, Strength, in_patient, row
+from opensuction.twin.fault.fault_row import MachineEffect, Strength, in_patient, row
+from opensuction.twin.fault.fault_time import Course
 from opensuction.twin.machine.machine import Machine
 from opensuction.twin.patient.patient import L_PER_MIN_PER_ML_PER_S
 
