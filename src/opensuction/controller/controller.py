@@ -82,13 +82,14 @@ def _actuate(
     state: CoreState,
     allowed: Setpoints,
     insertion_on: bool,
+    turned: bool,
     valve_on: bool,
     seen: Watch,
     dt_s: float,
 ) -> tuple[ServoState, ServoState, Commands]:
     """Servos of both axes on the setpoints that were let through.
 
-    insertion_on, valve_on: which may have torque.
+    insertion_on, valve_on: which may have torque. turned: the insertion drive is told the opposite.
     """
     cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
@@ -99,6 +100,8 @@ def _actuate(
         seen.head_mm,
         dt_s,
     )
+    if turned:
+        insertion_v = -insertion_v
     valve_state, valve_v = servo.step(
         settings.valve_servo, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
     )
@@ -301,7 +304,7 @@ def control_step(
     insertion_on = verdict.insertion_on and in_service
     valve_on = verdict.valve_on and demand.valve_on and in_service
     insertion, valve_state, commands = _actuate(
-        settings, state, allowed, insertion_on, valve_on, watch.watch, dt_s
+        settings, state, allowed, insertion_on, verdict.turned, valve_on, watch.watch, dt_s
     )
     kept = upkeep.step(service, heard, before, procedure.phase, asked, refused, requests, dt_s)
     granted = resets and requests.reset
@@ -317,7 +320,7 @@ def control_step(
         insertion_servo=insertion,
         valve_servo=valve_state,
         cam_rad=commands.cam_rad,
-        driven_v=commands.insertion_v,
+        driven_v=-commands.insertion_v if verdict.turned else commands.insertion_v,
         governor=watch,
         tripped=verdict.trips != 0,
         powerless=verdict.reaction == Reaction.TORQUE_OFF,

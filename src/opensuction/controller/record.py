@@ -43,7 +43,7 @@ class CoreState(NamedTuple):
     valve_servo: ServoState
     cam_rad: float
     driven_v: float
-    """Volts that the insertion motor had in the last tick."""
+    """Volts that the insertion motor had in the last tick, in the sense in which it obeys them."""
     governor: GovernorState
     tripped: bool
     powerless: bool

@@ -17,12 +17,15 @@ from opensuction.safety.governor import forced_withdrawal, judgement, limiter
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
-from opensuction.safety.head import head_vote
+from opensuction.safety.head import drive_force, head_vote
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch import patient_watch, watch
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.watch_state import Watch
+
+RUNAWAY = 1 << Condition.HEAD_RUNAWAY
+NOT_FOLLOWING = 1 << Condition.HEAD_NOT_FOLLOWING
 
 
 class GovernorState(NamedTuple):
@@ -35,6 +38,8 @@ class GovernorState(NamedTuple):
     watch: Watch
     patient: PatientWatch
     withdrawal: ForcedWithdrawal
+    turned: bool
+    """The insertion drive does the opposite of what it is told, and is told the opposite."""
     trips: int
 
 
@@ -48,6 +53,8 @@ class Verdict(NamedTuple):
     deepest_mm: float
     """Deepest tip position that is possible."""
     insertion_on: bool
+    turned: bool
+    """The volts of the insertion drive shall be the other way round."""
     valve_on: bool
 
 
@@ -62,6 +69,7 @@ def start(limits: Limits, head_mm: float) -> GovernorState:
         watch=watch.start(limits, head_mm, read=read),
         patient=patient_watch.UNSEEN,
         withdrawal=forced_withdrawal.NONE,
+        turned=False,
         trips=0,
     )
 
@@ -89,6 +97,25 @@ def _is_valve_driven(trips: int, opened: bool, resting: bool) -> bool:
         | 1 << Condition.VALVE_STUCK_CLOSED
     )
     return trips & untrusted == 0 and (opened or not resting)
+
+
+@compiled
+def _is_turning(state: GovernorState, seen: Watch, trips: int) -> bool:
+    """Whether the head begins to run away because its motor's wires are swapped.
+
+    Three say so: both sensors that it runs away, and the current that the motor pushes against its
+    volts. Then telling it the opposite brings it out; if it runs away again, it is let go.
+    """
+    began = trips & ~state.trips & RUNAWAY != 0
+    return began and drive_force.is_against(seen.drive)
+
+
+@compiled
+def _answer(trips: int, turned: bool) -> int:
+    """The trips that are reacted to: a drive that has been turned round withdraws."""
+    if turned and trips & RUNAWAY != 0:
+        return trips & ~RUNAWAY | NOT_FOLLOWING
+    return trips
 
 
 @compiled
@@ -145,13 +172,20 @@ def step(
     trips = judge(limits, state, seen, proposal) | patient_watch.select_trips(
         patient.conditions, inside, entering
     )
-    allowed, reaction = limiter.narrow(limits, state.last, seen, proposal, trips, dt_s)
+    turning = _is_turning(state, seen, trips)
+    if turning:
+        seen = watch.turn(seen)
+    again = state.turned and seen.runaway_ticks >= judgement.RUNAWAY_TICKS
+    turned = (state.turned or turning) and not again
+    answered = _answer(trips, turned)
+    allowed, reaction = limiter.narrow(limits, state.last, seen, proposal, answered, dt_s)
     verdict = Verdict(
         reaction=reaction,
         trips=trips,
         patient=patient.conditions,
         deepest_mm=tip_bound.deepest_mm(limits.tip, seen.tip),
         insertion_on=allowed.insertion_on,
+        turned=turned,
         valve_on=_is_valve_driven(trips, allowed.valve_open, seen.valve.resting),
     )
     # A motor that is home while the head is not has withdrawn nothing: a hand must.
@@ -164,6 +198,7 @@ def step(
         watch=seen,
         patient=patient,
         withdrawal=forced_withdrawal.step(state.withdrawal, seen, forced, stalled, dt_s),
+        turned=turned,
         trips=trips,
     )
     return following, allowed, verdict
@@ -181,5 +216,6 @@ def reset(limits: Limits, state: GovernorState) -> GovernorState:
         valve_command_changed=False,
         watch=watch.reset(limits, state.watch),
         withdrawal=forced_withdrawal.NONE,
+        turned=False,
         trips=0,
     )

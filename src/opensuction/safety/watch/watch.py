@@ -185,6 +185,17 @@ def step(
 
 
 @compiled
+def turn(seen: Watch) -> Watch:
+    """The insertion drive has been turned round: the head may brake from the speed that it has."""
+    coast_mm_per_s = max(seen.speed_mm_per_s, 0.0)
+    return seen._replace(
+        advance=AdvanceBound(head_mm=seen.head_mm, coast_mm_per_s=coast_mm_per_s),
+        runaway_ticks=0,
+        drive=drive_force.rest(seen.drive),
+    )
+
+
+@compiled
 def reset(limits: Limits, watch: Watch) -> Watch:
     """Forget what a person has acknowledged; what can still be seen to hold goes on counting.
 
