@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
-from opensuction.safety.governor import limiter
+from opensuction.safety.condition_mask import decode_trips
+from opensuction.safety.governor import governor, limiter
+from opensuction.safety.governor.governor import GovernorState, Verdict
 from opensuction.safety.handling import Reaction
 from tests.safety.watchdog import (
     DT_S,
@@ -18,6 +20,8 @@ from tests.safety.watchdog import (
     PARK_MM,
     ahead,
     at,
+    believed,
+    changed,
     first,
     run,
     sound,
@@ -143,3 +147,83 @@ def test_no_valve_opens_on_more_vacuum_than_the_patients_limit() -> None:
     ticks = run(0.1, lambda _: stay(PARK_MM)._replace(valve_open=True), full)
     assert not any(tick.allowed.valve_open for tick in ticks)
     assert math.isfinite(ticks[-1].verdict.deepest_mm)
+
+
+# A drive whose wires are swapped.
+
+
+def running_away(force_n: float, asked_n: float) -> GovernorState:
+    """In the tick before a runaway is a trip, with that force measured and that one asked for."""
+    state: GovernorState = changed(
+        at(50.0),
+        {
+            "last.insertion_on": True,
+            "watch.advance.head_mm": 45.0,
+            "watch.speed_mm_per_s": 9.0,
+            "watch.runaway_ticks": 4,
+            "watch.drive.force_n": force_n,
+            "watch.drive.borne_n": asked_n,
+        },
+    )
+    return state
+
+
+def running(state: GovernorState, head_mm: float) -> tuple[GovernorState, Setpoints, Verdict]:
+    """Another tick of it, its command far behind the head."""
+    behind = ahead(changed(state, {"watch.advance.head_mm": head_mm - 5.0}), head_mm - 5.0)
+    # The current that goes on as it is.
+    current = state.watch.drive.force_n * ONE_N_A
+    read = sound(head_mm)._replace(insertion_current_a=current)
+    vote = believed(PATIENT, behind.watch, read)._replace(
+        driven_v=state.watch.drive.borne_n * ONE_N_A * PATIENT.drive.volts_per_a
+        + state.watch.speed_mm_per_s / PATIENT.drive.mm_per_s_per_v
+    )
+    return governor.step(PATIENT, behind, staying(head_mm - 5.0), read, vote, False, DT_S)
+
+
+@pytest.mark.requirement("OS-R10", "OS-R45")
+@pytest.mark.parametrize(
+    ("force_n", "asked_n", "turned"),
+    [
+        (3.0, -3.0, True),
+        (-3.0, 3.0, True),
+        (3.0, 3.0, False),
+        (3.0, -0.9, False),
+        (0.9, -3.0, False),
+        (0.0, 0.0, False),
+    ],
+)
+def test_a_drive_that_pushes_against_its_volts_is_turned_round_and_any_other_let_go(
+    force_n: float, asked_n: float, turned: bool
+) -> None:
+    state, allowed, verdict = running(running_away(force_n, asked_n), 50.0)
+    assert Condition.HEAD_RUNAWAY in decode_trips(verdict.trips)
+    assert verdict.turned == state.turned == turned
+    assert verdict.reaction == (Reaction.WITHDRAW if turned else Reaction.TORQUE_OFF)
+    assert verdict.insertion_on == turned
+    assert not allowed.pump_on
+    if turned:
+        # It may brake from where it is and as fast as it is, and no force is known yet.
+        assert state.watch.advance.head_mm == 50.0
+        assert state.watch.advance.coast_mm_per_s == pytest.approx(9.0, abs=1.0)
+        assert state.watch.runaway_ticks == 0
+        assert state.watch.drive.force_n == state.watch.drive.borne_n == 0.0
+
+
+@pytest.mark.requirement("OS-R10")
+def test_one_that_runs_away_again_is_let_go_and_a_reset_forgets_all() -> None:
+    state, _, _ = running(running_away(3.0, -3.0), 50.0)
+    for tick in range(5):
+        assert state.turned
+        state, _, verdict = running(state, 50.0 + 0.01 * tick)
+    assert not verdict.turned
+    assert verdict.reaction == Reaction.TORQUE_OFF
+    # Once let go it stays so, whatever the current says.
+    again = changed(state, {"watch.drive.force_n": 3.0, "watch.drive.borne_n": -3.0})
+    assert running(again, 50.1)[2].reaction == Reaction.TORQUE_OFF
+    assert not governor.reset(PATIENT, running(running_away(3.0, -3.0), 50.0)[0]).turned
+
+
+def test_a_drive_that_is_told_the_opposite_by_no_runaway_is_not_turned() -> None:
+    calm = changed(running_away(3.0, -3.0), {"watch.runaway_ticks": 0})
+    assert not running(calm, 50.0)[2].turned
