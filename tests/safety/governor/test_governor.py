@@ -232,7 +232,9 @@ def test_the_head_is_driven_in_no_faster_than_its_limit_and_not_past_the_cap(cas
         assert -limit <= case.allowed.head_mm_per_s <= limit
         assert case.allowed.head_mm <= max(HEAD_CAP_MM, case.before.last.head_mm)
         if case.before.last.head_mm > HEAD_CAP_MM + REACH_MM:
-            assert case.allowed.head_mm < case.before.last.head_mm
+            # Unless it leads the head by all that a withdrawal may.
+            leading = case.seen.head_mm - case.before.last.head_mm > 3.9
+            assert case.allowed.head_mm < case.before.last.head_mm or leading
     else:  # nothing is driven, and the command waits at the head
         assert not case.verdict.insertion_on
         assert case.allowed.head_mm == case.seen.head_mm
