@@ -229,7 +229,7 @@ def _press(settings: Settings, state: CoreState, inputs: Inputs) -> tuple[Reques
 
     A button acts once. A reset that the lock-out refuses is taken out.
     """
-    requests = button.press_once(inputs.requests, state.pressed)
+    requests = button.press_once(inputs.requests, state.held)
     phase = state.procedure.phase
     kept = upkeep.hear(settings.service, state.upkeep, phase, requests)
     asked = phase == Phase.HALTED and requests.reset and not requests.abort
@@ -325,7 +325,7 @@ def control_step(
         tripped=verdict.trips != 0,
         powerless=verdict.reaction == Reaction.TORQUE_OFF,
         reasons=reasons,
-        pressed=inputs.requests,
+        held=button.hold(inputs.requests),
     )
     late_share = watch.watch.late_share
     outputs = _outputs(service, procedure, kept, commands, demand, verdict, late_share)

@@ -49,8 +49,8 @@ class CoreState(NamedTuple):
     powerless: bool
     reasons: int
     """Alarm conditions for which it halts; see `alarm_source.reasons`."""
-    pressed: Requests
-    """Buttons of the last tick: one that is held asks once."""
+    held: int
+    """Mask of the buttons that were down in the last tick: one that is held asks once."""
 
 
 class State(NamedTuple):

@@ -119,6 +119,6 @@ def test_an_answer_ends_with_its_time_its_pass_and_a_halt() -> None:
 
 def test_a_button_acts_once_and_an_abort_as_long_as_it_is_held() -> None:
     everything = Requests(*[True] * len(Requests._fields))
-    assert button.press_once(everything, NO_REQUESTS) == everything
-    assert button.press_once(everything, everything) == ABORT
-    assert button.press_once(NO_REQUESTS, everything) == NO_REQUESTS
+    assert button.press_once(everything, button.NONE) == everything
+    assert button.press_once(everything, button.hold(everything)) == ABORT
+    assert button.press_once(NO_REQUESTS, button.hold(everything)) == NO_REQUESTS

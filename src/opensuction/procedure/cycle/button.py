@@ -1,36 +1,85 @@
 """Buttons act when they are pressed, not as long as they are held."""
 
+from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.requests import Requests
 
+NONE = 0
+"""No button is held."""
+FIELDS = Requests._fields
+(
+    START,
+    IDENTIFY,
+    ABORT,
+    RESET,
+    TEACH,
+    CONFIRM,
+    HOME,
+    SERVICE,
+    CHANGED,
+    RETURN_TO_SERVICE,
+    NOT_NEEDED,
+    ACKNOWLEDGE,
+    AUDIO_PAUSE,
+    ASSESSED,
+    OXYGENATED,
+    OXYGEN_SKIPPED,
+) = range(len(Requests._fields))
+"""Bits of the buttons, in the order of `Requests`."""
+
 
 @compiled
-def _is_new(now: bool, before: bool) -> bool:
-    return now and not before
+def hold(now: Requests) -> int:
+    """Mask of the buttons that are down in this tick."""
+    return (
+        flag(now.start, START)
+        | flag(now.identify, IDENTIFY)
+        | flag(now.abort, ABORT)
+        | flag(now.reset, RESET)
+        | flag(now.teach, TEACH)
+        | flag(now.confirm, CONFIRM)
+        | flag(now.home, HOME)
+        | flag(now.service, SERVICE)
+        | flag(now.changed, CHANGED)
+        | flag(now.return_to_service, RETURN_TO_SERVICE)
+        | flag(now.not_needed, NOT_NEEDED)
+        | flag(now.acknowledge, ACKNOWLEDGE)
+        | flag(now.audio_pause, AUDIO_PAUSE)
+        | flag(now.assessed, ASSESSED)
+        | flag(now.oxygenated, OXYGENATED)
+        | flag(now.oxygen_skipped, OXYGEN_SKIPPED)
+    )
 
 
 @compiled
-def press_once(now: Requests, before: Requests) -> Requests:
+def _is_new(down: bool, held: int, bit: int) -> bool:
+    return down and held >> bit & 1 == 0
+
+
+@compiled
+def press_once(now: Requests, held: int) -> Requests:
     """The buttons that were pressed in this tick; an abort also while it is held.
 
-    before: the buttons of the last tick. A button that sticks, or a thumb that stays on it, asks
-    for one cycle, one reset, one answer.
+    held: mask of those that were down in the last tick. A button that sticks, or a thumb that stays
+    on it, asks for one cycle, one reset, one answer.
     """
+    if held == NONE:
+        return now
     return Requests(
-        start=_is_new(now.start, before.start),
-        identify=_is_new(now.identify, before.identify),
+        start=_is_new(now.start, held, START),
+        identify=_is_new(now.identify, held, IDENTIFY),
         abort=now.abort,
-        reset=_is_new(now.reset, before.reset),
-        teach=_is_new(now.teach, before.teach),
-        confirm=_is_new(now.confirm, before.confirm),
-        home=_is_new(now.home, before.home),
-        service=_is_new(now.service, before.service),
-        changed=_is_new(now.changed, before.changed),
-        return_to_service=_is_new(now.return_to_service, before.return_to_service),
-        not_needed=_is_new(now.not_needed, before.not_needed),
-        acknowledge=_is_new(now.acknowledge, before.acknowledge),
-        audio_pause=_is_new(now.audio_pause, before.audio_pause),
-        assessed=_is_new(now.assessed, before.assessed),
-        oxygenated=_is_new(now.oxygenated, before.oxygenated),
-        oxygen_skipped=_is_new(now.oxygen_skipped, before.oxygen_skipped),
+        reset=_is_new(now.reset, held, RESET),
+        teach=_is_new(now.teach, held, TEACH),
+        confirm=_is_new(now.confirm, held, CONFIRM),
+        home=_is_new(now.home, held, HOME),
+        service=_is_new(now.service, held, SERVICE),
+        changed=_is_new(now.changed, held, CHANGED),
+        return_to_service=_is_new(now.return_to_service, held, RETURN_TO_SERVICE),
+        not_needed=_is_new(now.not_needed, held, NOT_NEEDED),
+        acknowledge=_is_new(now.acknowledge, held, ACKNOWLEDGE),
+        audio_pause=_is_new(now.audio_pause, held, AUDIO_PAUSE),
+        assessed=_is_new(now.assessed, held, ASSESSED),
+        oxygenated=_is_new(now.oxygenated, held, OXYGENATED),
+        oxygen_skipped=_is_new(now.oxygen_skipped, held, OXYGEN_SKIPPED),
     )
