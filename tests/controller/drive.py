@@ -64,6 +64,8 @@ class Fault(IntEnum):
     """The valve's mechanism is stuck open."""
     CAM_FROZEN = 15
     PUMP_DEAD = 16
+    HEAD_BLIND = 17
+    """Both sensors of the head marked invalid."""
 
 
 class When(NamedTuple):
@@ -102,7 +104,8 @@ def _read(fault: int, tick: int, before: Readings, true: Readings) -> Readings:
         contact = tick % 3 > 0
     return true._replace(
         head_mm=head,
-        head_valid=fault != Fault.HEAD_FLAGGED,
+        head_valid=fault not in (Fault.HEAD_FLAGGED, Fault.HEAD_BLIND),
+        carriage_valid=fault != Fault.HEAD_BLIND,
         cam_rad=cam,
         cam_valid=fault != Fault.CAM_FLAGGED,
         line_vacuum_mmhg=vacuum,

@@ -20,6 +20,10 @@ FOUND: dict[str, Any] = {
     "single": count(54_000, 0),
     "double": count(40_000, 17),
     "false_alarms": 0,
+    "left_inside": {
+        "single": {"count": 5_200, "unavoidable": 5_100, "told": 5_150},
+        "double": {"count": 6_000, "unavoidable": 5_900, "told": 5_950},
+    },
     "unnoticed": {
         "gear-lost": {"cycles": 900, "unnoticed": 700},
         "pump-lost": {"cycles": 800, "unnoticed": 0},
@@ -41,8 +45,9 @@ FOUND: dict[str, Any] = {
 def test_counts_and_their_bounds_are_told() -> None:
     page = campaign_page.markdown(FOUND, "2026-11-21")
     assert "# Random faults: 100,000 cycles" in page
-    assert "| physical bounds, two faults | 40,000 | 17 | 0.012 % |" in page
+    assert "| bounds of the patient, two faults | 40,000 | 17 | 0.012 % |" in page
     assert "In-silico" in page
+    assert "| single | 5200 | 5100 | 5150 |" in page
 
 
 def test_each_kind_of_breach_can_be_played_again() -> None:

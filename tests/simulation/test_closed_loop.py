@@ -51,6 +51,7 @@ GOLDEN_COLUMNS = [
     "verdict.patient",
     "verdict.deepest_mm",
     "verdict.insertion_on",
+    "verdict.turned",
     "verdict.valve_on",
     "commands.head_mm",
     "commands.insertion_v",

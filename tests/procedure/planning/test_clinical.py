@@ -22,7 +22,7 @@ BEDSIDE = Abilities(
     cam_rad_per_s=math.radians(60.0),
     gap_in_mm=16.5,
     gap_out_mm=16.5,
-    relief_mmhg=150.0,
+    relief_mmhg=95.0,  # of a neonate: it protects all others, too
     jog_mm=2.0,
     turn_mm=16.5,
 )
@@ -145,3 +145,19 @@ def test_a_window_that_begins_below_the_carina_is_refused() -> None:
     protocol = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact=True)
     with pytest.raises(InputError, match=r"contact_from_mm 70 mm is not above .* 70\.0 mm"):
         clinical.check_depth(protocol._replace(contact_from_mm=70.0), GROWN, by_contact=True)
+
+
+@pytest.mark.parametrize(
+    ("site", "most_mmhg"),
+    [(GROWN, 150.0), (CHILD, 120.0), (NEONATE, 100.0)],
+    ids=["adult", "child", "neonate"],
+)
+def test_a_relief_valve_that_opens_above_the_ages_limit_is_refused(
+    site: Site, most_mmhg: float
+) -> None:
+    template = ADULT if site is GROWN else PAEDIATRIC
+    on_it = BEDSIDE._replace(relief_mmhg=most_mmhg)
+    assert clinical.fitted(template, on_it, site, by_contact=False).vacuum_mmhg < most_mmhg
+    above_it = BEDSIDE._replace(relief_mmhg=most_mmhg + 1.0)
+    with pytest.raises(InputError, match=f"opens at {most_mmhg + 1.0:g} mmHg"):
+        clinical.fitted(template, above_it, site, by_contact=False)

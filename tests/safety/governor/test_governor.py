@@ -144,7 +144,7 @@ states = st.builds(
         PatientWatch, *[seconds] * 6, st.booleans(), seconds, st.sampled_from(PATIENT)
     ),
     withdrawal=st.builds(ForcedWithdrawal, seconds, seconds, seconds),
-    turned=st.booleans(),
+    turned_ticks=counts,
     trips=st.one_of(
         st.just(0),
         st.sets(st.sampled_from(decode_trips(TRIPS))).map(lambda codes: sum(1 << c for c in codes)),

@@ -22,6 +22,7 @@ from tests.safety.watchdog import (
     above,
     ahead,
     at,
+    believed,
     below,
     changed,
     sound,
@@ -63,7 +64,7 @@ LATEST: list[tuple[str, Any, Any, Condition]] = [
     ("watch.durations.off_command_s", 0.2, above(0.2), Condition.HEAD_NOT_FOLLOWING),
     ("watch.durations.stalled_s", 0.1, above(0.1), Condition.HEAD_STALLED),
     ("watch.durations.jammed_s", 0.1, above(0.1), Condition.CATHETER_JAMMED),
-    ("watch.durations.overforce_s", 0.1, above(0.1), Condition.DRIVE_OVERFORCE),
+    ("watch.durations.overforce_s", 0.08, above(0.08), Condition.DRIVE_OVERFORCE),
     ("withdrawal.forced_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
     ("withdrawal.blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
     ("withdrawal.unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
@@ -190,6 +191,8 @@ def test_only_numbers_can_be_proposed_and_no_pressure(
 
 # What it remembers from tick to tick.
 
+ALONE = sound(HEAD_MM)._replace(carriage_valid=False)
+"""The encoder without the second sensor."""
 FORCED = AT_REST._replace(trips=1 << Condition.LATE_TICKS)
 """On its way out."""
 PATIENT = LIMITS._replace(withdrawal_s=9.0, in_airway_s=9.0)
@@ -290,9 +293,18 @@ def test_a_head_that_comes_at_a_millimetre_a_second_is_not_blocked() -> None:
 def test_a_reading_may_stand_for_a_tenth_of_a_second_on_the_way_out() -> None:
     standing = ahead(FORCED, HEAD_MM - 4.0)
     for dt_s, unseen in ((0.1, False), (above(0.1), True)):
-        after = step(PATIENT, standing, staying(HEAD_MM), sound(HEAD_MM), False, dt_s)[0]
+        after = step(PATIENT, standing, staying(HEAD_MM), ALONE, False, dt_s)[0]
         assert after.watch.durations.stalled_s == dt_s
         assert (after.withdrawal.unseen_s > 0.0) == unseen
+
+
+@pytest.mark.parametrize("out", ["encoder_out", "carriage_out"])
+def test_a_head_that_both_sensors_have_standing_still_is_seen(out: str) -> None:
+    standing = ahead(changed(FORCED, {"watch.durations.stalled_s": 0.2}), HEAD_MM - 4.0)
+    assert following(standing, sound(HEAD_MM)).withdrawal.unseen_s == 0.0
+    vote = believed(PATIENT, standing.watch, sound(HEAD_MM))._replace(**{out: True})
+    alone = governor.step(PATIENT, standing, staying(HEAD_MM), sound(HEAD_MM), vote, False, DT_S)
+    assert alone[0].withdrawal.unseen_s == DT_S
 
 
 def test_a_withdrawal_is_unseen_without_a_reading_and_with_one_that_stands_still() -> None:
@@ -303,9 +315,7 @@ def test_a_withdrawal_is_unseen_without_a_reading_and_with_one_that_stands_still
     # Its command 4 mm away and its reading the same for more than 0.1 s.
     for stood_s, unseen in ((0.1 - 2.0 * DT_S, False), (0.1 + DT_S, True)):
         standing = ahead(changed(state, {"watch.durations.stalled_s": stood_s}), HEAD_MM - 4.0)
-        assert following(standing, sound(HEAD_MM)).withdrawal.unseen_s == (
-            0.2 + DT_S if unseen else 0.0
-        )
+        assert following(standing, ALONE).withdrawal.unseen_s == (0.2 + DT_S if unseen else 0.0)
 
 
 def test_the_valve_is_known_to_have_been_told_otherwise() -> None:

@@ -21,6 +21,7 @@ from tests.safety.watchdog import (
     NAN,
     PARK_MM,
     above,
+    believed,
     below,
     changed,
     sound,
@@ -362,3 +363,28 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.valve == ValveAxis(0.0, 0.0, resting=True)
     assert after.line.vacuum_mmhg == 90.0
     assert after.line.unvented_s == after.line.over_s == after.line.pumping_s == 0.0
+
+
+# A runaway of the encoder alone.
+
+
+@pytest.mark.parametrize(
+    ("lead_mm", "out", "valid", "counts"),
+    [
+        (0.19, False, True, True),  # the second sensor goes with it, but for play and step
+        (0.21, False, True, False),
+        (0.21, True, True, True),  # there is nobody to ask
+        (0.21, False, False, True),
+    ],
+)
+def test_an_encoder_that_goes_in_without_the_head_is_no_runaway(
+    lead_mm: float, out: bool, valid: bool, counts: bool
+) -> None:
+    told = staying(HEAD_MM - 5.0)
+    read = sound(HEAD_MM)._replace(carriage_valid=valid)
+    before = seen(**{"advance.head_mm": HEAD_MM - 5.0})
+    vote = believed(LIMITS, before, read)._replace(
+        encoder_lead_mm=lead_mm + 0.1, carriage_lead_mm=0.1, carriage_out=out
+    )
+    after = watch.step(LIMITS, before, told, False, read, vote, False, DT_S)
+    assert after.runaway_ticks == int(counts)

@@ -86,6 +86,11 @@ def test_a_jam_is_unavoidable_from_the_force_of_the_drive_on() -> None:
     assert why(half, half) == HELD
 
 
+def test_a_motor_that_is_gone_for_as_long_as_a_withdrawal_takes_is_lost() -> None:
+    assert why((Fault.MOTOR_INTERMITTENT, 3.9)) is None
+    assert why((Fault.MOTOR_INTERMITTENT, 4.0)) == HELD
+
+
 def test_told_is_the_first_high_alarm_after_the_fault_whoever_raised_it() -> None:
     told = [
         Told(Condition.HEAD_STALLED, 1.0, "controller"),

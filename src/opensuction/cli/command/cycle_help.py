@@ -6,7 +6,7 @@ from opensuction.cli import completion
 
 _FAULTS = textwrap.fill(
     ", ".join(completion.FAULTS),
-    width=78,
+    width=77,
     initial_indent="  ",
     subsequent_indent="  ",
     break_on_hyphens=False,

@@ -121,7 +121,7 @@ COMMAND = Command(
     examples="""\b
 Examples:
   opensuction safety-case                    reports and figures under runs/
-  opensuction safety-case --seeds 1          a quick look: one machine of each patient
+  opensuction safety-case --seeds 1          a quick look, one machine each
   opensuction safety-case --table mine.toml  hazards of your own
   opensuction safety-case --json | jq '.hazards[] | select(.ok | not)'
   opensuction cycle --fault pump-runaway@suctioning  one of its faults
@@ -145,7 +145,7 @@ A row of a hazard table (docs/how-to/safety-case.md says what the keys mean):
   requirements = ["OS-R07"]
   [[hazard.fault]]                     # any key above may be here too
   name = "pump-runaway"
-  phases = ["inserting"]               # default: any time with the tip inside
+  phases = ["inserting"]               # default: any time with it inside
   patient = "neonate"                  # default: all; approach likewise""",
     ends="0 every bound holds, 1 one is broken",
 )

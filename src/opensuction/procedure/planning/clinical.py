@@ -106,7 +106,6 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
     Raises InputError where age, budget or a guideline forbids it, with the arithmetic.
     """
     check_catheter(site)
-    check_relief(abilities, site)
     guideline = GUIDELINES[site.age]
     if site.age not in template.vacuum_mmhg:
         names = ", ".join(age.name.lower() for age in template.vacuum_mmhg)
@@ -136,6 +135,7 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
         in_airway_budget_s=min(planned_s + IN_AIRWAY_MARGIN_S, guideline.in_airway_s)
     )
     enforce(held_against_guidelines(final, abilities, site, by_contact))
+    check_relief(abilities, site)
     return final
 
 

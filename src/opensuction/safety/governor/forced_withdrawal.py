@@ -36,9 +36,14 @@ NONE = make_zero(ForcedWithdrawal)
 def step(
     state: ForcedWithdrawal, seen: Watch, forced: bool, stalled: bool, dt_s: float
 ) -> ForcedWithdrawal:
-    """Bring it up to this tick. stalled: the head reading has stood still for too long."""
+    """Bring it up to this tick. stalled: the head reading has stood still for too long.
+
+    A head that both its sensors have standing still is seen: it is held, or its motor is gone.
+    """
     jammed = seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
-    unseen = seen.vote.unseen_ticks > 0 or stalled
+    lost = seen.invalid.head + seen.invalid.carriage > 0
+    alone = lost or seen.vote.encoder_out or seen.vote.carriage_out
+    unseen = seen.vote.unseen_ticks > 0 or (stalled and alone)
     return ForcedWithdrawal(
         forced_s=extend(state.forced_s, forced, dt_s),
         blocked_s=extend(state.blocked_s, forced and jammed, dt_s),

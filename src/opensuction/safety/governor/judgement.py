@@ -27,7 +27,7 @@ STALL_S = 0.1
 """How long the head reading may stand still while the servo must be moving it."""
 JAM_S = 0.1
 """How long the head may meet more than friction; a stop against the gear's backlash rings less."""
-OVERFORCE_S = 0.1
+OVERFORCE_S = 0.08
 """How long the drive may give more than its current limit: 60 ms are a sensor's; assumed."""
 DISAGREE_S = 0.05
 """How long the head's two sensors may disagree; two messages of different age do for less."""

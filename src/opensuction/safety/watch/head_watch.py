@@ -20,6 +20,9 @@ APART_SUCKING_MM = 0.35
 """The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1
 mm, half of the sensor's step, and 0.06 mm for messages 1 ms apart at 62 mm/s. With a frozen encoder
 the head has gone in by 0.45 mm at most then (0.5 are allowed), with a reversed one by half."""
+PARTING_MM = 0.2
+"""Way that the encoder has gone in more than the second sensor within the vote's memory: play from
+one side to the other 0.1 mm, and the sensor's step 0.1 mm [computed]."""
 OVERSPEED_RATIO = 1.25
 """Measured head speed over its limit that no sound machine reaches: the limit is the no-load speed
 of the fastest one, and the encoder's step adds 0.5 mm/s to the average [computed]."""
@@ -42,6 +45,18 @@ def is_disagreeing(
     apart_mm = APART_SUCKING_MM if sucking else APART_MM
     both = invalid.head == 0 and invalid.carriage == 0 and not vote.encoder_out
     return both and off_mm > apart_mm
+
+
+@compiled
+def _is_parting(seen: Watch) -> bool:
+    """Whether the encoder is going in without the head: it will be told by the two sensors.
+
+    Less than they may be apart bears no runaway out, and no more is needed while the valve is open.
+    """
+    vote = seen.vote
+    both = seen.invalid.head + seen.invalid.carriage == 0
+    heard = both and not (vote.encoder_out or vote.carriage_out)
+    return heard and vote.encoder_lead_mm - vote.carriage_lead_mm > PARTING_MM
 
 
 @compiled
@@ -90,7 +105,7 @@ def move(
     fastest = OVERSPEED_RATIO * limits.head_speed_mm_per_s
     too_fast = seen.vote.encoder_odd == 0 and abs(speed) > fastest  # what jumps has no speed
     runaway_mm = RUNAWAY_SUCKING_MM if sucking else RUNAWAY_MM
-    too_far = seen.vote.least_mm - advance.head_mm > runaway_mm
+    too_far = seen.vote.least_mm - advance.head_mm > runaway_mm and not _is_parting(seen)
     return seen._replace(
         speed_mm_per_s=speed,
         tip=tip_bound.follow(limits.tip, before.tip, head_mm),

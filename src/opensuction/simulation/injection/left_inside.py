@@ -15,8 +15,12 @@ from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import MachineEffect
 from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.fault.fault_time import BY_TURNS
 from opensuction.twin.machine.machine import Machine
 
+GONE_S = 4.0
+"""[design] A drive that has no force for so long is gone: a neonate's withdrawal may take 5 s in
+all, and one that starts again later would pull against the hand that has been called."""
 PARTED_MM = 1000.0
 """More play than any rack is long: the head does not follow the motor."""
 
@@ -70,7 +74,8 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
             return POWERLESS
         if one.fault == Fault.TIP_LEFT_BEHIND:
             return LOOSE
-        if isinstance(row.effect, MachineEffect) and row.course is None:  # else it passes
+        gone = row.course == BY_TURNS and one.strength >= GONE_S
+        if isinstance(row.effect, MachineEffect) and (row.course is None or gone):  # else it passes
             machine = row.change_machine(machine, one.strength)
     return _find_of_machine(machine)
 
