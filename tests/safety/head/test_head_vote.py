@@ -10,7 +10,7 @@ from opensuction.kernel.readings import Readings
 from opensuction.safety.head import head_vote
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS
-from tests.safety.watchdog import DT_S, LIMITS, NAN, sound
+from tests.safety.watchdog import DT_S, LIMITS, NAN, changed, sound
 
 DRIVE = LIMITS.drive
 SPEED_MM_PER_S = -15.0
@@ -222,10 +222,11 @@ def test_without_torque_the_motor_tells_nothing() -> None:
     assert not vote.carriage_out
 
 
-def test_nobody_is_voted_out_whose_other_does_not_speak() -> None:
+@pytest.mark.parametrize("silent", [{"carriage_valid": False}, {"carriage_mm": NAN}])
+def test_nobody_is_voted_out_whose_other_does_not_speak(silent: dict[str, object]) -> None:
     vote = going()
     for tick in range(201, 260):
-        read = told(tick)._replace(head_mm=true_mm(tick) + 5.0, carriage_valid=False)
+        read = changed(told(tick)._replace(head_mm=true_mm(tick) + 5.0), silent)
         vote = step(vote, read, apart=True)
     assert not vote.encoder_out
     # The only one left is believed, after three ticks.

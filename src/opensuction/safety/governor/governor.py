@@ -30,6 +30,8 @@ NOT_FOLLOWING = 1 << Condition.HEAD_NOT_FOLLOWING
 TURNED_TICKS = 5
 """How soon a drive that is told the opposite must pull: its current follows at once, averaged over
 10 ms; at 17 mm/s the head goes 0.1 mm meanwhile [computed]."""
+ANSWERED_TICKS = 20
+"""Until when that is looked at: later it pushes where it brakes at home, as any drive does."""
 
 
 class GovernorState(NamedTuple):
@@ -118,8 +120,8 @@ def _is_turning(state: GovernorState, seen: Watch, trips: int) -> bool:
 @compiled
 def _is_obeying(state: GovernorState, seen: Watch) -> bool:
     """Whether a drive that is told the opposite does so: it pulls, and the head comes."""
-    inwards = seen.drive.force_n > drive_force.AGAINST_N
-    pushing = state.turned_ticks >= TURNED_TICKS and inwards
+    answering = TURNED_TICKS <= state.turned_ticks <= ANSWERED_TICKS
+    pushing = answering and seen.drive.force_n > drive_force.AGAINST_N
     again = pushing or seen.runaway_ticks >= judgement.RUNAWAY_TICKS
     return state.turned_ticks > 0 and not again
 

@@ -182,7 +182,7 @@ def _vote_out(state: HeadVote, readings: Readings, apart: bool) -> HeadVote:
         return state
     encoder_mm, carriage_mm = state.encoder_lead_mm, state.carriage_lead_mm
     odd = state.encoder_odd >= OUT_TICKS or _is_clearly_odd(encoder_mm, carriage_mm)
-    out = odd and readings.carriage_valid
+    out = odd and readings.carriage_valid and is_number(readings.carriage_mm)
     return state._replace(
         encoder_out=out,
         carriage_out=not odd and _is_clearly_odd(carriage_mm, encoder_mm),
