@@ -197,7 +197,7 @@ def test_an_abort_ends_halted_with_the_tip_out() -> None:
 
 def test_a_trace_with_too_few_columns_is_refused() -> None:
     loop, start = ready()
-    with pytest.raises(IndexError, match="columns"):
+    with pytest.raises(TypeError, match="columns"):
         closed_loop.run(loop, start, START, np.zeros((10, len(COLUMNS) - 1)))
 
 

@@ -91,6 +91,7 @@ class TraceRow(NamedTuple):
 COLUMNS = row.columns(TraceRow)
 """Columns of the trace, in order."""
 write_row = row.writer(TraceRow)
+_write_row_of = row.table_writer(TraceRow)
 
 
 @compiled
@@ -193,7 +194,7 @@ def _run(
         # Ticks up to the bedside's next step: an inner loop that does not carry its state.
         while done < trace.shape[0] and not at_rest and not plant.is_due(now.machine):
             now, phase, seen = _tick(sides, heads_mm, now, requests, messages)
-            write_row(trace[done], seen)
+            _write_row_of(trace, done, seen)
             requests = NO_REQUESTS
             done += 1
             at_rest = active and phase in RESTING
@@ -225,8 +226,11 @@ def run(
     wiring, messages: what lies between the two sides, and what it remembers; played where there
     are messages. Returns the state and how many rows were written; it stops early after the first
     tick at rest (parked or halted) that follows a tick of activity. Run in pieces it gives the
-    same rows. Raises TypeError where the trace is not a table of doubles, row after row.
+    same rows. Raises TypeError where the trace is not a table of doubles, row after row,
+    with all columns.
     """
     if trace.dtype != np.float64 or not trace.flags.c_contiguous:
         raise TypeError(f"trace: {trace.dtype} {trace.strides}, should be rows of doubles")
+    if trace.shape[1] != len(COLUMNS):
+        raise TypeError(f"trace: {trace.shape[1]} columns, should be {len(COLUMNS)}")
     return _play(loop, wiring, state, requests, trace, messages)

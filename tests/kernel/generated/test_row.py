@@ -72,6 +72,12 @@ def test_a_row_too_short_is_refused_and_not_touched() -> None:
     assert values.tolist() == [7.0] * 5
 
 
+def test_a_table_takes_a_record_in_the_row_that_is_named_and_nowhere_else() -> None:
+    table = np.full((3, len(NAMES) + 1), 7.0)
+    row.table_writer(Outer)(table, 1, outer(1, 2.0, 3.0, True, 4.0))
+    assert table.tolist() == [[7.0] * 7, [1.0, 2.0, 1.0, 3.0, 0.0, 4.0, 7.0], [7.0] * 7]
+
+
 class Text(NamedTuple):
     name: str
 

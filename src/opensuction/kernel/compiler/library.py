@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba.core import config
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
 from numba.core.environment import lookup_environment
 
@@ -143,12 +144,20 @@ class RootLibrary(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        """Optimise all that has been linked."""
+        """Optimise all that has been linked.
+
+        With LLVM's vectoriser of straight-line code, which numba leaves out by default: a tick is
+        little else (docs/decisions/0020). Elsewhere numba's own setting holds.
+        """
         compilation.report_optimising()
         for function in self._final_module.functions:
             if not function.is_declaration and function.name != self.wrapper:
                 function.linkage = "internal"
-        super()._optimize_final_module()
+        others, config.SLP_VECTORIZE = config.SLP_VECTORIZE, 1
+        try:
+            super()._optimize_final_module()
+        finally:
+            config.SLP_VECTORIZE = others
 
     def finalize(self) -> None:
         """Link, optimise, make machine code."""

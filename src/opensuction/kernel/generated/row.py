@@ -56,6 +56,24 @@ def writer(record_type: type) -> Callable[[Row, Any], None]:
     return write
 
 
+def table_writer(record_type: type) -> Callable[[Array, int, Any], None]:
+    """Compiled ``write(table, number, record)``, a `writer` for a row of a table.
+
+    table: two-dimensional, a row with at least as many columns; neither that nor the number is
+    checked here. A `writer` on ``table[number]`` would make a view in every tick: to count its
+    references a processor waits until all that it has written before is in its caches.
+    """
+    names = columns(record_type)
+    lines = [
+        "def write(table, number, record):",
+        *(f"    table[number, {i}] = record.{name}" for i, name in enumerate(names)),
+    ]
+    write: Callable[[Array, int, Any], None] = straight_line.define(
+        lines, f"table of {record_type.__name__}"
+    )
+    return write
+
+
 def _rebuilt(record_type: type, scope: dict[str, Any], first: int) -> tuple[str, int]:
     """Source that builds a record from the columns from ``first`` on, and the column after it."""
     constructor = f"record_{len(scope)}"
