@@ -46,6 +46,7 @@ def readings(contact: bool = False, vacuum_mmhg: float = 0.0, cam_rad: float = 0
         vacuum_valid=True,
         contact_closed=contact,
         contact_valid=True,
+        mouth_clear=True,
         insertion_current_a=0.0,
         monitor=NO_MONITOR,
     )

@@ -131,6 +131,7 @@ def test_of_the_trips_hands_in_the_machine_bring_about_only_those_of_readings_an
         C.DRIVE_OVERFORCE,
         C.VALVE_STUCK_OPEN,
         C.PUMP_RUNAWAY,
+        C.TIP_DETACHED,
     }
     assert {code for code in ALL_TRIPS if not code.row.handling.planned} == alarming | PATIENT
 
@@ -170,7 +171,6 @@ def own(chosen: str) -> set[str]:
 
 def test_an_own_condition_stays_for_a_person_where_its_cause_may_hide_again() -> None:
     assert own("latching") == {
-        "TIP_DETACHED",
         "MESSAGE_LATE",
         "WATCHDOG_FIRED",
         "CALIBRATION_OUT_OF_RANGE",
@@ -217,6 +217,7 @@ TORQUE_OFF = {
 }
 """All other trips withdraw."""
 VACUUM_KEPT = {
+    "TIP_DETACHED",
     # Nothing is wrong with the suction; it stays as proposed on the way out.
     "CONTACT_READING_INVALID",
     # What hangs at the tip would be left in the airway.
@@ -244,7 +245,6 @@ NO_TRIPS = {
     "RECOVERY_NEEDED",
     "CATHETER_LIFE_OVER",
     "CATHETER_LIFE_ENDING",
-    "TIP_DETACHED",
     "RECORDER_LOST",
     "CONSOLE_LOST",
     "RESERVE_ENERGY_USED",

@@ -54,6 +54,7 @@ LIMITS = Limits(
     ),
     cap_mm=95.0,
     outside_mm=float(tip_bound.deepest_mm(TIP, tip_bound.assume_anywhere(TIP, PARK_MM))) + 1.0,
+    mouth_mm=INF,
     park_head_mm=PARK_MM,
     head_speed_mm_per_s=20.0,
     head_mm_per_s2=1e9,
@@ -106,6 +107,7 @@ def sound(head_mm: float) -> Readings:
         vacuum_valid=True,
         contact_closed=False,
         contact_valid=True,
+        mouth_clear=True,
         insertion_current_a=0.0,
         monitor=NO_MONITOR,
     )

@@ -73,6 +73,8 @@ def _found(item: int, readings: Readings) -> int:
 @compiled
 def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
     """What it means that a phase took too long."""
+    if phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
+        return 1 << Condition.HEAD_NOT_FOLLOWING  # it was kept from getting where it was sent
     if phase == Phase.OPENING:
         return 1 << Condition.VALVE_STUCK_CLOSED
     if phase == Phase.CLOSING:

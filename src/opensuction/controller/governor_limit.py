@@ -14,6 +14,8 @@ from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.limits import DriveLimits, Limits, LineLimits, ValveLimits, WindowLimits
 from opensuction.safety.watch.vacuum_signature import CLOSED_SHARE
 
+MOUTH_MM = 10.0
+"""Light barrier in the connector, above the patient's boundary: half way to where the tip parks."""
 OUTSIDE_MARGIN_MM = 1.0
 """The parked interval plus this counts as outside on a machine that parks at the boundary."""
 VACUUM_MARGIN = 1.25
@@ -102,6 +104,7 @@ def limits(
     )
     parked = tip_bound.deepest_mm(tip, tip_bound.assume_anywhere(tip, park_head_mm))
     farthest_mm = protocol.cap_mm - site.park_mm + float(modified_dahl.gap_mm(model))
+    on_bench = site.boundary_mm == TUBE_END_MM
     stays_on_carina = by_contact and protocol.backoff_mm == 0.0
     return Limits(
         tip=tip,
@@ -115,7 +118,7 @@ def limits(
             volts_per_a=profile.winding_v_per_a,
             gaining_mm_per_s2=profile.acceleration_mm_per_s2,
         ),
-        window=_window(protocol, model, by_contact, site.boundary_mm == TUBE_END_MM),
+        window=_window(protocol, model, by_contact, on_bench),
         valve=ValveLimits(
             open_rad=profile.cam_open_rad, stroke_s=profile.cam_open_rad / profile.cam_rad_per_s
         ),
@@ -123,6 +126,7 @@ def limits(
         cap_mm=protocol.cap_mm,
         # The bench parks on its boundary; a machine that parks behind it is out at the boundary.
         outside_mm=max(float(parked) + OUTSIDE_MARGIN_MM, site.boundary_mm),
+        mouth_mm=math.inf if on_bench else site.boundary_mm - MOUTH_MM,
         park_head_mm=park_head_mm,
         head_speed_mm_per_s=profile.head_limit_mm_per_s,
         head_mm_per_s2=ACCELERATION_MARGIN * profile.acceleration_mm_per_s2,

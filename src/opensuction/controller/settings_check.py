@@ -9,12 +9,13 @@ from opensuction.kernel.errors import InputError
 
 OPEN = (
     "limits.line.clogged_share",
+    "limits.mouth_mm",
     "limits.window.from_mm",
     "limits.window.by_mm",
     "plan.limits_s",
 )
-"""What may be infinite: a line that cannot be told to be clogged, a window as wide as the way, and
-phases that wait for a person."""
+"""What may be infinite: a line that cannot be told to be clogged, the light barrier of a bench that
+has none, a window as wide as the way, and phases that wait for a person."""
 
 
 def _numbers(record: tuple[Any, ...], path: str) -> Iterator[tuple[str, float]]:

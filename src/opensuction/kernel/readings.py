@@ -33,7 +33,7 @@ NO_MONITOR = make_zero(Monitor)
 class Readings(NamedTuple):
     """Sensor values of one tick, each with a flag: an invalid value is data, never a guess.
 
-    There is no tip position here: the machine has no tip sensor.
+    There is no tip position here: only whether the tip is out at the tube's mouth.
     """
 
     head_mm: float
@@ -52,6 +52,10 @@ class Readings(NamedTuple):
     contact_closed: bool
     """Contact switch at the tip."""
     contact_valid: bool
+    """The switch's line is closed through a resistor in the tip: without tip, or cut, it is not."""
+    mouth_clear: bool
+    """Light barrier in the connector above the tube's mouth: no catheter in its beam. Dark, dirty
+    or cut off it reads not clear, and so it has no flag."""
     insertion_current_a: float
     """Current of the insertion motor."""
     monitor: Monitor

@@ -71,8 +71,10 @@ class Condition(IntEnum):
     # Slipped, it still comes out; parted, it stays in, and only a hand can help.
     HEAD_SENSORS_DISAGREE = (
         19,
-        "motor and catheter head are not at the same place: the catheter may still be inside",
-        f"{OUT_FIRST} Look for a parted gear or a slipping encoder.",
+        "motor, catheter head and tip are not where they belong together: the catheter may still "
+        "be inside",
+        f"{OUT_FIRST} Look for a loose clamp, a parted gear, a slipping encoder; clean the light "
+        "barrier at the tube's mouth.",
         trip(DEATH, PROMPT, planned=True),
     )
     HEAD_OVERSPEED = (
@@ -322,11 +324,13 @@ class Condition(IntEnum):
         "Have a new catheter ready and plan its change.",
         alarm(REVERSIBLE, DELAYED, planned=True, escalates_s=HOUR_S),
     )
+    # A vacuum holds what hangs at the tip: it goes on until the catheter is out.
     TIP_DETACHED = (
         35,
-        "the catheter's tip may have come off",
-        "Draw the catheter out by hand and look at its tip. Call a physician if it is incomplete.",
-        alarm(DEATH, IMMEDIATE, latching=True),
+        "the catheter's tip is not where it must be, or may have come off",
+        "Draw the catheter out and look at its tip. Call a physician if it is incomplete. Whole, "
+        "look for a loose clamp, the switch's cable, dirt in the light barrier.",
+        trip(DEATH, IMMEDIATE, cuts_vacuum=False),
     )
     # The catheter is out when it is found, and the next cycle is refused.
     CALIBRATION_OUT_OF_RANGE = (

@@ -73,6 +73,8 @@ class Limits(NamedTuple):
     """Deepest tip position ever allowed."""
     outside_mm: float
     """The deepest possible tip is above this: it is out of the patient."""
+    mouth_mm: float
+    """Where the light barrier is; infinite where there is none."""
     park_head_mm: float
     head_speed_mm_per_s: float
     head_mm_per_s2: float

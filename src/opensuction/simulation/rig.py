@@ -1,5 +1,6 @@
 """Runs on one machine: identification with the laser, then automated cycles."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -133,6 +134,7 @@ def with_carina(chosen: Rig, carina_mm: float) -> Rig:
     values = {**chosen.values, "carina_mm": carina_mm}
     kind = chosen.kind
     machine = preset.machine(values, None, kind.catheter, kind.conduit)
+    machine = machine._replace(mouth_mm=chosen.machine.mouth_mm)
     site = chosen.site._replace(monitored=False)
     return chosen._replace(values=values, machine=machine, site=site)
 
@@ -167,8 +169,10 @@ def excite(chosen: Rig, run: int = IDENTIFICATION_RUN, names: Sequence[str] = CO
         chosen, EXCITING, CompensationKind.NONE, uncalibrated(chosen.profile), run
     )
     limit_s = loop.controller.plan.excitation.duration_s + 2.0
-    # Bench: nobody is there.
-    limits = loop.controller.limits._replace(in_airway_s=limit_s, cap_mm=NO_CARINA_MM)
+    # Bench: nobody is there, nor a tube with its light barrier.
+    limits = loop.controller.limits._replace(
+        in_airway_s=limit_s, cap_mm=NO_CARINA_MM, mouth_mm=math.inf
+    )
     loop = loop._replace(controller=loop.controller._replace(limits=limits))
     _, columns = trace.record(loop, state, IDENTIFY, limit_s, names)
     return columns

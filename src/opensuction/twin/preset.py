@@ -40,6 +40,9 @@ ENDLESS_MM = 1.0e9
 """Ends of a rack that no run reaches; `limit_rack` sets real ones."""
 BEHIND_PARK_MM = 10.0
 """[assumed] Rack behind the park position."""
+MOUTH_MM = 10.0
+"""[design] Light barrier in the connector, above the tube's upper end: half way to where the tip
+parks."""
 NO_PATIENT = patient_preset.patient("adult-icu", 0, nominal=True)
 """Fills the patient's place in a machine that has none; it is never stepped."""
 
@@ -161,6 +164,7 @@ def _switch(values: ParameterValues) -> ContactSwitch:
         bounce_s=values["switch_bounce_s"],
         bounce_open_ratio=values["switch_bounce_open_ratio"],
         latency_s=values["switch_latency_s"],
+        wired=True,
     )
 
 
@@ -190,6 +194,7 @@ def machine(
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
         clamp_slip_ratio=0.0,
+        mouth_mm=math.inf if patient is None else -(patient.tube_length_mm + MOUTH_MM),
         weak_tip_mm=0.0,
         transmission=transmission_of(fitted),
         valve_axis=_valve_axis(fitted),

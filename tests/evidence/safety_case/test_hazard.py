@@ -139,8 +139,8 @@ def test_five_seeds_see_every_part_of_the_time_inside_on_every_patient() -> None
         ('["inserting"]', '["opening"]\nshows = "now"', ("OS-H01, fault 1", "shows", "now")),
         (
             '"VACUUM_EXCEEDED", "PUMP_RUNAWAY"',
-            '"VACUUM_EXCEEDED", "TIP_DETACHED"',
-            ("OS-H01, fault 1", "alarm: TIP_DETACHED is raised by nothing in the twin"),
+            '"VACUUM_EXCEEDED", "CONSOLE_LOST"',
+            ("OS-H01, fault 1", "alarm: CONSOLE_LOST is raised by nothing in the twin"),
         ),
     ],
 )

@@ -30,6 +30,7 @@ AT_HOME = Readings(
     vacuum_valid=True,
     contact_closed=False,
     contact_valid=True,
+    mouth_clear=True,
     insertion_current_a=0.0,
     monitor=NO_MONITOR,
 )

@@ -183,7 +183,7 @@ def test_a_catheter_that_its_motor_cannot_bring_home_is_left_to_a_hand() -> None
     """The motor is home, the catheter head is not: the drive lets go of what it cannot move."""
 
     def report(_time_s: float, head_mm: float) -> Readings:
-        return sound(head_mm)._replace(carriage_mm=head_mm + 30.0)
+        return sound(head_mm)._replace(carriage_mm=head_mm + 30.0, line_vacuum_mmhg=0.0)
 
     limits = LIMITS._replace(in_airway_s=INF, withdrawal_s=2.0)
     ticks = run(2.5, lambda _: stay(PARK_MM), report, at(PARK_MM), limits=limits)

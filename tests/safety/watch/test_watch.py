@@ -12,7 +12,7 @@ from opensuction.safety.watch import contact_window, watch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
-from opensuction.safety.watch.watch_state import Durations, Watch
+from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 from tests.safety.observer import HEAD_MM, observed, seen
 from tests.safety.watchdog import (
     DT_S,
@@ -50,7 +50,7 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert not state.parked_closed
     assert state.open_contact_ticks == state.late_ticks == 0
     assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
-    assert state.durations == Durations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert state.durations == NO_DURATIONS
     assert state.drive == DriveForce(0.0, 0.0, 0.0, 0.0)
     assert state.vote == head_vote.start(HEAD_MM, read=True)
     assert state.runaway_ticks == state.overspeed_ticks == 0
@@ -180,7 +180,7 @@ def test_a_command_just_as_far_as_friction_may_hold_the_head_is_no_stall() -> No
         assert after.durations.stalled_s == stalled
 
 
-@pytest.mark.parametrize(("opened", "apart_mm"), [(False, 1.0), (True, 0.35)])
+@pytest.mark.parametrize(("opened", "apart_mm"), [(False, 1.0), (True, 0.3)])
 def test_motor_and_catheter_head_disagree_beyond_a_distance_that_is_less_with_the_valve_open(
     opened: bool, apart_mm: float
 ) -> None:
@@ -326,9 +326,10 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         cam_rad=0.3,
         parked_closed=True,
         open_contact_ticks=4,
+        stale_ticks=6,
         late_ticks=3,
         invalid=InvalidTicks(1, 5, 2, 3, 4),
-        durations=Durations(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+        durations=Durations(*map(float, range(1, 13))),
         drive=DriveForce(1.0, 2.0, 3.0, 0.01),
         window=ContactWindow(44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0, resting=True),
@@ -354,7 +355,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.advance == AdvanceBound(HEAD_MM, 0.0)
     assert not after.parked_closed
     # Valve not closed and contact go on; the rest begins anew.
-    assert after.durations == Durations(1.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert after.durations == NO_DURATIONS._replace(sucking_s=1.0, contact_s=3.0)
     # What the current sensor reads at rest is still so.
     assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01)
     assert after.vote == head_vote.reset(before.vote)

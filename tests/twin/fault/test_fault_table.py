@@ -18,8 +18,10 @@ from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.parameter import BENCH, nominal
 
-MACHINE = preset.machine(nominal(BENCH))
-READINGS = Readings(40.0, True, 40.0, True, 0.3, True, 100.0, True, False, True, 0.02, NO_MONITOR)
+MACHINE = preset.machine(nominal(BENCH))._replace(mouth_mm=-90.0)
+READINGS = Readings(
+    40.0, True, 40.0, True, 0.3, True, 100.0, True, False, True, True, 0.02, NO_MONITOR
+)
 
 
 def test_every_fault_has_one_row() -> None:

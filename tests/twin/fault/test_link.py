@@ -30,6 +30,7 @@ def readings(tick: int) -> Readings:
         True,
         tick % 3 == 0,
         True,
+        True,
         0.01,
         NO_MONITOR,
     )

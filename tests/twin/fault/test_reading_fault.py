@@ -26,6 +26,7 @@ AT_INSTANT = Readings(
     vacuum_valid=True,
     contact_closed=False,
     contact_valid=True,
+    mouth_clear=True,
     insertion_current_a=0.02,
     monitor=NO_MONITOR,
 )

@@ -33,7 +33,6 @@ no patient of the table has longer (adult: 30 s, [calc-apnoea])."""
 UNHEARD = frozenset(
     {
         Condition.PATIENT_SETTINGS_UNCONFIRMED,
-        Condition.TIP_DETACHED,
         Condition.CALIBRATION_OUT_OF_RANGE,
         Condition.RECORDER_LOST,
         Condition.CONSOLE_LOST,

@@ -14,6 +14,8 @@ BLOCKED_S = 0.3
 """How long it may pull on what holds it: a reversal from full speed takes 0.2 s."""
 LEAVING_MM_PER_S = 1.0
 """Measured speed outwards above which the head still comes out, however much resists it."""
+STALE_TICKS = 50
+"""For how long all sensors must repeat themselves to tell nothing: a sixth of `BLOCKED_S`."""
 UNSEEN_S = 0.5
 """Time for the reversal, beyond the way itself, of a withdrawal that cannot be seen."""
 
@@ -40,13 +42,14 @@ def step(
 
     A head that both its sensors have standing still is seen: it is held, or its motor is gone.
     """
-    jammed = seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
+    stale = seen.stale_ticks >= STALE_TICKS
+    held = seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
     lost = seen.invalid.head + seen.invalid.carriage > 0
     alone = lost or seen.vote.encoder_out or seen.vote.carriage_out
-    unseen = seen.vote.unseen_ticks > 0 or (stalled and alone)
+    unseen = seen.vote.unseen_ticks > 0 or (stalled and alone) or stale
     return ForcedWithdrawal(
         forced_s=extend(state.forced_s, forced, dt_s),
-        blocked_s=extend(state.blocked_s, forced and jammed, dt_s),
+        blocked_s=extend(state.blocked_s, forced and held and not stale, dt_s),
         unseen_s=extend(state.unseen_s, forced and unseen, dt_s),
     )
 

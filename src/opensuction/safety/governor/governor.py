@@ -118,6 +118,17 @@ def _is_turning(state: GovernorState, seen: Watch, trips: int) -> bool:
 
 
 @compiled
+def _is_coasting(state: GovernorState, seen: Watch, trips: int) -> bool:
+    """Whether the head only seems to run away, for its motor has no current: it coasts on.
+
+    Nothing pushes it, and there is nothing to let go: it is told to come out, and does as soon as a
+    loose contact closes. Should it be pushed after all, it runs away anew.
+    """
+    began = trips & ~state.trips & RUNAWAY != 0
+    return began and drive_force.is_slack(seen.drive)
+
+
+@compiled
 def _is_obeying(state: GovernorState, seen: Watch) -> bool:
     """Whether a drive that is told the opposite does so: it pulls, and the head comes."""
     answering = TURNED_TICKS <= state.turned_ticks <= ANSWERED_TICKS
@@ -188,8 +199,11 @@ def step(
     trips = judge(limits, state, seen, proposal) | patient_watch.select_trips(
         patient.conditions, inside, entering
     )
+    coasting = _is_coasting(state, seen, trips)
+    if coasting:
+        trips = trips & ~RUNAWAY | NOT_FOLLOWING
     turning = _is_turning(state, seen, trips)
-    if turning:
+    if turning or coasting:
         seen = watch.turn(seen)
     turned = turning or _is_obeying(state, seen)
     answered = _answer(trips, turned)

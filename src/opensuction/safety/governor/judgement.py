@@ -34,6 +34,13 @@ DISAGREE_S = 0.05
 DISAGREE_SUCKING_S = 0.005
 """The same with the valve open: messages 1 ms apart are 0.06 mm apart at the fastest 62 mm/s, so
 what disagrees for five ticks is no matter of age."""
+ADRIFT_S = 1.2
+"""How long both sensors may be away from the motor: after a contact's reversal, for which the
+drive's current limit hides its speed, they are for up to 0.9 s [in-silico]."""
+ABSENT_S = 0.05
+REMAINING_S = 0.2
+"""How long the light barrier may be without a catheter that must be in it, and with one that must
+be out: secretions flicker; assumed."""
 OVERSPEED_TICKS = 20
 """How long the head may be too fast: two time constants of the averaged speed; inwards it is a
 runaway before, by its travel [design]."""
@@ -65,6 +72,23 @@ def is_disagreeing(durations: Durations) -> bool:
 
 
 @compiled
+def _is_elsewhere(durations: Durations) -> bool:
+    """Whether the catheter is not where both sensors of its head have it."""
+    return durations.adrift_s > ADRIFT_S or durations.remaining_s > REMAINING_S
+
+
+@compiled
+def _judge_tip(seen: Watch) -> int:
+    """Mask of what the line of the tip's switch tells: cut by itself inside, the tip may be off.
+
+    Where other sensors give nothing either, it is the bus.
+    """
+    invalid = seen.invalid
+    alone = invalid.contact >= INVALID_TICKS and invalid.cam + invalid.vacuum == 0
+    return flag(alone and seen.durations.inside_s > 0.0, Condition.TIP_DETACHED)
+
+
+@compiled
 def _judge_readings(invalid: InvalidTicks, vote: HeadVote) -> int:
     """Mask of the sensors without a reading for too long, or with one that nothing bears out."""
     missing = invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact
@@ -86,10 +110,12 @@ def _judge_durations(durations: Durations) -> int:
     """Mask of what has lasted for too long and on a sound machine hardly begins."""
     head_s = durations.off_command_s + durations.stalled_s + durations.disagreeing_s
     drive_s = durations.jammed_s + durations.overforce_s
-    if head_s + drive_s + durations.overpressure_s == 0.0:
+    tip_s = durations.adrift_s + durations.absent_s + durations.remaining_s
+    if head_s + drive_s + tip_s + durations.overpressure_s == 0.0:
         return 0
     return (
-        flag(is_disagreeing(durations), Condition.HEAD_SENSORS_DISAGREE)
+        flag(is_disagreeing(durations) or _is_elsewhere(durations), Condition.HEAD_SENSORS_DISAGREE)
+        | flag(durations.absent_s > ABSENT_S, Condition.TIP_DETACHED)
         | flag(durations.off_command_s > PERSISTENCE_S, Condition.HEAD_NOT_FOLLOWING)
         | flag(durations.stalled_s > STALL_S, Condition.HEAD_STALLED)
         | flag(durations.jammed_s > JAM_S, Condition.CATHETER_JAMMED)
@@ -153,6 +179,7 @@ def judge(limits: Limits, seen: Watch, proposal: Setpoints, opened: bool) -> int
         _judge_readings(seen.invalid, seen.vote)
         | _judge_durations(seen.durations)
         | _judge_head(limits, seen)
+        | _judge_tip(seen)
         | _judge_contact(limits, seen)
         | _judge_suction(limits, seen, opened)
         | flag(not _is_possible(proposal), Condition.PROPOSAL_INVALID)

@@ -6,6 +6,7 @@ Nothing here remembers or judges; `opensuction.safety.governor.governor` does.
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.safety import condition_mask, tip_bound
+from opensuction.safety.condition import Condition
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.watch_state import Watch
@@ -105,7 +106,13 @@ def narrow(
     valve_open, vacuum = _narrow_suction(limits, last.valve_open, seen, proposal, cut)
     held = valve_open or seen.durations.sucking_s > 0.0
     released = not proposal.insertion_on and reaction != Reaction.WITHDRAW
-    driven = reaction != Reaction.TORQUE_OFF and not released
+    # By sensors that are adrift a head that is home would be led astray again; one that its motor
+    # has not brought home is another matter.
+    wrong = trips >> Condition.HEAD_SENSORS_DISAGREE & 1 == 1
+    lost = wrong and seen.durations.disagreeing_s == 0.0
+    home = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
+    let_go = reaction == Reaction.TORQUE_OFF or (reaction == Reaction.WITHDRAW and lost and home)
+    driven = not (let_go or released)
     changed = valve_open != proposal.valve_open or vacuum != proposal.vacuum_mmhg
     if not driven:
         head, velocity = seen.head_mm, 0.0  # a start begins from where it is

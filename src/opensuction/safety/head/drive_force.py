@@ -32,6 +32,8 @@ for: a spike is over when it is over [design]."""
 AGAINST_N = 1.0
 """Force either way from which current and volts can be told to be against each other: a motor 3 %
 faster than it should be is 0.7 N off at 30 mm/s [computed]."""
+SLACK_N = 0.2
+"""Less force is that of a motor without current: the sensor's noise is a tenth; assumed."""
 MM_PER_M = 1000.0
 
 
@@ -100,6 +102,12 @@ def is_against(state: DriveForce) -> bool:
     measured_n, asked_n = state.force_n, state.borne_n
     inwards = measured_n > AGAINST_N and asked_n < -AGAINST_N
     return inwards or (measured_n < -AGAINST_N and asked_n > AGAINST_N)
+
+
+@compiled
+def is_slack(state: DriveForce) -> bool:
+    """Whether the motor is told to pull and does nothing: its winding has no current."""
+    return state.borne_n < -AGAINST_N and abs(state.force_n) < SLACK_N
 
 
 @compiled

@@ -16,16 +16,22 @@ SPEED_WINDOW_S = 0.01
 APART_MM = 1.0
 """Distance between motor and catheter head that no sound gear has: play to either side up to 0.25
 mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed."""
-APART_SUCKING_MM = 0.35
+APART_SUCKING_MM = 0.3
 """The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1
-mm, half of the sensor's step, and 0.06 mm for messages 1 ms apart at 62 mm/s. With a frozen encoder
-the head has gone in by 0.45 mm at most then (0.5 are allowed), with a reversed one by half."""
+mm, half of the sensor's step 0.05 mm, 0.06 mm for messages 1 ms apart at 62 mm/s, and the rest for
+wear. With a frozen or drifting encoder the head has gone in by 0.45 mm at most then (0.5 are
+allowed), with a reversed one by half."""
 PARTING_MM = 0.2
 """Way that the encoder has gone in more than the second sensor within the vote's memory: play from
 one side to the other 0.1 mm, and the sensor's step 0.1 mm [computed]."""
 OVERSPEED_RATIO = 1.25
 """Measured head speed over its limit that no sound machine reaches: the limit is the no-load speed
 of the fastest one, and the encoder's step adds 0.5 mm/s to the average [computed]."""
+ADRIFT_MM = 0.2
+"""Way of both sensors within the vote's memory that the motor cannot have gone: 0.7 mm/s at rest
+[computed]."""
+ADRIFT_S = 0.01
+"""And more for each mm/s of the motor: one that is 3 % too fast is as far off [computed]."""
 RUNAWAY_MM = 1.0
 """Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
 RUNAWAY_SUCKING_MM = 0.3
@@ -45,6 +51,15 @@ def is_disagreeing(
     apart_mm = APART_SUCKING_MM if sucking else APART_MM
     both = invalid.head == 0 and invalid.carriage == 0 and not vote.encoder_out
     return both and off_mm > apart_mm
+
+
+@compiled
+def is_adrift(vote: HeadVote) -> bool:
+    """Whether both sensors run away from the motor together, as their common zero would."""
+    adrift_mm = ADRIFT_MM + ADRIFT_S * abs(vote.motor_mm_per_s)
+    encoder_mm, carriage_mm = vote.encoder_lead_mm, vote.carriage_lead_mm
+    inwards = encoder_mm > adrift_mm and carriage_mm > adrift_mm
+    return inwards or (encoder_mm < -adrift_mm and carriage_mm < -adrift_mm)
 
 
 @compiled
@@ -104,8 +119,12 @@ def move(
     speed = before.speed_mm_per_s + gained
     fastest = OVERSPEED_RATIO * limits.head_speed_mm_per_s
     too_fast = seen.vote.encoder_odd == 0 and abs(speed) > fastest  # what jumps has no speed
-    runaway_mm = RUNAWAY_SUCKING_MM if sucking else RUNAWAY_MM
-    too_far = seen.vote.least_mm - advance.head_mm > runaway_mm and not _is_parting(seen)
+    # Under vacuum counts what it has gone in since: a servo that rings may be beyond its command
+    # by more when the valve opens, and comes back.
+    beyond_mm = seen.vote.least_mm - advance.head_mm
+    under_vacuum_mm = seen.vote.least_mm - max(advance.head_mm, seen.suction_start_mm)
+    far = beyond_mm > RUNAWAY_MM or (sucking and under_vacuum_mm > RUNAWAY_SUCKING_MM)
+    too_far = far and not _is_parting(seen)
     return seen._replace(
         speed_mm_per_s=speed,
         tip=tip_bound.follow(limits.tip, before.tip, head_mm),

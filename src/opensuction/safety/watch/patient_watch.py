@@ -32,6 +32,8 @@ HIGH_S = 0.2
 """How long the pressure must be too high: longer than a cough, shorter than an inspiration."""
 LOW_S = 0.3
 """How long the pressure must be too low: a stroke of the valve shakes it for less."""
+LOSING_S = 0.4
+"""How long the pressure may be on its way there; assumed."""
 LINK_S = 2.0
 """How long a value may be missing: a monitor repeats itself within a second."""
 ROOM_CMH2O = 1.0
@@ -45,6 +47,8 @@ class PatientWatch(NamedTuple):
     heart_rate_low_s: float
     high_s: float
     low_s: float
+    losing_s: float
+    """Pressure on its way to too low."""
     open_s: float
     """Connector at the room's pressure."""
     breath_s: float
@@ -92,10 +96,12 @@ def step(
     heart_rate_low_s = _extend(watch.heart_rate_low_s, has_rate, slow, dt_s)
     high_s = _extend(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
     low_s = _extend(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
+    losing = pressure < limits.airway_losing_cmh2o and not abs(pressure) <= ROOM_CMH2O
+    losing_s = _extend(watch.losing_s, has_pressure, losing, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
     breath_s = _extend(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
     missing_s = extend(watch.missing_s, not (has_spo2 and has_rate and has_pressure), dt_s)
-    low = low_s > LOW_S
+    low = low_s > LOW_S or (losing_s > LOSING_S and sucking)
     # What suction took stays its doing while the valve closes.
     taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
     unsafe = high_s > HIGH_S or breath_s > limits.breath_s or (low and not taken)
@@ -104,6 +110,7 @@ def step(
         heart_rate_low_s=heart_rate_low_s,
         high_s=high_s,
         low_s=low_s,
+        losing_s=losing_s,
         open_s=open_s,
         breath_s=breath_s,
         raised=raised,

@@ -3,6 +3,8 @@
 Nothing here decides; `opensuction.safety.governor.governor` does.
 """
 
+import math
+
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.duration import count, extend
@@ -18,10 +20,14 @@ from opensuction.safety.watch import contact_window, head_watch, vacuum_signatur
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 
+VENTED_MMHG = 1.0
+"""Less vacuum may stand still: that of an open line does."""
 RELEASE_TICKS = 10
 """Consecutive ticks for which an open contact counts as released (10 ms): switches bounce."""
 LATE_S = 0.1
 """Time constant over which the share of late ticks is averaged."""
+BARRIER_MM = 1.0
+"""How far from the light barrier the tip must be for certain: its beam is as wide [assumed]."""
 PARKED_MM = 3.0
 """Distance from the park position up to which the head is parked; the pre-use test needs 2."""
 
@@ -134,6 +140,25 @@ def _extend_durations(
         jammed_s=extend(durations.jammed_s, jammed, dt_s),
         overforce_s=extend(durations.overforce_s, overforce, dt_s),
         disagreeing_s=extend(durations.disagreeing_s, disagreeing, dt_s),
+        adrift_s=extend(durations.adrift_s, head_watch.is_adrift(seen.vote), dt_s),
+        absent_s=durations.absent_s,
+        remaining_s=durations.remaining_s,
+    )
+
+
+@compiled
+def _watch_mouth(
+    limits: Limits, seen: Watch, durations: Durations, clear: bool, dt_s: float
+) -> Durations:
+    """Durations with those of the light barrier. clear: it sees no catheter."""
+    known = seen.vote.unseen_ticks == 0 and limits.mouth_mm < math.inf
+    deepest_mm = tip_bound.deepest_mm(limits.tip, seen.tip)
+    shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
+    absent = known and clear and shallowest_mm > limits.mouth_mm + BARRIER_MM
+    remaining = known and not clear and deepest_mm < limits.mouth_mm - BARRIER_MM
+    return durations._replace(
+        absent_s=extend(durations.absent_s, absent, dt_s),
+        remaining_s=extend(durations.remaining_s, remaining, dt_s),
     )
 
 
@@ -161,8 +186,14 @@ def step(
     open_ticks = count(before.open_contact_ticks, not readings.contact_closed)
     touched = before.durations.contact_s > 0.0
     touching = open_ticks == 0 or (touched and open_ticks < RELEASE_TICKS)
+    # A bus that repeats its last message: a line that holds vacuum loses some in every tick.
+    same_head = vote.encoder_mm == before.vote.encoder_mm
+    same_line = readings.line_vacuum_mmhg == before.line.vacuum_mmhg
+    same = same_head and same_line and vote.carriage_mm == before.vote.carriage_mm
+    stale = same and cam_rad == before.cam_rad and readings.line_vacuum_mmhg > VENTED_MMHG
     seen = before._replace(
         head_mm=head_mm,
+        stale_ticks=count(before.stale_ticks, stale),
         suction_start_mm=min(before.suction_start_mm, head_mm) if sucking else head_mm,
         cam_rad=cam_rad,
         open_contact_ticks=open_ticks,
@@ -177,10 +208,9 @@ def step(
     seen = _watch_suction(limits, before, seen, last, valve_command_changed, readings, dt_s)
     seen = seen._replace(window=_watch_contact(limits, before, seen, touching, dt_s))
     disagreeing = head_watch.is_disagreeing(readings, vote, invalid, sucking)
+    durations = _extend_durations(limits, before, seen, last, sucking, touching, disagreeing, dt_s)
     return seen._replace(
-        durations=_extend_durations(
-            limits, before, seen, last, sucking, touching, disagreeing, dt_s
-        )
+        durations=_watch_mouth(limits, seen, durations, readings.mouth_clear, dt_s)
     )
 
 

@@ -32,6 +32,12 @@ class Durations(NamedTuple):
     """Drive stronger than its current limit."""
     disagreeing_s: float
     """Motor and catheter head not at the same place."""
+    adrift_s: float
+    """Both sensors of the head away from what its motor can have done, together."""
+    absent_s: float
+    """No catheter at the tube's mouth, where it must be."""
+    remaining_s: float
+    """A catheter at the tube's mouth although its head is home."""
 
 
 class Watch(NamedTuple):
@@ -54,6 +60,8 @@ class Watch(NamedTuple):
     parked_closed: bool
     """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
     open_contact_ticks: int
+    stale_ticks: int
+    """For how long every sensor has told the same to the last digit, with vacuum in the line."""
     late_ticks: int
     """In a row."""
     late_share: float

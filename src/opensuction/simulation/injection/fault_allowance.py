@@ -15,6 +15,7 @@ from typing import NamedTuple
 from opensuction.oracle.harm import (
     ADVANCE,
     AIRWAY_PRESSURE,
+    CONTACT_TIME,
     FORCE,
     LUNG_VOLUME,
     SATURATION,
@@ -50,6 +51,9 @@ UNDETECTED_CONTACT_N = 0.25
 carina, 15 mm of overlap at most. It buckles at 0.35 N at most (a neonate's short free end; 0.2 N in
 an adult) and then adds 5 % of 0.1 N/mm (0.3): 0.43 N; the patient's and catheter's spread on top
 [computed]."""
+LIGHT_CONTACT_S = 13.0
+"""A contact that is not told lasts for the suction, 15 s, and 1 s to come off; 3 are common
+[computed]."""
 LIFTED_CARINA_N = 0.9
 """The carina itself comes up against a catheter that stands still: 60 mm of it are 0.2 N to buckle
 and 5 % of 0.3 N/mm over the rest, 1.1 N in an adult [computed]. It is over when the catheter has
@@ -75,6 +79,12 @@ MISSED_MM = 17.0
 """Approach by contact: the way from the carina to the end of its search, 8 mm and the margin of the
 cap, and what was taught too deep [computed]."""
 
+ADRIFT_SUCKING_MM = 10.0
+"""A zero that both sensors of the head have in common drifts, and the servo follows it: 0.67 mm/s,
+which the motor does not tell yet, for 15 s of suction [computed]."""
+ADRIFT_CAP_MM = 6.5
+"""The same before the cap: 5 mm/s for the 1.3 s until the motor tells it [computed]."""
+
 ALLOWANCES: tuple[Allowance, ...] = (
     Allowance(
         Fault.SWITCH_STUCK_OPEN,
@@ -87,6 +97,13 @@ ALLOWANCES: tuple[Allowance, ...] = (
         FORCE,
         UNDETECTED_CONTACT_N,
         "as a switch that never closes, where the catheter buckles before it does",
+    ),
+    Allowance(
+        Fault.SWITCH_STIFF,
+        CONTACT_TIME,
+        LIGHT_CONTACT_S,
+        "below the force that opens it nothing tells a touch, and the way back off the carina is "
+        "measured from where it closed",
     ),
     Allowance(
         Fault.TUBE_DISPLACED,
@@ -137,6 +154,19 @@ ALLOWANCES: tuple[Allowance, ...] = (
         "a slide that leaves its seat by itself shows in the vacuum of the resting line within a "
         "second or two; through a thin catheter, open by less than a fifth, or where mucus blocks "
         "it, not before the next pre-use test, and the insertion goes on",
+    ),
+    Allowance(
+        Fault.HEAD_SENSORS_DRIFTING,
+        ADVANCE,
+        ADRIFT_SUCKING_MM,
+        "what both sensors say together is told from the truth by the motor alone, from 0.7 mm/s "
+        "on, and by the light barrier once the head is home",
+    ),
+    Allowance(
+        Fault.HEAD_SENSORS_DRIFTING,
+        TIP_PAST_CAP,
+        ADRIFT_CAP_MM,
+        "as its advance",
     ),
     Allowance(
         Fault.COUGH,

@@ -46,7 +46,8 @@ def _soften_tip(airway: Airway, buckling_n: float) -> Airway:
 def _detach_tip(machine: Machine, length_mm: float) -> Machine:
     conduit = machine.transmission
     shorter = conduit._replace(offset_mm=conduit.offset_mm - length_mm)
-    return machine._replace(transmission=shorter, switch=_open_for_good(machine.switch))
+    parted = _open_for_good(machine.switch)._replace(wired=False)
+    return machine._replace(transmission=shorter, switch=parted)
 
 
 ROWS = {
@@ -118,20 +119,21 @@ ROWS = {
         "the tip has come off with its contact switch, and lies in the airway",
         MachineEffect(_detach_tip),
         Strength("length of the tip", "mm", 1.0, 20.0, 5.0),
-        detected_by="no contact within the window",
+        detected_by="the line of its switch",
     ),
     Fault.TIP_LEFT_BEHIND: row(
         "the tip breaks off with its contact switch as the catheter begins to come out, and stays "
         "in the airway",
         in_machine("weak_tip_mm", lambda _, length_mm: length_mm),
         Strength("length of the piece", "mm", 1.0, 60.0, 20.0),
+        detected_by="the line of its switch; the light barrier, where the piece is long",
     ),
     Fault.CONTACT_GLITCH: row(
         "the contact switch reads the opposite for one tick",
         ReadingEffect(Channel.CONTACT, Mode.FLIPPED, spell=for_a_tick),
     ),
     Fault.CONTACT_INTERMITTENT: row(
-        "a broken wire of the contact switch lets it read open by turns, whatever the tip touches",
+        "a worn contact lets the switch read open by turns, whatever the tip touches",
         ReadingEffect(Channel.CONTACT, Mode.DEAD, spell=by_turns),
         turn(0.05),
         detected_by="no contact within the window where a turn is long",

@@ -145,6 +145,8 @@ class Fault(IntEnum):
 
     CLAMP_SLIPPING = (180, FaultSite.CATHETER)
     TIP_LEFT_BEHIND = (181, FaultSite.TIP)
+    MOUTH_BLIND = (182, FaultSite.TIP)
+    MOUTH_DARK = (183, FaultSite.TIP)
 
     POWER_RETURNING = (190, FaultSite.POWER)
     MESSAGE_INTERMITTENT = (191, FaultSite.MESSAGE)

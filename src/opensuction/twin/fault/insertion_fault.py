@@ -1,5 +1,7 @@
 """Faults of the catheter in its conduit, of the insertion drive, and of the head's two sensors."""
 
+import math
+
 from opensuction.kernel.constant import BLASIUS_POWER
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import (
@@ -189,7 +191,7 @@ ROWS = {
         Channel.HEADS,
         "the common zero of the head's two sensors",
         Strength("reading less truth, for each second", "mm/s", -5.0, 5.0, -0.2),
-        "contact before or after its window; the end of the rack, at home",
+        "the motor's volts and current; contact before or after its window; the light barrier",
     ),
     Fault.CURRENT_GLITCH: glitch(Channel.CURRENT, "the motor current's value", CURRENT),
     Fault.CURRENT_PULSE: row(
@@ -220,7 +222,17 @@ ROWS = {
         "out",
         in_machine("clamp_slip_ratio", lambda _, lost: lost),
         share("share of the head's travel that is lost", 0.2),
-        detected_by="no contact within the window; nothing on the way out, on which the tip stays "
-        "behind the head",
+        detected_by="no contact within the window; the light barrier, by a catheter that does not "
+        "come with its head",
+    ),
+    Fault.MOUTH_BLIND: row(
+        "the light barrier at the tube's mouth sees no catheter",
+        in_machine("mouth_mm", lambda _mouth_mm, _: math.inf),
+        detected_by="itself, on the way in: it must see the catheter before the tube",
+    ),
+    Fault.MOUTH_DARK: row(
+        "the light barrier at the tube's mouth gets no light: dirt, or a broken wire",
+        in_machine("mouth_mm", lambda _mouth_mm, _: -math.inf),
+        detected_by="itself, with the catheter out",
     ),
 }

@@ -24,6 +24,8 @@ class ContactSwitch(NamedTuple):
     """Share of that time in which it is open."""
     latency_s: float
     """Delay from contact to reading."""
+    wired: bool
+    """Its line is closed through the resistor beside it; a tip that parts takes both along."""
 
 
 class SwitchState(NamedTuple):

@@ -57,6 +57,9 @@ class Machine(NamedTuple):
     """Voltage that balances a force on the catheter head."""
     clamp_slip_ratio: float
     """Share of the head's travel that the clamp does not give to the catheter; 0 if it holds."""
+    mouth_mm: float
+    """Where the light barrier above the tube's mouth is; a deeper tip has the catheter in its beam.
+    Infinite on the bench, which has no connector."""
     weak_tip_mm: float
     """Length of a tip that parts as soon as it is drawn out inside the patient; 0 if it holds."""
     transmission: Transmission
@@ -139,7 +142,8 @@ def read(machine: Machine, state: MachineState) -> Readings:
         line_vacuum_mmhg=state.line.vacuum_mmhg,
         vacuum_valid=True,
         contact_closed=state.switch.reading,
-        contact_valid=True,
+        contact_valid=machine.switch.wired and state.piece_mm == 0.0,
+        mouth_clear=state.airway.tip_mm <= machine.mouth_mm,
         insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
         monitor=state.coupling.signs.monitor,
     )
