@@ -211,6 +211,28 @@ def test_a_drive_that_pushes_against_its_volts_is_turned_round_and_any_other_let
         assert state.watch.drive.force_n == state.watch.drive.borne_n == 0.0
 
 
+@pytest.mark.requirement("OS-R10", "OS-R45")
+@pytest.mark.parametrize(
+    ("force_n", "asked_n", "coasts"),
+    [(0.1, -3.0, True), (-0.1, -3.0, True), (0.3, -3.0, False), (0.1, -0.9, False)],
+)
+def test_a_motor_without_current_only_coasts_and_is_told_to_come_out(
+    force_n: float, asked_n: float, coasts: bool
+) -> None:
+    state, _, verdict = running(running_away(force_n, asked_n), 50.0)
+    trips = decode_trips(verdict.trips)
+    assert (Condition.HEAD_NOT_FOLLOWING in trips) == coasts
+    assert (Condition.HEAD_RUNAWAY in trips) == (not coasts)
+    assert verdict.reaction == (Reaction.WITHDRAW if coasts else Reaction.TORQUE_OFF)
+    assert not verdict.turned
+    if coasts:
+        # Pushed after all it runs away anew, and is let go.
+        pushed = changed(state, {"watch.drive.force_n": 3.0, "watch.drive.borne_n": 3.0})
+        for tick in range(5):
+            pushed, _, verdict = running(pushed, 50.0 + 0.01 * tick)
+        assert verdict.reaction == Reaction.TORQUE_OFF
+
+
 @pytest.mark.requirement("OS-R10")
 def test_one_that_runs_away_again_is_let_go_and_a_reset_forgets_all() -> None:
     state, _, _ = running(running_away(3.0, -3.0), 50.0)

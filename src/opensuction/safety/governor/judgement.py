@@ -78,14 +78,15 @@ def _is_elsewhere(durations: Durations) -> bool:
 
 
 @compiled
-def _judge_tip(seen: Watch) -> int:
-    """Mask of what the line of the tip's switch tells: cut by itself inside, the tip may be off.
+def _judge_tip(limits: Limits, seen: Watch) -> int:
+    """Mask of what the line of the tip's switch tells: cut on the way, the tip may be off.
 
-    Where other sensors give nothing either, it is the bus.
+    Where other sensors give nothing either, it is the bus; before, the pre-use test names it.
     """
     invalid = seen.invalid
     alone = invalid.contact >= INVALID_TICKS and invalid.cam + invalid.vacuum == 0
-    return flag(alone and seen.durations.inside_s > 0.0, Condition.TIP_DETACHED)
+    away = seen.head_mm > limits.park_head_mm + AWAY_MM
+    return flag(alone and away, Condition.TIP_DETACHED)
 
 
 @compiled
@@ -179,7 +180,7 @@ def judge(limits: Limits, seen: Watch, proposal: Setpoints, opened: bool) -> int
         _judge_readings(seen.invalid, seen.vote)
         | _judge_durations(seen.durations)
         | _judge_head(limits, seen)
-        | _judge_tip(seen)
+        | _judge_tip(limits, seen)
         | _judge_contact(limits, seen)
         | _judge_suction(limits, seen, opened)
         | flag(not _is_possible(proposal), Condition.PROPOSAL_INVALID)
