@@ -93,6 +93,12 @@ def test_a_number_draws_the_same_cycle_as_ever() -> None:
     assert drawn.faults[1][1:] == pytest.approx((0.6681629077938851, 0.4817222460405901), rel=1e-12)
 
 
+def test_a_strength_of_a_wide_range_is_drawn_by_its_logarithm() -> None:
+    (one,) = fault_campaign.draw(148, 8).faults
+    assert one.fault == Fault.CONTACT_INTERMITTENT
+    assert one.strength == pytest.approx(0.0013367503915681397, rel=1e-12)
+
+
 def test_a_fault_comes_in_the_time_inside_or_a_second_before() -> None:
     """By the truth of a cycle without it, on every patient and by both approaches."""
     for prepared in fault_campaign.pool(8, 900, "preview"):
