@@ -128,6 +128,16 @@ def _is_attended(before: int, requests: Requests) -> bool:
 
 
 @compiled
+def _begin_again(settings: Settings, state: CoreState) -> tuple[CoreState, HeadState]:
+    """A person has dealt with what halted the machine: the head begins again from where it is."""
+    released = governor.reset(settings.limits, state.governor)
+    head = compensation.after_retract(
+        settings.compensation, settings.parked, released.last.head_mm, 0.0
+    )
+    return state._replace(governor=released, tripped=False, powerless=False), head
+
+
+@compiled
 def _proposal(head: HeadState, demand: Demand) -> Setpoints:
     """What procedure and control want together."""
     return Setpoints(
@@ -275,12 +285,7 @@ def control_step(
     plan, service, before = settings.plan, settings.service, state.procedure.phase
     requests, heard, resets = _press(settings, state, inputs)
     if _is_attended(before, requests):
-        # A person has dealt with what halted the machine: the head begins again from where it is.
-        released = governor.reset(settings.limits, state.governor)
-        state = state._replace(governor=released, tripped=False, powerless=False)
-        head = compensation.after_retract(
-            settings.compensation, settings.parked, released.last.head_mm, 0.0
-        )
+        state, head = _begin_again(settings, state)
     patient = state.governor.patient.conditions
     asked = upkeep.is_asked(service, heard, before, requests)
     refused = upkeep.refusal(service, heard, before, plan.travel_known, patient)

@@ -146,6 +146,18 @@ def _answer(trips: int, turned: bool) -> int:
 
 
 @compiled
+def _look_at_drive(state: GovernorState, seen: Watch, trips: int) -> tuple[Watch, int, bool]:
+    """What a runaway is by the motor's current: watch and trips then, and whether it is turned."""
+    coasting = _is_coasting(state, seen, trips)
+    if coasting:
+        trips = trips & ~RUNAWAY | NOT_FOLLOWING
+    turning = _is_turning(state, seen, trips)
+    if turning or coasting:
+        seen = watch.turn(seen)
+    return seen, trips, turning or _is_obeying(state, seen)
+
+
+@compiled
 def locate(
     limits: Limits, state: GovernorState, readings: Readings, driven_v: float, dt_s: float
 ) -> HeadVote:
@@ -196,16 +208,10 @@ def step(
     )
     inside = seen.durations.inside_s > 0.0
     entering = inside and state.watch.durations.inside_s == 0.0
-    trips = judge(limits, state, seen, proposal) | patient_watch.select_trips(
+    found = judge(limits, state, seen, proposal) | patient_watch.select_trips(
         patient.conditions, inside, entering
     )
-    coasting = _is_coasting(state, seen, trips)
-    if coasting:
-        trips = trips & ~RUNAWAY | NOT_FOLLOWING
-    turning = _is_turning(state, seen, trips)
-    if turning or coasting:
-        seen = watch.turn(seen)
-    turned = turning or _is_obeying(state, seen)
+    seen, trips, turned = _look_at_drive(state, seen, found)
     answered = _answer(trips, turned)
     allowed, reaction = limiter.narrow(limits, state.last, seen, proposal, answered, dt_s)
     verdict = Verdict(

@@ -217,8 +217,10 @@ def _part_tip(machine: Machine, state: MachineState, moved_mm: float, dt_s: floa
 
 
 @compiled
-def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> MachineState:
-    """Advance the machine by one tick under the given commands."""
+def _step_insertion(
+    machine: Machine, state: MachineState, commands: Commands, dt_s: float
+) -> tuple[AxisMotion, HandState]:
+    """The insertion axis a tick on, within its rack, and the hand that may hold its head."""
     insertion = dc_axis.step(
         machine.insertion_axis,
         state.insertion,
@@ -232,7 +234,13 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         held, insertion = hand.step(
             machine.hand, held, state.insertion, state.airway.contact_n, dt_s
         )
-    insertion = dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm)
+    return dc_axis.stopped(insertion, machine.rack_from_mm, machine.rack_to_mm), held
+
+
+@compiled
+def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> MachineState:
+    """Advance the machine by one tick under the given commands."""
+    insertion, held = _step_insertion(machine, state, commands, dt_s)
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     slipped = state.slipped_mm + machine.clamp_slip_ratio * (head - state.head_mm)
     moved = transmission.step(machine.transmission, state.transmission, head - slipped, dt_s)
