@@ -7,7 +7,7 @@ import pytest
 from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, decode_trips
-from opensuction.safety.governor import governor
+from opensuction.safety.governor import governor, judgement
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.handling import Reaction
@@ -69,7 +69,9 @@ LATEST: list[tuple[str, Any, Any, Condition]] = [
     ("withdrawal.blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
     ("withdrawal.unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
     # The switch.
-    ("watch.invalid.contact", 4, 5, Condition.CONTACT_READING_INVALID),
+    ("watch.durations.adrift_s", 1.2, above(1.2), Condition.HEAD_SENSORS_DISAGREE),
+    ("watch.durations.remaining_s", 0.2, above(0.2), Condition.HEAD_SENSORS_DISAGREE),
+    ("watch.durations.absent_s", 0.05, above(0.05), Condition.TIP_DETACHED),
     ("watch.window.impossible_s", 0.05, above(0.05), Condition.CONTACT_STUCK_CLOSED),
     ("watch.durations.contact_s", 0.3, above(0.3), Condition.CONTACT_TIME),
     # Valve and line.
@@ -91,6 +93,17 @@ def test_what_is_on_a_limit_is_allowed_and_the_least_more_is_its_trip_alone(
 ) -> None:
     assert judged(changed(AT_REST, {place: allowed})) == []
     assert judged(changed(AT_REST, {place: beyond})) == [code]
+
+
+def test_a_line_of_the_switch_that_is_cut_away_from_home_may_have_gone_with_the_tip() -> None:
+    there = judgement.AWAY_MM + PARK_MM
+    for ticks, head_mm, trips in (
+        (4, 50.0, []),
+        (5, there, [Condition.CONTACT_READING_INVALID]),
+        (5, above(there), [Condition.CONTACT_READING_INVALID, Condition.TIP_DETACHED]),
+    ):
+        state = changed(read_at(head_mm), {"watch.invalid.contact": ticks})
+        assert judged(state) == trips
 
 
 def test_sensors_that_disagree_with_the_valve_open_are_told_ten_times_sooner() -> None:
