@@ -20,6 +20,7 @@ def tell(request: pytest.FixtureRequest) -> Tell:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Write the lines of `tell` below the results."""
     lines = terminalreporter.config.stash.get(_LINES, [])
     if lines:
         terminalreporter.section("ratios of this run")

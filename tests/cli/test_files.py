@@ -134,6 +134,8 @@ def test_a_protocol_file_that_suits_the_patient_runs(tmp_path: Path) -> None:
         (("--conduit", "loop"), "unknown conduit 'loop': did you mean 'looped'"),
         (("--machine", "missing.toml"), "missing.toml: no such file"),
         (("--patient", "missing.toml"), "missing.toml: no such file"),
+        (("--patient", ""), "unknown patient ''"),
+        (("--taught", "nan"), "--taught nan mm is no length: measure from"),
         (("--protocol", "paper", "--patient", "neonate"), "the bench has no patient"),
     ],
 )

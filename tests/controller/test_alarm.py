@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.safety import condition_mask
@@ -22,7 +22,7 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
 from opensuction.safety.priority import Priority
 from opensuction.simulation import alarm_record, trace
-from opensuction.simulation.closed_loop import DT_S, LoopState
+from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.trace import Columns
 from opensuction.twin import preset
 from tests.controller.drive import (
@@ -41,6 +41,7 @@ from tests.controller.drive import (
     rig,
     simulate,
 )
+from tests.controller.used_machine import aged
 
 C = Condition
 EXACT = CompensationKind.EXACT_INVERSE
@@ -198,7 +199,9 @@ def test_a_cycle_that_is_due_after_an_abort_is_missed_aloud() -> None:
 def test_planned_work_raises_none_and_returning_to_service_clears_what_was_left() -> None:
     for fault in (Fault.HEAD_NAN, Fault.CAM_NAN, Fault.CONTACT_FLAGGED, Fault.VACUUM_FLAGGED):
         buttons = {0.0: SERVICE, 5.0: CHANGED, 6.0: RETURN_TO_SERVICE}
-        _, columns = simulate(EXACT, 7.0, buttons, during(fault, 0.5, 5.5), start=aged(LIFE_S))
+        _, columns = simulate(
+            EXACT, 7.0, buttons, during(fault, 0.5, 5.5), start=aged(at_rest(EXACT)[1], LIFE_S)
+        )
         assert columns["verdict.trips"].any()
         assert told(columns) == [], fault
 
@@ -214,15 +217,9 @@ def test_what_a_person_left_sounding_waits_latched_until_the_work_is_done() -> N
     assert alarms[C.AUTOMATION_STOPPED].ended_s == pytest.approx(25.0)
 
 
-def aged(age_s: float) -> LoopState:
-    """The bench with a catheter that has been in use."""
-    _, start = at_rest(EXACT)
-    return start._replace(controller=controller.with_upkeep(start.controller, upkeep.start(age_s)))
-
-
 def test_a_spent_catheter_is_an_alarm_until_it_is_changed() -> None:
     buttons = {2.0: SERVICE, 3.0: CHANGED, 4.0: RETURN_TO_SERVICE}
-    _, columns = simulate(EXACT, 5.0, buttons, start=aged(LIFE_S - 1.0))
+    _, columns = simulate(EXACT, 5.0, buttons, start=aged(at_rest(EXACT)[1], LIFE_S - 1.0))
     alarms = told(columns)
     assert [alarm.condition for alarm in alarms] == [C.CATHETER_LIFE_ENDING, C.CATHETER_LIFE_OVER]
     assert [alarm.started_s for alarm in alarms] == pytest.approx([0.0, 1.0], abs=0.01)

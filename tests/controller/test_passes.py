@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from opensuction.controller import controller, setup
+from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.preoxygenation import Preoxygenation
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.schedule import ScheduleMode, ScheduleState
+from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.procedure.planning.pass_rule import MOST_PASSES, RULES
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
@@ -27,8 +26,11 @@ from tests.controller.drive import (
     phases,
     simulate,
 )
+from tests.controller.used_machine import clocked
 
 SKIPPING = START | OXYGEN_SKIPPED
+DUE_S = 3599.0
+"""An hour's schedule is about to act."""
 patients = pytest.mark.parametrize("name", ["adult-icu", "child-10kg", "neonate"])
 
 
@@ -151,20 +153,10 @@ def test_a_cycle_that_was_stopped_before_the_catheter_moved_is_no_pass() -> None
     assert state.controller.core.upkeep.episode.passes == 0
 
 
-def clocked(mode: ScheduleMode, state: LoopState, loop: Loop) -> tuple[Loop, LoopState]:
-    """On a schedule of an hour that is about to act."""
-    hourly = schedule.schedule(mode, 3600.0)
-    kept = state.controller.core.upkeep._replace(schedule=ScheduleState(3599.0, 3599.0))
-    return (
-        loop._replace(controller=setup.with_schedule(loop.controller, hourly)),
-        state._replace(controller=controller.with_upkeep(state.controller, kept)),
-    )
-
-
 @pytest.mark.requirement("OS-R40")
 def test_the_clock_does_not_go_round_the_limit() -> None:
     loop, start = clocked(
-        ScheduleMode.TIMED, after_passes("neonate", MOST_PASSES), at_bed("neonate")[0]
+        (at_bed("neonate")[0], after_passes("neonate", MOST_PASSES)), ScheduleMode.TIMED, DUE_S
     )
     state, columns = simulate(EXACT, 20.0, {10.0: ASSESSED}, start=start, loop=loop)
     early = {name: values[:9_900] for name, values in columns.items()}
@@ -224,7 +216,7 @@ def test_a_neonate_is_given_none_and_nobody_is_asked() -> None:
 
 
 def test_a_due_cycle_waits_for_the_answer_and_is_missed_aloud_without_one() -> None:
-    loop, start = clocked(ScheduleMode.TIMED, at_bed("adult-icu")[1], at_bed("adult-icu")[0])
+    loop, start = clocked(at_bed("adult-icu"), ScheduleMode.TIMED, DUE_S)
     _, answered = simulate(EXACT, 100.0, {90.0: OXYGENATED}, start=start, loop=loop)
     assert starts_s(answered) == pytest.approx([90.0])
     assert told(answered) == set()
@@ -235,7 +227,7 @@ def test_a_due_cycle_waits_for_the_answer_and_is_missed_aloud_without_one() -> N
 
 
 def test_a_prompt_to_look_waits_without_an_alarm_for_as_long_as_it_takes() -> None:
-    loop, start = clocked(ScheduleMode.PROMPT, at_bed("adult-icu")[1], at_bed("adult-icu")[0])
+    loop, start = clocked(at_bed("adult-icu"), ScheduleMode.PROMPT, DUE_S)
     _, columns = simulate(EXACT, 300.0, {290.0: ASSESSED}, start=start, loop=loop)
     assert told(columns) == set()
 

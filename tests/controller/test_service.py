@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import controller, setup
+from opensuction.controller import controller
 from opensuction.kernel.phase import Phase
-from opensuction.procedure.cycle import schedule, upkeep
+from opensuction.procedure.cycle import upkeep
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
+from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.procedure.cycle.upkeep import LIFE_S
-from opensuction.simulation.closed_loop import Loop, LoopState
 from tests.controller.drive import (
     CHANGED,
     NOT_NEEDED,
@@ -25,25 +24,9 @@ from tests.controller.drive import (
     simulate,
 )
 from tests.controller.invariant import assert_held
+from tests.controller.used_machine import aged, clocked
 
 EXACT = CompensationKind.EXACT_INVERSE
-
-
-def aged(age_s: float) -> LoopState:
-    """The bench with a catheter that has been in use."""
-    _, start = at_rest(EXACT)
-    return start._replace(controller=controller.with_upkeep(start.controller, upkeep.start(age_s)))
-
-
-def clocked(mode: ScheduleMode, waited_s: float) -> tuple[Loop, LoopState]:
-    """The bench on a schedule of an hour, of which some has passed."""
-    loop, start = at_rest(EXACT)
-    hourly: Schedule = schedule.schedule(mode, 3600.0)
-    kept = start.controller.core.upkeep._replace(schedule=ScheduleState(waited_s, waited_s))
-    return (
-        loop._replace(controller=setup.with_schedule(loop.controller, hourly)),
-        start._replace(controller=controller.with_upkeep(start.controller, kept)),
-    )
 
 
 @pytest.mark.requirement("OS-R22")
@@ -51,7 +34,7 @@ def clocked(mode: ScheduleMode, waited_s: float) -> tuple[Loop, LoopState]:
 def test_a_catheter_at_its_end_starts_nothing_until_it_is_changed(left_s: float) -> None:
     buttons = {0.0: START, 1.0: SERVICE, 2.0: START, 2.5: CHANGED}
     buttons |= {3.0: RETURN_TO_SERVICE, 3.5: START}
-    state, columns = simulate(EXACT, 4.0, buttons, start=aged(LIFE_S - left_s))
+    state, columns = simulate(EXACT, 4.0, buttons, start=aged(at_rest(EXACT)[1], LIFE_S - left_s))
     assert phases(columns) == [
         Phase.PARKED,
         Phase.OUT_OF_SERVICE,
@@ -81,7 +64,7 @@ def test_service_begins_only_with_the_tip_out() -> None:
 
 
 def test_a_timed_cycle_begins_by_itself_and_the_next_an_interval_later() -> None:
-    loop, start = clocked(ScheduleMode.TIMED, 3598.0)
+    loop, start = clocked(at_rest(EXACT), ScheduleMode.TIMED, 3598.0)
     state, columns = simulate(EXACT, 50.0, {}, start=start, loop=loop)
     assert phases(columns)[:2] == [Phase.PARKED, Phase.CHECKING]
     assert phases(columns)[-2:] == [Phase.CLOSING, Phase.PARKED]
@@ -93,7 +76,7 @@ def test_a_timed_cycle_begins_by_itself_and_the_next_an_interval_later() -> None
 
 
 def test_the_clock_starts_nothing_halted_out_of_service_or_with_a_spent_catheter() -> None:
-    loop, start = clocked(ScheduleMode.TIMED, 3601.0)
+    loop, start = clocked(at_rest(EXACT), ScheduleMode.TIMED, 3601.0)
     spent = start.controller.core.upkeep._replace(catheter_age_s=LIFE_S)
     old = start._replace(controller=controller.with_upkeep(start.controller, spent))
     state, columns = simulate(EXACT, 1.0, {}, start=old, loop=loop)
@@ -108,7 +91,7 @@ def test_the_clock_starts_nothing_halted_out_of_service_or_with_a_spent_catheter
 
 
 def test_a_prompt_waits_for_a_person() -> None:
-    loop, start = clocked(ScheduleMode.PROMPT, 3601.0)
+    loop, start = clocked(at_rest(EXACT), ScheduleMode.PROMPT, 3601.0)
     state, columns = simulate(EXACT, 2.0, {}, start=start, loop=loop)
     assert phases(columns) == [Phase.PARKED]
     service, kept = loop.controller.service, state.controller.core.upkeep

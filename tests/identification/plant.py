@@ -11,6 +11,13 @@ from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
 from tests.hysteresis import distributed_play
 
 Array = NDArray[np.float64]
+PERIOD_S = 20.0
+"""Of the bench's excitation."""
+TIME_S = np.arange(0.0, 2.0 * PERIOD_S, 0.01)
+HEAD_MM = 50.0 * (1.0 - np.cos(2.0 * np.pi * TIME_S / PERIOD_S))
+"""The bench's excitation over 100 mm, 100 samples a second."""
+RIPPLED = 20.0 * np.sin(np.linspace(0.0, 20.0, 9000)) + 0.8 * np.sin(np.linspace(0.0, 900.0, 9000))
+"""Strokes of 40 mm with ripples, some of them between two samples that thinning would keep."""
 
 
 def cosine(samples: int, cycles: float = 2.0, stroke_mm: float = 100.0) -> Array:

@@ -3,24 +3,22 @@ import pytest
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, simulate
 from opensuction.identification.record import find_turns, thin
-
-# Strokes of 40 mm with ripples, some of them between two samples that thinning would keep.
-HEAD = 20.0 * np.sin(np.linspace(0.0, 20.0, 9000)) + 0.8 * np.sin(np.linspace(0.0, 900.0, 9000))
+from tests.identification.plant import RIPPLED
 
 
 def test_thinning_keeps_the_lag_of_every_sample_that_stays() -> None:
-    index = np.arange(HEAD.size, dtype=np.float64)
-    head_mm, kept = thin(HEAD, index, samples=300)
+    index = np.arange(RIPPLED.size, dtype=np.float64)
+    head_mm, kept = thin(RIPPLED, index, samples=300)
     assert 300 <= kept.size < 1200
-    full_mm = simulate(PUBLISHED, HEAD, 2.0)
+    full_mm = simulate(PUBLISHED, RIPPLED, 2.0)
     assert simulate(PUBLISHED, head_mm, 2.0) == pytest.approx(full_mm[kept.astype(int)], abs=1e-11)
-    assert np.ptp(head_mm) == np.ptp(HEAD)
+    assert np.ptp(head_mm) == np.ptp(RIPPLED)
 
 
 def test_thinning_a_short_recording_changes_nothing() -> None:
-    head_mm, tip_mm = thin(HEAD[:50], HEAD[50:100], samples=300)
-    assert np.array_equal(head_mm, HEAD[:50])
-    assert np.array_equal(tip_mm, HEAD[50:100])
+    head_mm, tip_mm = thin(RIPPLED[:50], RIPPLED[50:100], samples=300)
+    assert np.array_equal(head_mm, RIPPLED[:50])
+    assert np.array_equal(tip_mm, RIPPLED[50:100])
 
 
 def test_turns_are_found_but_for_the_small_ones() -> None:
@@ -32,5 +30,5 @@ def test_turns_are_found_but_for_the_small_ones() -> None:
 
 def test_a_trembling_head_is_thinned_all_the_same() -> None:
     random = np.random.default_rng(5)
-    head_mm, _ = thin(HEAD + random.normal(0.0, 0.02, HEAD.size), HEAD, samples=300)
+    head_mm, _ = thin(RIPPLED + random.normal(0.0, 0.02, RIPPLED.size), RIPPLED, samples=300)
     assert head_mm.size < 4 * 300 + 2

@@ -148,6 +148,8 @@ STEADY = np.full(HEAD.size, 50.0)
         (STEADY, 40.0 + NOISE, "input: constant at 50"),
         (STEADY + 0.1 * NOISE, 40.0 + NOISE, "input: trembles within"),
         (np.minimum(HEAD, 50.0)[:100], TIP[:100], "input: reverses by 0 of a range"),
+        (1e300 * HEAD, TIP, r"input: sample 150 is 9\.99998e\+301, beyond 1e\+30; correct it"),
+        (HEAD, 1e-200 * TIP, "output: moves within 8.* less than 1e-30; record in a smaller unit"),
         (HEAD, -TIP, "output: moves against input .* negate one of them"),
     ],
 )

@@ -1,6 +1,4 @@
-import json
 import re
-from typing import Any
 
 import numpy as np
 import pytest
@@ -8,13 +6,7 @@ import pytest
 from opensuction.report import sheet
 from opensuction.report.sheet import Curve, Level, Plot, Section, Sheet, Table
 from tests.report import sheet_example
-
-
-def payload(html: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.S)
-    assert found is not None
-    data: dict[str, Any] = json.loads(found[1])
-    return data
+from tests.report.page_data import payload
 
 
 def test_page_needs_nothing_from_elsewhere() -> None:

@@ -47,7 +47,7 @@ def test_only_plausible_numbers_enter(name: str, value: float) -> None:
         ),
         ({"gain": "much"}, "twin.gain is 'much', not a number; give a number from 0.8 to 1.05"),
         ({"gain": True}, "twin.gain is true, not a number"),
-        ({"gain": 10**400}, "not a finite number"),
+        ({"gain": 10**400}, "not a finite number; give a number from 0.8 to 1.05"),
         ({"supply_v": 0.0}, "twin.supply_v is 0 V; give a number from 12 to 48 V"),
         ({"supply_v": {"value": 24.0}}, "twin.supply_v.spread is missing"),
         (

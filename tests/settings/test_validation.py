@@ -1,5 +1,6 @@
 import math
 from collections.abc import Mapping
+from datetime import date
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
@@ -147,6 +148,51 @@ def test_a_message_says_what_where_the_value_the_limit_and_the_remedy(
     change: dict[str, Any], message: str
 ) -> None:
     assert refusal(valid() | change) == message
+
+
+class Lists(NamedTuple):
+    strengths: list[float]
+    alarm: list[str]
+    patient: str | list[str]
+    at_s: list[float]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"strengths": [1.0, math.nan]},
+            "strengths is a list whose entry 2 is nan, not a finite number; give a list of numbers",
+        ),
+        ({"at_s": 0.5}, "at_s is 0.5, not a list of numbers; give a list of numbers in s"),
+        (
+            {"alarm": "PUMP_RUNAWAY"},
+            "alarm is 'PUMP_RUNAWAY', not a list of texts in quotes; give a list of texts in "
+            "quotes",
+        ),
+        (
+            {"alarm": ["PUMP_RUNAWAY", 3]},
+            "alarm is a list whose entry 2 is 3, not a text in quotes; give a list of texts in "
+            "quotes",
+        ),
+        (
+            {"patient": ["neonate", 3]},
+            "patient is a list, not a text in quotes or a list of them; give a text in quotes or "
+            "a list of them",
+        ),
+        (
+            {"at_s": date(1979, 5, 27)},
+            "at_s is 1979-05-27, not a list of numbers; give a list of numbers in s",
+        ),
+    ],
+)
+def test_a_message_about_a_list_says_which_entry_and_what_belongs_there(
+    change: dict[str, Any], message: str
+) -> None:
+    given = {"strengths": [], "alarm": [], "patient": "neonate", "at_s": []}
+    with pytest.raises(InputError) as raised:
+        validate(Lists, given | change, "mine.toml")
+    assert str(raised.value) == f"mine.toml: {message}"
 
 
 def test_a_misspelt_key_is_reported_before_the_one_it_leaves_missing() -> None:

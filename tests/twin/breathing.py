@@ -7,9 +7,13 @@ from opensuction.kernel.compiled import compiled
 from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient import L_PER_MIN_PER_ML_PER_S, Patient, PatientState
+from opensuction.twin.patient.patient_parameter import PRESETS
 
 Array = NDArray[np.float64]
 DT_S = patient_preset.DT_S
+PATIENTS = {name: patient_preset.patient(name, 0, nominal=True) for name in PRESETS}
+RESTING = {name: patient_preset.at_rest(one) for name, one in PATIENTS.items()}
+ICU = PATIENTS["adult-icu"]
 COLUMNS = (
     "airway_pressure_cmh2o",
     "ventilator_pressure_cmh2o",

@@ -8,6 +8,16 @@ from opensuction.twin.machine.machine import Machine, MachineState
 from opensuction.twin.plant import PlantState
 
 DT_S = 0.001
+IDLE = Commands(
+    head_mm=0.0,
+    insertion_v=0.0,
+    insertion_on=True,
+    cam_rad=0.0,
+    valve_v=0.0,
+    valve_on=True,
+    pump_on=False,
+    vacuum_mmhg=0.0,
+)
 
 
 @compiled

@@ -10,23 +10,13 @@ from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient import PatientState
 from opensuction.twin.plant import PlantState
-from tests.twin.holding import DT_S, hold
+from tests.twin.holding import DT_S, IDLE, hold
 
 VALUES = parameter.nominal(parameter.CLINICAL)
 ADULT = patient_preset.patient("adult-icu", 0, nominal=True)
 TWIN = preset.machine(VALUES, ADULT)
 STROKE_RAD = math.radians(30.0)
 HOLDING_V = VALUES["spring_preload_v"] + VALUES["spring_v_per_rad"] * STROKE_RAD
-IDLE = Commands(
-    head_mm=0.0,
-    insertion_v=0.0,
-    insertion_on=True,
-    cam_rad=0.0,
-    valve_v=0.0,
-    valve_on=True,
-    pump_on=False,
-    vacuum_mmhg=0.0,
-)
 SUCTION = IDLE._replace(pump_on=True, vacuum_mmhg=120.0, valve_v=HOLDING_V)
 
 

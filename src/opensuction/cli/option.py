@@ -94,7 +94,7 @@ OPTIONS: dict[str, Any] = {
     ),
     "every_min": typer.Option(
         "--every",
-        help="Minutes from the start of one cycle to the next, with --repeat; at least 15.",
+        help="Minutes from the start of one cycle to the next, with --repeat; 15 to 1440.",
         metavar="MIN",
     ),
     "self_calibrates": typer.Option(

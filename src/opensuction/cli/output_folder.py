@@ -29,6 +29,9 @@ def check(folder: Path, force: bool) -> None:
     """Refuse a folder that cannot be written or that holds something; raises InputError."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out {folder}: this is a file; name a folder")
+    for parent in folder.parents:
+        if parent.exists() and not parent.is_dir():
+            raise InputError(f"--out {folder}: {parent} is a file; name a folder")
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise InputError(
             f"--out {folder}: the folder is not empty; name another one or add --force"

@@ -18,12 +18,17 @@ SMALLEST_TURNS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1)
 REVERSAL_SHARE = 0.05
 """Smallest reversal counted, as a share of the input's range: smaller ones hardly leave the gap."""
 
+LARGEST, LEAST_RANGE = 1e30, 1e-30
+"""[design] Samples beyond the one, and ranges below the other, are of no quantity in a fitting
+unit; products of four of them, as the fits form, stay within what a float holds."""
+
 
 def read_samples(name: str, values: ArrayLike, least: int) -> Array:
     """One recorded quantity as a contiguous array of finite numbers, shape (n,).
 
     name: how messages call it. least: smallest number of samples that makes sense.
-    Raises InputError where it is not a row of numbers, too short, or holds a missing sample.
+    Raises InputError where it is not a row of numbers, too short, or holds a missing sample or one
+    beyond `LARGEST`.
     """
     try:
         record = np.ascontiguousarray(values, dtype=np.float64)
@@ -38,6 +43,12 @@ def read_samples(name: str, values: ArrayLike, least: int) -> Array:
         raise InputError(
             f"{name}: sample {bad[0]} is {record[bad[0]]} ({bad.size} such in {record.size}); "
             "remove or fill them first"
+        )
+    largest = int(np.argmax(np.abs(record)))
+    if abs(record[largest]) > LARGEST:
+        raise InputError(
+            f"{name}: sample {largest} is {record[largest]:g}, beyond {LARGEST:g}; correct it, or "
+            "record in a larger unit"
         )
     return record
 
@@ -60,11 +71,17 @@ def read_pair(
 def check_motion(names: tuple[str, str], input_: Array, output: Array, unit: str = "") -> None:
     """Refuse what cannot show a hysteresis. names, unit: of the input, as messages call them.
 
-    Raises InputError for an input or output that does not move and an input that never reverses.
+    Raises InputError for an input or output that does not move, or by less than `LEAST_RANGE`, and
+    an input that never reverses.
     """
     for name, record in zip(names, (input_, output), strict=True):
         if not np.ptp(record) > 0.0:
             raise InputError(f"{name}: constant at {record[0]:g}, should move")
+        if np.ptp(record) < LEAST_RANGE:
+            raise InputError(
+                f"{name}: moves within {np.ptp(record):g}, less than {LEAST_RANGE:g}; record in a "
+                "smaller unit"
+            )
     range_ = float(np.ptp(input_))
     back = float(np.max(np.maximum.accumulate(input_) - input_))
     forth = float(np.max(input_ - np.minimum.accumulate(input_)))

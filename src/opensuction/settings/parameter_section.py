@@ -68,7 +68,7 @@ def _number(entry: Parameter, given: object, key: str, where: object) -> float:
     except OverflowError:  # an integer that no float holds
         number = inf
     if not isfinite(number):
-        raise refuse(where, f"{key} is {show(given)}, not a finite number")
+        raise refuse(where, f"{key} is {show(given)}, not a finite number; give {_wanted(entry)}")
     return number
 
 

@@ -23,6 +23,7 @@ from typing import (
 )
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
 from opensuction.kernel.errors import InputError
 from opensuction.settings.choice import choose
@@ -40,6 +41,9 @@ KINDS: Final[dict[Any, str]] = {
     float: "a number",
     int: "a whole number",
     str: "a text in quotes",
+    list[float]: "a list of numbers",
+    list[str]: "a list of texts in quotes",
+    str | list[str]: "a text in quotes or a list of them",
 }
 """What a message asks for, by the type of the field."""
 
@@ -168,9 +172,18 @@ def _members(enumeration: type[Enum]) -> dict[str, Enum]:
 
 
 def _complaint(field: _Field, given: object, error: ValidationError) -> str:
-    """What is wrong with a value, with the limit it breaks."""
-    unit = unit_of(field.name)
+    """What is wrong with a value, with the limit it breaks; of a list, with its first bad entry."""
     details = error.errors(include_url=False, include_input=False)[0]
+    kind, unit = field.type, unit_of(field.name)
+    match details["loc"]:
+        case (int(place),) if isinstance(given, list):
+            wrong = _deviation(details, given[place], get_args(kind)[0], unit)
+            return f"a list whose entry {place + 1} is {wrong}"
+    return _deviation(details, given, kind, unit)
+
+
+def _deviation(details: ErrorDetails, given: object, kind: Any, unit: str) -> str:
+    """What is wrong with one value that should be of a kind."""
     match details["type"]:
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
             bound = trim(next(iter(details["ctx"].values())))
@@ -182,8 +195,8 @@ def _complaint(field: _Field, given: object, error: ValidationError) -> str:
             return f"{number}, {relation} of {limit}"
         case "finite_number":
             return f"{show(given)}, not a finite number"
-        case kind if kind.endswith("_type"):
-            return f"{show(given)}, not {KINDS.get(field.type, 'what belongs there')}"
+        case name if name.endswith("_type"):
+            return f"{show(given)}, not {KINDS.get(kind, 'what belongs there')}"
         case _:
             message = str(details["msg"])
             return f"{show(given)}: {message[:1].lower()}{message[1:]}"
@@ -198,5 +211,5 @@ def _wanted(field: _Field) -> str:
     kind = KINDS.get(field.type, "a value")
     unit = unit_of(field.name)
     limits = describe(field.hint)
-    amount = f"{kind} in {unit}" if unit and field.type in (int, float) else kind
+    amount = f"{kind} in {unit}" if unit and field.type in (int, float, list[float]) else kind
     return f"give {amount}, {limits}" if limits else f"give {amount}"

@@ -4,6 +4,7 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from datetime import date, time
 from typing import Final
 
 from opensuction.kernel.errors import InputError
@@ -58,6 +59,8 @@ def show(value: object) -> str:
         return "a section"
     if isinstance(value, list | tuple):
         return "a list"
+    if isinstance(value, date | time):
+        return value.isoformat()
     try:
         text = repr(value)
     except ValueError:  # an integer with more digits than Python writes out

@@ -1,13 +1,11 @@
-import numpy as np
 import pytest
 
 from opensuction.control import lookup_table
 from opensuction.hysteresis import play
 from opensuction.identification.estimator import branch_curve
 from opensuction.kernel.errors import InputError
+from tests.identification.plant import HEAD_MM
 
-TIME_S = np.arange(0.0, 40.0, 0.01)
-HEAD_MM = 50.0 * (1.0 - np.cos(2.0 * np.pi * TIME_S / 20.0))
 WIDTH_MM = 19.0
 TIP_MM = 0.95 * play.simulate(WIDTH_MM, HEAD_MM, 0.5 * WIDTH_MM) - 6.0
 

@@ -13,13 +13,9 @@ from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simula
 from opensuction.identification.estimator.modified_dahl import fit
 from opensuction.kernel.errors import InputError
 from tests.hysteresis import distributed_play
+from tests.identification.plant import cosine
 
 Array = NDArray[np.float64]
-
-
-def cosine(samples: int, cycles: float = 2.0, stroke_mm: float = 100.0) -> Array:
-    """The excitation of the bench: from 0 to the stroke and back, without corners."""
-    return 0.5 * stroke_mm * (1.0 - np.cos(np.linspace(0.0, 2.0 * math.pi * cycles, samples)))
 
 
 def squares(model: ModifiedDahl, lag_mm: float, head_mm: Array, tip_mm: Array) -> float:

@@ -8,10 +8,7 @@ from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import prandtl_ishlinskii as estimator
 from opensuction.kernel.errors import InputError
 from tests.hysteresis import distributed_play
-
-TIME_S = np.arange(0.0, 40.0, 0.01)
-HEAD_MM = 50.0 * (1.0 - np.cos(2.0 * np.pi * TIME_S / 20.0))
-"""The bench's excitation."""
+from tests.identification.plant import HEAD_MM, TIME_S
 
 
 def simulated(model: PrandtlIshlinskii) -> np.ndarray:

@@ -60,6 +60,12 @@ def test_it_ends_only_after_the_head_was_away_and_has_rested_at_home() -> None:
             "from the tube's lower end to the carina, 30 to 100 mm",
         ),
         (
+            AgeGroup.ADULT,
+            float("nan"),
+            "--taught nan mm is no length: measure from the tube's lower end to the carina, 30 to "
+            "100 mm",
+        ),
+        (
             AgeGroup.NEONATE,
             2.5,
             "--taught 2.5 mm is 2.5 mm short of the least plausible for neonate, 5 mm: measure "

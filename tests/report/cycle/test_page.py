@@ -1,18 +1,10 @@
-import json
 import re
-from typing import Any
 
 import pytest
 
 from opensuction.report.cycle import page
 from tests.report import example
-
-
-def _payload(html: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.S)
-    assert found is not None
-    payload: dict[str, Any] = json.loads(found[1])
-    return payload
+from tests.report.page_data import payload
 
 
 def test_page_needs_nothing_from_elsewhere() -> None:
@@ -53,10 +45,10 @@ def test_aborted_cycle_shows_trip_and_alarm() -> None:
 
 
 def test_plots_mark_when_the_alarm_began() -> None:
-    payload = _payload(page.render(example.aborted(), example.trace()))
-    marked = [[label, time_s] for label, _, time_s in payload["instants"]]
+    data = payload(page.render(example.aborted(), example.trace()))
+    marked = [[label, time_s] for label, _, time_s in data["instants"]]
     assert marked == [["Alarm: vacuum exceeded", 16.9]]
-    assert _payload(page.render(example.summary(), example.trace()))["instants"] == []
+    assert payload(page.render(example.summary(), example.trace()))["instants"] == []
 
 
 def test_a_page_without_alarms_has_no_section_for_them() -> None:
@@ -86,7 +78,7 @@ def test_any_key_may_be_null_or_missing(key: str) -> None:
 def test_trace_without_rows_gives_a_page_without_plots() -> None:
     html = page.render(example.summary(), {})
     assert "Over time" not in html
-    assert _payload(html)["series"] == {}
+    assert payload(html)["series"] == {}
 
 
 def test_phase_of_one_tick_is_not_a_step() -> None:
@@ -109,7 +101,7 @@ def test_sections_become_tables() -> None:
 def test_patient_and_requirements_are_on_the_page() -> None:
     html = page.render(example.on_patient(), example.breathing_trace())
     assert "The patient over time" in html
-    assert set(_payload(html)["patient"]) == {
+    assert set(payload(html)["patient"]) == {
         "time",
         "airway_pressure",
         "lung_volume",
@@ -123,7 +115,7 @@ def test_patient_and_requirements_are_on_the_page() -> None:
 
 def test_bench_has_no_patient_on_the_page() -> None:
     html = page.render(example.summary(), example.breathing_trace())
-    assert _payload(html)["patient"] == {}
+    assert payload(html)["patient"] == {}
     assert 'id="saturation"' not in html
     assert "Within the guidelines?" not in html
 

@@ -1,4 +1,3 @@
-import json
 import re
 from typing import Any
 
@@ -6,13 +5,7 @@ import pytest
 
 from opensuction.report.identification import identification_page as page
 from tests.report import identification_example as example
-
-
-def payload(html: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.S)
-    assert found is not None
-    data: dict[str, Any] = json.loads(found[1])
-    return data
+from tests.report.page_data import payload
 
 
 def alone(**changes: Any) -> str:

@@ -63,6 +63,8 @@ def test_what_is_written_out_is_read_back(
         (["pump-lost@suctioning+180"], "at 180 s: an instant is from 0 s to less than 180 s"),
         (["pump-lost@soon"], "unknown phase of a fault 'soon'"),
         (["pump-lost@closing+x"], "the time into the phase 'x' is not a number"),
+        (["pump-lost@suctioning-2"], "unknown phase of a fault 'suctioning-2'"),
+        (["pump-lost@"], "the instant '' is not a number; give NAME[@S][=STRENGTH], S in seconds"),
         (["pump-lost@teaching+1"], "unknown phase of a fault 'teaching'"),
         (["pump-lost@backing_off"], "approach 'travel' has no phase backing_off"),
         (["pump-lost@1@2"], "should be NAME[@S][=STRENGTH]"),

@@ -110,6 +110,8 @@ def test_notes_say_what_a_person_should_know() -> None:
         (1, 30.0, False, "says nothing without --repeat"),
         (3, 5.0, False, "not at least 15 min"),
         (3, float("nan"), False, "not at least 15 min"),
+        (3, 1441.0, False, "--every 1441: should be at most 1440 min"),
+        (3, float("inf"), False, "--every inf: should be at most 1440 min"),
         (3, 30.0, True, "the bench has none"),
         (501, 30.0, False, "at most 500"),
     ],

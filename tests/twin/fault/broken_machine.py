@@ -6,20 +6,12 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine.machine import Machine, MachineState
 from opensuction.twin.parameter import BENCH, nominal
+from tests.twin import holding
 from tests.twin.holding import DT_S, hold_machine
 
 VALUES = nominal(BENCH)
 HEALTHY = preset.machine(VALUES)
-IDLE = Commands(
-    head_mm=0.0,
-    insertion_v=0.0,
-    insertion_on=True,
-    cam_rad=0.0,
-    valve_v=0.0,
-    valve_on=False,
-    pump_on=False,
-    vacuum_mmhg=0.0,
-)
+IDLE = holding.IDLE._replace(valve_on=False)
 OPENING = IDLE._replace(valve_v=24.0, valve_on=True)
 PUSHING = IDLE._replace(insertion_v=12.0)
 

@@ -11,11 +11,8 @@ from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset, ventilator
 from opensuction.twin.patient.patient import Patient
 from opensuction.twin.patient.patient_parameter import PRESETS
-from tests.twin.breathing import DT_S, record
+from tests.twin.breathing import DT_S, ICU, PATIENTS, RESTING, record
 
-PATIENTS = {name: patient_preset.patient(name, 0, nominal=True) for name in PRESETS}
-RESTING = {name: patient_preset.at_rest(one) for name, one in PATIENTS.items()}
-ICU = PATIENTS["adult-icu"]
 EFFECTS = {
     fault: row.effect for fault, row in ROWS.items() if isinstance(row.effect, PatientEffect)
 }

@@ -9,20 +9,10 @@ from opensuction.twin import parameter, preset
 from opensuction.twin.machine import machine
 from opensuction.twin.machine.machine import MachineState
 from tests.budget import simulated
-from tests.twin.holding import DT_S, hold_machine
+from tests.twin.holding import DT_S, IDLE, hold_machine
 
 VALUES = parameter.nominal(parameter.BENCH)
 BENCH = preset.machine(VALUES)
-IDLE = Commands(
-    head_mm=0.0,
-    insertion_v=0.0,
-    insertion_on=True,
-    cam_rad=0.0,
-    valve_v=0.0,
-    valve_on=True,
-    pump_on=False,
-    vacuum_mmhg=0.0,
-)
 
 
 def parked(head_mm: float = 0.0) -> MachineState:

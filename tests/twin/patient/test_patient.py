@@ -7,11 +7,8 @@ from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient import Patient, PatientState
 from opensuction.twin.patient.patient_parameter import PRESETS
-from tests.twin.breathing import DT_S, START_S, closed_suction, record
+from tests.twin.breathing import DT_S, ICU, PATIENTS, RESTING, START_S, closed_suction, record
 
-PATIENTS = {name: patient_preset.patient(name, 0, nominal=True) for name in PRESETS}
-RESTING = {name: patient_preset.at_rest(one) for name, one in PATIENTS.items()}
-ICU = PATIENTS["adult-icu"]
 ARDS = PATIENTS["adult-ards"]
 
 

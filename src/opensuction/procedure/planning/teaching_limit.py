@@ -1,5 +1,7 @@
 """Under which limits a person teaches the travel length, and which lengths are plausible."""
 
+import math
+
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
@@ -42,6 +44,11 @@ def check_plausible(age: AgeGroup, taught_mm: float, what: str) -> None:
     least, most = PLAUSIBLE[age]
     if least <= taught_mm <= most:
         return
+    if not math.isfinite(taught_mm):
+        raise InputError(
+            f"{what} {taught_mm:g} mm is no length: measure from the tube's lower end to the "
+            f"carina, {least:g} to {most:g} mm"
+        )
     beyond = least - taught_mm if taught_mm < least else taught_mm - most
     where = "short of the least" if taught_mm < least else "beyond the most"
     limit = least if taught_mm < least else most

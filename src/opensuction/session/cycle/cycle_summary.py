@@ -9,8 +9,6 @@ from enum import IntEnum
 import numpy as np
 
 from opensuction import __version__
-from opensuction.control.compensation import CompensationKind
-from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
@@ -21,6 +19,7 @@ from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition, row_of
 from opensuction.session.cycle import (
     cycle_run,
+    cycle_warning,
     machine_summary,
     preoxygenation,
     vital_sign,
@@ -33,14 +32,8 @@ from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
-SECRETION_SHARE_PERCENT = 80.0
-"""Share of the secretions below which the report says why there is some left."""
-LEAST_SHARE_PERCENT = 5.0
-"""Share below which nothing was removed to speak of: depth and time do not explain that."""
 IN_AIRWAY_GUIDELINE_S = {AgeGroup.ADULT: 15.0}
 """From insertion to removal, by hand [ACI-2014]; the guideline is for adults."""
-BUDGET_MARGIN_S = 0.05
-"""Timing that exceeds the guideline by less is rounding of a tick or two."""
 ABORT_SENTENCES = {
     Event.TRIPPED: "a safety limit tripped",
     Event.ABORT_REQUESTED: "a person asked for it",
@@ -191,60 +184,13 @@ def name_of(member: IntEnum) -> str:
     return member.name.lower().replace("_", "-")
 
 
-def _warnings(prepared: Prepared, result: Outcome) -> list[str]:
-    found = []
-    guideline_s = GUIDELINES[prepared.rig.site.age].negative_pressure_s
-    if result.negative_pressure_s > guideline_s + BUDGET_MARGIN_S:
-        planned = prepared.protocol.negative_pressure_budget_s > guideline_s + BUDGET_MARGIN_S
-        found.append(
-            f"Suction lasted {result.negative_pressure_s:.1f} s: guidelines allow "
-            f"{guideline_s:g} s." + (" This protocol is for the bench only." if planned else "")
-        )
-    if result.completed and result.removed_percent < LEAST_SHARE_PERCENT:
-        found.append(
-            f"Only {result.removed_percent:.0f} % of the secretions were removed: suction was "
-            "without effect."
-        )
-    elif result.completed and result.removed_percent < SECRETION_SHARE_PERCENT:
-        found.append(
-            f"Only {result.removed_percent:.0f} % of the secretions were removed: the rest lies "
-            "deeper than the tip may go, or needs more than the "
-            f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
-        )
-    kind, file = prepared.resolved.compensation, prepared.resolved.parameter_file
-    if file is not None and file.servo is None:
-        found.append(
-            "The parameter file holds no servo feedforward, so the head lags behind its command; "
-            "a section servo with velocity_v_s_per_mm and friction_v would add it."
-        )
-    model = prepared.calibration.model
-    on_dahl = kind in (CompensationKind.DIRECT_INVERSE, CompensationKind.EXACT_INVERSE)
-    if on_dahl and not modified_dahl.is_monotone(model):
-        crossing = "; the reversal is crossed as a gap."
-        if kind == CompensationKind.DIRECT_INVERSE:
-            crossing = ", and the printed compensator jumps there."
-        found.append(
-            f"The identified model is not monotone (c = {model.slope:.3f} is not above 2 beta = "
-            f"{2 * model.velocity_gain:.3f}): at a reversal it has no continuous inverse{crossing}"
-        )
-    return found
-
-
-def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor: float) -> Json:
-    """Everything about one cycle as plain data.
-
-    wall_s: time the whole command took so far. realtime_factor: simulated time over the time that
-    the compiled simulation alone took, trace included.
-    """
-    result = cycle_run.figures(prepared, columns)
-    resolved, kind = prepared.resolved, prepared.rig.kind
-    choice, equipment = resolved.choice, resolved.equipment
-    data: Json = {
-        "outcome": "completed" if result.completed else "aborted",
-        "version": __version__,
-        "in_silico": True,
+def _asked(prepared: Prepared) -> Json:
+    """What the cycle was asked for, and the machine it ran on."""
+    choice, equipment = prepared.resolved.choice, prepared.resolved.equipment
+    kind = prepared.rig.kind
+    return {
         "machine": equipment.machine_name,
-        "protocol": resolved.protocol_name,
+        "protocol": prepared.resolved.protocol_name,
         "approach": choice.approach,
         "compensation": choice.compensation,
         "patient": equipment.patient_name,
@@ -254,13 +200,12 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "gap_scale": choice.gap_scale,
         "taught_mm": prepared.taught_mm,
         "teaching": machine_summary.teaching(prepared),
-        "phases": [
-            {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
-            for span in trace.phase_spans(columns)
-        ],
-        "tip": _tip(result),
-        "timing": _timing(prepared, result, columns),
-        "vacuum": _vacuum(prepared, result),
+    }
+
+
+def _borne(prepared: Prepared, result: Outcome, columns: Columns) -> Json:
+    """What was done to the patient, and what it came to."""
+    return {
         "carina_force_peak_n": result.exposure.force_peak_n,
         "secretion": {
             "removed_ml": result.removed_ml,
@@ -271,6 +216,12 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "airway_pressure_least_cmh2o": result.exposure.airway_pressure_least_cmh2o,
         "vitals": _vitals(prepared, columns),
         "preoxygenation": preoxygenation.plain(columns),
+    }
+
+
+def _noticed(prepared: Prepared, result: Outcome, columns: Columns) -> Json:
+    """What the machine found wrong, what people were told, and what was really broken."""
+    return {
         "check": _check(columns),
         "abort": _abort(result, columns),
         "trips": _trips(result),
@@ -278,7 +229,31 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
         "told": told(result.told),
         "harm": [one.name for one in result.harm],
         "broken_bounds": [one._asdict() for one in result.harm],
-        "warnings": _warnings(prepared, result),
+        "warnings": cycle_warning.warnings(prepared, result),
+    }
+
+
+def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor: float) -> Json:
+    """Everything about one cycle as plain data.
+
+    wall_s: time the whole command took so far. realtime_factor: simulated time over the time that
+    the compiled simulation alone took, trace included.
+    """
+    result = cycle_run.figures(prepared, columns)
+    data: Json = {
+        "outcome": "completed" if result.completed else "aborted",
+        "version": __version__,
+        "in_silico": True,
+        **_asked(prepared),
+        "phases": [
+            {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
+            for span in trace.phase_spans(columns)
+        ],
+        "tip": _tip(result),
+        "timing": _timing(prepared, result, columns),
+        "vacuum": _vacuum(prepared, result),
+        **_borne(prepared, result, columns),
+        **_noticed(prepared, result, columns),
         "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
         "anatomy": {
             "tube_end_mm": 0.0,

@@ -68,7 +68,7 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
 def _patient_name(choice: RigChoice, machine_preset: str) -> str | None:
     """The patient that was named, or the default; nobody on the bench."""
     if machine_preset != "bench":
-        return choice.patient or rigs.DEFAULT_PATIENT
+        return rigs.DEFAULT_PATIENT if choice.patient is None else choice.patient
     if choice.patient is not None:
         raise InputError("the bench has no patient: leave --patient out or use --machine clinical")
     return None

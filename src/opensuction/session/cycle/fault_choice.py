@@ -29,7 +29,9 @@ def _number(text: str, what: str, whole: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(one_line(f"--fault {show(whole)}: {what} {show(text)} is not a number"))
+        raise InputError(
+            one_line(f"--fault {show(whole)}: {what} {show(text)} is not a number; give {FORM}")
+        )
     return value
 
 
@@ -38,7 +40,8 @@ def _instant(text: str, whole: str) -> FaultInstant:
     name, plus, after = text.partition("+")
     if not name or not name[0].isalpha():
         return FaultInstant(None, _number(text, "the instant", whole))
-    phase = choose(name.replace("-", "_"), PHASES, "phase of a fault")
+    spelled = name.replace("-", "_")
+    phase = choose(spelled if spelled in PHASES else name, PHASES, "phase of a fault")
     return FaultInstant(phase, _number(after, "the time into the phase", whole) if plus else 0.0)
 
 

@@ -4,6 +4,7 @@ from opensuction.control.compensation import KIND_OF_NAME, ON_PLAYS
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_summary
 from opensuction.session.cycle.resolution import ResolvedCycle
@@ -12,6 +13,8 @@ from opensuction.simulation.injection import injection
 
 MOST_CYCLES = 500
 """More would be weeks: a trial, not a day."""
+MOST_INTERVAL_S = LIFE_S
+"""[design] A catheter is changed by then: what begins later is another day."""
 
 
 def check(day: DayChoice, resolved: ResolvedCycle) -> None:
@@ -26,6 +29,11 @@ def check(day: DayChoice, resolved: ResolvedCycle) -> None:
     if repeat > 1 and resolved.equipment.on_bench:
         raise InputError("--repeat is for a patient, and the bench has none: use another protocol")
     if every_min is not None:
+        if day.every_s > MOST_INTERVAL_S:
+            raise InputError(
+                f"--every {every_min:g}: should be at most {MOST_INTERVAL_S / 60.0:g} min, the "
+                "longest that a catheter is used"
+            )
         schedule.schedule(ScheduleMode.TIMED, day.every_s)
     if repeat == 1:
         injection.check(resolved.faults)

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from opensuction.controller import setup
 from opensuction.identification.estimator.gap_scale import ScaleRecord
@@ -22,12 +21,13 @@ from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.session.choice import DayChoice
 from opensuction.session.cycle import cycle_run, preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.day import attendance, day_calibration
+from opensuction.session.day import attendance, day_calibration, diary
 from opensuction.session.day.attendance import Attended
 from opensuction.session.day.day_fault import FaultyDay
+from opensuction.session.day.diary import DaySamples, Sample
 from opensuction.session.plain import Json
 from opensuction.simulation import idle_time
-from opensuction.simulation.closed_loop import DT_S, LoopState
+from opensuction.simulation.closed_loop import LoopState
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
@@ -59,19 +59,6 @@ class DayCycle(NamedTuple):
     """What its contact said of the gap; None without self-calibration."""
 
 
-Sample = tuple[float, float, float, float]
-"""One row of `DaySamples`."""
-
-
-class DaySamples(NamedTuple):
-    """The patient over the day, arrays of one length."""
-
-    time_s: npt.NDArray[np.float64]
-    secretion_ml: npt.NDArray[np.float64]
-    spo2_percent: npt.NDArray[np.float64]
-    lung_volume_loss_ml: npt.NDArray[np.float64]
-
-
 class Day(NamedTuple):
     """A day, or what was done of it before a cycle was broken off."""
 
@@ -94,28 +81,9 @@ class Day(NamedTuple):
     """Numbers of the cycles after which a person reset the machine."""
 
 
-def _look_at(state: LoopState) -> Sample:
-    """The patient as it is now."""
-    signs = state.machine.coupling.signs
-    secretion_ml = float(np.sum(state.bedside.secretion_ml))
-    return state.tick * DT_S, secretion_ml, signs.spo2_percent, signs.lung_volume_loss_ml
-
-
-def _look_back(state: LoopState, columns: Columns) -> list[Sample]:
-    """The patient during a cycle, once a second, and as it is after it."""
-    removed = columns["truth.secretion_removed_ml"]
-    after_ml = float(np.sum(state.bedside.secretion_ml))
-    seen = (
-        columns["time_s"],
-        after_ml + (removed[-1] - removed),
-        columns["truth.spo2_percent"],
-        columns["truth.lung_volume_loss_ml"],
-    )
-    every = np.column_stack([values[:: round(1.0 / DT_S)] for values in seen])
-    return [*map(tuple, every.tolist()), _look_at(state)]
-
-
-def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: list[Sample]) -> LoopState:
+def _waited(
+    prepared: Prepared, state: LoopState, until_s: float, samples: list[Sample]
+) -> LoopState:
     """The loop parked until the schedule is about to act."""
     while True:
         left_s = until_s - state.controller.core.upkeep.schedule.since_cycle_s
@@ -123,7 +91,7 @@ def _waited(prepared: Prepared, state: LoopState, until_s: float, diary: list[Sa
         if span_s < idle_time.STEP_S:
             return state
         state = preoxygenation.pass_idle_time(prepared.loop, state, span_s)
-        diary.append(_look_at(state))
+        samples.append(diary.look_at(state))
 
 
 def play(
@@ -137,37 +105,27 @@ def play(
     cycle that does not end parked ends the day: a halted machine waits for a person, as does a gap
     out of its range; where faults were asked for a person resets it (see `day_fault`).
     """
-    timed = setup.with_schedule(
-        prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, asked.every_s)
-    )
-    prepared = prepared._replace(loop=prepared.loop._replace(controller=timed))
+    prepared = _set_schedule(prepared, asked.every_s)
     # The day begins with the first cycle, for which somebody has just given oxygen.
     attended = attendance.attend(prepared, prepared.start)
     state = attended.ready.start._replace(tick=0)
-    diary: list[Sample] = []
-    began_ml = float(np.sum(state.bedside.secretion_ml))
+    began_ml = diary.sum_secretion_ml(state)
+    samples: list[Sample] = []
     cycles: list[DayCycle] = []
-    columns: Columns = {}
     learning = day_calibration.begun(prepared) if asked.self_calibrates else None
     faulty = FaultyDay(prepared, asked) if prepared.resolved.faults else None
     while len(cycles) < asked.repeat:
         if cycles:
             sick = prepared if faulty is None else faulty.afflict(prepared)
-            comes_s = asked.every_s - WAKE_S - attendance.lead_s(prepared)
-            attended = attendance.attend(sick, _waited(sick, state, comes_s, diary))
+            attended = _await_person(sick, asked, state, samples)
             state = attended.ready.start
-        # After a change of catheter the clock begins anew: the person starts this cycle.
-        by_hand = attended.catheter_changed or not cycles
-        ready = attended.ready._replace(start=state)
-        state, columns = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
-        diary += _look_back(state, columns)
-        columns = _from_its_start(columns)
-        done = _cycle(attended, ready, state, columns, len(cycles) + 1)
+        now = _play_cycle(attended, faulty, state, len(cycles) + 1, samples)
+        state, done = now.state, now.done
         if learning is not None and done.outcome.completed:
-            learning = day_calibration.learned(learning, prepared, columns)
+            learning = day_calibration.learned(learning, prepared, now.columns)
             done = done._replace(gap=learning.record)
         cycles.append(done)
-        tell(done, ready, _from_zero(columns))
+        tell(done, now.ready, _from_zero(now.columns))
         refusal = None if learning is None else learning.refusal
         if _waits_for_a_person(state, faulty) or refusal is not None:
             break
@@ -175,18 +133,77 @@ def play(
             prepared, state, learning = day_calibration.applied(learning, prepared, state)
             if learning.refusal is not None:
                 break
-    left_ml = float(np.sum(state.bedside.secretion_ml))
+    refusal = None if learning is None else learning.refusal
+    return _sum_up(asked, cycles, now, began_ml, samples, refusal, faulty)
+
+
+class _PlayedCycle(NamedTuple):
+    """One cycle of a day, as it was played."""
+
+    done: DayCycle
+    ready: Prepared
+    """As it began."""
+    state: LoopState
+    """After it."""
+    columns: Columns
+    """Its trace from its first tick, on the clock of the day."""
+
+
+def _set_schedule(prepared: Prepared, every_s: float) -> Prepared:
+    """The machine, its controller set to start a cycle by its clock."""
+    timed = setup.with_schedule(
+        prepared.loop.controller, schedule.schedule(ScheduleMode.TIMED, every_s)
+    )
+    return prepared._replace(loop=prepared.loop._replace(controller=timed))
+
+
+def _await_person(
+    prepared: Prepared, asked: DayChoice, state: LoopState, samples: list[Sample]
+) -> Attended:
+    """The machine parked until somebody comes before the next cycle, and what that person does."""
+    comes_s = asked.every_s - WAKE_S - attendance.lead_s(prepared)
+    return attendance.attend(prepared, _waited(prepared, state, comes_s, samples))
+
+
+def _play_cycle(
+    attended: Attended,
+    faulty: FaultyDay | None,
+    state: LoopState,
+    number: int,
+    samples: list[Sample],
+) -> _PlayedCycle:
+    """One cycle from this state on; `samples` has the patient during it afterwards."""
+    # After a change of catheter the clock begins anew: the person starts this cycle.
+    by_hand = attended.catheter_changed or number == 1
+    ready = attended.ready._replace(start=state)
+    after, columns = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
+    samples += diary.look_back(after, columns)
+    columns = _from_its_start(columns)
+    return _PlayedCycle(_cycle(attended, ready, after, columns, number), ready, after, columns)
+
+
+def _sum_up(
+    asked: DayChoice,
+    cycles: list[DayCycle],
+    last: _PlayedCycle,
+    began_ml: float,
+    samples: list[Sample],
+    refusal: str | None,
+    faulty: FaultyDay | None,
+) -> Day:
+    """The day, after its last cycle. began_ml: secretions in the trachea when it began."""
+    left_ml = diary.sum_secretion_ml(last.state)
     removed_ml = sum(cycle.outcome.removed_ml for cycle in cycles)
     return Day(
         asked=asked,
         cycles=tuple(cycles),
-        samples=DaySamples(*np.array(diary).T),
-        last=ready,
-        columns=_from_zero(columns),
+        samples=DaySamples(*np.array(samples).T),
+        last=last.ready,
+        columns=_from_zero(last.columns),
         produced_ml=left_ml + removed_ml - began_ml,
-        canister_ml=state.machine.bore.canister_ml,
+        canister_ml=last.state.machine.bore.canister_ml,
         left_ml=left_ml,
-        refusal=None if learning is None else learning.refusal,
+        refusal=refusal,
         faults=() if faulty is None else tuple(faulty.plain()),
         reset_cycles=() if faulty is None else tuple(faulty.reset_cycles),
     )
@@ -227,7 +244,7 @@ def _cycle(
         number=number,
         start_s=start_s,
         outcome=cycle_run.figures(prepared, columns),
-        secretion_before_ml=float(np.sum(prepared.start.bedside.secretion_ml)),
+        secretion_before_ml=diary.sum_secretion_ml(prepared.start),
         bore_ml=state.machine.bore.mucus_ml,
         catheter_age_s=state.controller.core.upkeep.catheter_age_s,
         catheter_changed=attended.catheter_changed,
