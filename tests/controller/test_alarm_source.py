@@ -116,11 +116,15 @@ def test_a_phase_that_takes_too_long_says_what_did_not_move() -> None:
     late = Event.PHASE_OVERDUE
     assert C.VALVE_STUCK_CLOSED in found(Phase.OPENING, Phase.ABORTING, late)
     assert C.VALVE_STUCK_OPEN in found(Phase.CLOSING, Phase.ABORTING, late)
-    assert found(Phase.PRELOADING, Phase.ABORTING, late) == STOPPED
+    for phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
+        assert found(phase, Phase.ABORTING, late) == STOPPED | {C.HEAD_NOT_FOLLOWING}
+    assert found(Phase.WITHDRAWING, Phase.ABORTING, late) == STOPPED
     aborted = (Phase.ABORTING, Phase.HALTED, late)
     assert found(*aborted, seen=readings(cam_rad=0.5)) == STOPPED | {C.VALVE_STUCK_OPEN}
     away = readings()._replace(head_mm=settings().plan.motion.park_head_mm + 30.0)
     assert found(*aborted, seen=away) == STOPPED | {C.WITHDRAWAL_TIME}
+    behind = readings()._replace(head_mm=settings().plan.motion.park_head_mm - 5.0)
+    assert found(*aborted, seen=behind) == STOPPED
 
 
 def wrong(

@@ -123,3 +123,14 @@ def test_a_stiff_lung_that_loses_volume_is_told_before_it_has_lost_it() -> None:
     assert told_s(judged, Condition.LUNG_VOLUME_LOST, at_s) < 5.0
     assert judged.harm == ()
     assert judged.borne.lung_volume_loss_ml < 600.0
+
+
+@pytest.mark.requirement("OS-R35")
+@pytest.mark.parametrize("patient", ["adult-icu", "adult-ards"])
+def test_a_head_that_coasts_past_its_home_is_out_and_nobody_is_told_otherwise(patient: str) -> None:
+    """A clogged line keeps its suction on the way out, and no trip lets the head go in again."""
+    run = Run(Fault.LINE_CLOGGED, 1.0, Phase.SUCTIONING, 0.5, patient, "travel", 1)
+    judged, at_s = judge(run)
+    assert not math.isnan(told_s(judged, Condition.LINE_CLOGGED, at_s))
+    assert math.isnan(told_s(judged, Condition.WITHDRAWAL_TIME, at_s))
+    assert judged.left_inside is None

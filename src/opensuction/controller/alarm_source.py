@@ -81,7 +81,7 @@ def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
         return VALVE_STUCK_OPEN
     if phase == Phase.ABORTING:
         stuck = NONE if progress.is_closed(plan, readings) else VALVE_STUCK_OPEN
-        out = progress.is_home(plan.motion, readings)
+        out = progress.is_out(plan.motion, readings)
         return stuck if out else stuck | NOT_WITHDRAWN
     if phase == Phase.CHECKING:
         return CHECK_FAILED

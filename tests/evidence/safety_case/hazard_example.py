@@ -29,5 +29,5 @@ strengths = [0.7]
 phases = ["closing"]
 detected_ms = 500
 """
-ON_ONE = 'patient = "adult-icu"\napproach = "travel"\n'
+ON_ONE = 'patient = "adult-icu"\napproach = "travel"\nonly_because = "an example"\n'
 """Keys of a fault that is run on one patient only."""

@@ -119,7 +119,7 @@ def test_five_seeds_see_every_part_of_the_time_inside_on_every_patient() -> None
         ("[0.7]", "[1.7]", ("OS-H01, fault 2", "1.7", "pump-weak")),
         (
             '["inserting"]',
-            '["backing_off"]\napproach = "travel"',
+            '["backing_off"]\napproach = "travel"\nonly_because = "so"',
             ("OS-H01, fault 1", "backing_off", "travel"),
         ),
         ('["inserting"]', '["set-up"]', ("OS-H01, fault 1", "set-up", "impossible")),
@@ -136,6 +136,9 @@ def test_five_seeds_see_every_part_of_the_time_inside_on_every_patient() -> None
         ("out-without-suction", "still-without-suction", ("OS-H01, fault 1", "safe_state")),
         ('["inserting"]', '["airway"]\nafter_s = [1.0]', ("OS-H01, fault 1", "after_s")),
         ('["inserting"]', '["opening"]\npatient = "dog"', ("OS-H01, fault 1", "patient", "dog")),
+        ('["inserting"]', '["opening"]\npatient = "neonate"', ("OS-H01, fault 1", "only_because")),
+        ('"OS-H01"', '""', ("hazard 1", "id", "empty")),
+        ('["OS-R07"]', "[]", ("hazard 1", "requirements", "empty")),
         ('["inserting"]', '["opening"]\nshows = "now"', ("OS-H01, fault 1", "shows", "now")),
         (
             '"VACUUM_EXCEEDED", "PUMP_RUNAWAY"',

@@ -86,12 +86,21 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
     return hazards
 
 
+def _check_words(words: HazardRow) -> None:
+    """Raises InputError where a row says nothing."""
+    for name, said in words._asdict().items():
+        if not (said.strip() if isinstance(said, str) else said):
+            raise InputError(f"{name}: is empty")
+
+
 def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     if not isinstance(row, Mapping):
         raise InputError(one_line(f"{numbered} is {show(row)}; rows begin with [[hazard]]"))
     words = validate(
         HazardRow, {key: row[key] for key in HazardRow._fields if key in row}, numbered
     )
+    with name_source(numbered):
+        _check_words(words)
     here = f"{where}: {words.id}"
     for key in row:
         choose(key, dict.fromkeys(sorted(KEYS)), f"key of a hazard in {here}")
@@ -118,14 +127,21 @@ def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> Hazard
     return claim
 
 
-def _check_fault(claim: HazardClaim) -> None:
-    choose(claim.name, BY_NAME, "fault in name", "docs/reference/faults.md")
-    for strength in claim.strengths:
-        ROWS[claim.fault].check_strength(strength)
+def _check_kinds(claim: HazardClaim) -> None:
     choose(claim.approach, dict.fromkeys((*APPROACHES, ALL)), "approach")
     named = [claim.patient] if isinstance(claim.patient, str) else claim.patient
     for patient in named or [""]:
         choose(patient, dict.fromkeys((*PATIENTS, ALL)), "patient")
+    narrowed = claim.patient != ALL or claim.approach != ALL
+    if narrowed and not claim.only_because.strip():
+        raise InputError("only_because: say why the fault comes on no other patient or approach")
+
+
+def _check_fault(claim: HazardClaim) -> None:
+    choose(claim.name, BY_NAME, "fault in name", "docs/reference/faults.md")
+    for strength in claim.strengths:
+        ROWS[claim.fault].check_strength(strength)
+    _check_kinds(claim)
     if not claim.phases:
         raise InputError("phases: none given; name some, or all")
     at_start = ROWS[claim.fault].is_setup

@@ -71,6 +71,13 @@ def is_home(motion: Motion, readings: Readings) -> bool:
 
 
 @compiled
+def is_out(motion: Motion, readings: Readings) -> bool:
+    """Whether the head is known to be home or behind it: the catheter is out."""
+    behind = readings.head_valid and readings.head_mm <= motion.park_head_mm
+    return behind or is_home(motion, readings)
+
+
+@compiled
 def is_contact(readings: Readings) -> bool:
     """Whether the switch says that the tip touches something."""
     return readings.contact_valid and readings.contact_closed
@@ -199,7 +206,9 @@ def _phase_event(
         return flag(closed, Event.VALVE_CLOSED)
     if phase == Phase.ABORTING:
         resting = abs(feedback.head_wanted_mm - plan.motion.park_head_mm) <= plan.motion.settle_mm
-        return flag((home and resting and closed) or feedback.powerless, Event.CLEARED)
+        # A forced withdrawal may coast past home, and no trip lets the head go in again.
+        there = home or (feedback.tripped and is_out(plan.motion, readings))
+        return flag((there and resting and closed) or feedback.powerless, Event.CLEARED)
     if phase == Phase.IDENTIFYING:
         return flag(time_s >= plan.excitation.duration_s, Event.EXCITATION_ENDED)
     if phase == Phase.TEACHING:
