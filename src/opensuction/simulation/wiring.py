@@ -55,8 +55,9 @@ class Messages(NamedTuple):
 SILENT = -1
 """Number of the message of a controller that does not run: below every other."""
 
-read_link = row.reader(LinkedState)
-write_link = row.writer(LinkedState)
+# `start` makes the row as long as it must be.
+read_link = row.reader(LinkedState, checked=False)
+write_link = row.writer(LinkedState, checked=False)
 
 
 HEALTHY = Wiring(

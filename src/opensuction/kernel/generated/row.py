@@ -38,16 +38,26 @@ def columns(record_type: type) -> tuple[str, ...]:
     return tuple(names)
 
 
-def writer(record_type: type) -> Callable[[Row, Any], None]:
+def _head(signature: str, record_type: type, size: int, *, checked: bool) -> list[str]:
+    """First lines of a function with an argument ``row``, whose size it looks at or trusts."""
+    if not checked:
+        return [f"def {signature}:"]
+    return [
+        f"def {signature}:",
+        f"    if row.size < {size}:",
+        f"        raise IndexError('a row of {record_type.__name__} has {size} columns')",
+    ]
+
+
+def writer(record_type: type, *, checked: bool = True) -> Callable[[Row, Any], None]:
     """Compiled ``write(row, record)`` that puts every scalar of a record into its column.
 
-    row: array of at least ``len(columns(record_type))`` numbers.
+    row: array of at least ``len(columns(record_type))`` numbers. checked: a shorter one is refused;
+    else whoever calls it answers for that. What may raise keeps references counted, in every tick.
     """
     names = columns(record_type)
     lines = [
-        "def write(row, record):",
-        f"    if row.size < {len(names)}:",
-        f"        raise IndexError('a row of {record_type.__name__} has {len(names)} columns')",
+        *_head("write(row, record)", record_type, len(names), checked=checked),
         *(f"    row[{i}] = record.{name}" for i, name in enumerate(names)),
     ]
     write: Callable[[Row, Any], None] = straight_line.define(
@@ -96,17 +106,16 @@ def _rebuilt(record_type: type, scope: dict[str, Any], first: int) -> tuple[str,
     return f"{constructor}({', '.join(parts)})", first
 
 
-def reader(record_type: type) -> Callable[[Row], Any]:
+def reader(record_type: type, *, checked: bool = True) -> Callable[[Row], Any]:
     """Compiled ``read(row)`` that gives the record that a `writer` put into a row.
 
-    record_type: as for `writer`, without arrays. Integers beyond 2**53 do not come back exactly.
+    record_type, checked: as for `writer`, without arrays. Integers beyond 2**53 do not come back
+    exactly.
     """
     scope: dict[str, Any] = {}
     built, size = _rebuilt(record_type, scope, 0)
     lines = [
-        "def read(row):",
-        f"    if row.size < {size}:",
-        f"        raise IndexError('a row of {record_type.__name__} has {size} columns')",
+        *_head("read(row)", record_type, size, checked=checked),
         f"    return {built}",
     ]
     read: Callable[[Row], Any] = straight_line.define(

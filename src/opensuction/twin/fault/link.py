@@ -36,12 +36,12 @@ class Message(NamedTuple):
     none."""
 
 
-_write_message = row.writer(Message)
-_read_message = row.reader(Message)
-_write_readings = row.writer(Readings)
-_read_readings = row.reader(Readings)
-_write_monitor = row.writer(Monitor)
-_read_monitor = row.reader(Monitor)
+_write_message = row.table_writer(Message)
+_read_message = row.reader(Message, checked=False)
+_write_readings = row.table_writer(Readings)
+_read_readings = row.reader(Readings, checked=False)
+_write_monitor = row.table_writer(Monitor)
+_read_monitor = row.reader(Monitor, checked=False)
 
 
 class Turns(NamedTuple):
@@ -110,10 +110,10 @@ def rings(state: LinkState) -> tuple[Ring, Ring, Ring]:
     """Rings for readings, messages and the monitor's values, as if they had always been so."""
     got = np.zeros((RING_TICKS, len(row.columns(Readings))))
     sent = np.zeros((RING_TICKS, len(row.columns(Message))))
-    _write_readings(got[0], state.readings)
-    _write_message(sent[0], state.message)
+    _write_readings(got, 0, state.readings)
+    _write_message(sent, 0, state.message)
     shown = np.zeros((MONITOR_ROWS, len(row.columns(Monitor))))
-    _write_monitor(shown[0], state.readings.monitor)
+    _write_monitor(shown, 0, state.readings.monitor)
     got[1:], sent[1:], shown[1:] = got[0], sent[0], shown[0]
     return got, sent, shown
 
@@ -164,7 +164,7 @@ def receive_readings(
     link: Link, state: LinkState, reported: Readings, ring: Ring, tick: int
 ) -> Readings:
     """What the controller gets in a tick. ring: of readings, written."""
-    _write_readings(ring[tick % RING_TICKS], reported)
+    _write_readings(ring, tick % RING_TICKS, reported)
     if link.readings_repeated:
         return state.readings
     lost = _chances(link, tick)[0] < link.reading_lost_share
@@ -184,7 +184,7 @@ def receive_monitor(link: Link, state: LinkState, shown: Monitor, ring: Ring, ti
     """
     step = tick // MONITOR_TICKS
     if tick % MONITOR_TICKS == 0:
-        _write_monitor(ring[step % MONITOR_ROWS], shown)
+        _write_monitor(ring, step % MONITOR_ROWS, shown)
     if link.monitor_frozen:
         return state.readings.monitor
     if link.monitor_delay_steps == 0:
@@ -198,7 +198,7 @@ def receive_message(
     link: Link, state: LinkState, sent: Message, ring: Ring, tick: int
 ) -> tuple[Message, bool]:
     """What the drives go by in a tick, and whether it is new. ring: of messages, written."""
-    _write_message(ring[tick % RING_TICKS], sent)
+    _write_message(ring, tick % RING_TICKS, sent)
     lost = _chances(link, tick)[1] < link.command_lost_share
     lost = lost and _is_turn(link.command_turns, tick)
     if lost or link.commands_repeated or not link.controller_runs:
