@@ -88,6 +88,7 @@ FOLLOWED_BY = {
     Fault.CAM_FLAGGED: Condition.NEGATIVE_PRESSURE_TIME,  # an unreadable valve counts as open
     Fault.CAM_NAN: Condition.NEGATIVE_PRESSURE_TIME,
     Fault.VACUUM_HIGH: Condition.PUMP_RUNAWAY,  # 400 mmHg that stay with the pump off
+    Fault.CONTACT_FLAGGED: Condition.TIP_DETACHED,  # its line may have gone with the tip
     Fault.CONTACT_CLOSED: Condition.CONTACT_STUCK_CLOSED,  # closed well before where it closed
     Fault.CONTACT_BOUNCING: Condition.CONTACT_STUCK_CLOSED,
 }

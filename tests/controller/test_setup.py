@@ -96,7 +96,10 @@ def test_no_limit_is_missing(kind: CompensationKind) -> None:
     # By travel nothing says where contact must come, nor, on the bench, where it may not.
     groups = (limits.drive, limits.valve, limits.line)
     assert not limits.patient.monitored  # nobody is there
-    values = [value for value in limits if isinstance(value, float)]
+    # Nor is there a tube's mouth with a light barrier.
+    assert limits.mouth_mm == math.inf
+    there = limits._replace(mouth_mm=0.0)
+    values = [value for value in there if isinstance(value, float)]
     for value in [*values, *(value for group in groups for value in group)]:
         assert math.isfinite(value)
     assert limits.negative_pressure_s == PAPER.negative_pressure_budget_s

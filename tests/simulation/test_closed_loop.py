@@ -27,6 +27,7 @@ GOLDEN_COLUMNS = [
     "readings.vacuum_valid",
     "readings.contact_closed",
     "readings.contact_valid",
+    "readings.mouth_clear",
     "readings.insertion_current_a",
     "readings.monitor.connected",
     "readings.monitor.spo2_percent",

@@ -133,7 +133,7 @@ def test_without_a_patient_nobody_breathes() -> None:
 def test_a_patient_changes_nothing_of_machine_and_line() -> None:
     """But for the airway and what lies in it: the same commands move head, cam, gas alike."""
     bench = preset.machine(VALUES)
-    alike = TWIN._replace(airway=bench.airway, bore=bench.bore)
+    alike = TWIN._replace(airway=bench.airway, bore=bench.bore, mouth_mm=bench.mouth_mm)
     one, other = open_at(-20.0, bench), open_at(-20.0)
     body = other.machine
     there = body.coupling._replace(reachable_ml=one.machine.coupling.reachable_ml)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 from opensuction.oracle.harm import (
     ADVANCE,
     AIRWAY_PRESSURE,
-    CONTACT_TIME,
     FORCE,
     LUNG_VOLUME,
     SATURATION,
@@ -50,9 +49,6 @@ UNDETECTED_CONTACT_N = 0.25
 """Contact is not reported: the tip presses until even the rearmost possible tip is 5 mm past the
 carina, 15 mm of overlap at most. It buckles at 0.35 N at most (a neonate's short free end; 0.2 N in
 an adult) and then adds 5 % of 0.1 N/mm (0.3): 0.43 N; the patient's and catheter's spread on top
-[computed]."""
-LIGHT_CONTACT_S = 13.0
-"""A contact that is not told lasts for the suction, 15 s, and 1 s to come off; 3 are common
 [computed]."""
 LIFTED_CARINA_N = 0.9
 """The carina itself comes up against a catheter that stands still: 60 mm of it are 0.2 N to buckle
@@ -97,13 +93,6 @@ ALLOWANCES: tuple[Allowance, ...] = (
         FORCE,
         UNDETECTED_CONTACT_N,
         "as a switch that never closes, where the catheter buckles before it does",
-    ),
-    Allowance(
-        Fault.SWITCH_STIFF,
-        CONTACT_TIME,
-        LIGHT_CONTACT_S,
-        "below the force that opens it nothing tells a touch, and the way back off the carina is "
-        "measured from where it closed",
     ),
     Allowance(
         Fault.TUBE_DISPLACED,
