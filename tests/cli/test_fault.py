@@ -13,7 +13,7 @@ CYCLE = (*PAPER_CYCLE, "--compensation", "none")
 
 BAD = [
     (("--fault", "valve-stuk"), "did you mean 'valve-stuck-open'"),
-    (("--fault", "nonsense"), "unknown fault 'nonsense'; all 101 are in 'opensuction cycle"),
+    (("--fault", "nonsense"), "unknown fault 'nonsense'; all 103 are in 'opensuction cycle"),
     (("--fault", "line-leak=900"), "0.02 to 50 mL/s/mmHg"),
     (("--fault", "line-leak@-3"), "-3 s"),
     (("--fault", "line-leak@1..2"), "'1..2' is not a number"),

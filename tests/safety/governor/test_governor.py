@@ -141,7 +141,7 @@ states = st.builds(
     valve_command_changed=st.booleans(),
     watch=watches,
     patient=st.builds(
-        PatientWatch, *[seconds] * 6, st.booleans(), seconds, st.sampled_from(PATIENT)
+        PatientWatch, *[seconds] * 7, st.booleans(), seconds, st.sampled_from(PATIENT)
     ),
     withdrawal=st.builds(ForcedWithdrawal, seconds, seconds, seconds),
     turned_ticks=counts,

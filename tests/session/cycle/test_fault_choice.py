@@ -54,7 +54,7 @@ def test_what_is_written_out_is_read_back(
     ("texts", "said"),
     [
         (["valve-stuk"], "unknown fault 'valve-stuk': did you mean 'valve-stuck-open'"),
-        ([""], "unknown fault ''; all 101 are in"),
+        ([""], "unknown fault ''; all 103 are in"),
         (["line-leak=900"], "strength 900 mL/s/mmHg (leak in addition): 0.02 to 50 mL/s/mmHg"),
         (["line-leak=much"], "the strength 'much' is not a number"),
         (["line-leak=nan"], "the strength 'nan' is not a number"),
