@@ -93,6 +93,7 @@ watches = st.builds(
     cam_rad=st.floats(-0.1, 0.7),
     parked_closed=st.booleans(),
     open_contact_ticks=counts,
+    stale_ticks=st.integers(0, 100),
     late_ticks=counts,
     late_share=st.floats(0.0, 1.0),
     runaway_ticks=counts,
