@@ -332,8 +332,7 @@ def control_step(
         reasons=reasons,
         held=button.hold(inputs.requests),
     )
-    late_share = watch.watch.late_share
-    outputs = _outputs(service, procedure, kept, commands, demand, verdict, late_share)
+    outputs = _outputs(service, procedure, kept, commands, demand, verdict, watch.watch.late_share)
     return following, head, outputs, wrong
 
 

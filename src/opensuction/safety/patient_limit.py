@@ -8,8 +8,8 @@ from opensuction.kernel.meaning import Meaning
 LOST_CMH2O = 5.0
 """Pressure below PEEP at which lung volume is being lost [design-lung]."""
 LOSING_CMH2O = 3.5
-"""And at which it begins to be: a breath later it is as low in a stiff lung. No sound cycle comes
-there: 3.3 at the most in 96 of four patients, by both approaches [in-silico]."""
+"""And at which it begins to be: a breath later it is as low in a stiff lung. No sound cycle came
+there, of 192 on four patients, by both approaches [in-silico]."""
 TRANSDUCER_CMH2O = 0.2
 """Error of the pressure that is no loss; assumed."""
 BREATH_CMH2O = 2.0

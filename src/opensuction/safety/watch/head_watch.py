@@ -19,8 +19,8 @@ mm, half of the carriage sensor's step 0.1 mm, and the rest for wear; assumed.""
 APART_SUCKING_MM = 0.3
 """The same with the valve open, where a head that goes in strips mucosa: play to either side 0.1
 mm, half of the sensor's step 0.05 mm, 0.06 mm for messages 1 ms apart at 62 mm/s, and the rest for
-wear. With a frozen or drifting encoder the head has gone in by 0.45 mm at most then (0.5 are
-allowed), with a reversed one by half."""
+wear. The head goes in by less than the 0.5 mm that are allowed until a frozen, drifting or reversed
+encoder is told."""
 PARTING_MM = 0.2
 """Way that the encoder has gone in more than the second sensor within the vote's memory: play from
 one side to the other 0.1 mm, and the sensor's step 0.1 mm [computed]."""
@@ -30,7 +30,7 @@ of the fastest one, and the encoder's step adds 0.5 mm/s to the average [compute
 ADRIFT_MM = 0.2
 """Way of both sensors within the vote's memory that the motor cannot have gone: 0.7 mm/s at rest
 [computed]."""
-ADRIFT_S = 0.01
+MODEL_LAG_S = 0.01
 """And more for each mm/s of the motor: one that is 3 % too fast is as far off [computed]."""
 RUNAWAY_MM = 1.0
 """Advance of the head against its command, beyond what it needs to brake: servo and backlash."""
@@ -56,7 +56,7 @@ def is_disagreeing(
 @compiled
 def is_adrift(vote: HeadVote) -> bool:
     """Whether both sensors run away from the motor together, as their common zero would."""
-    adrift_mm = ADRIFT_MM + ADRIFT_S * abs(vote.motor_mm_per_s)
+    adrift_mm = ADRIFT_MM + MODEL_LAG_S * abs(vote.motor_mm_per_s)
     encoder_mm, carriage_mm = vote.encoder_lead_mm, vote.carriage_lead_mm
     inwards = encoder_mm > adrift_mm and carriage_mm > adrift_mm
     return inwards or (encoder_mm < -adrift_mm and carriage_mm < -adrift_mm)
