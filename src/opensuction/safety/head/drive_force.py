@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import is_number
+from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.limits import DriveLimits
 
 SETTLING_S = 0.03
@@ -89,10 +90,10 @@ def step(
     inertia = limits.moving_mass_kg * gained_mm_per_s / MM_PER_M / SETTLING_S
     resistance = state.resistance_n + (force - state.resistance_n) * dt_s / SETTLING_S - inertia
     return DriveForce(
-        force_n=force,
-        resistance_n=resistance,
-        borne_n=state.borne_n + share * (limits.newton_per_a * borne_a - state.borne_n),
-        offset_a=offset,
+        force_n=drop_tiny(force),
+        resistance_n=drop_tiny(resistance),
+        borne_n=drop_tiny(state.borne_n + share * (limits.newton_per_a * borne_a - state.borne_n)),
+        offset_a=drop_tiny(offset),
     )
 
 

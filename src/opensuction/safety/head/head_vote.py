@@ -13,6 +13,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.duration import count
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.record import make_zero
+from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.head import motor_speed
 from opensuction.safety.invalid_ticks import INVALID_TICKS, NEVER_TICKS
 from opensuction.safety.limits import DriveLimits
@@ -127,7 +128,7 @@ def _count_odd(odd: int, agrees: bool) -> int:
 @compiled
 def _follow(lead_mm: float, moved_mm: float, motor_mm: float, dt_s: float) -> float:
     """A sensor's lead over the motor a tick on."""
-    return lead_mm + moved_mm - motor_mm - lead_mm * dt_s / FORGET_S
+    return drop_tiny(lead_mm + moved_mm - motor_mm - lead_mm * dt_s / FORGET_S)
 
 
 @compiled

@@ -4,6 +4,7 @@ from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.duration import count
 from opensuction.kernel.readings import Readings
+from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety import tip_bound
 from opensuction.safety.head import advance_bound, drive_force, head_vote
 from opensuction.safety.head.head_vote import HeadVote
@@ -116,7 +117,7 @@ def move(
         unseen or seen.vote.switched,
         dt_s,
     )
-    speed = before.speed_mm_per_s + gained
+    speed = drop_tiny(before.speed_mm_per_s + gained)
     fastest = OVERSPEED_RATIO * limits.head_speed_mm_per_s
     too_fast = seen.vote.encoder_odd == 0 and abs(speed) > fastest  # what jumps has no speed
     # Under vacuum counts what it has gone in since: a servo that rings may be beyond its command

@@ -13,6 +13,7 @@ from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.duration import extend
 from opensuction.kernel.record import make_zero
+from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.condition import Condition
 from opensuction.safety.limits import LineLimits
 
@@ -114,7 +115,7 @@ def _average(
     """Vacuum averaged over `RATE_S`; afresh while the regulator brings it down to its set point."""
     if pumping and vacuum_mmhg >= set_mmhg:
         return vacuum_mmhg
-    return state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s)
+    return drop_tiny(state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s))
 
 
 @compiled
@@ -131,7 +132,7 @@ def _keep(state: LineWatch, slow_mmhg: float, rest_s: float, dt_s: float) -> flo
     if not rest_s > REST_SETTLE_S:
         return slow_mmhg
     # Never below what there is: a loss is noticed by its rate, however long the rest before.
-    return max(state.kept_mmhg - REST_SHARE_PER_S * state.kept_mmhg * dt_s, slow_mmhg)
+    return max(drop_tiny(state.kept_mmhg - REST_SHARE_PER_S * state.kept_mmhg * dt_s), slow_mmhg)
 
 
 @compiled

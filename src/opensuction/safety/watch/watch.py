@@ -10,6 +10,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.duration import count, extend
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
+from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety import invalid_ticks, tip_bound
 from opensuction.safety.head import drive_force, head_vote
 from opensuction.safety.head.advance_bound import AdvanceBound
@@ -198,8 +199,10 @@ def step(
         cam_rad=cam_rad,
         open_contact_ticks=open_ticks,
         late_ticks=count(before.late_ticks, overrun),
-        late_share=before.late_share
-        + ((1.0 if overrun else 0.0) - before.late_share) * dt_s / (LATE_S + dt_s),
+        late_share=drop_tiny(
+            before.late_share
+            + ((1.0 if overrun else 0.0) - before.late_share) * dt_s / (LATE_S + dt_s)
+        ),
         vote=vote,
         invalid=invalid,
     )

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.tiny import drop_tiny
 
 
 class SuctionLine(NamedTuple):
@@ -87,7 +88,7 @@ def step(
         stiffness += gain
         source += gain * line.relief_mmhg
     return SuctionState(
-        vacuum_mmhg=max((free + source) / (1.0 + stiffness), 0.0),
+        vacuum_mmhg=drop_tiny(max((free + source) / (1.0 + stiffness), 0.0)),
         gas_ml_per_s=drawn,
         gas_ml=state.gas_ml + drawn * dt_s,
     )

@@ -14,6 +14,7 @@ import numpy as np
 from opensuction.hysteresis import play, play_bundle
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.tiny import drop_tiny
 
 CREEP_VELOCITY_MM_PER_S = 3.0
 """Speed of the catheter at which half of the creep amplitude is drawn; assumed."""
@@ -111,7 +112,7 @@ def step(
         plays_mm=plays,
         stretch_mm=behind,
         head_mm=head_mm,
-        creep_fast_mm=fast,
-        creep_slow_mm=slow,
+        creep_fast_mm=drop_tiny(fast),
+        creep_slow_mm=drop_tiny(slow),
         tip_mm=depth_mm(transmission, behind) - fast - slow,
     )

@@ -8,6 +8,7 @@ hypoxia, drugs and arrhythmia are left out: what counts here is how low it can g
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.tiny import drop_tiny
 
 TRACHEAL_STIMULUS = 0.5
 """Of a catheter beyond the tube, against the strongest stimulus (1); assumed."""
@@ -63,7 +64,7 @@ def step(
     """Advance by one step at a given stimulus and arterial saturation (0 to 1); backward Euler."""
     time_constant_s = heart.vagal_s if stimulated > state.tone else heart.recovery_s
     share = dt_s / (time_constant_s + dt_s)
-    tone = state.tone + share * (stimulated - state.tone)
+    tone = drop_tiny(state.tone + share * (stimulated - state.tone))
     hypoxia = min(max((heart.hypoxic_ratio - saturation) / HYPOXIC_SPAN, 0.0), 1.0)
     rate = heart.rest_per_min * (1.0 - heart.vagal_ratio * tone) * (1.0 - HYPOXIC_FALL * hypoxia)
     return HeartState(tone=tone, rate_per_min=rate)

@@ -8,6 +8,7 @@ out through the airway; none is lost from the books.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.tiny import drop_tiny
 
 SEALED = 0.5
 """Share of the residual volume at which collapsed airways let nothing pass; assumed."""
@@ -74,5 +75,5 @@ def step(lung: Lung, state: LungState, flow_ml_per_s: float, dt_s: float) -> Lun
     share = dt_s / (time_constant_s + dt_s)
     return LungState(
         volume_ml=state.volume_ml + flow_ml_per_s * dt_s,
-        closed_ml=state.closed_ml + share * (final - state.closed_ml),
+        closed_ml=drop_tiny(state.closed_ml + share * (final - state.closed_ml)),
     )

@@ -8,6 +8,7 @@ lung volume, saturation and heart rate.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.tiny import drop_tiny
 from opensuction.twin.airway import tube
 from opensuction.twin.airway.tube import Tube
 from opensuction.twin.coupling import PatientSigns
@@ -125,7 +126,7 @@ def _step_breath(patient: Patient, state: Vitals, inspires: bool, dt_s: float) -
     return BreathState(
         reference_ml=breath.reference_ml,
         end_expiratory_ml=end_expiratory,
-        loss_ml=breath.loss_ml + share * (loss - breath.loss_ml),
+        loss_ml=drop_tiny(breath.loss_ml + share * (loss - breath.loss_ml)),
         tidal_ml=tidal,
     )
 

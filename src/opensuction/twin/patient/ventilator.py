@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.tiny import drop_tiny
 
 ROOM_OXYGEN_RATIO = 0.21
 """Oxygen in the room's air."""
@@ -92,7 +93,7 @@ def step(ventilator: Ventilator, state: VentilatorState, dt_s: float) -> Ventila
     share = dt_s / (approach_s + dt_s)
     return VentilatorState(
         breath_s=breath_s,
-        target_cmh2o=state.target_cmh2o + share * (wanted - state.target_cmh2o),
+        target_cmh2o=drop_tiny(state.target_cmh2o + share * (wanted - state.target_cmh2o)),
     )
 
 
