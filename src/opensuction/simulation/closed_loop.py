@@ -26,11 +26,14 @@ from opensuction.safety.alarm.alarm_state import Signals
 from opensuction.safety.governor.governor import Verdict
 from opensuction.simulation.wiring import (
     HEALTHY,
+    Between,
     Exchange,
     Messages,
+    Passed,
     Wiring,
     command_drives,
-    read_link,
+    keep,
+    recall,
     receive,
     wanted,
 )
@@ -144,36 +147,37 @@ def _tick(
     heads_mm: Branches | None,
     state: _SidesState,
     requests: Requests,
-    messages: Messages | None,
-) -> tuple[_SidesState, int, TraceRow]:
-    """One tick: read, decide, act.
+    between: Between | None,
+) -> tuple[_SidesState, int, TraceRow, Passed | None]:
+    """One tick: read, decide, act. between: both sides, where the link is played.
 
-    Returns the state after it, the controller's phase, and what is recorded: the truth is that
-    before the machine moved.
+    Returns the state after it, the controller's phase, what is recorded, with the truth before the
+    machine moved, and what is left of the link where it is played.
     """
     tick, wires = state.tick, sides.wiring.link
     reported = machine.read(sides.machine, state.machine)
     truth = machine.truth(sides.machine, state.machine)
     readings, runs, late = reported, True, False
-    if messages is not None:
+    if between is not None:
         reported = link.sense(wires, reported, tick)
-        readings = receive(wires, messages, reported, tick)
+        readings = receive(wires, between, reported, tick)
         runs, late = wires.controller_runs, tick < wires.late_until_tick
     decided = state.controller
-    if messages is not None and not runs:
-        outputs = read_link(messages.state).outputs
+    if between is not None and not runs:
+        outputs = between.linked.outputs
     else:
         host = Host(overrun=late, conditions=0)
         inputs = Inputs(tick=tick, dt_s=DT_S, readings=readings, requests=requests, host=host)
         decided, outputs = controller.step(sides.controller, heads_mm, decided, inputs)
-    commands, shown = outputs.commands, annunciator.repeat(wanted(outputs))
-    if messages is not None:
+    commands, shown, passed = outputs.commands, annunciator.repeat(wanted(outputs)), None
+    if between is not None:
         now = Exchange(reported, readings, outputs, requests.reset, tick)
-        commands, shown = command_drives(sides.wiring, messages, now, DT_S)
+        commands, passed = command_drives(sides.wiring, between, now, DT_S)
+        shown = passed.linked.annunciator
     moved = machine.step(sides.machine, state.machine, commands, DT_S)
     phase = outputs.phase if runs else Phase.HALTED
     seen = record(tick * DT_S, phase, readings, outputs, commands, truth, shown)
-    return _SidesState(tick + 1, decided, moved), outputs.phase, seen
+    return _SidesState(tick + 1, decided, moved), outputs.phase, seen, passed
 
 
 @compiled
@@ -190,10 +194,15 @@ def _run(
     now, bedside = _SidesState(state.tick, state.controller, state.machine), state.bedside
     active = state.controller.core.procedure.phase not in RESTING
     done, at_rest = 0, False
+    between = None
     while done < trace.shape[0] and not at_rest:
         # Ticks up to the bedside's next step: an inner loop that does not carry its state.
         while done < trace.shape[0] and not at_rest and not plant.is_due(now.machine):
-            now, phase, seen = _tick(sides, heads_mm, now, requests, messages)
+            if messages is not None:
+                between = recall(wiring.link, messages, now.tick)
+            now, phase, seen, passed = _tick(sides, heads_mm, now, requests, between)
+            if messages is not None:
+                keep(messages, passed, now.tick - 1)
             _write_row_of(trace, done, seen)
             requests = NO_REQUESTS
             done += 1

@@ -13,7 +13,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import Link, LinkState, Message, Ring
+from opensuction.twin.fault.link import Link, LinkState, Message, Past, Ring
 from opensuction.twin.machine import annunciator, drive_watchdog
 from opensuction.twin.machine.annunciator import Annunciator, Lines
 from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
@@ -67,12 +67,19 @@ HEALTHY = Wiring(
 """Where the link is not played."""
 
 
+class Between(NamedTuple):
+    """What lies between the two sides as a tick begins."""
+
+    linked: LinkedState
+    past: Past
+
+
 @compiled
-def receive(wires: Link, messages: Messages, reported: Readings, tick: int) -> Readings:
-    """What the controller gets of what the sensors report. messages: written."""
-    before = read_link(messages.state).link
-    readings = link.receive_readings(wires, before, reported, messages.got, tick)
-    monitor = link.receive_monitor(wires, before, reported.monitor, messages.shown, tick)
+def receive(wires: Link, between: Between, reported: Readings, tick: int) -> Readings:
+    """What the controller gets of what the sensors report."""
+    before, past = between.linked.link, between.past
+    readings = link.receive_readings(wires, before, reported, past, tick)
+    monitor = link.receive_monitor(wires, before, reported.monitor, past)
     return readings._replace(monitor=monitor)
 
 
@@ -88,6 +95,15 @@ class Exchange(NamedTuple):
     reset: bool
     """A person pressed the button."""
     tick: int
+
+
+class Passed(NamedTuple):
+    """What a tick leaves of what lies between the two sides."""
+
+    reported: Readings
+    sent: Message
+    """By the controller."""
+    linked: LinkedState
 
 
 @compiled
@@ -111,16 +127,13 @@ def _decide_alone(
 
 @compiled
 def command_drives(
-    wiring: Wiring, messages: Messages, now: Exchange, dt_s: float
-) -> tuple[Commands, Annunciator]:
-    """Commands that the drives obey, on their own where no new ones come; what people are told.
-
-    messages: written.
-    """
-    wires, before = wiring.link, read_link(messages.state)
-    outputs, runs = now.outputs, wires.controller_runs
+    wiring: Wiring, between: Between, now: Exchange, dt_s: float
+) -> tuple[Commands, Passed]:
+    """Commands that the drives obey, on their own where no new ones come, and what is left."""
+    wires, outputs, runs = wiring.link, now.outputs, wiring.link.controller_runs
+    before = between.linked
     sent = Message(outputs.commands, wanted(outputs), now.tick if runs else SILENT)
-    message, heard = link.receive_message(wires, before.link, sent, messages.sent, now.tick)
+    message, heard = link.receive_message(wires, before.link, sent, between.past, now.tick)
     alone = drive_watchdog.step(
         wiring.watchdog, before.watchdog, heard, wires.mains, now.reported.head_mm, dt_s
     )
@@ -133,9 +146,25 @@ def command_drives(
         lag_s=(now.tick - message.number) * dt_s,
     )
     shown = annunciator.step(before.annunciator, lines, dt_s)
-    received = LinkState(now.readings, message)
-    write_link(messages.state, LinkedState(received, alone, shown, outputs))
-    return _decide_alone(wiring, alone, message.commands, now.reported), shown
+    linked = LinkedState(LinkState(now.readings, message), alone, shown, outputs)
+    obeyed = _decide_alone(wiring, alone, message.commands, now.reported)
+    return obeyed, Passed(now.reported, sent, linked)
+
+
+@compiled
+def recall(wires: Link, messages: Messages, tick: int) -> Between:
+    """What lies between the two sides as a tick begins."""
+    linked: LinkedState = read_link(messages.state)
+    past = link.recall(wires, messages.got, messages.sent, messages.shown, tick)
+    return Between(linked, past)
+
+
+@compiled
+def keep(messages: Messages, passed: Passed | None, tick: int) -> None:
+    """Keep what a tick left. messages: written."""
+    if passed is not None:
+        link.keep(passed.reported, passed.sent, messages.got, messages.sent, messages.shown, tick)
+        write_link(messages.state, passed.linked)
 
 
 def start(reading: Readings, tick: int) -> Messages:

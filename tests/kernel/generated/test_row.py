@@ -78,6 +78,12 @@ def test_a_table_takes_a_record_in_the_row_that_is_named_and_nowhere_else() -> N
     assert table.tolist() == [[7.0] * 7, [1.0, 2.0, 1.0, 3.0, 0.0, 4.0, 7.0], [7.0] * 7]
 
 
+def test_a_table_gives_the_record_of_the_row_that_is_named() -> None:
+    table = np.array([[9.0, 0.0], [2.5, 1.0], [8.0, 0.0]])
+    assert row.table_reader(Inner)(table, 1) == Inner(2.5, True)
+    assert row.table_reader(Inner)(table, 2) == Inner(8.0, False)
+
+
 class Text(NamedTuple):
     name: str
 

@@ -54,11 +54,13 @@ def faulty(fault: Fault, strength: float = 0.0, tick: int = 0) -> Link:
 def sent_through(joint: Link, ticks: int) -> tuple[list[Readings], list[Message], list[bool]]:
     """What arrives each tick: readings, messages, and whether those are new."""
     state = FIRST
-    got, sent, _ = link.rings(FIRST)
+    rings = link.rings(FIRST)
     arrived, obeyed, news = [], [], []
     for tick in range(ticks):
-        here = link.receive_readings(joint, state, readings(tick), got, tick)
-        there, new = link.receive_message(joint, state, message(tick), sent, tick)
+        past = link.recall(joint, *rings, tick)
+        here = link.receive_readings(joint, state, readings(tick), past, tick)
+        there, new = link.receive_message(joint, state, message(tick), past, tick)
+        link.keep(readings(tick), message(tick), *rings, tick)
         state = LinkState(here, there)
         arrived.append(here)
         obeyed.append(there)
@@ -87,10 +89,12 @@ def test_what_was_obeyed_is_not_obeyed_again_once_messages_are_late(begin: int, 
     """The delay begins in the midst of a run: the drives keep their last command meanwhile."""
     late = faulty(Fault.MESSAGE_LATE, delay * DT_S)
     state = FIRST
-    _, sent, _ = link.rings(FIRST)
+    rings = link.rings(FIRST)
     for tick in range(150):
         joint = late if tick >= begin else HEALTHY
-        there, new = link.receive_message(joint, state, message(tick), sent, tick)
+        past = link.recall(joint, *rings, tick)
+        there, new = link.receive_message(joint, state, message(tick), past, tick)
+        link.keep(FIRST.readings, message(tick), *rings, tick)
         expected = tick if tick < begin else max(tick - delay, begin - 1)
         assert there == message(expected)
         assert new == (there.number > state.message.number)
@@ -100,10 +104,12 @@ def test_what_was_obeyed_is_not_obeyed_again_once_messages_are_late(begin: int, 
 @given(begin=st.integers(1, 80), delay=st.integers(1, 60))
 def test_readings_are_late_by_the_whole_delay_from_the_instant_on(begin: int, delay: int) -> None:
     late = faulty(Fault.READING_LATE, delay * DT_S)
-    got, _, _ = link.rings(FIRST)
+    rings = link.rings(FIRST)
     for tick in range(150):
         joint = late if tick >= begin else HEALTHY
-        read = link.receive_readings(joint, FIRST, readings(tick), got, tick)
+        past = link.recall(joint, *rings, tick)
+        read = link.receive_readings(joint, FIRST, readings(tick), past, tick)
+        link.keep(readings(tick), FIRST.message, *rings, tick)
         assert read == readings(tick if tick < begin else max(tick - delay, -1))
 
 
@@ -172,11 +178,13 @@ def shown(tick: int) -> Monitor:
 def watched(fault: Fault, strength: float, begin: int, ticks: int) -> list[float]:
     """Saturation as it arrives in each tick, under a fault from an instant on."""
     state, late = FIRST, faulty(fault, strength, tick=begin)
-    _, _, ring = link.rings(FIRST)
+    rings = link.rings(FIRST)
     arrived = []
     for tick in range(ticks):
         joint = late if tick >= begin else HEALTHY
-        seen = link.receive_monitor(joint, state, shown(tick), ring, tick)
+        past = link.recall(joint, *rings, tick)
+        seen = link.receive_monitor(joint, state, shown(tick), past)
+        link.keep(FIRST.readings._replace(monitor=shown(tick)), FIRST.message, *rings, tick)
         state = state._replace(readings=state.readings._replace(monitor=seen))
         arrived.append(seen.spo2_percent)
     return arrived

@@ -20,7 +20,7 @@ from opensuction.twin.fault import reading_fault
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
 RING_TICKS = 2048
-"""Rows that a ring holds: longer than the longest delay, and than what is simulated at once."""
+"""Rows that a ring holds, a power of two: more than the longest delay has ticks."""
 Ring = Array
 """Last messages one way, shape (`RING_TICKS`, columns)."""
 
@@ -37,11 +37,11 @@ class Message(NamedTuple):
 
 
 _write_message = row.table_writer(Message)
-_read_message = row.reader(Message, checked=False)
+_read_message = row.table_reader(Message)
 _write_readings = row.table_writer(Readings)
-_read_readings = row.reader(Readings, checked=False)
+_read_readings = row.table_reader(Readings)
 _write_monitor = row.table_writer(Monitor)
-_read_monitor = row.reader(Monitor, checked=False)
+_read_monitor = row.table_reader(Monitor)
 
 
 class Turns(NamedTuple):
@@ -56,7 +56,7 @@ ALWAYS = make_zero(Turns)
 MONITOR_TICKS = 10
 """The patient monitor's values change once in so many ticks."""
 MONITOR_ROWS = 2048
-"""Values of a monitor that are remembered: 20 s."""
+"""Values of a monitor that are remembered, a power of two: 20 s."""
 
 
 class Link(NamedTuple):
@@ -91,6 +91,18 @@ class LinkState(NamedTuple):
 
     readings: Readings
     message: Message
+
+
+class Past(NamedTuple):
+    """What comes now of what was sent earlier; where the link delays nothing it is not looked at.
+
+    It is read before a tick, and kept after it, by whoever has the rings: what hands them on has
+    their references counted at every hand, which took longer than the tick.
+    """
+
+    readings: Readings
+    message: Message
+    monitor: Monitor
 
 
 def healthy(seed: int) -> Link:
@@ -160,11 +172,48 @@ def _chances(link: Link, tick: int) -> tuple[float, float]:
 
 
 @compiled
+def _ring_row(tick: int) -> int:
+    return tick & (RING_TICKS - 1)
+
+
+@compiled
+def _monitor_row(step: int) -> int:
+    return step & (MONITOR_ROWS - 1)
+
+
+@compiled
+def _step_of(tick: int) -> int:
+    return tick // MONITOR_TICKS
+
+
+@compiled
+def recall(link: Link, got: Ring, sent: Ring, shown: Ring, tick: int) -> Past:
+    """What comes in a tick of what was sent before it. got, sent, shown: see `rings`."""
+    # All three, needed or not: no branch lies between the references' counts, so there are none.
+    step = _step_of(tick)
+    return Past(
+        readings=_read_readings(got, _ring_row(tick - link.reading_delay_ticks)),
+        message=_read_message(sent, _ring_row(tick - link.command_delay_ticks)),
+        monitor=_read_monitor(shown, _monitor_row(step - link.monitor_delay_steps)),
+    )
+
+
+@compiled
+def keep(
+    reported: Readings, message: Message, got: Ring, sent: Ring, shown: Ring, tick: int
+) -> None:
+    """Keep what was sent in a tick. got, sent, shown: see `rings`; written."""
+    _write_readings(got, _ring_row(tick), reported)
+    _write_message(sent, _ring_row(tick), message)
+    if tick % MONITOR_TICKS == 0:
+        _write_monitor(shown, _monitor_row(_step_of(tick)), reported.monitor)
+
+
+@compiled
 def receive_readings(
-    link: Link, state: LinkState, reported: Readings, ring: Ring, tick: int
+    link: Link, state: LinkState, reported: Readings, past: Past, tick: int
 ) -> Readings:
-    """What the controller gets in a tick. ring: of readings, written."""
-    _write_readings(ring, tick % RING_TICKS, reported)
+    """What the controller gets in a tick of what the sensors report."""
     if link.readings_repeated:
         return state.readings
     lost = _chances(link, tick)[0] < link.reading_lost_share
@@ -172,40 +221,31 @@ def receive_readings(
         return _invalidate(state.readings)
     if link.reading_delay_ticks == 0:
         return reported
-    arrived: Readings = _read_readings(ring[(tick - link.reading_delay_ticks) % RING_TICKS])
-    return arrived
+    return past.readings
 
 
 @compiled
-def receive_monitor(link: Link, state: LinkState, shown: Monitor, ring: Ring, tick: int) -> Monitor:
-    """What the controller gets of the patient monitor, which has a link of its own.
-
-    ring: of its values, written.
-    """
-    step = tick // MONITOR_TICKS
-    if tick % MONITOR_TICKS == 0:
-        _write_monitor(ring, step % MONITOR_ROWS, shown)
+def receive_monitor(link: Link, state: LinkState, shown: Monitor, past: Past) -> Monitor:
+    """What the controller gets of the patient monitor, which has a link of its own."""
     if link.monitor_frozen:
         return state.readings.monitor
     if link.monitor_delay_steps == 0:
         return shown
-    arrived: Monitor = _read_monitor(ring[(step - link.monitor_delay_steps) % MONITOR_ROWS])
-    return arrived
+    return past.monitor
 
 
 @compiled
 def receive_message(
-    link: Link, state: LinkState, sent: Message, ring: Ring, tick: int
+    link: Link, state: LinkState, sent: Message, past: Past, tick: int
 ) -> tuple[Message, bool]:
-    """What the drives go by in a tick, and whether it is new. ring: of messages, written."""
-    _write_message(ring, tick % RING_TICKS, sent)
+    """What the drives go by in a tick, and whether it is new."""
     lost = _chances(link, tick)[1] < link.command_lost_share
     lost = lost and _is_turn(link.command_turns, tick)
     if lost or link.commands_repeated or not link.controller_runs:
         return state.message, False
     arrived: Message = sent
     if link.command_delay_ticks > 0:
-        arrived = _read_message(ring[(tick - link.command_delay_ticks) % RING_TICKS])
+        arrived = past.message
     if arrived.number <= state.message.number:
         return state.message, False
     return arrived, True
