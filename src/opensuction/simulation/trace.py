@@ -56,12 +56,23 @@ def by_name(table: npt.NDArray[np.float64], names: Sequence[str] = COLUMNS) -> C
 
     names: the columns that are wanted.
     """
-    index = [COLUMNS.index(name) for name in names]
     columns = np.empty((len(names), len(table)))
+    transpose(table, indices(names), columns)
+    return dict(zip(names, columns, strict=True))
+
+
+def indices(names: Sequence[str]) -> list[int]:
+    """Where a row has the columns of these names."""
+    return [COLUMNS.index(name) for name in names]
+
+
+def transpose(
+    table: npt.NDArray[np.float64], index: Sequence[int], columns: npt.NDArray[np.float64]
+) -> None:
+    """Write some columns of a table's rows as rows of another. index: which ones, in order."""
     for first in range(0, len(table), CACHED_ROWS):
         rows_of_block = table[first : first + CACHED_ROWS]
         columns[:, first : first + CACHED_ROWS] = rows_of_block[:, index].T
-    return dict(zip(names, columns, strict=True))
 
 
 def copy_columns(rows_of_piece: npt.NDArray[np.float64], names: Sequence[str]) -> Columns:

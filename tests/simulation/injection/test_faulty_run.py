@@ -5,9 +5,9 @@ import numpy as np
 from opensuction.control.compensation import CompensationKind
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import rig as rigs
-from opensuction.simulation import trace
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
+from opensuction.simulation.injection.room import Room
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.fault import Fault
 
@@ -23,11 +23,11 @@ def ran(fault: Fault, strength: float, after_s: float) -> tuple[Columns, Columns
         rig, PAPER, CompensationKind.EXACT_INVERSE, rigs.uncalibrated(rig.profile), 2
     )
     going = FaultyRun(
-        loop, parked, [Injection(fault, FaultInstant(None, after_s), strength)], trace.rows(1.0), 0
+        loop, parked, [Injection(fault, FaultInstant(None, after_s), strength)], Room(1.0), 0
     )
     while going.done < TICKS:
         going.advance(TICKS - going.done)
-    obeyed = trace.by_name(going.table[:TICKS])
+    obeyed = going.columns
     return obeyed, going.sent(obeyed)
 
 

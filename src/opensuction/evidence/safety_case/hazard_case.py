@@ -21,7 +21,8 @@ from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
-from opensuction.simulation.injection.injection import Injected, Room
+from opensuction.simulation.injection.injection import Injected
+from opensuction.simulation.injection.room import Room
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"

@@ -19,8 +19,8 @@ from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, invariant, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.injection import Room
 from opensuction.simulation.injection.invariant import Breach
+from opensuction.simulation.injection.room import Room
 from opensuction.simulation.injection.run_judgement import LeftInside
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS

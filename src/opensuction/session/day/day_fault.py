@@ -18,7 +18,8 @@ from opensuction.simulation.closed_loop import LoopState
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
-from opensuction.simulation.injection.injection import InjectedRun, Room
+from opensuction.simulation.injection.injection import InjectedRun
+from opensuction.simulation.injection.room import Room
 from opensuction.simulation.trace import Columns
 from opensuction.twin import preset
 from opensuction.twin.fault.fault_table import ROWS
@@ -83,9 +84,7 @@ class FaultyDay:
         """One cycle and what follows it; the state afterwards, and the trace."""
         self._number += 1
         if self._going is None:
-            self._going = FaultyRun(
-                prepared.loop, state, self._injections, self._room.table, self._seed
-            )
+            self._going = FaultyRun(prepared.loop, state, self._injections, self._room, self._seed)
             self._going.requests = requests
         else:
             self._going.carry_on(prepared.loop, state, requests)
@@ -95,7 +94,8 @@ class FaultyDay:
             self.reset_cycles.append(self._number)
         ran = injection.take(self._going, self._injections)
         self._note(ran)
-        return ran.state, ran.columns
+        # The next cycle overwrites the room's.
+        return ran.state, {name: column.copy() for name, column in ran.columns.items()}
 
     def afflict(self, prepared: Prepared) -> Prepared:
         """A machine with the faults that have come, for the time between two cycles."""

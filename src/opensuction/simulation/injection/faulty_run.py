@@ -14,13 +14,14 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.safety.head import head_vote
 from opensuction.simulation import closed_loop, wiring
-from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.injection.faulty_machine import (
     break_machine,
     is_of_machine,
     next_change_s,
 )
+from opensuction.simulation.injection.room import PIECE_ROWS, Room
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
@@ -31,7 +32,6 @@ from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.machine import drive_watchdog, machine
 
-_PHASE = COLUMNS.index("phase")
 MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE, Fault.POWER_RETURNING)
 RESTARTING = (Fault.CONTROLLER_STOPPED, Fault.POWER_RETURNING)
 """Faults after which a new controller starts."""
@@ -53,11 +53,10 @@ class FaultyRun:
         loop: Loop,
         start: LoopState,
         injections: Sequence[Injection],
-        table: npt.NDArray[np.float64],
+        room: Room,
         seed: int,
     ) -> None:
         self.state = start
-        self.table = table
         self.done = 0
         self.requests: Requests = START
         """Pressed in the next tick."""
@@ -81,8 +80,12 @@ class FaultyRun:
         if is_linked(injections):
             reading = machine.read(loop.machine, start.machine)
             self._messages = wiring.start(reading, start.tick)
-        linked_ticks = 0 if self._messages is None else len(table)
-        self._commands = np.zeros((linked_ticks, len(_COMMANDS)))
+        self._room = room
+        self.last_row: npt.NDArray[np.float64] = room.piece(1)[0]
+        """Of the last tick, with all columns; until the next piece is played."""
+        wanted = any(f"commands.{name}" in room.names for name in _COMMANDS)
+        kept_ticks = room.ticks if wanted and self._messages is not None else 0
+        self._commands = np.zeros((kept_ticks, len(_COMMANDS)))
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._loop = loop
@@ -108,6 +111,11 @@ class FaultyRun:
     def is_halted(self) -> bool:
         """Whether a reset is what it waits for."""
         return self.is_resting and self.state.controller.core.procedure.phase == Phase.HALTED
+
+    @property
+    def columns(self) -> Columns:
+        """The run so far, by name, in its room."""
+        return self._room.columns(self.done)
 
     @property
     def loop(self) -> Loop:
@@ -141,9 +149,9 @@ class FaultyRun:
         """Run one piece of at most so many ticks; it ends before a fault that is due."""
         self._note()
         self._change()
+        most = min(most, link.RING_TICKS if self._commands.size else PIECE_ROWS)
         begun, state, messages = self.done, self.state, self._messages
-        if messages is not None:
-            most = min(most, link.RING_TICKS)
+        if messages is not None and self._awaits_phase:
             messages = Messages(*(rows.copy() for rows in messages))
         due = self._next_due()
         self._play(most if due is None else min(most, due - begun))
@@ -153,15 +161,23 @@ class FaultyRun:
             self._play(due - begun)
         self.requests = NO_REQUESTS
 
+    @property
+    def _awaits_phase(self) -> bool:
+        """Whether a fault waits for a phase that has not come."""
+        return any(
+            self._is_waiting(i) and self._due_tick(injection) is None
+            for i, injection in enumerate(self._injections)
+        )
+
     def _play(self, ticks: int) -> None:
-        piece = self.table[self.done : self.done + ticks]
-        first = self.state.tick
+        piece, first = self._room.piece(ticks), self.state.tick
         self.state, ran = closed_loop.run(
             self._loop, self.state, self.requests, piece, self._wiring, self._messages
         )
-        if self._messages is not None:
+        if self._messages is not None and self._commands.size:
             self._keep_sent(self._messages, first, ran)
-        self.done += ran
+        self._room.keep(self.done, ran)
+        self.done, self.last_row = self.done + ran, piece[ran - 1]
 
     def _keep_sent(self, messages: Messages, first: int, ran: int) -> None:
         """Copy what the controller sent from the ring; none sends nothing."""
@@ -178,7 +194,7 @@ class FaultyRun:
         columns: of the trace, in which they are those that the drives obeyed. A healthy link makes
         no difference.
         """
-        if self._messages is None:
+        if not self._commands.size:
             return columns
         own = {
             f"commands.{name}": np.ascontiguousarray(self._commands[: self.done, i])
@@ -202,7 +218,8 @@ class FaultyRun:
         """First tick of a phase; None while it has not come."""
         if phase in self._began:
             return self._began[phase]
-        found = np.flatnonzero(self.table[self._noted : self.done, _PHASE] == phase)
+        phases = self._room.columns(self.done)["phase"]
+        found = np.flatnonzero(phases[self._noted :] == phase)
         return self._noted + int(found[0]) if found.size else None
 
     def _note(self) -> None:

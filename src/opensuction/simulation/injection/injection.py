@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import RESET
@@ -24,6 +23,7 @@ from opensuction.simulation.injection.first_sign import (
     find_lines,
     find_notice,
 )
+from opensuction.simulation.injection.room import Room
 from opensuction.simulation.trace import Columns, Watcher
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -69,15 +69,6 @@ class InjectedRun(NamedTuple):
     drives obeyed others."""
     stopped_tick: int = -1
     """When the controller stopped; -1 where it did not."""
-
-
-class Room(NamedTuple):
-    """Where a run leaves its rows."""
-
-    table: npt.NDArray[np.float64]
-    """Overwritten by each run."""
-    names: Sequence[str]
-    """Columns that are copied out of it; `SIGNS` are among them."""
 
 
 def _check_one(injection: Injection) -> None:
@@ -131,15 +122,15 @@ def run(
     """Ask for one cycle and let it run until the machine rests, and for ``after_s`` longer.
 
     resets: how often a person resets the machine if it has halted, each time after `RESET_S`.
-    seed: chance of the faults. room: of a caller that has many runs. Without
-    a fault it gives the healthy loop's rows. Raises InputError for what cannot be injected (see
-    `check`).
+    seed: chance of the faults. room: of a caller that has many runs; the next one overwrites its
+    columns. Without a fault it gives the healthy loop's rows. Raises InputError for what cannot be
+    injected (see `check`).
     """
     check(injections)
     room = make_room(after_s, resets) if room is None else room
-    going = FaultyRun(loop, start, injections, room.table, seed)
+    going = FaultyRun(loop, start, injections, room, seed)
     follow(going, after_s, resets, watcher)
-    return take(going, injections, room.names)
+    return take(going, injections)
 
 
 def follow(going: FaultyRun, after_s: float, resets: int, watcher: Watcher = UNWATCHED) -> int:
@@ -160,11 +151,9 @@ def follow(going: FaultyRun, after_s: float, resets: int, watcher: Watcher = UNW
     return resets
 
 
-def take(
-    going: FaultyRun, injections: Sequence[Injection], names: Sequence[str] = COLUMNS
-) -> InjectedRun:
-    """What came of a run so far; names: columns that are wanted, `SIGNS` among them."""
-    columns = trace.by_name(going.table[: going.done], names)
+def take(going: FaultyRun, injections: Sequence[Injection]) -> InjectedRun:
+    """What came of a run so far; its columns are its room's."""
+    columns = going.columns
     ran = InjectedRun(going.state, columns, (), going.sent(columns), going.stopped_tick)
     found = tuple(
         Injected(injection, at_s, find_first_sign(ran, at_s))
@@ -176,8 +165,8 @@ def take(
 def make_room(
     after_s: float = AFTERMATH_S, resets: int = 0, names: Sequence[str] = COLUMNS
 ) -> Room:
-    """Room for the longest run; names: as in `Room`."""
-    return Room(trace.rows((1 + resets) * LIMIT_S + ALONE_S + after_s), names)
+    """Room for the longest run; names: columns that are wanted, `SIGNS` among them."""
+    return Room((1 + resets) * LIMIT_S + ALONE_S + after_s, names)
 
 
 def _run_until_rest(going: FaultyRun, last: int, watcher: Watcher) -> None:
@@ -186,7 +175,7 @@ def _run_until_rest(going: FaultyRun, last: int, watcher: Watcher) -> None:
     while going.done < last:
         piece_s = watcher.piece_s if active else min(watcher.piece_s, BEGIN_S)
         going.advance(min(round(piece_s / DT_S), last - going.done))
-        watcher.hear(going.table[going.done - 1])
+        watcher.hear(going.last_row)
         active = active or not going.is_resting
         idle = going.done - begun >= round(IDLE_S / DT_S)
         if going.is_abandoned:
