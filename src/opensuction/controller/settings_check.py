@@ -12,10 +12,12 @@ OPEN = (
     "limits.mouth_mm",
     "limits.window.from_mm",
     "limits.window.by_mm",
+    "plan.contact.suction_mm",
     "plan.limits_s",
 )
 """What may be infinite: a line that cannot be told to be clogged, the light barrier of a bench that
-has none, a window as wide as the way, and phases that wait for a person."""
+has none, a window as wide as the way, suction where the tip stopped, and phases that wait for a
+person."""
 
 
 def _numbers(record: tuple[Any, ...], path: str) -> Iterator[tuple[str, float]]:

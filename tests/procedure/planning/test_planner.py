@@ -1,9 +1,11 @@
+import math
 from typing import Any
 
 import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.planning import planner
@@ -198,3 +200,16 @@ def test_waiting_for_a_person_has_no_limit(phase: Phase) -> None:
 def test_only_a_bench_protocol_may_identify() -> None:
     assert planned(PAPER, BENCH).bench_only
     assert not planned(PAPER._replace(bench_only=False), BENCH).bench_only
+
+
+@pytest.mark.parametrize(("backoff_mm", "deepest_mm"), [(0.0, math.inf), (10.0, 94.0)])
+def test_by_contact_suction_is_no_deeper_than_off_the_middle_of_the_search(
+    backoff_mm: float, deepest_mm: float
+) -> None:
+    protocol = PAPER._replace(travel_mm=108.0, cap_mm=113.0, backoff_mm=backoff_mm)
+    site = BENCH_SITE._replace(carina_mm=100.0)
+    contact = planner.plan(protocol, BENCH, EXCITATION, by_contact=True, site=site).contact
+    assert contact.suction_mm == deepest_mm
+    for at_mm in (90.0, 104.0, 108.5):
+        expected_mm = min(at_mm - backoff_mm, deepest_mm)
+        assert plans.backed_off_mm(contact, at_mm) == expected_mm

@@ -86,7 +86,8 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
     if state.phase == Phase.INSERTING:
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
     if state.phase == Phase.BACKING_OFF:
-        way = plans.back_off(motion, state.start_mm, plan.contact.backoff_mm)
+        end_mm = plans.backed_off_mm(plan.contact, state.start_mm)
+        way = plans.back_off(motion, state.start_mm, end_mm)
         return profile.at(way, time_s - plans.back_off_wait_s(plan))  # the gap comes first
     if state.phase == Phase.WITHDRAWING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)

@@ -41,6 +41,10 @@ class ContactSearch(NamedTuple):
     """Contact with the estimated tip before this is a fault: something is in the way, or the
     switch is bridged."""
     backoff_mm: float
+    suction_mm: float
+    """Suction takes place no deeper, wherever contact came. Contact that comes deep in its window
+    is as well a stiff switch as a carina that lies deep: the tip then still presses where a
+    back-off from there ends."""
 
 
 class Excitation(NamedTuple):
@@ -93,11 +97,17 @@ def way_in(motion: Motion, start_mm: float) -> StagedPath:
 
 
 @compiled
-def back_off(motion: Motion, start_mm: float, distance_mm: float) -> Profile:
+def backed_off_mm(contact: ContactSearch, start_mm: float) -> float:
+    """Where the tip's reference ends off the carina. start_mm: where it was at contact."""
+    return min(start_mm - contact.backoff_mm, contact.suction_mm)
+
+
+@compiled
+def back_off(motion: Motion, start_mm: float, end_mm: float) -> Profile:
     """Off the carina, as fast as the head may go outwards."""
     return Profile(
         start_mm=start_mm,
-        end_mm=start_mm - distance_mm,
+        end_mm=end_mm,
         speed_mm_per_s=motion.abort_mm_per_s,
         acceleration_mm_per_s2=BACK_OFF_SHARE * motion.acceleration_mm_per_s2,
     )

@@ -8,6 +8,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, teaching
+from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckSeen, CheckState
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
@@ -111,7 +112,8 @@ def _insertion_event(
         return flag(arrived, Event.TARGET_REACHED)
     if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
-        there = still and state.reference_mm <= state.start_mm - plan.contact.backoff_mm
+        end_mm = plans.backed_off_mm(plan.contact, state.start_mm)
+        there = still and state.reference_mm <= end_mm
         resting = abs(feedback.head_wanted_mm_per_s) < RESTING_MM_PER_S
         return flag(there and resting and settled, Event.BACKED_OFF)
     if phase == Phase.OPENING:

@@ -93,7 +93,7 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
     back_off = 0.0
     if by_contact:
         back_off = crossing_s(abilities, abilities.turn_mm) + float(
-            profile.duration_s(plans.back_off(moves, 0.0, protocol.backoff_mm))
+            profile.duration_s(plans.back_off(moves, 0.0, -protocol.backoff_mm))
         )
     return Timeline(
         preload=crossing_s(abilities, abilities.gap_in_mm),
@@ -200,6 +200,16 @@ def longest_cycle_s(plan: Plan) -> float:
     return sum(plan.limits_s[phase] for phase in CYCLE)
 
 
+def _suction_mm(protocol: Protocol, site: Site) -> float:
+    """Deepest suction by contact: off the middle of what the search may be beyond the carina.
+
+    None is too deep where the tip sucks where it stopped.
+    """
+    if protocol.backoff_mm == 0.0:
+        return math.inf
+    return 0.5 * (site.carina_mm + protocol.travel_mm) - protocol.backoff_mm
+
+
 def plan(
     protocol: Protocol,
     abilities: Abilities,
@@ -223,6 +233,7 @@ def plan(
             enabled=by_contact,
             window_start_mm=protocol.contact_from_mm,
             backoff_mm=protocol.backoff_mm,
+            suction_mm=_suction_mm(protocol, site),
         ),
         check=testing,
         plausible=teaching.PLAUSIBLE[site.age],
