@@ -3,6 +3,10 @@
 import pytest
 
 from opensuction.evidence.safety_case import hazard, hazard_case
+from opensuction.kernel.phase import Phase
+from opensuction.simulation.injection import injection, run_judgement
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.twin.fault.fault import Fault
 
 
 @pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
@@ -28,3 +32,18 @@ def test_a_dead_current_sensor_breaks_no_bound() -> None:
     runs = [hazard_case.run(case) for case in hazard_case.cases(row, (1,))]
     assert len(runs) == 8
     assert [result.problem for result in runs] == [""] * 8
+
+
+@pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
+def test_a_tip_that_a_wider_gap_holds_back_leaves_the_carina_before_suction(patient: str) -> None:
+    """The switch opens where the back-off was to end: it goes on until the tip is off."""
+    ready = hazard_case._prepared("contact", patient, 1, ())
+    wider = Injection(Fault.CONDUIT_REROUTED, FaultInstant(Phase.INSERTING, 0.1), 1.6)
+    ran = injection.run(ready.loop, ready.start, (wider,), seed=1)
+    cap_mm = ready.loop.controller.limits.cap_mm
+    found = run_judgement.judge(ready.rig.machine, cap_mm, ran.columns, ran.faults)
+    assert found.breaches == ()
+    assert found.told == ()
+    assert found.borne.contact_s < 2.0
+    touching = ran.columns["truth.contact_n"] > 0.01
+    assert not (touching & (ran.columns["phase"] == Phase.SUCTIONING)).any()

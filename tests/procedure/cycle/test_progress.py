@@ -166,7 +166,8 @@ def test_a_back_off_is_over_when_the_head_has_crossed_the_gap_and_rests() -> Non
     plan = PLAN._replace(contact=PLAN.contact._replace(enabled=True, backoff_mm=10.0))
 
     def over(feedback: ControlFeedback = QUIET, **state: Any) -> bool:
-        there: dict[str, Any] = {"start_mm": 65.0, "reference_mm": 55.0} | state
+        way = {"start_mm": 65.0, "end_mm": 55.0, "touched_mm": 65.0}
+        there: dict[str, Any] = way | {"reference_mm": 55.0} | state
         found = events(Phase.BACKING_OFF, feedback=feedback, plan=plan, **there)
         return found == {Event.BACKED_OFF}
 
@@ -176,6 +177,9 @@ def test_a_back_off_is_over_when_the_head_has_crossed_the_gap_and_rests() -> Non
     # The head follows its command closely, but is still inside the gap.
     assert not over(QUIET._replace(head_wanted_mm_per_s=-17.0))
     assert not over(QUIET._replace(head_wanted_mm=5.0))
+    # Half of its length must lie behind where the switch opened.
+    assert over(touched_mm=60.0)
+    assert not over(touched_mm=59.9)
 
 
 def test_an_abort_is_over_when_the_head_rests_at_home_and_the_valve_is_closed() -> None:

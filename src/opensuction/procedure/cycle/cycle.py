@@ -58,6 +58,9 @@ def _enter(
         phase_ticks=0,
         limit_s=_phase_limit_s(plan.limits_s, phase),
         start_mm=reference_mm,
+        leg_ticks=0,
+        end_mm=plans.backed_off_mm(plan.contact, reference_mm),
+        touched_mm=reference_mm,
         reference_mm=reference_mm,
         reference_mm_per_s=0.0,
         arrived_ticks=0,
@@ -86,9 +89,8 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
     if state.phase == Phase.INSERTING:
         return staged_path.at(plans.way_in(motion, state.start_mm), time_s)
     if state.phase == Phase.BACKING_OFF:
-        end_mm = plans.backed_off_mm(plan.contact, state.start_mm)
-        way = plans.back_off(motion, state.start_mm, end_mm)
-        return profile.at(way, time_s - plans.back_off_wait_s(plan))  # the gap comes first
+        way = plans.back_off(motion, state.start_mm, state.end_mm)
+        return profile.at(way, time_s)
     if state.phase == Phase.WITHDRAWING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
     if state.phase == Phase.ABORTING:
@@ -97,6 +99,30 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
         moved_mm, velocity = excite(plan.excitation, time_s)
         return motion.park_mm + moved_mm, velocity
     return state.reference_mm, 0.0
+
+
+@compiled
+def _way_time_s(plan: Plan, state: ProcedureState, dt_s: float) -> float:
+    """For how long the reference has been on its way; a back-off crosses the gap first."""
+    time_s = (state.phase_ticks - state.leg_ticks) * dt_s
+    if state.phase == Phase.BACKING_OFF and state.leg_ticks == 0:
+        return time_s - plans.back_off_wait_s(plan)
+    return time_s
+
+
+@compiled
+def _follow_switch(plan: Plan, state: ProcedureState, readings: Readings) -> ProcedureState:
+    """A back-off after another tick; it goes on where the switch opened late, or has not yet."""
+    if progress.is_contact(readings):
+        state = state._replace(touched_mm=state.reference_mm)
+    ended = state.phase_ticks > 0 and state.reference_mm <= state.end_mm
+    if not ended or progress.is_off(plan.contact, state):
+        return state
+    return state._replace(
+        start_mm=state.reference_mm,
+        leg_ticks=state.phase_ticks,
+        end_mm=state.touched_mm - plans.LEAST_OFF_SHARE * plan.contact.backoff_mm,
+    )
 
 
 @compiled
@@ -190,8 +216,10 @@ def step(
     if phase != state.phase:
         state = _change_phase(plan, state, checked, taught, events, phase, feedback.contact_tip_mm)
         checked, taught = state.check, state.teaching
+    if phase == Phase.BACKING_OFF:
+        state = _follow_switch(plan, state, readings)
     time_s = state.phase_ticks * dt_s
-    reference, velocity = _reference(plan, state, time_s)
+    reference, velocity = _reference(plan, state, _way_time_s(plan, state, dt_s))
     valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
     if phase == Phase.CHECKING:
         valve_open = check.is_stroking(checked.item)

@@ -11,6 +11,10 @@ from opensuction.procedure.cycle.teaching import TravelRange
 BACK_OFF_SHARE = 0.5
 """Share of the head's acceleration that the tip's reference uses to back off: a head that comes
 late out of the gap must brake harder than its reference does, or it runs past the end."""
+LEAST_OFF_SHARE = 0.5
+"""Share of a back-off that the tip must have gone since the contact switch opened. Where the gap is
+wider than it was identified the switch opens late, and the tip still lies on the carina, with less
+force than closes a switch, where the back-off was to end."""
 TUBE_END_MM = 0.0
 """Lower end of the tube: the origin of every depth."""
 

@@ -35,7 +35,13 @@ class ProcedureState(NamedTuple):
     limit_s: float
     """Longest duration of the phase."""
     start_mm: float
-    """Reference at the start of the phase."""
+    """Reference at the start of the phase, or of the second part of a back-off."""
+    leg_ticks: int
+    """When in the phase that was."""
+    end_mm: float
+    """Where a back-off, or this part of it, ends."""
+    touched_mm: float
+    """Reference of a back-off when the contact switch was last closed."""
     reference_mm: float
     reference_mm_per_s: float
     arrived_ticks: int
@@ -85,6 +91,13 @@ def is_contact(readings: Readings) -> bool:
 
 
 @compiled
+def is_off(search: ContactSearch, state: ProcedureState) -> bool:
+    """Whether a back-off is as far as it was to go, and far enough from where the switch opened."""
+    least_mm = plans.LEAST_OFF_SHARE * search.backoff_mm
+    return state.reference_mm <= min(state.end_mm, state.touched_mm - least_mm)
+
+
+@compiled
 def _contact_event(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
     """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
@@ -112,8 +125,7 @@ def _insertion_event(
         return flag(arrived, Event.TARGET_REACHED)
     if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
-        end_mm = plans.backed_off_mm(plan.contact, state.start_mm)
-        there = still and state.reference_mm <= end_mm
+        there = still and is_off(plan.contact, state)
         resting = abs(feedback.head_wanted_mm_per_s) < RESTING_MM_PER_S
         return flag(there and resting and settled, Event.BACKED_OFF)
     if phase == Phase.OPENING:
