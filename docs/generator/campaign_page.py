@@ -52,7 +52,9 @@ def _untold(unnoticed: Json) -> list[str]:
 
 def _allowances() -> list[str]:
     rows = [
-        f"| `{one.fault.title}` | {one.bound} | {one.more:g} | {one.reason} |" for one in ALLOWANCES
+        f"| `{one.fault.title}` | {one.bound} | "
+        f"{'its strength' if one.for_strength else f'{one.more:g}'} | {one.reason} |"
+        for one in ALLOWANCES
     ]
     own = [
         f"| `{one.fault.title}` | {', '.join(one.bounds)} | all | {one.reason} |"

@@ -13,6 +13,8 @@ PLAIN = Servo(
     friction_v=0.0,
     time_constant_s=0.0,
     voltage_limit_v=24.0,
+    back_emf_v_s=0.0,
+    catch_up_v=24.0,
 )
 """The paper's insertion axis."""
 FED = PLAIN._replace(velocity_v_s=1.28, friction_v=0.5, time_constant_s=0.02)
@@ -67,3 +69,15 @@ def test_both_directions_are_treated_alike(
     _, volts = step(FED, ServoState(error, 0.0), position, velocity, reading, DT_S)
     _, mirrored = step(FED, ServoState(-error, 0.0), -position, -velocity, -reading, DT_S)
     assert mirrored == -volts
+
+
+@given(velocity=st.floats(-60.0, 60.0), position=st.floats(-100.0, 100.0))
+def test_inwards_it_catches_up_no_faster_than_it_may_and_outwards_as_fast_as_it_can(
+    velocity: float, position: float
+) -> None:
+    slow = FED._replace(voltage_limit_v=1e3, back_emf_v_s=0.4, catch_up_v=4.0)
+    before = ServoState(position, velocity)
+    _, bounded = step(slow, before, position, velocity, 0.0, DT_S)
+    _, free = step(slow._replace(catch_up_v=2e3), before, position, velocity, 0.0, DT_S)
+    # What it is fed forward for friction comes on top of the speed's volts.
+    assert bounded == min(free, 0.5 + 0.4 * max(velocity, 0.0) + 4.0)

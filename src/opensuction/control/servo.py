@@ -24,6 +24,11 @@ class Servo(NamedTuple):
     time_constant_s: float
     """Feedforward: lead on the commanded velocity that cancels the axis' own lag."""
     voltage_limit_v: float
+    back_emf_v_s: float
+    """Volts that the motor needs for each unit/s of speed."""
+    catch_up_v: float
+    """Volts beyond those of the commanded speed that are there to go in faster: where the axis has
+    fallen behind, its motor goes no faster than its voltage."""
 
 
 class ServoState(NamedTuple):
@@ -50,5 +55,6 @@ def step(
         volts += servo.friction_v
     elif velocity < 0.0:
         volts -= servo.friction_v
-    volts = min(max(volts, -servo.voltage_limit_v), servo.voltage_limit_v)
+    inwards_v = servo.friction_v + servo.back_emf_v_s * max(lead, 0.0) + servo.catch_up_v
+    volts = min(max(volts, -servo.voltage_limit_v), servo.voltage_limit_v, inwards_v)
     return ServoState(error=error, velocity=velocity), volts

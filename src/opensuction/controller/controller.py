@@ -306,10 +306,10 @@ def control_step(
     )
     # Out of service hands are in the machine: nothing moves, not even to withdraw.
     in_service = procedure.phase != Phase.OUT_OF_SERVICE
-    insertion_on = verdict.insertion_on and in_service
+    powered = verdict.insertion_on and in_service
     valve_on = verdict.valve_on and demand.valve_on and in_service
     insertion, valve_state, commands = _actuate(
-        settings, state, allowed, insertion_on, verdict.turned, valve_on, watch.watch, dt_s
+        settings, state, allowed, powered, verdict.turned, valve_on, watch.watch, dt_s
     )
     kept = upkeep.step(service, heard, before, procedure.phase, asked, refused, requests, dt_s)
     granted = resets and requests.reset

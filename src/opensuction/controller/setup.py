@@ -71,6 +71,9 @@ def _gap_mm(chosen: Compensation, heads_mm: Branches | None) -> float:
     return 0.0
 
 
+CATCH_UP_MM_PER_S = 10.0
+"""By how much a head that has fallen behind may go in faster than planned: one whose motor lets go
+again coasts 3 mm from 20 mm/s, less than the cap lies beyond a cycle's end [computed]."""
 JOG_MM = 2.0
 """Head travel of the pre-use test: ten times what a servo settles to; assumed."""
 JOG_SHARE = 0.25
@@ -83,8 +86,12 @@ def _jog_mm(model: ModifiedDahl) -> float:
     return min(JOG_MM, JOG_SHARE * tip.narrow_mm)
 
 
-def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tuple[Servo, Servo]:
-    lead = profile.head_time_constant_s
+def _servos(
+    profile: MachineProfile, kind: int, feedforward: Feedforward, bench_only: bool
+) -> tuple[Servo, Servo]:
+    """Of head and valve. bench_only: nobody is on the machine, and its head may be in a hurry."""
+    lead, supply_v = profile.head_time_constant_s, profile.supply_v
+    back_emf_v_s = supply_v / profile.no_load_mm_per_s
     if kind not in FED_FORWARD:
         feedforward, lead = PLAIN_PD, 0.0
     insertion = Servo(
@@ -93,7 +100,9 @@ def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tup
         velocity_v_s=feedforward.velocity_v_s_per_mm,
         friction_v=feedforward.friction_v,
         time_constant_s=lead,
-        voltage_limit_v=profile.supply_v,
+        voltage_limit_v=supply_v,
+        back_emf_v_s=back_emf_v_s,
+        catch_up_v=supply_v if bench_only else back_emf_v_s * CATCH_UP_MM_PER_S,
     )
     valve = Servo(
         proportional_v=profile.valve_p_v_per_rad,
@@ -101,7 +110,9 @@ def _servos(profile: MachineProfile, kind: int, feedforward: Feedforward) -> tup
         velocity_v_s=0.0,
         friction_v=0.0,
         time_constant_s=0.0,
-        voltage_limit_v=profile.supply_v,
+        voltage_limit_v=supply_v,
+        back_emf_v_s=0.0,
+        catch_up_v=supply_v,
     )
     return insertion, valve
 
@@ -232,7 +243,7 @@ def plan_settings(
     chosen, heads_mm = compensator(profile, kind, calibration), branches(kind, calibration)
     parked = compensation.rest(chosen, heads_mm, site.park_mm)
     able = abilities(profile, kind, calibration, site)
-    insertion, valve = _servos(profile, kind, calibration.feedforward)
+    insertion, valve = _servos(profile, kind, calibration.feedforward, protocol.bench_only)
     held = limits(profile, protocol, calibration.model, parked.head_mm, site, by_contact)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
     plan = plan._replace(pump_rests_open=held.line.rests_open)

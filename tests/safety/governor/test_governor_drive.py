@@ -214,9 +214,15 @@ def test_a_drive_that_pushes_against_its_volts_is_turned_round_and_any_other_let
 @pytest.mark.requirement("OS-R10", "OS-R45")
 @pytest.mark.parametrize(
     ("force_n", "asked_n", "coasts"),
-    [(0.1, -3.0, True), (-0.1, -3.0, True), (0.3, -3.0, False), (0.1, -0.9, False)],
+    [
+        (0.1, -3.0, True),
+        (-0.1, -3.0, True),
+        (-3.0, -3.0, True),
+        (0.3, -3.0, False),
+        (0.1, -0.9, False),
+    ],
 )
-def test_a_motor_without_current_only_coasts_and_is_told_to_come_out(
+def test_a_motor_that_does_not_push_leaves_the_head_to_coast_and_is_told_to_come_out(
     force_n: float, asked_n: float, coasts: bool
 ) -> None:
     state, _, verdict = running(running_away(force_n, asked_n), 50.0)
@@ -231,6 +237,15 @@ def test_a_motor_without_current_only_coasts_and_is_told_to_come_out(
         for tick in range(5):
             pushed, _, verdict = running(pushed, 50.0 + 0.01 * tick)
         assert verdict.reaction == Reaction.TORQUE_OFF
+
+
+@pytest.mark.requirement("OS-R10", "OS-R45")
+@pytest.mark.parametrize(("resistance_n", "reaction"), [(-0.9, "WITHDRAW"), (-1.5, "TORQUE_OFF")])
+def test_a_head_that_goes_in_although_its_motor_pulls_is_helped_and_let_go(
+    resistance_n: float, reaction: str
+) -> None:
+    state = changed(running_away(-3.0, -3.0), {"watch.drive.resistance_n": resistance_n})
+    assert running(state, 50.0)[2].reaction == Reaction[reaction]
 
 
 @pytest.mark.requirement("OS-R10")

@@ -67,7 +67,6 @@ LATEST: list[tuple[str, Any, Any, Condition]] = [
     ("watch.durations.overforce_s", 0.08, above(0.08), Condition.DRIVE_OVERFORCE),
     ("withdrawal.forced_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
     ("withdrawal.blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
-    ("withdrawal.unseen_s", WAY_S + 0.5, above(WAY_S + 0.5), Condition.WITHDRAWAL_UNSEEN),
     # The switch.
     ("watch.durations.adrift_s", 1.2, above(1.2), Condition.HEAD_SENSORS_DISAGREE),
     ("watch.durations.remaining_s", 0.2, above(0.2), Condition.HEAD_SENSORS_DISAGREE),
@@ -126,11 +125,27 @@ def test_a_head_at_rest_has_nothing_against_it() -> None:
 def test_a_way_out_that_is_not_seen_has_the_time_of_its_way_and_no_less_than_a_turns(
     head_mm: float, allowed_s: float
 ) -> None:
-    there = read_at(head_mm)
-    assert judged(changed(there, {"withdrawal.unseen_s": allowed_s - 1e-9})) == []
-    assert judged(changed(there, {"withdrawal.unseen_s": allowed_s + 1e-9})) == [
-        Condition.WITHDRAWAL_UNSEEN
-    ]
+    there = changed(read_at(head_mm), {"watch.vote.unseen_ticks": 1})
+    assert judged(changed(there, {"withdrawal.unseen_s": allowed_s})) == []
+    over = changed(there, {"withdrawal.unseen_s": above(allowed_s)})
+    assert judged(over) == [Condition.WITHDRAWAL_UNSEEN]
+    # Seen again in this tick it goes on.
+    assert judged(changed(over, {"watch.vote.unseen_ticks": 0})) == []
+
+
+@pytest.mark.parametrize(
+    ("mm_per_s", "unseen", "given_up"),
+    [(-0.9, 0, True), (-1.0, 0, False), (20.0, 0, True), (-20.0, 1, True)],
+)
+def test_a_way_out_that_takes_too_long_goes_on_while_the_head_is_seen_to_come(
+    mm_per_s: float, unseen: int, given_up: bool
+) -> None:
+    late = {
+        "withdrawal.forced_s": above(0.4),
+        "watch.speed_mm_per_s": mm_per_s,
+        "watch.vote.unseen_ticks": unseen,
+    }
+    assert judged(changed(AT_REST, late)) == [Condition.WITHDRAWAL_TIME] * given_up
 
 
 def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:

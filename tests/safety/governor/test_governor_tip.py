@@ -150,7 +150,7 @@ def test_sensors_that_drift_together_are_told_by_the_motor(
 def test_what_a_bus_repeats_is_no_jam(ticks: int, told: bool) -> None:
     seen = watch.start(LIMITS, 50.0, read=True)
     held = changed(seen, {"durations.jammed_s": 0.2, "stale_ticks": ticks})
-    after = forced_withdrawal.step(NOT_FORCED, held, True, False, DT_S)
+    after = forced_withdrawal.step(NOT_FORCED, held, True, DT_S)
     assert (after.blocked_s > 0.0) == told
     assert (after.unseen_s > 0.0) == (not told)
 

@@ -8,6 +8,7 @@ from opensuction.oracle import harm
 from opensuction.oracle.harm import ADVANCE, FORCE, NAMES, SATURATION, TIP_PAST_CAP, Harm
 from opensuction.simulation.injection import fault_allowance
 from opensuction.simulation.injection.fault_allowance import ALLOWANCES, MOST_MM, OWN_HARM
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault, FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -18,8 +19,12 @@ def pressed(newton: float) -> Harm:
     return Harm(FORCE, newton, 0.3, "N")
 
 
+def came(*faults: Fault, strength: float = 1.0) -> list[Injection]:
+    return [Injection(fault, FaultInstant(None, 0.0), strength) for fault in faults]
+
+
 def is_breach(found: Harm, *faults: Fault) -> bool:
-    return fault_allowance.find_breaches([found], faults) == (found,)
+    return fault_allowance.find_breaches([found], came(*faults)) == (found,)
 
 
 def test_only_the_fault_that_states_a_bound_has_it() -> None:
@@ -37,7 +42,7 @@ def test_of_two_faults_the_one_that_adds_most_counts() -> None:
 
 def test_what_must_hold_strictly_has_nothing_added() -> None:
     found = pressed(0.301), Harm(ADVANCE, 5.0, 0.5, "mm")
-    faults = (Fault.CONDUIT_REROUTED,)
+    faults = came(Fault.CONDUIT_REROUTED)
     assert fault_allowance.find_breaches(found, faults) == ()
     assert fault_allowance.find_breaches(found, faults, strictly=(FORCE,)) == found[:1]
 
@@ -49,11 +54,23 @@ def test_a_saturation_that_falls_by_itself_is_no_breach_and_pressure_then_is() -
     assert is_breach(Harm(harm.AIRWAY_PRESSURE, 9.0, 5.0, "s"), Fault.DESATURATION)
 
 
+@pytest.mark.parametrize(("name", "limit_s"), [(harm.CONTACT_TIME, 3.0), (harm.AIRWAY_TIME, 30.0)])
+def test_a_motor_without_current_adds_that_time_and_no_other_fault_any(
+    name: str, limit_s: float
+) -> None:
+    timed = [(one.fault, one.more) for one in ALLOWANCES if one.bound == name]
+    assert timed == [(Fault.MOTOR_INTERMITTENT, 0.0)]
+    found = Harm(name, limit_s + 2.05, limit_s, "s")
+    for gone_s, breach in ((2.0, True), (2.1, False)):
+        gone = came(Fault.MOTOR_INTERMITTENT, strength=gone_s)
+        assert (fault_allowance.find_breaches([found], gone) == (found,)) == breach
+
+
 def test_each_is_stated_once_and_is_a_number_that_can_be_passed() -> None:
     assert len({(one.fault, one.bound) for one in ALLOWANCES}) == len(ALLOWANCES)
     for one in ALLOWANCES:
         assert math.isfinite(one.more)
-        assert one.more > 0.0
+        assert one.more > 0.0 or one.for_strength
         assert one.reason
         assert not ROWS[one.fault].is_setup
         if one.bound in (ADVANCE, TIP_PAST_CAP):
@@ -67,9 +84,7 @@ def test_only_what_a_patient_or_a_ventilator_does_is_a_harm_of_its_own() -> None
         assert one.reason
 
 
-@pytest.mark.parametrize(
-    "name", [harm.LEFT_INSIDE, harm.SUCTION_TIME, harm.AIRWAY_TIME, harm.VACUUM, harm.CONTACT_TIME]
-)
+@pytest.mark.parametrize("name", [harm.LEFT_INSIDE, harm.SUCTION_TIME, harm.VACUUM])
 def test_time_in_the_patient_is_excused_by_no_fault(name: str) -> None:
     """Nor is the vacuum's height: for these there is always something left to do."""
     assert name not in {one.bound for one in ALLOWANCES}

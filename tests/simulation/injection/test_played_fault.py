@@ -81,7 +81,7 @@ def test_a_tip_that_breaks_off_on_the_way_out_stays_in_the_airway() -> None:
     assert np.all(piece[parted:] == 20.0)
     shorter = sound()["truth.tip_mm"] - run.columns["truth.tip_mm"][: sound()["time_s"].size]
     assert shorter[parted - 1] == 0.0
-    assert shorter[parted] == pytest.approx(20.0, abs=0.1)
+    assert shorter[parted] == pytest.approx(20.0, abs=1e-9)
 
 
 def test_a_weak_tip_outside_the_patient_stays_whole() -> None:

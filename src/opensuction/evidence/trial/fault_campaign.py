@@ -80,16 +80,21 @@ class Case(NamedTuple):
     """None where the tip is out."""
 
 
+KINDS = [(*pair, approach) for pair in BASKET for approach in APPROACHES]
+"""Protocol, patient and approach of the machines of a pool, in turn."""
+
+
+def prepare(index: int, first_seed: int, compensation: str) -> Prepared:
+    """The machine at that index of a pool, prepared for a cycle."""
+    protocol, patient, approach = KINDS[index % len(KINDS)]
+    rig = RigChoice(patient=patient, seed=first_seed + index)
+    choice = CycleChoice(rig, protocol, approach, compensation)
+    return cycle_run.prepare(resolution.resolve(choice))
+
+
 def pool(machines: int, first_seed: int, compensation: str) -> list[Prepared]:
     """Drawn machines, each prepared for a cycle; the basket and both approaches in turn."""
-    kinds = [(*pair, approach) for pair in BASKET for approach in APPROACHES]
-    found = []
-    for i in range(machines):
-        protocol, patient, approach = kinds[i % len(kinds)]
-        rig = RigChoice(patient=patient, seed=first_seed + i)
-        choice = CycleChoice(rig, protocol, approach, compensation)
-        found.append(cycle_run.prepare(resolution.resolve(choice)))
-    return found
+    return [prepare(index, first_seed, compensation) for index in range(machines)]
 
 
 def _uniforms(number: int, count: int) -> list[float]:

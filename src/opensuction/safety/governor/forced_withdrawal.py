@@ -7,13 +7,14 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.duration import extend
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
+from opensuction.safety.governor.judgement import STALL_S
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch.watch_state import Watch
 
 BLOCKED_S = 0.3
 """How long it may pull on what holds it: a reversal from full speed takes 0.2 s."""
 LEAVING_MM_PER_S = 1.0
-"""Measured speed outwards above which the head still comes out, however much resists it."""
+"""Measured speed outwards from which the head still comes out, however much resists it."""
 STALE_TICKS = 50
 """For how long all sensors must repeat themselves to tell nothing: a sixth of `BLOCKED_S`."""
 UNSEEN_S = 0.5
@@ -35,33 +36,48 @@ NONE = make_zero(ForcedWithdrawal)
 
 
 @compiled
-def step(
-    state: ForcedWithdrawal, seen: Watch, forced: bool, stalled: bool, dt_s: float
-) -> ForcedWithdrawal:
-    """Bring it up to this tick. stalled: the head reading has stood still for too long.
+def _is_unseen(seen: Watch) -> bool:
+    """Whether the head's reading says nothing in this tick: none, the same for ever, or one alone.
 
     A head that both its sensors have standing still is seen: it is held, or its motor is gone.
     """
-    stale = seen.stale_ticks >= STALE_TICKS
-    held = seen.durations.jammed_s > 0.0 and seen.speed_mm_per_s > -LEAVING_MM_PER_S
     lost = seen.invalid.head + seen.invalid.carriage > 0
     alone = lost or seen.vote.encoder_out or seen.vote.carriage_out
-    unseen = seen.vote.unseen_ticks > 0 or (stalled and alone) or stale
+    stalled = seen.durations.stalled_s > STALL_S
+    return seen.vote.unseen_ticks > 0 or (stalled and alone) or _is_stale(seen)
+
+
+@compiled
+def _is_stale(seen: Watch) -> bool:
+    return seen.stale_ticks >= STALE_TICKS
+
+
+@compiled
+def _is_leaving(seen: Watch) -> bool:
+    return seen.speed_mm_per_s <= -LEAVING_MM_PER_S
+
+
+@compiled
+def step(state: ForcedWithdrawal, seen: Watch, forced: bool, dt_s: float) -> ForcedWithdrawal:
+    """Bring it up to this tick."""
+    held = seen.durations.jammed_s > 0.0 and not _is_leaving(seen)
     return ForcedWithdrawal(
         forced_s=extend(state.forced_s, forced, dt_s),
-        blocked_s=extend(state.blocked_s, forced and held and not stale, dt_s),
-        unseen_s=extend(state.unseen_s, forced and unseen, dt_s),
+        blocked_s=extend(state.blocked_s, forced and held and not _is_stale(seen), dt_s),
+        unseen_s=extend(state.unseen_s, forced and _is_unseen(seen), dt_s),
     )
 
 
 @compiled
-def judge(limits: Limits, state: ForcedWithdrawal, head_mm: float) -> int:
-    """Mask of what is wrong with it."""
+def judge(limits: Limits, state: ForcedWithdrawal, seen: Watch) -> int:
+    """Mask of what is wrong with it: a head that is seen to come, late or again, goes on."""
     if state.forced_s + state.blocked_s + state.unseen_s == 0.0:
         return 0
-    way_s = max(head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    unseen = _is_unseen(seen)
+    coming = _is_leaving(seen) and not unseen
+    way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
     return (
-        flag(state.forced_s > limits.withdrawal_s, Condition.WITHDRAWAL_TIME)
+        flag(state.forced_s > limits.withdrawal_s and not coming, Condition.WITHDRAWAL_TIME)
         | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
-        | flag(state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
+        | flag(unseen and state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
     )

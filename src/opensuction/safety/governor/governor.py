@@ -86,7 +86,7 @@ def judge(limits: Limits, state: GovernorState, seen: Watch, proposal: Setpoints
     return (
         state.trips
         | judgement.judge(limits, seen, proposal, state.last.valve_open)
-        | forced_withdrawal.judge(limits, state.withdrawal, seen.head_mm)
+        | forced_withdrawal.judge(limits, state.withdrawal, seen)
     )
 
 
@@ -119,13 +119,14 @@ def _is_turning(state: GovernorState, seen: Watch, trips: int) -> bool:
 
 @compiled
 def _is_coasting(state: GovernorState, seen: Watch, trips: int) -> bool:
-    """Whether the head only seems to run away, for its motor has no current: it coasts on.
+    """Whether the head only seems to run away: nothing pushes it, it coasts, or is being slowed.
 
-    Nothing pushes it, and there is nothing to let go: it is told to come out, and does as soon as a
-    loose contact closes. Should it be pushed after all, it runs away anew.
+    So it is where a loose contact parts motor and amplifier for a moment: the head goes on, or
+    lags, catches up and goes too far. There is nothing to let go: it is told to come out, and does.
+    Should it be pushed after all, it runs away anew.
     """
     began = trips & ~state.trips & RUNAWAY != 0
-    return began and drive_force.is_slack(seen.drive)
+    return began and drive_force.is_yielding(seen.drive)
 
 
 @compiled
@@ -226,13 +227,12 @@ def step(
     # A motor that is home while the head is not has withdrawn nothing: a hand must.
     out = seen.head_mm <= limits.park_head_mm + ADVANCE_MM
     forced = reaction == Reaction.WITHDRAW and (not out or judgement.is_disagreeing(seen.durations))
-    stalled = seen.durations.stalled_s > judgement.STALL_S
     following = GovernorState(
         last=allowed,
         valve_command_changed=allowed.valve_open != state.last.valve_open,
         watch=seen,
         patient=patient,
-        withdrawal=forced_withdrawal.step(state.withdrawal, seen, forced, stalled, dt_s),
+        withdrawal=forced_withdrawal.step(state.withdrawal, seen, forced, dt_s),
         turned_ticks=count(state.turned_ticks, turned),
         trips=trips,
     )

@@ -106,9 +106,14 @@ def is_against(state: DriveForce) -> bool:
 
 
 @compiled
-def is_slack(state: DriveForce) -> bool:
-    """Whether the motor is told to pull and does nothing: its winding has no current."""
-    return state.borne_n < -AGAINST_N and abs(state.force_n) < SLACK_N
+def is_yielding(state: DriveForce) -> bool:
+    """Whether the motor is told to pull and does, or has no current, and the head slows by it.
+
+    What it pulls beyond what slows the head works against friction; a reading that goes in although
+    the motor pulls would have it helped.
+    """
+    pulling = state.borne_n < -AGAINST_N and state.force_n < SLACK_N
+    return pulling and state.resistance_n > -AGAINST_N
 
 
 @compiled

@@ -9,18 +9,21 @@ It is not part of a fault's row: the rows say what happens to the machine, in th
 says what a patient may bear, which is for those to judge who check a trace.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from opensuction.oracle.harm import (
     ADVANCE,
     AIRWAY_PRESSURE,
+    AIRWAY_TIME,
+    CONTACT_TIME,
     FORCE,
     LUNG_VOLUME,
     SATURATION,
     TIP_PAST_CAP,
     Harm,
 )
+from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.twin.fault.fault import Fault
 
 
@@ -33,6 +36,8 @@ class Allowance(NamedTuple):
     more: float
     """On top of the common bound, in its unit."""
     reason: str
+    for_strength: bool = False
+    """As much again as the fault's own strength, which is in the bound's unit."""
 
 
 class OwnHarm(NamedTuple):
@@ -175,6 +180,20 @@ ALLOWANCES: tuple[Allowance, ...] = (
         MISSED_MM,
         "that the carina was missed is known when it has not been met where it must be",
     ),
+    Allowance(
+        Fault.MOTOR_INTERMITTENT,
+        CONTACT_TIME,
+        0.0,
+        "a tip on the carina stays there while the motor is without current: as long as that is",
+        for_strength=True,
+    ),
+    Allowance(
+        Fault.MOTOR_INTERMITTENT,
+        AIRWAY_TIME,
+        0.0,
+        "as its contact; a motor that is back brings the catheter out at once",
+        for_strength=True,
+    ),
 )
 
 OWN_HARM: tuple[OwnHarm, ...] = (
@@ -202,21 +221,28 @@ OWN_HARM: tuple[OwnHarm, ...] = (
 )
 
 
-def _is_explained(found: Harm, faults: Collection[Fault], strictly: Collection[str]) -> bool:
+def _is_explained(found: Harm, strengths: Mapping[Fault, float], strictly: Collection[str]) -> bool:
     """Whether the faults make a harm unavoidable."""
-    if any(one.fault in faults and found.name in one.bounds for one in OWN_HARM):
+    if any(one.fault in strengths and found.name in one.bounds for one in OWN_HARM):
         return True
     if found.name in strictly:
         return False
-    more = [one.more for one in ALLOWANCES if one.bound == found.name and one.fault in faults]
+    more = [
+        one.more + (strengths[one.fault] if one.for_strength else 0.0)
+        for one in ALLOWANCES
+        if one.bound == found.name and one.fault in strengths
+    ]
     return abs(found.worst - found.limit) <= max(more, default=-1.0)
 
 
 def find_breaches(
-    found: Iterable[Harm], faults: Collection[Fault], strictly: Collection[str] = ()
+    found: Iterable[Harm], came: Iterable[Injection], strictly: Collection[str] = ()
 ) -> tuple[Harm, ...]:
     """Harm that goes beyond what the faults make unavoidable; of two the one that adds most counts.
 
-    strictly: names of bounds to which nothing is added.
+    came: the faults whose instant came. strictly: names of bounds to which nothing is added.
     """
-    return tuple(one for one in found if not _is_explained(one, faults, strictly))
+    strengths: dict[Fault, float] = {}
+    for one in came:
+        strengths[one.fault] = max(one.strength, strengths.get(one.fault, 0.0))
+    return tuple(one for one in found if not _is_explained(one, strengths, strictly))

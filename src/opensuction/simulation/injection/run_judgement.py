@@ -94,8 +94,7 @@ def judge(
     borne = exposure.measure(machine, columns)
     found = harm.find(machine, borne, cap_mm)
     told = tuple(annunciation.told(columns))
-    faults = [one.injection.fault for one in came]
-    breaches = fault_allowance.find_breaches(found, faults, strictly)
+    breaches = fault_allowance.find_breaches(found, [one.injection for one in came], strictly)
     left = None
     if borne.inside_at_end or borne.piece_mm > 0.0:
         left = _judge_left_inside(machine, told, came, told_within_s)
