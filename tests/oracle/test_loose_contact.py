@@ -59,6 +59,8 @@ FOUND = [
     (16, Fault.MOTOR_INTERMITTENT, 5.474, 0.43739143777803147),
     # On its way out, 4 mm before the mouth, when the time for that was over.
     (22, Fault.MOTOR_INTERMITTENT, 6.207, 3.8661392132861363),
+    # Without current, a millimetre before the mouth, when that time was over.
+    (24, Fault.MOTOR_INTERMITTENT, 13.492, 2.614630451378937),
     # Seen again in the tick in which the time of a way that is not seen was over.
     (3, Fault.READING_INTERMITTENT, 19.564, 2.611074188173564),
 ]

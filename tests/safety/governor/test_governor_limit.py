@@ -7,7 +7,7 @@ import pytest
 from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, decode_trips
-from opensuction.safety.governor import governor, judgement
+from opensuction.safety.governor import forced_withdrawal, governor, judgement
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.handling import Reaction
@@ -65,7 +65,6 @@ LATEST: list[tuple[str, Any, Any, Condition]] = [
     ("watch.durations.stalled_s", 0.1, above(0.1), Condition.HEAD_STALLED),
     ("watch.durations.jammed_s", 0.1, above(0.1), Condition.CATHETER_JAMMED),
     ("watch.durations.overforce_s", 0.08, above(0.08), Condition.DRIVE_OVERFORCE),
-    ("withdrawal.forced_s", 0.4, above(0.4), Condition.WITHDRAWAL_TIME),
     ("withdrawal.blocked_s", 0.3, above(0.3), Condition.WITHDRAWAL_BLOCKED),
     # The switch.
     ("watch.durations.adrift_s", 1.2, above(1.2), Condition.HEAD_SENSORS_DISAGREE),
@@ -134,18 +133,30 @@ def test_a_way_out_that_is_not_seen_has_the_time_of_its_way_and_no_less_than_a_t
 
 
 @pytest.mark.parametrize(
-    ("mm_per_s", "unseen", "given_up"),
-    [(-0.9, 0, True), (-1.0, 0, False), (20.0, 0, True), (-20.0, 1, True)],
+    ("forced_s", "waiting_s", "given_up"),
+    [(0.4, 5.0, False), (above(0.4), 4.0, False), (above(0.4), above(4.0), True)],
 )
-def test_a_way_out_that_takes_too_long_goes_on_while_the_head_is_seen_to_come(
-    mm_per_s: float, unseen: int, given_up: bool
+def test_a_way_out_has_its_time_and_goes_on_for_as_long_as_the_head_comes(
+    forced_s: float, waiting_s: float, given_up: bool
 ) -> None:
-    late = {
-        "withdrawal.forced_s": above(0.4),
-        "watch.speed_mm_per_s": mm_per_s,
-        "watch.vote.unseen_ticks": unseen,
-    }
+    late = {"withdrawal.forced_s": forced_s, "withdrawal.waiting_s": waiting_s}
     assert judged(changed(AT_REST, late)) == [Condition.WITHDRAWAL_TIME] * given_up
+
+
+@pytest.mark.parametrize(
+    ("mm_per_s", "unseen", "waits"),
+    [(-0.9, False, True), (-1.0, False, False), (20.0, False, True), (-20.0, True, True)],
+)
+def test_a_head_that_is_seen_to_come_is_not_waited_for(
+    mm_per_s: float, unseen: bool, waits: bool
+) -> None:
+    seen = changed(
+        read_at(50.0).watch, {"speed_mm_per_s": mm_per_s, "vote.unseen_ticks": int(unseen)}
+    )
+    before = forced_withdrawal.NONE._replace(waiting_s=1.0)
+    after = forced_withdrawal.step(before, seen, True, DT_S)
+    assert after.waiting_s == (1.0 + DT_S if waits else 0.0)
+    assert forced_withdrawal.step(before, seen, False, DT_S).waiting_s == 0.0
 
 
 def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:
@@ -236,7 +247,7 @@ def test_at_power_up_nothing_is_on_and_nothing_has_lasted() -> None:
     assert state.last.head_mm_per_s == state.last.vacuum_mmhg == 0.0
     assert not any((state.last.insertion_on, state.last.valve_open, state.last.pump_on))
     assert not state.valve_command_changed
-    assert state.withdrawal == (0.0, 0.0, 0.0)
+    assert state.withdrawal == forced_withdrawal.NONE
     assert state.trips == 0
     assert state.patient.conditions == 0
 
@@ -249,17 +260,17 @@ def test_a_withdrawal_lasts_until_half_a_millimetre_from_home(
 ) -> None:
     there = PARK_MM + from_home_mm
     state = at(there)._replace(
-        trips=1 << Condition.LATE_TICKS, withdrawal=ForcedWithdrawal(1.0, 0.0, 0.0)
+        trips=1 << Condition.LATE_TICKS, withdrawal=ForcedWithdrawal(1.0, 0.0, 0.0, 0.0)
     )
     after = following(state, sound(there))
     assert after.withdrawal.forced_s == (1.0 + DT_S if forced else 0.0)
 
 
 def test_without_a_trip_nothing_is_forced() -> None:
-    state = AT_REST._replace(withdrawal=ForcedWithdrawal(1.0, 0.2, 0.2))
+    state = AT_REST._replace(withdrawal=ForcedWithdrawal(1.0, 0.2, 0.2, 0.2))
     blind = sound(HEAD_MM)._replace(head_valid=False)
     after = following(state, blind)
-    assert after.withdrawal == (0.0, 0.0, 0.0)
+    assert after.withdrawal == forced_withdrawal.NONE
 
 
 def drawn(mm_per_s: float) -> GovernorState:
@@ -403,12 +414,12 @@ def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> N
     state = AT_REST._replace(
         last=going,
         valve_command_changed=True,
-        withdrawal=ForcedWithdrawal(1.0, 2.0, 3.0),
+        withdrawal=ForcedWithdrawal(1.0, 2.0, 3.0, 4.0),
         trips=5,
     )
     after = governor.reset(LIMITS, state)
     assert after.last == going._replace(head_mm_per_s=0.0)
     assert not after.valve_command_changed
-    assert after.withdrawal == (0.0, 0.0, 0.0)
+    assert after.withdrawal == forced_withdrawal.NONE
     assert after.trips == 0
     assert after.patient == state.patient

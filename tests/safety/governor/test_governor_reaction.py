@@ -5,7 +5,7 @@ import pytest
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
-from opensuction.safety.governor import governor
+from opensuction.safety.governor import forced_withdrawal, governor
 from opensuction.safety.handling import Reaction
 from tests.safety.watchdog import (
     DT_S,
@@ -37,9 +37,9 @@ def test_a_head_that_cannot_be_withdrawn_is_let_go_in_the_end() -> None:
     def propose(time_s: float) -> Setpoints:
         return stay(50.0)._replace(head_mm=NAN) if time_s >= AFTER_S else stay(50.0)
 
-    ticks = run(0.6, propose, lambda t, _: sound(50.0 + 1e-3 * (round(t / DT_S) % 2)), at(50.0))
+    ticks = run(4.3, propose, lambda t, _: sound(50.0 + 1e-3 * (round(t / DT_S) % 2)), at(50.0))
     last = first(ticks, Condition.WITHDRAWAL_TIME)
-    assert last.time_s == pytest.approx(AFTER_S + 0.4, abs=2 * DT_S)
+    assert last.time_s == pytest.approx(AFTER_S + forced_withdrawal.WAITING_S, abs=2 * DT_S)
     assert last.verdict.reaction == Reaction.TORQUE_OFF
 
 

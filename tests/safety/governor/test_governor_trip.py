@@ -185,11 +185,11 @@ def test_a_catheter_that_its_motor_cannot_bring_home_is_left_to_a_hand() -> None
     def report(_time_s: float, head_mm: float) -> Readings:
         return sound(head_mm)._replace(carriage_mm=head_mm + 30.0, line_vacuum_mmhg=0.0)
 
-    limits = LIMITS._replace(in_airway_s=INF, withdrawal_s=2.0)
-    ticks = run(2.5, lambda _: stay(PARK_MM), report, at(PARK_MM), limits=limits)
+    limits = LIMITS._replace(in_airway_s=INF, withdrawal_s=5.0)
+    ticks = run(5.5, lambda _: stay(PARK_MM), report, at(PARK_MM), limits=limits)
     assert first(ticks, Condition.HEAD_SENSORS_DISAGREE).verdict.insertion_on
     given_up = first(ticks, Condition.WITHDRAWAL_TIME)
-    assert given_up.time_s == pytest.approx(0.05 + 2.0, abs=0.005)
+    assert given_up.time_s == pytest.approx(0.05 + 5.0, abs=0.005)
     assert given_up.verdict.reaction == Reaction.TORQUE_OFF
     assert not ticks[-1].verdict.insertion_on
 

@@ -17,6 +17,9 @@ LEAVING_MM_PER_S = 1.0
 """Measured speed outwards from which the head still comes out, however much resists it."""
 STALE_TICKS = 50
 """For how long all sensors must repeat themselves to tell nothing: a sixth of `BLOCKED_S`."""
+WAITING_S = 4.0
+"""How long a withdrawal that has had its time is waited for, that a loose contact may close: less
+than a hand that has been called takes to come [design]."""
 UNSEEN_S = 0.5
 """Time for the reversal, beyond the way itself, of a withdrawal that cannot be seen."""
 
@@ -30,6 +33,8 @@ class ForcedWithdrawal(NamedTuple):
     """And something holds it meanwhile."""
     unseen_s: float
     """And its reading says nothing meanwhile."""
+    waiting_s: float
+    """And it is not seen to come."""
 
 
 NONE = make_zero(ForcedWithdrawal)
@@ -53,18 +58,16 @@ def _is_stale(seen: Watch) -> bool:
 
 
 @compiled
-def _is_leaving(seen: Watch) -> bool:
-    return seen.speed_mm_per_s <= -LEAVING_MM_PER_S
-
-
-@compiled
 def step(state: ForcedWithdrawal, seen: Watch, forced: bool, dt_s: float) -> ForcedWithdrawal:
     """Bring it up to this tick."""
-    held = seen.durations.jammed_s > 0.0 and not _is_leaving(seen)
+    leaving = seen.speed_mm_per_s <= -LEAVING_MM_PER_S
+    held = seen.durations.jammed_s > 0.0 and not leaving
+    unseen = _is_unseen(seen)
     return ForcedWithdrawal(
         forced_s=extend(state.forced_s, forced, dt_s),
         blocked_s=extend(state.blocked_s, forced and held and not _is_stale(seen), dt_s),
-        unseen_s=extend(state.unseen_s, forced and _is_unseen(seen), dt_s),
+        unseen_s=extend(state.unseen_s, forced and unseen, dt_s),
+        waiting_s=extend(state.waiting_s, forced and (unseen or not leaving), dt_s),
     )
 
 
@@ -73,11 +76,11 @@ def judge(limits: Limits, state: ForcedWithdrawal, seen: Watch) -> int:
     """Mask of what is wrong with it: a head that is seen to come, late or again, goes on."""
     if state.forced_s + state.blocked_s + state.unseen_s == 0.0:
         return 0
-    unseen = _is_unseen(seen)
-    coming = _is_leaving(seen) and not unseen
     way_s = max(seen.head_mm - limits.park_head_mm, 0.0) / limits.leaving_mm_per_s
+    unseen = state.unseen_s > way_s + UNSEEN_S and _is_unseen(seen)
+    late = state.forced_s > limits.withdrawal_s and state.waiting_s > WAITING_S
     return (
-        flag(state.forced_s > limits.withdrawal_s and not coming, Condition.WITHDRAWAL_TIME)
+        flag(late, Condition.WITHDRAWAL_TIME)
         | flag(state.blocked_s > BLOCKED_S, Condition.WITHDRAWAL_BLOCKED)
-        | flag(unseen and state.unseen_s > way_s + UNSEEN_S, Condition.WITHDRAWAL_UNSEEN)
+        | flag(unseen, Condition.WITHDRAWAL_UNSEEN)
     )
