@@ -315,10 +315,8 @@ def control_step(
     granted = resets and requests.reset
     said = verdict.trips if granted else verdict.trips | state.reasons
     kept = upkeep.watch_resets(kept, before, procedure.phase, resets, granted, said)
-    trips = verdict.trips | verdict.patient
-    reasons, wrong = _wrong(
-        plan, service, state, procedure, kept, inputs._replace(readings=located), trips
-    )
+    inputs, trips = inputs._replace(readings=located), verdict.trips | verdict.patient
+    reasons, wrong = _wrong(plan, service, state, procedure, kept, inputs, trips)
     following = CoreState(
         procedure=procedure,
         upkeep=kept,

@@ -37,7 +37,7 @@ def test_a_dead_current_sensor_breaks_no_bound() -> None:
 @pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
 def test_a_tip_that_a_wider_gap_holds_back_leaves_the_carina_before_suction(patient: str) -> None:
     """The switch opens where the back-off was to end: it goes on until the tip is off."""
-    ready = hazard_case._prepared("contact", patient, 1, ())
+    ready = hazard_case.prepare("contact", patient, 1, ())
     wider = Injection(Fault.CONDUIT_REROUTED, FaultInstant(Phase.INSERTING, 0.1), 1.6)
     ran = injection.run(ready.loop, ready.start, (wider,), seed=1)
     cap_mm = ready.loop.controller.limits.cap_mm

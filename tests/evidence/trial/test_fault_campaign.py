@@ -13,6 +13,7 @@ from opensuction.evidence import healthy_cycle
 from opensuction.evidence.trial import campaign_store, fault_campaign, fault_tally
 from opensuction.evidence.trial.fault_campaign import FAULTS, Case, Drawn, DrawnFault, Part
 from opensuction.evidence.trial.fault_tally import Tally
+from opensuction.kernel.errors import InputError
 from opensuction.oracle import exposure
 from opensuction.oracle.harm import Harm
 from opensuction.session.cycle import cycle_run
@@ -114,6 +115,14 @@ def test_a_fault_comes_in_the_time_inside_or_a_second_before() -> None:
             assert inside[tick] or share == 0.0
             at = healthy_cycle.find_instant(healthy, "airway", share)
             assert columns["phase"][tick] == at.phase
+
+
+def test_a_drawn_machine_that_cannot_do_its_protocol_makes_room_for_another() -> None:
+    with pytest.raises(InputError, match="suction does not fit its budget"):
+        fault_campaign.prepare(5, 47_024, "preview")
+    rigs = [one.resolved.choice.rig for one in fault_campaign.pool(6, 47_024, "preview")]
+    assert [rig.seed for rig in rigs] == [*range(47_024, 47_029), 47_024 + 5 + 6]
+    assert rigs[5].patient == "child-10kg"
 
 
 def case(number: int, *faults: Fault, physical: bool = False, commands: bool = False) -> Case:

@@ -106,7 +106,7 @@ def _written(case: HazardCase) -> str:
 
 
 @lru_cache(maxsize=4)
-def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -> Prepared:
+def prepare(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -> Prepared:
     """A cycle ready to run; raises InputError where it is refused."""
     rig = RigChoice(patient=patient, seed=seed)
     choice = CycleChoice(rig, approach=approach, compensation=COMPENSATION, faults=set_up)
@@ -115,7 +115,7 @@ def _prepared(approach: str, patient: str, seed: int, set_up: tuple[str, ...]) -
 
 @lru_cache(maxsize=4)
 def _healthy(approach: str, patient: str, seed: int) -> HealthyCycle:
-    return healthy_cycle.play(_prepared(approach, patient, seed, ()))
+    return healthy_cycle.play(prepare(approach, patient, seed, ()))
 
 
 @lru_cache(maxsize=1)
@@ -137,7 +137,7 @@ def run(case: HazardCase) -> HazardResult:
     claim = case.claim
     planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
     try:
-        prepared = _prepared(case.approach, case.patient, case.seed, planned)
+        prepared = prepare(case.approach, case.patient, case.seed, planned)
     except InputError as refusal:
         return hazard_result.refused(case, str(refusal))
     healthy = _healthy(case.approach, case.patient, case.seed)

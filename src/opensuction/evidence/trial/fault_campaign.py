@@ -7,12 +7,14 @@ is in the airway, or will be within a second. What it did to the patient is the 
 """
 
 import math
+from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import AIRWAY, HealthyCycle
 from opensuction.kernel import random_stream
+from opensuction.kernel.errors import InputError
 from opensuction.oracle.harm import Harm
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -36,6 +38,8 @@ BASKET = (
 )
 """Protocols and patients of the pool."""
 APPROACHES = ("travel", "contact")
+REDRAWN = 3
+"""How often a machine of a pool is drawn anew: one of 200 cannot do its protocol."""
 WATCHED_S = 60.0
 """How long machine and patient are watched once the machine rests: no bound is longer."""
 
@@ -92,9 +96,20 @@ def prepare(index: int, first_seed: int, compensation: str) -> Prepared:
     return cycle_run.prepare(resolution.resolve(choice))
 
 
+def _prepare_able(index: int, machines: int, first_seed: int, compensation: str) -> Prepared:
+    for again in range(REDRAWN):
+        with suppress(InputError):
+            return prepare(index, first_seed + again * machines, compensation)
+    return prepare(index, first_seed + REDRAWN * machines, compensation)
+
+
 def pool(machines: int, first_seed: int, compensation: str) -> list[Prepared]:
-    """Drawn machines, each prepared for a cycle; the basket and both approaches in turn."""
-    return [prepare(index, first_seed, compensation) for index in range(machines)]
+    """Drawn machines, each prepared for a cycle; the basket and both approaches in turn.
+
+    One that cannot do its protocol makes room for the next: its way out is too slow for the time
+    that a small patient leaves. Raises InputError where several in a row cannot.
+    """
+    return [_prepare_able(index, machines, first_seed, compensation) for index in range(machines)]
 
 
 def _uniforms(number: int, count: int) -> list[float]:
