@@ -1,5 +1,7 @@
 """A campaign of faults as a page: counts with bounds, breaches, and what went untold."""
 
+import math
+
 from opensuction.session.plain import Json
 from opensuction.simulation.injection.fault_allowance import ALLOWANCES, OWN_HARM
 
@@ -53,7 +55,8 @@ def _untold(unnoticed: Json) -> list[str]:
 def _allowances() -> list[str]:
     rows = [
         f"| `{one.fault.title}` | {one.bound} | "
-        f"{'its strength' if one.for_strength else f'{one.more:g}'} | {one.reason} |"
+        f"{'its strength' if one.for_strength else f'{one.more:g}'}"
+        f"{'' if math.isinf(one.up_to) else f', up to strength {one.up_to:g}'} | {one.reason} |"
         for one in ALLOWANCES
     ]
     own = [
