@@ -48,8 +48,8 @@ def step(
     Returns the new state and the voltage, within the supply.
     """
     error = position - reading
-    volts = servo.proportional_v * error + servo.derivative_v_s * (error - state.error) / dt_s
-    lead = velocity + servo.time_constant_s * (velocity - state.velocity) / dt_s
+    volts = servo.proportional_v * error + servo.derivative_v_s / dt_s * (error - state.error)
+    lead = velocity + servo.time_constant_s / dt_s * (velocity - state.velocity)
     volts += servo.velocity_v_s * lead
     if velocity > 0.0:
         volts += servo.friction_v

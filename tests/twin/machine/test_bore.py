@@ -17,15 +17,17 @@ FREE = BENCH.line.bore_ml_per_s_per_root_mmhg
 L_PER_MIN = 0.06
 
 
-def plug(volume_ml: float) -> BoreState:
-    return EMPTY._replace(mucus_ml=volume_ml, front_ml=volume_ml)
+def plug(volume_ml: float, mucus: Bore = BORE, flow_ml_per_s: float = 0.0) -> BoreState:
+    drag = bore.drag_mmhg_s_per_ml(mucus, volume_ml, flow_ml_per_s)
+    return EMPTY._replace(mucus_ml=volume_ml, front_ml=volume_ml, drag_mmhg_s_per_ml=drag)
 
 
 def settled_flow(mucus: Bore, state: BoreState, vacuum_mmhg: float) -> float:
     """Flow once the viscosity goes with it."""
     flow = 0.0
     for _ in range(200):
-        lost = bore.lost_mmhg(mucus, state, vacuum_mmhg, FREE, flow)
+        state = plug(state.mucus_ml, mucus, flow)
+        lost = bore.lost_mmhg(mucus, state, vacuum_mmhg, FREE)
         flow = FREE * math.sqrt(vacuum_mmhg - lost)
     return flow
 
@@ -94,7 +96,9 @@ def test_a_plug_travels_before_it_arrives_and_stays_when_nothing_flows() -> None
         ticks += 1
     assert ticks * DT_S == pytest.approx((BORE.volume_ml - 0.5) / flow, abs=2.0 * DT_S)
     held = bore.step(BORE, state, 0.0, 0.0, 60.0)
-    assert held == state
+    assert held._replace(drag_mmhg_s_per_ml=state.drag_mmhg_s_per_ml) == state
+    # At rest it is as thick as at the slowest shear.
+    assert held.drag_mmhg_s_per_ml > state.drag_mmhg_s_per_ml > 0.0
     for _ in range(20):
         state = bore.step(BORE, state, 0.0, flow, DT_S)
     assert state.mucus_ml == 0.0
@@ -107,7 +111,8 @@ def signature(
     """Line vacuum and flow (L/min) after 20 s with the valve open at a set point of 120 mmHg."""
     state = SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0)
     for _ in range(20_000):
-        lost = bore.lost_mmhg(mucus, plug(clogged_ml), state.vacuum_mmhg, FREE, state.gas_ml_per_s)
+        clog = plug(clogged_ml, mucus, state.gas_ml_per_s)
+        lost = bore.lost_mmhg(mucus, clog, state.vacuum_mmhg, FREE)
         state = suction_line.step(line, state, True, 120.0, 1.0, lost, DT_S)
     return state.vacuum_mmhg, L_PER_MIN * state.gas_ml_per_s
 

@@ -60,14 +60,16 @@ def _is_stale(seen: Watch) -> bool:
 @compiled
 def step(state: ForcedWithdrawal, seen: Watch, forced: bool, dt_s: float) -> ForcedWithdrawal:
     """Bring it up to this tick."""
+    if not forced:
+        return NONE
     leaving = seen.speed_mm_per_s <= -LEAVING_MM_PER_S
     held = seen.durations.jammed_s > 0.0 and not leaving
     unseen = _is_unseen(seen)
     return ForcedWithdrawal(
-        forced_s=extend(state.forced_s, forced, dt_s),
-        blocked_s=extend(state.blocked_s, forced and held and not _is_stale(seen), dt_s),
-        unseen_s=extend(state.unseen_s, forced and unseen, dt_s),
-        waiting_s=extend(state.waiting_s, forced and (unseen or not leaving), dt_s),
+        forced_s=state.forced_s + dt_s,
+        blocked_s=extend(state.blocked_s, held and not _is_stale(seen), dt_s),
+        unseen_s=extend(state.unseen_s, unseen, dt_s),
+        waiting_s=extend(state.waiting_s, unseen or not leaving, dt_s),
     )
 
 

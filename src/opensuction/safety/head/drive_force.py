@@ -85,10 +85,11 @@ def step(
     offset = state.offset_a
     still = abs(speed_mm_per_s) < STILL_MM_PER_S
     if told and still and abs(borne_a) < 0.5 * most_a / MOST_RATIO:
-        offset += (current - borne_a) * dt_s / OFFSET_S
+        offset += (current - borne_a) * (dt_s / OFFSET_S)
     force = state.force_n + share * (limits.newton_per_a * current - state.force_n)
-    inertia = limits.moving_mass_kg * gained_mm_per_s / MM_PER_M / SETTLING_S
-    resistance = state.resistance_n + (force - state.resistance_n) * dt_s / SETTLING_S - inertia
+    inertia = limits.moving_mass_kg / (MM_PER_M * SETTLING_S) * gained_mm_per_s
+    settled = (force - state.resistance_n) * (dt_s / SETTLING_S)
+    resistance = state.resistance_n + settled - inertia
     return DriveForce(
         force_n=drop_tiny(force),
         resistance_n=drop_tiny(resistance),

@@ -128,7 +128,7 @@ def _count_odd(odd: int, agrees: bool) -> int:
 @compiled
 def _follow(lead_mm: float, moved_mm: float, motor_mm: float, dt_s: float) -> float:
     """A sensor's lead over the motor a tick on."""
-    return drop_tiny(lead_mm + moved_mm - motor_mm - lead_mm * dt_s / FORGET_S)
+    return drop_tiny(lead_mm + moved_mm - motor_mm - lead_mm * (dt_s / FORGET_S))
 
 
 @compiled

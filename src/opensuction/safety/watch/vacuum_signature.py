@@ -115,7 +115,7 @@ def _average(
     """Vacuum averaged over `RATE_S`; afresh while the regulator brings it down to its set point."""
     if pumping and vacuum_mmhg >= set_mmhg:
         return vacuum_mmhg
-    return drop_tiny(state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * dt_s / (RATE_S + dt_s))
+    return drop_tiny(state.slow_mmhg + (vacuum_mmhg - state.slow_mmhg) * (dt_s / (RATE_S + dt_s)))
 
 
 @compiled

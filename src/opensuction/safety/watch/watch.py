@@ -201,7 +201,7 @@ def step(
         late_ticks=count(before.late_ticks, overrun),
         late_share=drop_tiny(
             before.late_share
-            + ((1.0 if overrun else 0.0) - before.late_share) * dt_s / (LATE_S + dt_s)
+            + ((1.0 if overrun else 0.0) - before.late_share) * (dt_s / (LATE_S + dt_s))
         ),
         vote=vote,
         invalid=invalid,

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.constant import PA_PER_MMHG
+from opensuction.kernel.record import make_zero
 
 FLOW_INDEX = 0.35
 """Loss grows with this power of the flow; [K] .2 to .5 for mucus."""
@@ -49,9 +50,13 @@ class BoreState(NamedTuple):
     """Bore between the tip and the farthest mucus."""
     canister_ml: float
     """Liquid in the canister."""
+    drag_mmhg_s_per_ml: float
+    """Pressure that thick plugs take for each mL/s, at the viscosity of the flow of this tick: the
+    next one goes by it. The flow settles from tick to tick, for the loss grows with less than it.
+    """
 
 
-EMPTY = BoreState(mucus_ml=0.0, tail_ml=0.0, front_ml=0.0, canister_ml=0.0)
+EMPTY = make_zero(BoreState)
 
 
 @compiled
@@ -63,14 +68,14 @@ def area_mm2(bore: Bore) -> float:
 @compiled
 def plug_mm(bore: Bore, mucus_ml: float) -> float:
     """Length of bore that a volume of mucus fills."""
-    return MM3_PER_ML * mucus_ml / area_mm2(bore)
+    return MM3_PER_ML / area_mm2(bore) * mucus_ml
 
 
 @compiled
 def holding_mmhg(bore: Bore, mucus_ml: float) -> float:
     """Pressure below which plugs do not move: ``4 tau L / D``."""
-    stress_pa = 4.0 * bore.yield_pa * plug_mm(bore, mucus_ml) / bore.diameter_mm
-    return stress_pa / PA_PER_MMHG
+    # Divided by what does not change from tick to tick: a division waits for the one before.
+    return 4.0 * bore.yield_pa / (bore.diameter_mm * PA_PER_MMHG) * plug_mm(bore, mucus_ml)
 
 
 @compiled
@@ -82,7 +87,7 @@ def drag_mmhg_s_per_ml(bore: Bore, mucus_ml: float, flow_ml_per_s: float) -> flo
     Hagen and Poiseuille: ``32 eta L v / D^2`` with the viscosity at the wall's shear rate 8 v / D.
     """
     beyond_mm = max(plug_mm(bore, mucus_ml) - UPTAKE_MM, 0.0)
-    if beyond_mm == 0.0:  # most ticks: spares the power
+    if beyond_mm == 0.0:  # spares the power
         return 0.0
     speed_mm_per_s = MM3_PER_ML * max(flow_ml_per_s, 0.0) / area_mm2(bore)
     shear_per_s = max(8.0 * speed_mm_per_s / bore.diameter_mm, LEAST_PER_S)
@@ -94,25 +99,19 @@ def drag_mmhg_s_per_ml(bore: Bore, mucus_ml: float, flow_ml_per_s: float) -> flo
 
 @compiled
 def lost_mmhg(
-    bore: Bore,
-    state: BoreState,
-    vacuum_mmhg: float,
-    ml_per_s_per_root_mmhg: float,
-    flow_ml_per_s: float,
+    bore: Bore, state: BoreState, vacuum_mmhg: float, ml_per_s_per_root_mmhg: float
 ) -> float:
     """Vacuum that the mucus in the bore takes; what is left moves gas and draws new mucus.
 
     vacuum_mmhg: behind the valve. ml_per_s_per_root_mmhg: flow of the bore without mucus for each
-    root of the vacuum (turbulent). flow_ml_per_s: a tick ago, for the viscosity; from tick to tick
-    the flow settles, for the loss grows with less than the flow. All of it where a plug holds.
+    root of the vacuum (turbulent). All of it where a plug holds.
     """
-    if state.mucus_ml <= 0.0 or vacuum_mmhg <= 0.0:
-        return 0.0
-    pushed = vacuum_mmhg - holding_mmhg(bore, state.mucus_ml)
-    if pushed <= 0.0:
-        return vacuum_mmhg
+    held_mmhg = min(holding_mmhg(bore, state.mucus_ml), vacuum_mmhg)
+    linear = state.drag_mmhg_s_per_ml * ml_per_s_per_root_mmhg
+    if linear == 0.0:  # most ticks: spares the root
+        return held_mmhg
     # x^2 + drag k x = pushed, with x^2 what is left and k x the flow.
-    linear = drag_mmhg_s_per_ml(bore, state.mucus_ml, flow_ml_per_s) * ml_per_s_per_root_mmhg
+    pushed = vacuum_mmhg - held_mmhg
     root = 2.0 * pushed / (linear + math.sqrt(linear * linear + 4.0 * pushed))
     return vacuum_mmhg - root * root
 
@@ -139,4 +138,5 @@ def step(
         tail_ml=tail,
         front_ml=front,
         canister_ml=state.canister_ml + left,
+        drag_mmhg_s_per_ml=drag_mmhg_s_per_ml(bore, mucus - left, flow_ml_per_s),
     )

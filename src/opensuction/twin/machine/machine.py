@@ -157,7 +157,6 @@ def _lost_mmhg(machine: Machine, state: MachineState, opened: float) -> float:
         state.bore,
         state.line.vacuum_mmhg,
         opened * state.airway.free_share * machine.line.bore_ml_per_s_per_root_mmhg,
-        state.line.gas_ml_per_s,
     )
 
 
