@@ -272,4 +272,21 @@ def test_the_velocity_belongs_to_the_way_from_where_the_command_began(
     seen = seeing(head_mm=head, suction_start_mm=head)
     allowed = narrowed(told(wanted), seen, told(command, speed), trips)[0]
     origin = min(command, head) if trips else min(command, max(head, HEAD_CAP_MM))
+    farthest = head - limiter.LEAD_SHARE * LIMITS.following_mm
+    if trips and allowed.head_mm <= farthest and farthest > PARK_MM:
+        # It waits for the head: its own steps would be the encoder's.
+        assert allowed.head_mm_per_s == min(speed, 0.0)
+        return
     assert allowed.head_mm_per_s == pytest.approx((allowed.head_mm - origin) / DT_S, abs=1e-9)
+
+
+def test_a_withdrawal_that_waits_for_its_head_keeps_its_speed() -> None:
+    """A head that creeps out against what holds it, by one step of its encoder in three ticks."""
+    command, speed = told(50.0, -20.0), []
+    for tick in range(300):
+        head_mm = 50.0 - 0.005 * (tick // 3)
+        command = narrowed(told(50.0), seeing(head_mm=head_mm), command, LATE)[0]
+        speed.append(command.head_mm_per_s)
+    assert command.head_mm == pytest.approx(head_mm - limiter.LEAD_SHARE * LIMITS.following_mm)
+    assert set(speed[-30:]) == {speed[-1]}
+    assert speed[-1] == pytest.approx(-LIMITS.head_speed_mm_per_s)

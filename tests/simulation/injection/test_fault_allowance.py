@@ -58,8 +58,8 @@ def test_a_saturation_that_falls_by_itself_is_no_breach_and_pressure_then_is() -
 def test_a_motor_without_current_adds_that_time_and_no_other_fault_any(
     name: str, limit_s: float
 ) -> None:
-    timed = [(one.fault, one.more) for one in ALLOWANCES if one.bound == name]
-    assert timed == [(Fault.MOTOR_INTERMITTENT, 0.0)]
+    timed = [one.fault for one in ALLOWANCES if one.bound == name and one.for_strength]
+    assert timed == [Fault.MOTOR_INTERMITTENT]
     found = Harm(name, limit_s + 2.05, limit_s, "s")
     for gone_s, breach in ((2.0, True), (2.1, False)):
         gone = came(Fault.MOTOR_INTERMITTENT, strength=gone_s)

@@ -75,10 +75,10 @@ def test_a_fault_that_leaves_something_to_pull_with_excuses_nothing(fault: Fault
     assert why((fault, strength)) is None
 
 
-def test_a_jam_is_unavoidable_from_the_force_of_the_drive_on_less_a_fiftieth_to_move_it() -> None:
+def test_a_jam_is_unavoidable_from_the_force_of_the_drive_on_less_a_hundredth_to_move_it() -> None:
     """The drive's own force, less its friction, in newton at the head."""
     axis = MACHINE.insertion_axis
-    force_n = (0.98 * axis.force_v - axis.friction_v) / MACHINE.load_v_per_n
+    force_n = (0.99 * axis.force_v - axis.friction_v) / MACHINE.load_v_per_n
     assert why((Fault.CATHETER_JAMMED, 0.999 * force_n)) is None
     assert why((Fault.CATHETER_JAMMED, 1.001 * force_n)) == HELD
     half = (Fault.CATHETER_JAMMED, 0.6 * force_n)

@@ -72,6 +72,10 @@ def _withdraw_head(
     lowest = seen.head_mm - LEAD_SHARE * limits.following_mm
     wanted = min(max(limits.park_head_mm, lowest), origin)
     head = _limit_rate(limits, origin, wanted, before_mm_per_s, dt_s)
+    if lowest > limits.park_head_mm and head <= lowest:
+        # It follows the encoder's steps, whose speed a servo must not lead: a tick of it the other
+        # way takes what a drive that is held has gained in fifty.
+        return head, min(before_mm_per_s, 0.0)
     return head, (head - origin) / dt_s
 
 

@@ -63,6 +63,12 @@ LIFTED_CARINA_N = 0.9
 """The carina itself comes up against a catheter that stands still: 60 mm of it are 0.2 N to buckle
 and 5 % of 0.3 N/mm over the rest, 1.1 N in an adult [computed]. It is over when the catheter has
 come out of it, and that begins with contact."""
+UNFELT_S = 12.0
+"""The carina comes up to the tip and touches it with less than closes its switch: for the rest of
+an adult's suction of 15 s at most, of which no sensor tells."""
+WIDE_S = 1.0
+"""The bound's 1 s is the way across a gap of 26 mm at 30 mm/s; one three times as wide as was
+identified takes as much again [computed]."""
 REROUTED_MM = 9.0
 """A conduit that is moved within a cycle moves the catheter in it: by half of a gap of 26 mm at
 most, narrowed to 0.3 of it [computed]."""
@@ -114,6 +120,18 @@ ALLOWANCES: tuple[Allowance, ...] = (
         FORCE,
         LIFTED_CARINA_N,
         "the fault itself moves the carina into the tip, faster than any drive",
+    ),
+    Allowance(
+        Fault.TUBE_DISPLACED,
+        CONTACT_TIME,
+        UNFELT_S,
+        "as its force, where that is too little to close the switch",
+    ),
+    Allowance(
+        Fault.CONDUIT_REROUTED,
+        CONTACT_TIME,
+        WIDE_S,
+        "the head must cross the gap, however wide it has become, before the tip comes",
     ),
     Allowance(
         Fault.CONDUIT_REROUTED,

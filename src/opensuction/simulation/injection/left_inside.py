@@ -21,9 +21,9 @@ from opensuction.twin.machine.machine import Machine
 GONE_S = 4.0
 """[design] A drive that has no force for so long is gone: a neonate's withdrawal may take 5 s in
 all, and one that starts again later would pull against the hand that has been called."""
-SPARE_SHARE = 0.02
-"""Share of its force that a drive must have to spare: with less, 0.08 N for 16 kg, a catheter that
-it pulls creeps by less than 1 mm/s after 0.3 s and cannot be told from one that is held fast, on
+SPARE_SHARE = 0.01
+"""Share of its force that a drive must have to spare: with less, 0.04 N for 16 kg, a catheter that
+it pulls creeps by less than 1 mm/s after 0.4 s and cannot be told from one that is held fast, on
 which nothing may go on pulling [computed]."""
 PARTED_MM = 1000.0
 """More play than any rack is long: the head does not follow the motor."""
