@@ -5,7 +5,7 @@ import pytest
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.trial import fault_campaign
-from opensuction.kernel.phase import CYCLE
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
@@ -52,6 +52,21 @@ def assert_nobody_left_inside(machines: list[Prepared], numbers: range) -> None:
 
 def test_no_outage_leaves_the_catheter_inside(machines: list[Prepared]) -> None:
     assert_nobody_left_inside(machines, range(48))
+
+
+@pytest.mark.parametrize("outage_s", [0.03, 0.5, 2.0])
+def test_a_controller_that_wakes_without_any_reading_leaves_nobody_inside(
+    machines: list[Prepared], outage_s: float
+) -> None:
+    """The bus is gone when it wakes: where the head is, no sensor says for 8 s."""
+    for prepared in machines[::3]:
+        gone = Injection(
+            Fault.READING_INTERMITTENT, FaultInstant(Phase.SUCTIONING, 0.29), strength=8.0
+        )
+        stopped = Injection(Fault.CONTROLLER_STOPPED, FaultInstant(Phase.SUCTIONING, 0.3), outage_s)
+        run = injection.run(prepared.loop, prepared.start, [gone, stopped], after_s=WATCHED_S)
+        assert not any(np.isnan(one.at_s) for one in run.faults)
+        assert not exposure.measure(prepared.rig.machine, run.columns).inside_at_end
 
 
 @pytest.mark.soak
