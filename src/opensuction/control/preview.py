@@ -91,8 +91,10 @@ def step(
         missing_mm = goal.target_mm - play_sum.output_mm(model, plays, head)
         if missing_mm * direction >= 0.0:
             distance = play_sum.inverse_step(model, plays, head, goal.target_mm)
-            ahead_mm = goal.target_mm + goal.target_mm_per_s * dt_s
-            further = play_sum.inverse_step(model, plays, head, ahead_mm)
+            further = distance
+            if goal.target_mm_per_s != 0.0:
+                ahead_mm = goal.target_mm + goal.target_mm_per_s * dt_s
+                further = play_sum.inverse_step(model, plays, head, ahead_mm)
             # At rest where the next instant lies across the gap.
             follow_mm_per_s = (further - distance) / dt_s
             if follow_mm_per_s * direction < 0.0:

@@ -98,13 +98,14 @@ _left_mm: Callable[[PlaySum, Sixteen, float, float], Sixteen] = _written_out(
     _each("l{j}"),
 )
 """What is left of each slot for a head that goes on in a direction."""
-_engage: Callable[[PlaySum, Sixteen, float, float], tuple[float, float]] = _written_out(
-    "def engage(model, left_mm, travel_mm, gain_mm):\n    slope = model.slope",
-    "w, l = model.weights[{j}], left_mm[{j}]; engaged = l < travel_mm; "
-    "slope += w if engaged else 0.0; gain_mm += w * l if engaged else 0.0",
-    "slope, gain_mm",
+_engage: Callable[[PlaySum, Sixteen, float], tuple[float, float]] = _written_out(
+    "def engage(model, left_mm, needed_mm):\n    slope = model.slope",
+    "w, l = model.weights[{j}], left_mm[{j}]\n"
+    "    if not l * slope < needed_mm: return slope, needed_mm\n"
+    "    slope += w; needed_mm += w * l",
+    "slope, needed_mm",
 )
-"""Slope with every play that has engaged after a travel, and ``gain_mm`` with what they need."""
+"""Slope with every play that engages before v has been gained, and ``needed_mm`` with theirs."""
 _slope: Callable[[PlaySum, Sixteen, float], float] = _written_out(
     "def slope(model, left_mm, least_mm):\n    slope = model.slope",
     "slope += model.weights[{j}] if left_mm[{j}] <= least_mm else 0.0",
@@ -140,13 +141,6 @@ def inverse_step(model: PlaySum, positions_mm: Sixteen, head_mm: float, target_m
         return 0.0
     direction = math.copysign(1.0, gain_mm)
     left_mm = _left_mm(model, positions_mm, head_mm, direction)
-    travel_mm = math.inf
-    for _ in range(PLAYS + 1):
-        slope, needed_mm = _engage(model, left_mm, travel_mm, abs(gain_mm))
-        if not slope > 0.0:
-            break
-        nearer_mm = needed_mm / slope
-        if not nearer_mm < travel_mm:
-            break
-        travel_mm = nearer_mm
+    slope, needed_mm = _engage(model, left_mm, abs(gain_mm))
+    travel_mm = needed_mm / slope if slope > 0.0 else 0.0
     return direction * travel_mm if math.isfinite(travel_mm) else 0.0

@@ -146,23 +146,16 @@ def inverse_step(
     if gain_mm == 0.0:
         return 0.0
     direction = math.copysign(1.0, gain_mm)
-    gain_mm = abs(gain_mm)
-    # v gained over a travel d is c*d + sum w*max(d - left, 0): convex, so Newton's method from
-    # beyond the root drops one or more corners a step and ends on the root's own segment.
-    travel_mm = math.inf
-    for _ in range(model.weights.size + 1):
-        slope, intercept_mm = model.slope, gain_mm
-        for j in range(model.weights.size):
-            left_mm = model.thresholds_mm[j] + direction * (positions_mm[j] - head_mm)
-            if left_mm < travel_mm:
-                slope += model.weights[j]
-                intercept_mm += model.weights[j] * left_mm
-        if not slope > 0.0:
+    # v gained over a travel d is c*d + sum w*max(d - left, 0). Wider plays engage later: whoever
+    # is reached before what is needed is gained adds its weight, and what it has not moved before.
+    slope, needed_mm = model.slope, abs(gain_mm)
+    for j in range(model.weights.size):
+        left_mm = model.thresholds_mm[j] + direction * (positions_mm[j] - head_mm)
+        if not left_mm * slope < needed_mm:
             break
-        nearer_mm = intercept_mm / slope
-        if not nearer_mm < travel_mm:
-            break
-        travel_mm = nearer_mm
+        slope += model.weights[j]
+        needed_mm += model.weights[j] * left_mm
+    travel_mm = needed_mm / slope if slope > 0.0 else 0.0
     return direction * travel_mm if math.isfinite(travel_mm) else 0.0
 
 
