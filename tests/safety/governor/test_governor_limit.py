@@ -143,6 +143,12 @@ def test_a_way_out_has_its_time_and_goes_on_for_as_long_as_the_head_comes(
     assert judged(changed(AT_REST, late)) == [Condition.WITHDRAWAL_TIME] * given_up
 
 
+def test_a_withdrawal_that_is_held_from_its_first_tick_is_blocked() -> None:
+    held_s = above(forced_withdrawal.BLOCKED_S)
+    held = {"withdrawal.forced_s": held_s, "withdrawal.blocked_s": held_s}
+    assert judged(changed(AT_REST, held)) == [Condition.WITHDRAWAL_BLOCKED]
+
+
 @pytest.mark.parametrize(
     ("mm_per_s", "unseen", "waits"),
     [(-0.9, False, True), (-1.0, False, False), (20.0, False, True), (-20.0, True, True)],

@@ -96,3 +96,40 @@ def test_a_pulse_that_no_volts_drive_is_no_jam(pulse_a: float) -> None:
     # A spike of any height is over soon.
     after = at_rest(0.0, 0.3, 0.1, state)
     assert abs(after.resistance_n) < LIMITS.jam_n
+
+
+# What current and volts say of each other.
+
+WAYS = [1.0, -1.0]
+MORE = drive_force.AGAINST_N + 0.01
+LESS = drive_force.AGAINST_N - 0.01
+
+
+@pytest.mark.parametrize("sign", WAYS)
+@pytest.mark.parametrize(
+    ("force_n", "borne_n", "against"),
+    [(MORE, -MORE, True), (LESS, -MORE, False), (MORE, -LESS, False), (MORE, MORE, False)],
+)
+def test_a_force_is_against_its_volts_where_both_are_clear(
+    sign: float, force_n: float, borne_n: float, against: bool
+) -> None:
+    state = REST._replace(force_n=sign * force_n, borne_n=sign * borne_n)
+    assert drive_force.is_against(state) == against
+
+
+@pytest.mark.parametrize(
+    ("borne_n", "force_n", "resistance_n", "yields"),
+    [
+        (-MORE, -MORE, 0.0, True),
+        (-MORE, 0.0, 0.0, True),  # a loose contact: no current
+        (-MORE, MORE, 0.0, False),  # it pushes
+        (-LESS, -MORE, 0.0, False),  # it is hardly told to
+        (MORE, -MORE, 0.0, False),
+        (-MORE, -MORE, -MORE, False),  # the head goes in although it is pulled
+    ],
+)
+def test_a_motor_yields_that_pulls_as_told_or_has_no_current_while_the_head_slows(
+    borne_n: float, force_n: float, resistance_n: float, yields: bool
+) -> None:
+    state = REST._replace(borne_n=borne_n, force_n=force_n, resistance_n=resistance_n)
+    assert drive_force.is_yielding(state) == yields

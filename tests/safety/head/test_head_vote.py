@@ -158,7 +158,53 @@ def test_an_encoder_that_is_missing_leaves_the_head_to_the_other_sensor() -> Non
         vote = step(vote, told(tick)._replace(head_mm=NAN, head_valid=False))
         assert vote.unseen_ticks == 0
         assert vote.head_mm == pytest.approx(true_mm(tick), abs=head_vote.CARRIAGE_MM + PLAY_MM)
+        assert vote.surprised_ticks == 0
     assert not vote.encoder_out
+
+
+@pytest.mark.parametrize("off_mm", [-5.0, -0.9, 0.9, 5.0])
+def test_one_sample_of_the_only_sensor_left_moves_the_head_nowhere(off_mm: float) -> None:
+    vote = going()
+    for tick in range(201, 400):
+        wrong = off_mm if tick == 300 else 0.0
+        read = told(tick)._replace(head_valid=False, carriage_mm=told(tick).carriage_mm + wrong)
+        vote = step(vote, read)
+        assert vote.head_mm == pytest.approx(true_mm(tick), abs=head_vote.CARRIAGE_MM + PLAY_MM)
+        assert vote.surprised_ticks == (tick == 300)
+
+
+@pytest.mark.parametrize(
+    ("off_mm", "least_mm", "most_mm"),
+    [
+        (0.3, 0.0, 0.0),
+        (1.0, 0.0, 1.0 - head_vote.CARRIAGE_MM),
+        (-1.0, head_vote.CARRIAGE_MM - 1.0, 0.0),
+    ],
+)
+def test_the_head_is_between_what_either_sensor_has_it_at_least(
+    off_mm: float, least_mm: float, most_mm: float
+) -> None:
+    here = true_mm(201)
+    vote = step(going(), told(201)._replace(carriage_mm=here + off_mm))
+    assert vote.head_mm == here
+    assert vote.least_mm == pytest.approx(here + least_mm)
+    assert vote.most_mm == pytest.approx(here + most_mm)
+    alone = step(going(), told(201)._replace(carriage_mm=here + off_mm, carriage_valid=False))
+    assert alone.least_mm == alone.most_mm == here
+
+
+def test_what_an_odd_encoder_has_gone_meanwhile_is_taken_over_and_not_travelled() -> None:
+    vote = step(going(), told(201)._replace(head_mm=true_mm(201) + 5.0))
+    assert vote.encoder_odd == head_vote.BAD_TICKS
+    for tick in range(202, 201 + head_vote.BAD_TICKS):
+        vote = step(vote, told(tick)._replace(head_mm=true_mm(tick) + 0.1))
+        assert vote.head_mm == pytest.approx(true_mm(tick))
+        assert vote.jumped_mm == 0.0
+    vote = step(vote, told(205)._replace(head_mm=true_mm(205) + 0.1))
+    assert (vote.head_mm, vote.encoder_odd) == (true_mm(205) + 0.1, 0)
+    assert vote.jumped_mm == pytest.approx(0.1)
+    vote = step(vote, told(206)._replace(head_mm=true_mm(206) + 0.1))
+    assert vote.jumped_mm == 0.0
 
 
 def test_with_neither_sensor_the_head_stays_where_it_was_seen_and_is_found_again() -> None:
