@@ -4,9 +4,10 @@ import threading
 from typing import Any
 
 import pytest
+from rich.table import Table
 
 from opensuction.cli import progress
-from opensuction.cli.progress import ProgressTeller
+from opensuction.cli.progress import PlainConsole, ProgressTeller
 from opensuction.kernel.compiler import compilation
 from opensuction.kernel.compiler.compilation import Compilation, Stage
 
@@ -68,3 +69,17 @@ def test_what_the_work_raises_is_raised_here() -> None:
 
     with pytest.raises(ValueError, match="as it is"):
         ProgressTeller().wait(work)
+
+
+@pytest.mark.parametrize("name", ["runs/[a]/report.html", "[/x] a hazard", "a :bug: b", r"a\[b]"])
+def test_what_a_person_named_is_printed_as_it_is(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither swallowed, nor taken for the end of a style that was not begun."""
+    table = Table()
+    table.add_column(name)
+    table.add_row(name)
+    console = PlainConsole()
+    console.print(name)
+    console.print(table)
+    assert capsys.readouterr().out.count(name) == 3

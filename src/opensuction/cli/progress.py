@@ -23,10 +23,14 @@ Result = TypeVar("Result")
 
 
 class PlainConsole(Console):
-    """A console that leaves numbers uncoloured and lets a closed pipe be known."""
+    """A console that prints text as it is and lets a closed pipe be known.
+
+    Names of files, columns and hazards come from people: ``[/x]`` in one is no style to end, and
+    ``:x:`` no picture.
+    """
 
     def __init__(self, stderr: bool = False) -> None:
-        super().__init__(stderr=stderr, highlight=False)
+        super().__init__(stderr=stderr, highlight=False, markup=False, emoji=False)
 
     def on_broken_pipe(self) -> None:
         """Raise it once more: what rich does by itself is to leave without a word."""
@@ -89,7 +93,7 @@ class ProgressTeller:
 
     def tell(self, line: str) -> None:
         """A line of its own; from any thread."""
-        self._console.print(line, soft_wrap=True, markup=False)
+        self._console.print(line, soft_wrap=True)
 
     def wait(self, work: Callable[[], Result], doing: str | None = None) -> Result:
         """Do slow work in the background, so that signals are heard; raises what it raised.

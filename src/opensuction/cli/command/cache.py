@@ -50,7 +50,7 @@ def _size_bytes(folder: Path) -> int:
 
 
 def _summarise(console: "Console", data: Json) -> None:
-    console.print(f"Compiled core: {data['folder']}", soft_wrap=True, markup=False)
+    console.print(f"Compiled core: {data['folder']}", soft_wrap=True)
     for version in data["versions"]:
         name, size_mb = Path(version["folder"]).name, version["size_bytes"] / MB
         note = "  this version" if version["is_current"] else ""

@@ -77,7 +77,7 @@ def _summarise(console: "Console", data: Json, folder: Path, next_command: str) 
     console.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
     if accepted:
         console.print(f"Parameter file: {data['parameter_file']}", soft_wrap=True)
-        console.print(f"Use it: {next_command}", soft_wrap=True, markup=False)
+        console.print(f"Use it: {next_command}", soft_wrap=True)
     else:
         console.print("No parameter file was written.")
     console.print("In-silico: the machine is a simulated one.")
