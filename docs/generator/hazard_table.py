@@ -4,6 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from docs.generator.document import table
 from opensuction.evidence.healthy_cycle import Shows
 from opensuction.evidence.safety_case import hazard
 from opensuction.evidence.safety_case.hazard_claim import (
@@ -34,14 +35,6 @@ def walk() -> list[dict[str, Any]]:
     """Parts of the machine with what each guide word comes to, as the file holds them."""
     parts: list[dict[str, Any]] = tomllib.loads(WALK.read_text(encoding="utf-8"))["part"]
     return parts
-
-
-def _cells(cells: tuple[str, ...]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def _table(columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
-    return [_cells(columns), "|---" * len(columns) + "|", *(_cells(row) for row in rows)]
 
 
 def _shown(claim: HazardClaim) -> str:
@@ -80,7 +73,7 @@ def _row(one: Hazard) -> list[str]:
         f"Detection: {row.detection}. Control: {row.control}. "
         f"Requirements: {', '.join(row.requirements)}.",
         "",
-        *_table(BOUND_COLUMNS, [_bounds(claim) for claim in one.claims]),
+        *table(BOUND_COLUMNS, [_bounds(claim) for claim in one.claims]),
         "",
     ]
 
@@ -92,7 +85,7 @@ def markdown() -> str:
     states: list[tuple[str, ...]] = [
         (f"`{name}`", state.words) for name, state in SAFE_STATES.items()
     ]
-    lines += _table(("name", "means"), states)
+    lines += table(("name", "means"), states)
     lines += ["", "## Hazards", ""]
     for one in hazards:
         lines += _row(one)
@@ -103,14 +96,14 @@ def markdown() -> str:
         for key, word in GUIDE_WORDS.items():
             found = part[key]
             rows.append((word, ", ".join(found) if isinstance(found, list) else found))
-        lines += [*_table(("guide word", "hazards, or why none"), rows), ""]
+        lines += [*table(("guide word", "hazards, or why none"), rows), ""]
     lines += ["## Requirements", ""]
     requirements = hazard.requirements()
     answered = {
         name: ", ".join(one.row.id for one in hazards if name in one.row.requirements)
         for name in requirements
     }
-    lines += _table(
+    lines += table(
         ("id", "requirement", "answers"),
         [(name, sentence, answered[name]) for name, sentence in requirements.items()],
     )

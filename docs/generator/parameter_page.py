@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from typing import Any, get_args, get_type_hints
 
+from docs.generator.document import table
 from opensuction.controller import machine_profile
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.meaning import Meaning
@@ -279,10 +280,7 @@ def template_table() -> str:
 
 
 def _table(header: Iterable[str], rows: Rows) -> str:
-    names = tuple(header)
-    lines = [f"| {' | '.join(names)} |", "|---" * len(names) + "|"]
-    lines.extend(f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join(lines) + "\n"
+    return "\n".join(table(header, rows)) + "\n"
 
 
 def _cell(entry: Parameter) -> str:

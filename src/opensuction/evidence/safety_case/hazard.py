@@ -27,6 +27,8 @@ from opensuction.evidence.safety_case.hazard_claim import (
     HazardRow,
     Response,
 )
+from opensuction.evidence.safety_case.risk import RiskEstimate
+from opensuction.evidence.safety_case.risk import check as check_risk
 from opensuction.kernel.errors import InputError
 from opensuction.oracle.harm import NAMES
 from opensuction.safety.condition import Condition
@@ -56,7 +58,7 @@ USUAL: dict[str, Any] = {
     "allowed": [],
 }
 """Keys that may be left out: of what runs, never of what is demanded."""
-KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault"}
+KEYS = set(HazardRow._fields) | set(HazardClaim._fields) - {"name"} | {"fault", "risk"}
 """Keys of a row in the file."""
 
 
@@ -112,7 +114,23 @@ def _hazard(row: Any, numbered: str, where: str) -> Hazard:
     if not isinstance(faults, list) or not faults:
         raise InputError(one_line(f"{here}: fault: none given; add [[hazard.fault]] with a name"))
     common = USUAL | {key: row[key] for key in HazardClaim._fields if key in row}
-    return Hazard(words, tuple(_claim(common, fault, here, i) for i, fault in enumerate(faults, 1)))
+    claims = tuple(_claim(common, fault, here, i) for i, fault in enumerate(faults, 1))
+    return Hazard(words, claims, _risk(row["risk"], words, claims, here) if "risk" in row else None)
+
+
+def _risk(given: Any, words: HazardRow, claims: tuple[HazardClaim, ...], here: str) -> RiskEstimate:
+    """The estimate of a row; raises InputError for the first thing that is wrong with it."""
+    place = f"{here}, risk"
+    risk = validate(RiskEstimate, given, place)
+    with name_source(place):
+        check_risk(words.severity, risk)
+        unmeasured = [claim.name for claim in claims if claim.response == Response.NOT_MEASURED]
+        if unmeasured:
+            raise InputError(
+                f"residual_probability: nothing measures what answers '{unmeasured[0]}'; leave "
+                "the section out until something does"
+            )
+    return risk
 
 
 def _claim(common: dict[str, Any], given: Any, here: str, number: int) -> HazardClaim:

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 from annotated_types import Ge, Le
 
 from opensuction.evidence.healthy_cycle import AIRWAY, Shows
+from opensuction.evidence.safety_case.risk import HarmSeverity, RiskEstimate
 from opensuction.kernel.phase import CYCLE
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
@@ -60,15 +61,6 @@ SAFE_STATES = {
     "not-inserted": SafeState("the tip never comes into the patient", ("not-inserted",)),
 }
 """By name. A catheter that stays inside is none of them, with or without torque."""
-
-
-class HarmSeverity(Enum):
-    """How bad the harm is, in the words of [ISO-14971]."""
-
-    NEGLIGIBLE = "negligible"
-    MINOR = "minor"
-    SERIOUS = "serious"
-    CRITICAL = "critical"
 
 
 class Response(Enum):
@@ -162,6 +154,8 @@ class Hazard(NamedTuple):
 
     row: HazardRow
     claims: tuple[HazardClaim, ...]
+    risk: RiskEstimate | None = None
+    """None where its table does not estimate it."""
 
 
 def spans_of(claim: HazardClaim, approach: str) -> list[str]:

@@ -1,0 +1,1 @@
+"""Tables of the reviewer's pages, `docs/safety`."""
