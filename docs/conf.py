@@ -7,7 +7,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags
+from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags, told_tests
 
 os.environ["NUMBA_DISABLE_JIT"] = "1"  # autodoc reads functions, not their compiled form
 
@@ -37,10 +37,10 @@ toc_object_entries = False
 
 
 def complete(_: Sphinx, page: str, text: list[str]) -> None:
-    """Show a file of the root in its place, and let tags lead to their sources."""
+    """Show a file of the root in its place, let tests speak and tags lead to their sources."""
     if page in ROOT_PAGES:
         text[0] = moved((DOCS.parent / ROOT_PAGES[page]).read_text(encoding="utf-8"), page)
-    text[0] += "\n\n" + tag_links(TAGS, page)
+    text[0] = told_tests(text[0]) + "\n\n" + tag_links(TAGS, page)
 
 
 def tidy(*arguments: Any) -> None:

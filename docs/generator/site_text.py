@@ -10,6 +10,8 @@ ROOT_PAGES = {
 }
 """Pages of the site that show a file of the repository's root."""
 LINK = re.compile(r"\]\((?!https?:|#)([^)\s#]+)([^)\s]*)\)")
+TEST = re.compile(r"`tests/(?:\w+/)*(\w+/\w+\.py)::(?:test_)?(\w+)`")
+"""A test as pages name it: ``tests/safety/test_tip_bound.py::test_a_cap_holds``."""
 TAG_HEADING = re.compile(r"^### (\S+)$", re.MULTILINE)
 
 
@@ -26,6 +28,18 @@ def moved(text: str, page: str) -> str:
         return f"]({relpath(target, folder)}{found[2]})"
 
     return LINK.sub(link, text)
+
+
+def told_tests(text: str) -> str:
+    """Names of tests as the sentences that they are, with the file that each is in.
+
+    In a narrow cell of a table a name would not wrap.
+    """
+
+    def sentence(found: re.Match[str]) -> str:
+        return f"*{found[2].replace('_', ' ')}* (`{found[1]}`)"
+
+    return TEST.sub(sentence, text)
 
 
 def tags(sources: str) -> list[str]:

@@ -32,3 +32,9 @@ def test_a_tag_leads_to_its_heading() -> None:
     lines = site_text.tag_links(known, "reference/alarms").splitlines()
     assert lines == ["[K]: ../sources.md#k", "[AARC-2010]: ../sources.md#aarc-2010"]
     assert site_text.tag_links(["K"], "index") == "[K]: sources.md#k\n"
+
+
+def test_a_test_is_told_as_the_sentence_that_it_is() -> None:
+    page = "no `tests/a.py`, but `tests/twin/machine/test_valve.py::test_the_seal_holds`, `a::b`"
+    told = "no `tests/a.py`, but *the seal holds* (`machine/test_valve.py`), `a::b`"
+    assert site_text.told_tests(page) == told
