@@ -16,6 +16,7 @@ from docs.generator import (
     phase_picture,
 )
 from docs.generator.document import spliced
+from docs.generator.safety import risk_table, soup_table, source_share
 from opensuction.cli.app import app
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -36,6 +37,9 @@ def generated() -> dict[Path, str]:
         "reference/faults.md": fault_table.markdown(),
         "reference/hazard-analysis.md": hazard_table.markdown(),
         "reference/hysteresis-models.md": model_table.markdown(),
+        "safety/limits-of-the-twin.md": source_share.markdown(),
+        "safety/risk.md": risk_table.markdown(),
+        "safety/soup.md": soup_table.markdown(),
     }
     examples = (read(DOCS / "examples" / f"{name}.toml") for name in ("machine", "patient"))
     whole = {

@@ -55,10 +55,10 @@ def _levels() -> list[str]:
         return table((kind, "means"), rows)
 
     cells = [
-        (severity.value, *(_shown(MATRIX[severity][one]) for one in HarmProbability))
-        for severity in reversed(HarmSeverity)
+        (one.value, *(_shown(MATRIX[severity][one]) for severity in HarmSeverity))
+        for one in reversed(HarmProbability)
     ]
-    header = ("", *(one.value for one in HarmProbability))
+    header = ("", *(severity.value for severity in HarmSeverity))
     return [
         *meanings(SEVERITY_WORDS),
         "",

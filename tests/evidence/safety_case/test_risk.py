@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.evidence.safety_case import hazard
+from opensuction.evidence.safety_case.hazard_claim import Hazard
 from opensuction.evidence.safety_case.risk import (
     MATRIX,
     PROBABILITY_WORDS,
@@ -30,7 +31,7 @@ without a breach bound the share of faults that break something by 1 in 6,700, n
 two are kept back for what the twin does not know."""
 
 
-def loaded(folder: Path, text: str) -> hazard.Hazard:
+def loaded(folder: Path, text: str) -> Hazard:
     path = folder / "mine.toml"
     path.write_text(text, encoding="utf-8")
     (one,) = hazard.load(path)

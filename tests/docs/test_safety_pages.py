@@ -1,0 +1,168 @@
+"""The reviewer's pages: every part of others was looked at, every test that is named exists."""
+
+import ast
+import re
+from functools import cache
+from importlib.metadata import requires, version
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding
+import numpy as np
+import pytest
+from packaging.requirements import Requirement
+from scipy.optimize import nnls
+
+from docs.generator.catalogue import DOCS
+from docs.generator.safety import risk_table, soup_table, source_share
+from opensuction.evidence.safety_case import hazard
+from opensuction.evidence.safety_case.risk import Acceptability
+from opensuction.kernel.errors import InputError
+from opensuction.twin.parameter import BENCH
+
+ROOT = DOCS.parent
+SAFETY = DOCS / "safety"
+NAMED = re.compile(r"`(tests/[\w/]+\.py)(?:::(\w+))?`")
+LEVEL = re.compile(rf": \**({'|'.join(one.value for one in Acceptability)})\b")
+VENDORED = ROOT / "src" / "opensuction" / "report" / "vendor" / "uPlot.iife.min.js"
+
+
+def changed(monkeypatch: pytest.MonkeyPatch, row: int, **values: Any) -> None:
+    """The data with one row changed."""
+    data = soup_table.soup()
+    data["package"][row] |= values
+    monkeypatch.setattr(soup_table, "soup", lambda: data)
+
+
+def brought(names: list[str]) -> set[str]:
+    """What packages need at run time in this environment, themselves included."""
+    found: set[str] = set()
+    while names:
+        name = names.pop()
+        if name in found:
+            continue
+        found.add(name)
+        for line in requires(name) or ():
+            needed = Requirement(line)
+            if needed.marker is None or needed.marker.evaluate({"extra": ""}):
+                names.append(needed.name.lower().replace("_", "-"))
+    return found
+
+
+def test_every_version_was_reviewed() -> None:
+    soup_table.check()
+
+
+def test_another_version_asks_for_a_review(monkeypatch: pytest.MonkeyPatch) -> None:
+    changed(monkeypatch, 0, reviewed=["0.1"])
+    with pytest.raises(InputError, match=r"numba: reviewed 0\.1, requirements\.lock has .*look"):
+        soup_table.check()
+
+
+def test_a_new_dependency_asks_for_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    changed(monkeypatch, 0, name="numbat")
+    with pytest.raises(InputError, match=r"numba of pyproject\.toml has no row"):
+        soup_table.check()
+
+
+def test_a_row_of_what_nothing_brings_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    changed(monkeypatch, 1, parent="nobody")
+    with pytest.raises(InputError, match="llvmlite: nothing in the file brings it"):
+        soup_table.check()
+
+
+def test_what_comes_with_a_dependency_has_its_row_too() -> None:
+    rows = {row["name"]: row for row in soup_table.soup()["package"]}
+    needed = brought(list(soup_table.named()))
+    assert needed - rows.keys() == set()
+    for name in needed:
+        assert version(name) in rows[name]["reviewed"], name
+
+
+def test_the_platform_that_was_looked_at_is_the_one_that_is_here() -> None:
+    versions = {row["name"]: row["version"] for row in soup_table.soup()["platform"]}
+    llvm = llvmlite.binding.llvm_version_info
+    assert versions["LLVM"] == f"{llvm[0]}.{llvm[1]}"
+    assert f"(v{versions['uPlot']})" in VENDORED.read_text(encoding="utf-8")[:200]
+
+
+def test_every_part_says_what_fails_and_what_guards() -> None:
+    data = soup_table.soup()
+    for row in (*data["package"], *data["platform"]):
+        for key in ("used_for", "failure", "guard"):
+            assert row[key].strip(), (row["name"], key)
+        for anomaly in row.get("anomaly", ()):
+            assert anomaly["guard"] or anomaly["touches"].startswith("no"), anomaly["issue"]
+
+
+def test_an_issue_that_cannot_be_found_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    bad = {"issue": "numba 1833", "what": "a", "touches": "no", "guard": ""}
+    changed(monkeypatch, 0, anomaly=[bad])
+    with pytest.raises(InputError, match="'numba 1833' is no issue"):
+        soup_table.markdown()
+
+
+def test_nonnegative_least_squares_of_the_pinned_version_are_least() -> None:
+    """scipy/scipy#25389: another version gave no minimum, and called its residual 0."""
+    draw = np.random.default_rng(20261123)
+    matrices = [np.array([[3.0, 2.0], [1.0, 1.0]])]
+    sizes = [draw.integers(2, 6, 2) for _ in range(1000)]
+    matrices += [draw.integers(-4, 5, tuple(size)).astype(float) for size in sizes]
+    for matrix in matrices:
+        aim = draw.integers(-4, 5, len(matrix)).astype(float)
+        found, residual = nnls(matrix, aim)
+        left = matrix @ found - aim
+        slope = matrix.T @ left
+        assert residual == pytest.approx(np.linalg.norm(left), abs=1e-9)
+        assert (found >= 0.0).all()
+        assert (slope >= -1e-9).all(), "less along an unknown that is 0"
+        assert np.abs(slope * found).max() < 1e-9, "less along one that is not"
+
+
+@cache
+def definitions(path: Path) -> set[str]:
+    """Names of the functions and classes of a file."""
+    kinds = (ast.FunctionDef, ast.ClassDef)
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return {node.name for node in ast.walk(tree) if isinstance(node, kinds)}
+
+
+@pytest.mark.parametrize("page", sorted(SAFETY.glob("*.md")), ids=lambda page: page.name)
+def test_every_test_that_a_page_names_exists(page: Path) -> None:
+    for file, name in NAMED.findall(page.read_text(encoding="utf-8")):
+        assert (ROOT / file).is_file(), file
+        assert not name or name in definitions(ROOT / file), f"{file}::{name}"
+
+
+@pytest.mark.parametrize("name", ["common-cause", "cybersecurity", "usability", "risk"])
+def test_the_pages_that_claim_name_tests(name: str) -> None:
+    text = (SAFETY / f"{name}.md").read_text(encoding="utf-8")
+    assert len(set(NAMED.findall(text))) >= 15
+
+
+def test_what_is_not_acceptable_is_said_in_words() -> None:
+    """A reader of the page's text learns of each hazard that stays unacceptable."""
+    text = (SAFETY / "risk.md").read_text(encoding="utf-8").split("<!--")[0]
+    unacceptable = risk_table.unacceptable()
+    assert unacceptable
+    assert set(re.findall(r"OS-H\d\d", text)) == set(unacceptable)
+
+
+def test_every_hazard_stands_in_the_table_with_both_of_its_risks() -> None:
+    text = risk_table.markdown()
+    rows = [line for line in text.splitlines() if line.startswith("| [OS-H")]
+    assert len(rows) == len(hazard.load())
+    for row in rows:
+        assert len(LEVEL.findall(row)) == 2, row
+
+
+def test_a_parameter_counts_by_its_first_source() -> None:
+    some = next(iter(BENCH.values()))
+    for source, kind in (
+        ("[paper] 6.0 - 4.0", "paper"),
+        ("[K] adult 40 to 90; [ATS-2000] child 10 to 20", "K"),
+        ("[ATS-2000] child", "literature"),
+    ):
+        assert source_share.kind(some._replace(source=source)) == kind
+    with pytest.raises(InputError, match="has no tag"):
+        source_share.kind(some._replace(source="somebody said so"))
