@@ -24,7 +24,14 @@ ROOT = DOCS.parent
 SAFETY = DOCS / "safety"
 NAMED = re.compile(r"`(tests/[\w/]+\.py)(?:::(\w+))?`")
 LEVEL = re.compile(rf": \**({'|'.join(one.value for one in Acceptability)})\b")
-VENDORED = ROOT / "src" / "opensuction" / "report" / "vendor" / "uPlot.iife.min.js"
+NETWORK = {"asyncio", "ftplib", "http", "requests", "smtplib", "socket", "ssl", "urllib", "xmlrpc"}
+UNPICKLING = {
+    "evidence/crew.py",  # speaks to workers that it started itself
+    "evidence/worker.py",
+    "kernel/compiler/store.py",  # the user's own folder of compiled code
+}
+SOURCES = ROOT / "src" / "opensuction"
+VENDORED = SOURCES / "report" / "vendor" / "uPlot.iife.min.js"
 
 
 def changed(monkeypatch: pytest.MonkeyPatch, row: int, **values: Any) -> None:
@@ -120,6 +127,32 @@ def test_nonnegative_least_squares_of_the_pinned_version_are_least() -> None:
 
 
 @cache
+def imported() -> dict[str, set[str]]:
+    """Modules that each source file imports, by its first name, and `eval` where it is called."""
+    found: dict[str, set[str]] = {}
+    for path in SOURCES.rglob("*.py"):
+        names = found.setdefault(path.relative_to(SOURCES).as_posix(), set())
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names.add(str(node.module).split(".")[0])
+            elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "eval":
+                names.add("eval")
+    return found
+
+
+def test_nothing_opens_a_connection_or_listens() -> None:
+    assert len(imported()) > 200
+    assert not {file: names & NETWORK for file, names in imported().items() if names & NETWORK}
+
+
+def test_no_file_of_a_user_is_unpickled_or_evaluated() -> None:
+    loading = {"pickle", "marshal", "shelve", "eval"}
+    assert {file for file, names in imported().items() if names & loading} == UNPICKLING
+
+
+@cache
 def definitions(path: Path) -> set[str]:
     """Names of the functions and classes of a file."""
     kinds = (ast.FunctionDef, ast.ClassDef)
@@ -132,6 +165,12 @@ def test_every_test_that_a_page_names_exists(page: Path) -> None:
     for file, name in NAMED.findall(page.read_text(encoding="utf-8")):
         assert (ROOT / file).is_file(), file
         assert not name or name in definitions(ROOT / file), f"{file}::{name}"
+
+
+def test_every_hazard_that_a_page_names_exists() -> None:
+    known = {one.row.id for one in hazard.load()}
+    for page in SAFETY.glob("*.md"):
+        assert set(re.findall(r"OS-H\d\d", page.read_text(encoding="utf-8"))) <= known, page.name
 
 
 @pytest.mark.parametrize("name", ["common-cause", "cybersecurity", "usability", "risk"])
