@@ -19,14 +19,16 @@ SOUND = {
 }
 
 
-def track(*said: Condition, trips: tuple[Condition, ...] = (), **truth: float) -> Columns:
+def track(
+    *said: Condition, trips: tuple[Condition, ...] = (), truth: dict[str, float] | None = None
+) -> Columns:
     """A cycle in which conditions are shown, or trip, from its middle on."""
-    columns = {name: np.zeros(TICKS) for name in alarm_truth.COLUMNS}
-    columns["time_s"] = 0.001 * np.arange(TICKS)
+    columns: Columns = {name: np.zeros(TICKS) for name in alarm_truth.COLUMNS}
+    columns["time_s"][:] = 0.001 * np.arange(TICKS)
     columns["phase"][:] = Phase.SUCTIONING
     for name, value in SOUND.items():
         columns[name][:] = value
-    for name, value in truth.items():
+    for name, value in (truth or {}).items():
         columns[f"truth.{name}"][1000:] = value
     columns["annunciator.said"][TICKS // 2 :] = sum(1 << one for one in said)
     columns["verdict.trips"][TICKS // 2 :] = sum(1 << one for one in trips)
@@ -56,7 +58,7 @@ def test_nothing_said_is_nothing_false() -> None:
 def test_what_the_patient_really_has_is_told_rightly(
     condition: Condition, truth: dict[str, float]
 ) -> None:
-    assert alarm_truth.listen(track(condition, **truth), LIMITS) == ((), (condition.name,))
+    assert alarm_truth.listen(track(condition, truth=truth), LIMITS) == ((), (condition.name,))
     assert alarm_truth.listen(track(condition), LIMITS) == ((condition.name,), ())
 
 
@@ -73,7 +75,7 @@ def test_a_machine_that_complains_without_a_fault_is_false() -> None:
 
 def test_that_automation_stopped_is_as_true_as_what_stopped_it() -> None:
     said = (Condition.SPO2_LOW, Condition.AUTOMATION_STOPPED)
-    assert alarm_truth.listen(track(*said, spo2_percent=60.0), LIMITS).false == ()
+    assert alarm_truth.listen(track(*said, truth={"spo2_percent": 60.0}), LIMITS).false == ()
     assert set(alarm_truth.listen(track(*said), LIMITS).false) == {one.name for one in said}
 
 

@@ -15,6 +15,7 @@ from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.room import Room
+from opensuction.simulation.injection.run_judgement import NOT_FOLLOWED
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -86,9 +87,16 @@ def test_a_cycle_from_a_mark_is_the_cycle_from_the_start(
         for found, wanted in ((played.run.columns, whole.columns), (played.run.sent, whole.sent)):
             assert np.array_equal(found[name], wanted[name][:ticks], equal_nan=True), name
     assert [one.at_s for one in played.run.faults] == [one.at_s for one in whole.faults]
-    full = judged_cycle.judge(1, machine.prepared, Played(whole, aftermath.WATCHED_S))
+    full = judged_cycle.judge(1, machine.prepared, Played(whole, aftermath.WATCHED_S, NOT_FOLLOWED))
     for name in ("faults", "commands", "breaches", "left_inside", "false_alarms"):
         assert getattr(case, name) == getattr(full, name)
+    # The patient who is followed alone is as well as the one at the machine.
+    assert case.endpoints.spo2_least_percent == pytest.approx(
+        full.endpoints.spo2_least_percent, abs=0.2
+    )
+    assert case.endpoints.lung_volume_loss_ml == pytest.approx(
+        full.endpoints.lung_volume_loss_ml, rel=1e-3
+    )
 
 
 def test_a_fault_comes_in_the_time_inside_or_a_second_before(machines: list[SoundMachine]) -> None:

@@ -26,7 +26,7 @@ from opensuction.simulation.injection.faulty_run import FaultyRun, is_linked
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.invariant import Breach
 from opensuction.simulation.injection.room import Room
-from opensuction.simulation.injection.run_judgement import LeftInside
+from opensuction.simulation.injection.run_judgement import LeftInside, PatientAlone
 from opensuction.simulation.trace import Columns
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
@@ -141,10 +141,13 @@ def _find_begin_s(injections: Sequence[Injection]) -> float:
 
 
 class Played(NamedTuple):
-    """A run, and how long it was watched once its machine was at rest."""
+    """A run, and what came after it."""
 
     run: InjectedRun
     watched_s: float
+    """How long machine and patient were watched once the machine was at rest."""
+    alone: PatientAlone
+    """What the patient went through in the rest of the longest watch."""
 
     @property
     def rested(self) -> int:
@@ -152,11 +155,17 @@ class Played(NamedTuple):
         return len(self.run.columns["phase"]) - 1 - round(self.watched_s / DT_S)
 
 
+def _finish(prepared: Prepared, going: FaultyRun, injections: Sequence[Injection] = ()) -> Played:
+    """Play a run to its end."""
+    watched_s = aftermath.watch(going, prepared.rig.machine, injections)
+    left_s = aftermath.WATCHED_S - watched_s
+    alone = aftermath.follow_alone(going.loop, going.state, left_s)
+    return Played(injection.take(going, injections), watched_s, alone)
+
+
 def play_sound(prepared: Prepared, room: Room) -> Played:
     """Play a cycle in which nothing is wrong."""
-    going = FaultyRun(prepared.loop, prepared.start, (), room, seed=0)
-    watched_s = aftermath.watch(going, prepared.rig.machine)
-    return Played(injection.take(going, ()), watched_s)
+    return _finish(prepared, FaultyRun(prepared.loop, prepared.start, (), room, seed=0))
 
 
 def play_faulty(
@@ -170,9 +179,7 @@ def play_faulty(
     if mark.tick > prepared.start.tick:
         room.fill(machine.rows, mark.tick - prepared.start.tick)
         going.begin_at(mark)
-    faults = [one.fault for one in injections]
-    watched_s = aftermath.watch(going, prepared.rig.machine, faults)
-    return Played(injection.take(going, injections), watched_s)
+    return _finish(prepared, going, injections)
 
 
 def _counts(prepared: Prepared, columns: Columns, at_s: float) -> bool:
@@ -222,7 +229,13 @@ def judge(number: int, prepared: Prepared, played: Played) -> Case:
     """Hold a run against every invariant and bound."""
     run, settings = played.run, prepared.loop.controller
     columns = run.columns
-    found = run_judgement.judge(prepared.rig.machine, settings.limits.cap_mm, columns, run.faults)
+    found = run_judgement.judge(
+        prepared.rig.machine,
+        settings.limits.cap_mm,
+        columns,
+        run.faults,
+        alone=played.alone,
+    )
     came = _list_came(prepared, run)
     from_s = min((one.at_s for one in came if not math.isnan(one.at_s)), default=math.inf)
     ticks = len(columns["time_s"]) if math.isinf(from_s) else max(round(from_s / DT_S), 1)

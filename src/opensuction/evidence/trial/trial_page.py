@@ -70,12 +70,12 @@ def _asked(data: Json, date: str) -> list[str]:
         "",
         "**Who judged.** What happened to the patient: `oracle/`, from the twin's truth alone, "
         "over the whole cycle and after it, less what a fault states that it makes unavoidable. "
-        "What the controller sends: its invariants, which no fault excuses. Watched once the "
-        "machine was at rest: until nothing could change for the patient any more, "
-        f"{data['watched_s']['most']:g} s at most ({data['watched_s']['mean']:.0f} s in the mean, "
-        "the whole time in "
-        f"{data['watched_s']['whole']:,} cycles: a catheter left inside, a patient who goes on "
-        "changing, a fault that comes and goes).",
+        "What the controller sends: its invariants, which no fault excuses. Watched for "
+        f"{data['watched_s']['most']:g} s once the machine was at rest: machine and patient "
+        "together until nothing of the machine reached the patient any more "
+        f"({data['watched_s']['mean']:.0f} s in the mean, the whole time in "
+        f"{data['watched_s']['whole']:,} cycles: a catheter left inside, a fault of the patient, "
+        "one that comes and goes), then the patient alone.",
     ]
     if not data["complete"]:
         lines += ["", f"**Not complete:** {data['cycles']:,} of {data['asked']:,} cycles."]

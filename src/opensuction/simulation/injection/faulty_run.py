@@ -162,11 +162,9 @@ class FaultyRun:
 
     @property
     def is_over(self) -> bool:
-        """Whether the machine waits for a person and nothing is known that would still come.
-
-        No fault waits for its instant or changes any more, and no controller is to start.
-        """
-        return self.is_resting and self._next_due() is None and not self._awaits_phase
+        """Whether the machine waits for a person, no fault its instant, no controller its start."""
+        waits = any(self._is_waiting(place) for place in range(len(self._injections)))
+        return self.is_resting and not waits and self._restart_tick is None
 
     def hold(self, place: int, waits: bool) -> None:
         """Let a fault wait whatever its instant, or no longer. place: among the injections."""
