@@ -136,16 +136,39 @@ def test_what_comes_when_the_catheter_is_out_does_not_count(
     assert both.counted == 2
 
 
-def test_a_catheter_that_stays_is_watched_to_the_end_and_judged(
+def test_a_catheter_that_stays_is_told_and_inside_for_the_whole_watch(
     machines: list[SoundMachine], room: Room
 ) -> None:
-    _, case = play(machines[2], room, *drawn(Fault.GEAR_LOST))
-    assert case.watched_s == aftermath.WATCHED_S
+    """As if the machine, which does nothing any more, had been played all the time."""
+    faults = drawn(Fault.GEAR_LOST)
+    _, case = play(machines[2], room, *faults)
+    whole = play_whole(machines[2], faults)
+    full = judged_cycle.judge(
+        1, machines[2].prepared, Played(whole, aftermath.WATCHED_S, NOT_FOLLOWED)
+    )
+    assert case.watched_s < aftermath.WATCHED_S
     assert case.left_inside is not None
     assert case.left_inside.unavoidable
+    assert case.left_inside == full.left_inside
     assert case.told
-    assert case.breaches == ()
+    assert case.breaches == full.breaches == ()
     assert case.endpoints.in_airway_s > aftermath.WATCHED_S
+    assert case.endpoints.in_airway_s == pytest.approx(full.endpoints.in_airway_s, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("fault", "strength", "whole"),
+    [
+        (Fault.MOTOR_INTERMITTENT, 5.0, True),  # half a turn may be quiet
+        (Fault.MOTOR_INTERMITTENT, 0.02, False),  # has come and gone 75 times
+        (Fault.PUMP_LOST, 0.0, False),
+    ],
+)
+def test_what_comes_and_goes_slowly_is_watched_to_the_end(
+    fault: Fault, strength: float, whole: bool, machines: list[SoundMachine], room: Room
+) -> None:
+    _, case = play(machines[6], room, DrawnFault(fault, strength, 0.5))
+    assert (case.watched_s == aftermath.WATCHED_S) == whole
 
 
 def test_a_sound_cycle_is_quiet_and_gives_its_endpoints(

@@ -1,17 +1,20 @@
-"""How long a cycle is watched once its machine rests: until nothing of it reaches the patient.
+"""How long a cycle is watched once its machine rests: until it can do nothing new to its patient.
 
 Then the patient is followed alone: saturation is lowest, and shown so late, that the worst of it
 comes when the catheter has long been out.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from opensuction.oracle import exposure
-from opensuction.simulation import idle_time
-from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
-from opensuction.simulation.injection import injection
+from opensuction.oracle.exposure import PatientExposure
+from opensuction.oracle.harm import AIRWAY_PRESSURE
+from opensuction.simulation import annunciation, idle_time
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.injection import fault_allowance, injection, left_inside
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.run_judgement import PatientAlone
@@ -21,16 +24,14 @@ from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine.machine import Machine
 
 WATCHED_S = 60.0
-"""Machine and patient together: no bound of a patient is longer, nor the time in which a person
-must be told."""
+"""With the machine, and with the patient alone: no bound of a patient is longer, nor the time in
+which a person must be told."""
 PIECE_S = 3.0
 """Between two looks whether the machine can still do anything."""
-LOOK_S = 5.0
-"""Between two looks at the patient alone: half a minute takes the saturation to its least."""
 IN_PIECES = Watcher(NOBODY.hear, 5.0)
 """As long as what is written of them fits into a processor's caches."""
 STILL_MM = 0.005
-"""Way of a head that stands still, in a piece: 0.1 mm in the longest watch [design]."""
+"""Way of a head or a tip that stands still, in a piece: 0.1 mm in the longest watch [design]."""
 
 
 def watch(going: FaultyRun, machine: Machine, injections: Sequence[Injection] = ()) -> float:
@@ -41,47 +42,72 @@ def watch(going: FaultyRun, machine: Machine, injections: Sequence[Injection] = 
     injection.follow(going, 0.0, 0, IN_PIECES)
     rested = going.done
     last = rested + round(WATCHED_S / DT_S)
-    may_end = not any(_goes_on(one) for one in injections)
+    may_end = not any(_changes_slowly(one) for one in injections)
     while going.done < last:
         until = min(going.done + round(PIECE_S / DT_S), last)
         while going.done < until:
             going.advance(until - going.done)
-        if may_end and going.is_over and is_quiet(machine, going.columns):
+        if may_end and going.is_over and is_settled(machine, going.columns, injections):
             break
     return (going.done - rested) * DT_S
 
 
-def _goes_on(injection: Injection) -> bool:
-    """Whether a fault may do something new after a piece in which it did nothing.
-
-    One of the patient may: it goes on by itself, and what is told of it depends on the machine. So
-    may one of the machine that changes more slowly than by turns of half a piece.
-    """
-    row = ROWS[injection.fault]
-    if isinstance(row.effect, PatientEffect):
-        return True
-    return row.course is not None and 2.0 * row.course.step_s(injection.strength) > PIECE_S
+def _changes_slowly(one: Injection) -> bool:
+    """Whether a fault may do something new after a piece in which it did nothing."""
+    course = ROWS[one.fault].course
+    return course is not None and 2.0 * course.step_s(one.strength) > PIECE_S
 
 
-def is_quiet(machine: Machine, columns: Columns) -> bool:
-    """Whether nothing reached the patient in the last piece, by the truth, and the head stood.
+def is_settled(machine: Machine, columns: Columns, injections: Sequence[Injection]) -> bool:
+    """Whether nothing new came to the patient in the last piece, by the truth.
+
+    The head stood, and so did the tip where it is inside; no vacuum reached the patient, whose
+    pressure was as it should be; and whoever must be told had been.
 
     machine: as it was built. columns: of the run so far.
     """
-    ticks = round(PIECE_S / DT_S)
-    piece = {name: columns[name][-ticks:] for name in exposure.COLUMNS}
+    piece = _last_piece(columns)
     borne = exposure.measure(machine, piece)
-    reaches = borne.in_airway_s + borne.contact_s + borne.suction_s + borne.piece_mm
-    still = float(np.ptp(columns["truth.head_mm"][-ticks:])) <= STILL_MM
-    return still and reaches + borne.pressure_unsafe_s == 0.0
+    moving = ("head_mm", "tip_mm") if borne.inside_at_end else ("head_mm",)
+    way_mm = max(float(np.ptp(piece[f"truth.{name}"])) for name in moving)
+    own = any(
+        one.fault == mine.fault and AIRWAY_PRESSURE in one.bounds
+        for one in fault_allowance.OWN_HARM
+        for mine in injections
+    )
+    calm = borne.suction_s == 0.0 and (own or borne.pressure_unsafe_s == 0.0)
+    return way_mm <= STILL_MM and calm and _is_told(piece, borne, injections)
 
 
-def follow_alone(loop: Loop, state: LoopState, duration_s: float) -> PatientAlone:
-    """What a patient goes through in a time in which the machine does nothing."""
-    least, most_ml = np.inf, 0.0
-    for _ in range(round(duration_s / LOOK_S)):
-        state = idle_time.pass_time(loop, state, LOOK_S)
-        signs = state.machine.coupling.signs
-        least = min(least, signs.spo2_percent)
-        most_ml = max(most_ml, signs.lung_volume_loss_ml)
-    return PatientAlone(least, most_ml)
+def _last_piece(columns: Columns) -> Columns:
+    ticks = round(PIECE_S / DT_S)
+    names = ("truth.head_mm", *exposure.COLUMNS, *annunciation.COLUMNS)
+    return {name: columns[name][-ticks:] for name in names}
+
+
+def _is_told(piece: Columns, borne: PatientExposure, injections: Sequence[Injection]) -> bool:
+    """Whether people are shown what they must be.
+
+    Of a catheter, or a piece of it, that is inside with high priority; of a fault of the patient
+    anything.
+    """
+    told = annunciation.told(piece)
+    if borne.inside_at_end or borne.piece_mm > 0.0:
+        return not math.isnan(left_inside.told_s(told, -math.inf))
+    patient = any(isinstance(ROWS[one.fault].effect, PatientEffect) for one in injections)
+    return bool(told) or not patient
+
+
+def follow_alone(going: FaultyRun, machine: Machine, duration_s: float) -> PatientAlone:
+    """What a patient goes through in a time in which the machine does nothing new.
+
+    going: a run that has been watched. machine: as it was built.
+    """
+    worst = idle_time.find_worst(going.loop, going.state, duration_s)
+    borne = exposure.measure(machine, _last_piece(going.columns))
+    return PatientAlone(
+        spo2_least_percent=worst.spo2_percent,
+        lung_volume_loss_ml=worst.lung_volume_loss_ml,
+        in_airway_s=duration_s if borne.inside_at_end else 0.0,
+        contact_s=duration_s if borne.contact_s >= PIECE_S else 0.0,
+    )

@@ -157,9 +157,9 @@ class Played(NamedTuple):
 
 def _finish(prepared: Prepared, going: FaultyRun, injections: Sequence[Injection] = ()) -> Played:
     """Play a run to its end."""
-    watched_s = aftermath.watch(going, prepared.rig.machine, injections)
-    left_s = aftermath.WATCHED_S - watched_s
-    alone = aftermath.follow_alone(going.loop, going.state, left_s)
+    machine = prepared.rig.machine
+    watched_s = aftermath.watch(going, machine, injections)
+    alone = aftermath.follow_alone(going, machine, aftermath.WATCHED_S - watched_s)
     return Played(injection.take(going, injections), watched_s, alone)
 
 

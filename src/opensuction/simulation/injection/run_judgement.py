@@ -50,14 +50,18 @@ class PatientAlone(NamedTuple):
 
     spo2_least_percent: float = math.inf
     lung_volume_loss_ml: float = 0.0
+    in_airway_s: float = 0.0
+    """With a catheter that stays inside."""
+    contact_s: float = 0.0
+    """With one that stays on the carina."""
 
     def add_to(self, borne: PatientExposure) -> PatientExposure:
-        """What the patient had to bear in the run and after it; nan stays where nobody bears it."""
-        if math.isnan(borne.spo2_least_percent):
-            return borne
+        """What the patient had to bear in the run and after it."""
         return borne._replace(
             spo2_least_percent=min(borne.spo2_least_percent, self.spo2_least_percent),
             lung_volume_loss_ml=max(borne.lung_volume_loss_ml, self.lung_volume_loss_ml),
+            in_airway_s=borne.in_airway_s + self.in_airway_s,
+            contact_s=borne.contact_s + self.contact_s,
         )
 
 
