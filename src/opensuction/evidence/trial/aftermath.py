@@ -67,16 +67,21 @@ def is_settled(machine: Machine, columns: Columns, injections: Sequence[Injectio
     machine: as it was built. columns: of the run so far.
     """
     piece = _last_piece(columns)
+    if not _stands(piece, "head_mm"):  # the most frequent reason, and the quickest to see
+        return False
     borne = exposure.measure(machine, piece)
-    moving = ("head_mm", "tip_mm") if borne.inside_at_end else ("head_mm",)
-    way_mm = max(float(np.ptp(piece[f"truth.{name}"])) for name in moving)
     own = any(
         one.fault == mine.fault and AIRWAY_PRESSURE in one.bounds
         for one in fault_allowance.OWN_HARM
         for mine in injections
     )
     calm = borne.suction_s == 0.0 and (own or borne.pressure_unsafe_s == 0.0)
-    return way_mm <= STILL_MM and calm and _is_told(piece, borne, injections)
+    stands = not borne.inside_at_end or _stands(piece, "tip_mm")
+    return stands and calm and _is_told(piece, borne, injections)
+
+
+def _stands(piece: Columns, name: str) -> bool:
+    return float(np.ptp(piece[f"truth.{name}"])) <= STILL_MM
 
 
 def _last_piece(columns: Columns) -> Columns:
@@ -104,10 +109,12 @@ def follow_alone(going: FaultyRun, machine: Machine, duration_s: float) -> Patie
     going: a run that has been watched. machine: as it was built.
     """
     worst = idle_time.find_worst(going.loop, going.state, duration_s)
-    borne = exposure.measure(machine, _last_piece(going.columns))
+    piece = _last_piece(going.columns)
+    inside = exposure.find_inside(machine, piece["truth.tip_mm"])[-1]
+    touches = (piece["truth.contact_n"] > exposure.TOUCHING_N).all()
     return PatientAlone(
         spo2_least_percent=worst.spo2_percent,
         lung_volume_loss_ml=worst.lung_volume_loss_ml,
-        in_airway_s=duration_s if borne.inside_at_end else 0.0,
-        contact_s=duration_s if borne.contact_s >= PIECE_S else 0.0,
+        in_airway_s=duration_s if inside else 0.0,
+        contact_s=duration_s if touches else 0.0,
     )
