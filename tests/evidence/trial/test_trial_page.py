@@ -32,7 +32,8 @@ def test_it_says_what_was_asked_and_who_judged() -> None:
     assert "with a drawn patient (`neonate`), by travel and contact" in text
     assert "`oracle/`, from the twin's truth alone" in text
     assert "## Not asked" in text
-    assert "1 drawn machines were refused before they began" in text
+    assert "Drawn machines refused before they began: 1, for example:" in text
+    assert "2 cycles a second by 2 processes" in text
 
 
 def test_counts_stand_with_their_bounds() -> None:
@@ -79,7 +80,7 @@ def test_what_came_too_late_is_listed_apart() -> None:
     pair = case(1, Fault.PUMP_LOST, Fault.LINE_LEAK)
     late = pair._replace(faults=(pair.faults[0], pair.faults[1]._replace(counts=False)))
     text = page(late, trial=Trial(faults="double"))
-    assert "1 faults came when the first of their cycle" in text
+    assert "could do nothing any more: 1. Their cycles count with one." in text
     assert "`line-leak` 1" in text
     assert "| bounds of the patient, one fault | 1 | 0 |" in text
 

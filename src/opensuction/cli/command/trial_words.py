@@ -71,11 +71,14 @@ def summarise(console: "Console", data: Json, folder: Path) -> None:
 def _sentences(data: Json) -> Iterator[str]:
     """What the terminal says below its table."""
     left = data["left_inside"]
-    yield (
-        f"Left inside at the end: {left['count']:,} of {data['cycles']:,} cycles; "
-        f"{left['unavoidable']:,} of them nothing could have prevented, {left['told']:,} were told "
-        "high in time."
-    )
+    if left["count"]:
+        yield (
+            f"Left inside at the end: {left['count']:,} of {data['cycles']:,} cycles; "
+            f"{left['unavoidable']:,} of them nothing could have prevented, {left['told']:,} were "
+            "told high in time."
+        )
+    else:
+        yield "Left inside at the end: none."
     shown = [violation(one) for one in data["violations"][:SHOWN]]
     if shown:
         yield f"Violations ({len(data['violations'])}), each with what plays it again:"

@@ -58,7 +58,7 @@ def _asked(data: Json, date: str) -> list[str]:
     approaches = " and ".join(dict.fromkeys(kind.approach for kind in kinds))
     lines = [
         f"Date: {date}. In-silico: all of it happened on the digital twin. Version "
-        f"{data['version']}, sources {data['sources']}.",
+        f"{data['version']}, sources {data['sources']}.{_effort(data)}",
         "",
         f"`{command(data)}`",
         "",
@@ -72,14 +72,19 @@ def _asked(data: Json, date: str) -> list[str]:
         "over the whole cycle and after it, less what a fault states that it makes unavoidable. "
         "What the controller sends: its invariants, which no fault excuses. Watched for "
         f"{data['watched_s']['most']:g} s once the machine was at rest: machine and patient "
-        "together until nothing of the machine reached the patient any more "
+        "together until the machine could do nothing new and whoever must be told had been "
         f"({data['watched_s']['mean']:.0f} s in the mean, the whole time in "
-        f"{data['watched_s']['whole']:,} cycles: a catheter left inside, a fault of the patient, "
-        "one that comes and goes), then the patient alone.",
+        f"{data['watched_s']['whole']:,} cycles), then the patient alone.",
     ]
     if not data["complete"]:
         lines += ["", f"**Not complete:** {data['cycles']:,} of {data['asked']:,} cycles."]
     return lines
+
+
+def _effort(data: Json) -> str:
+    if data["cycles_per_s"] is None:
+        return ""
+    return f" {data['cycles_per_s']:.0f} cycles a second by {data['workers']} processes."
 
 
 def _asked_of_faults(faults: str) -> str:
@@ -114,8 +119,9 @@ def _not_counted(data: Json) -> list[str]:
         "",
         "## Not counted",
         "",
-        f"{found['faults']:,} faults came when the first of their cycle had already had the "
-        f"catheter drawn out, and could do nothing any more; their cycles count with one: {many}.",
+        "Faults that came when the first of their cycle had already had the catheter drawn out, "
+        f"and could do nothing any more: {found['faults']:,}. Their cycles count with one. By "
+        f"fault: {many}.",
     ]
 
 
@@ -301,6 +307,6 @@ def markdown(data: Json, date: str) -> str:
         *_not_asked(data),
     ]
     if refused:
-        lines += ["", f"{len(refused)} drawn machines were refused before they began, for example:"]
+        lines += ["", f"Drawn machines refused before they began: {len(refused)}, for example:"]
         lines += ["", f"- {refused[0]}"]
     return "\n".join(lines) + "\n"
