@@ -34,15 +34,17 @@ STILL_MM = 0.005
 """Way of a head or a tip that stands still, in a piece: 0.1 mm in the longest watch [design]."""
 
 
-def watch(going: FaultyRun, machine: Machine, injections: Sequence[Injection] = ()) -> float:
+def watch(
+    going: FaultyRun, machine: Machine, injections: Sequence[Injection] = (), whole: bool = False
+) -> float:
     """Follow a run until its machine rests, and as long as it may do anything; returns that, s.
 
-    machine: as it was built. injections: faults of the run.
+    machine: as it was built. injections: faults of the run. whole: the longest time in any case.
     """
     injection.follow(going, 0.0, 0, IN_PIECES)
     rested = going.done
     last = rested + round(WATCHED_S / DT_S)
-    may_end = not any(_changes_slowly(one) for one in injections)
+    may_end = not whole and not any(_changes_slowly(one) for one in injections)
     while going.done < last:
         until = min(going.done + round(PIECE_S / DT_S), last)
         while going.done < until:

@@ -155,23 +155,33 @@ class Played(NamedTuple):
         return len(self.run.columns["phase"]) - 1 - round(self.watched_s / DT_S)
 
 
-def _finish(prepared: Prepared, going: FaultyRun, injections: Sequence[Injection] = ()) -> Played:
-    """Play a run to its end."""
+def _finish(
+    prepared: Prepared, going: FaultyRun, injections: Sequence[Injection], whole: bool
+) -> Played:
+    """Play a run to its end. whole: machine and patient together for the longest time."""
     machine = prepared.rig.machine
-    watched_s = aftermath.watch(going, machine, injections)
+    watched_s = aftermath.watch(going, machine, injections, whole)
     alone = aftermath.follow_alone(going, machine, aftermath.WATCHED_S - watched_s)
     return Played(injection.take(going, injections), watched_s, alone)
 
 
-def play_sound(prepared: Prepared, room: Room) -> Played:
-    """Play a cycle in which nothing is wrong."""
-    return _finish(prepared, FaultyRun(prepared.loop, prepared.start, (), room, seed=0))
+def play_sound(prepared: Prepared, room: Room, whole: bool = False) -> Played:
+    """Play a cycle in which nothing is wrong. whole: as `_finish`."""
+    going = FaultyRun(prepared.loop, prepared.start, (), room, seed=0)
+    return _finish(prepared, going, (), whole)
 
 
 def play_faulty(
-    machine: SoundMachine, injections: Sequence[Injection], seed: int, room: Room
+    machine: SoundMachine,
+    injections: Sequence[Injection],
+    seed: int,
+    room: Room,
+    whole: bool = False,
 ) -> Played:
-    """Play a cycle with faults from the last mark before them. seed: their chance."""
+    """Play a cycle with faults from the last mark before them.
+
+    seed: their chance. whole: as `_finish`.
+    """
     injection.check(injections)
     prepared = machine.prepared
     going = FaultyRun(prepared.loop, prepared.start, injections, room, seed)
@@ -179,7 +189,7 @@ def play_faulty(
     if mark.tick > prepared.start.tick:
         room.fill(machine.rows, mark.tick - prepared.start.tick)
         going.begin_at(mark)
-    return _finish(prepared, going, injections)
+    return _finish(prepared, going, injections, whole)
 
 
 def _counts(prepared: Prepared, columns: Columns, at_s: float) -> bool:

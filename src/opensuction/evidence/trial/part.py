@@ -96,10 +96,10 @@ class PlayedCycle(NamedTuple):
 
 
 def play_again(trial: Trial, number: int) -> PlayedCycle:
-    """The cycle of a number alone, with all columns of its run."""
+    """The cycle of a number alone, with all columns of its run, watched for the longest time."""
     room = judged_cycle.make_room(COLUMNS)
     machine, _ = _find_machine(trial, draw.find_machine(trial, number), room)
-    return _play_one(trial, number, machine, room)
+    return _play_one(trial, number, machine, room, whole=True)
 
 
 Machine = Prepared | SoundMachine
@@ -112,13 +112,15 @@ def _find_machine(trial: Trial, machine: int, room: Room) -> tuple[Machine, tupl
     return sound_machine.find(trial, machine, lambda one: sound_machine.play(one, room))
 
 
-def _play_one(trial: Trial, number: int, machine: Machine, room: Room) -> PlayedCycle:
+def _play_one(
+    trial: Trial, number: int, machine: Machine, room: Room, whole: bool = False
+) -> PlayedCycle:
     if isinstance(machine, SoundMachine):
         prepared = machine.prepared
         injections = judged_cycle.place(draw.draw_faults(trial, number), machine.healthy)
         seed = draw.chance_seed(trial, number)
-        played = judged_cycle.play_faulty(machine, injections, seed, room)
+        played = judged_cycle.play_faulty(machine, injections, seed, room, whole)
     else:
         prepared = machine
-        played = judged_cycle.play_sound(prepared, room)
+        played = judged_cycle.play_sound(prepared, room, whole)
     return PlayedCycle(prepared, played.run, judged_cycle.judge(number, prepared, played))
