@@ -68,3 +68,14 @@ def test_what_the_work_raises_is_raised_here() -> None:
 
     with pytest.raises(ValueError, match="as it is"):
         ProgressTeller().wait(work)
+
+
+def test_how_far_the_work_is_shows_in_a_line_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    teller = ProgressTeller()
+    teller.show("1 of 9 cycles")  # too early for a line
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(progress, "NEWS_S", 0.0)
+    teller.show("8 of 9 cycles")
+    assert capsys.readouterr().err == "8 of 9 cycles\n"

@@ -34,6 +34,7 @@ KEYS = {
     "command_breaches",
     "violations",
     "false_alarms",
+    "false_before_fault",
     "true_alarms",
     "broken_off",
     "said",

@@ -76,6 +76,15 @@ def test_what_is_said_of_sound_cycles_stands_there_the_false_first() -> None:
     assert "## Bounds that faults state" not in text
 
 
+def test_what_was_said_before_a_fault_is_told_apart() -> None:
+    early = case(1, Fault.PUMP_LOST)._replace(false_alarms=("LINE_CLOGGED",))
+    found = summary(early)
+    assert (found["false_before_fault"], found["false_alarms"]) == (1, 0)
+    assert "In 1 cycles something that was not so" in page(early)
+    assert not early.is_broken
+    assert early._replace(faults=()).is_broken
+
+
 def test_what_came_too_late_is_listed_apart() -> None:
     pair = case(1, Fault.PUMP_LOST, Fault.LINE_LEAK)
     late = pair._replace(faults=(pair.faults[0], pair.faults[1]._replace(counts=False)))

@@ -108,8 +108,9 @@ class Case(NamedTuple):
 
     @property
     def is_broken(self) -> bool:
-        """Whether anything was broken, or said that is not so."""
-        return bool(self.commands or self.breaches or self.false_alarms)
+        """Whether anything was broken, or said of a sound cycle that is not so."""
+        said = self.false_alarms and not self.counted
+        return bool(self.commands or self.breaches or said)
 
 
 def make_room(names: Sequence[str] = JUDGED) -> Room:

@@ -189,7 +189,7 @@ def _left_inside(data: Json) -> list[str]:
 
 def _said(data: Json) -> list[str]:
     if not data["counted"]["none"]:
-        return []
+        return _said_before(data["false_before_fault"])
     lines = [
         "",
         "## What was said of sound cycles",
@@ -213,6 +213,17 @@ def _said(data: Json) -> list[str]:
     if len(data["said"]) > SAID_SHOWN:
         lines += ["", f"And {len(data['said']) - SAID_SHOWN} cycles more, in `trial.json`."]
     return lines
+
+
+def _said_before(cycles: int) -> list[str]:
+    """What was said of a machine that was sound until its fault came."""
+    if not cycles:
+        return []
+    return [
+        "",
+        f"In {cycles:,} cycles something that was not so tripped or was told before the fault "
+        "came; cycles of one machine share what comes before. `--faults none` asks that question.",
+    ]
 
 
 def _spread(one: Json | None, digits: int) -> str:

@@ -157,6 +157,7 @@ def plain(heading: Heading, parts: Sequence[PlayedPart], effort: Effort) -> Json
             "violations": _violations(trial, cases),
             "left_inside": _left_inside(cases),
             "false_alarms": bounds["false_alarms"].broken,
+            "false_before_fault": sum(bool(case.false_alarms) for case in cases if case.counted),
             "true_alarms": sum(bool(case.true_alarms) for case in sound),
             "broken_off": sum(not case.completed for case in sound),
             "said": _said(trial, cases),
