@@ -6,6 +6,8 @@ import pytest
 
 from opensuction.cli import completion
 from opensuction.control.compensation import KIND_OF_NAME
+from opensuction.evidence.trial.cohort import COHORTS
+from opensuction.evidence.trial.draw import FAULT_COUNTS
 from opensuction.identification.workbench import METHODS, MODELS
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
@@ -44,6 +46,8 @@ def completed(
         (completion.MODELS, MODELS),
         (completion.METHODS, METHODS),
         (completion.PREOXYGENATION, ANSWERS),
+        (completion.COHORTS, COHORTS),
+        (completion.FAULT_COUNTS, FAULT_COUNTS),
     ],
 )
 def test_names_are_those_of_the_rooms_that_know_them(

@@ -83,3 +83,14 @@ def test_what_a_person_named_is_printed_as_it_is(
     console.print(name)
     console.print(table)
     assert capsys.readouterr().out.count(name) == 3
+
+
+def test_how_far_the_work_is_shows_in_a_line_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    teller = ProgressTeller()
+    teller.show("1 of 9 cycles")  # too early for a line
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(progress, "NEWS_S", 0.0)
+    teller.show("8 of 9 cycles")
+    assert capsys.readouterr().err == "8 of 9 cycles\n"

@@ -12,6 +12,7 @@ from tests.cli import (
     test_identify,
     test_reproduce,
     test_safety_case,
+    test_trial,
 )
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "results.md"
@@ -27,6 +28,7 @@ SECTIONS = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", PAGE.read_text("utf-8
         ("reproduce", test_reproduce.CLAIM_KEYS),
         ("benchmark", test_benchmark.KEYS),
         ("safety-case", test_safety_case.KEYS),
+        ("trial", test_trial.KEYS),
     ],
 )
 def test_every_promised_key_is_explained(command: str, keys: set[str]) -> None:

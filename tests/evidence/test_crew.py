@@ -28,6 +28,25 @@ def test_what_a_task_raises_is_raised_here() -> None:
         crew.spread(eval, ["1 // 0", "1"], 1)
 
 
+DIES = "__import__('os').kill(__import__('os').getpid(), 9)"
+
+
+def test_a_task_over_which_a_process_died_is_done_by_another(tmp_path: Path) -> None:
+    mark = f"__import__('pathlib').Path({str(tmp_path / 'mark')!r})"
+    warned: list[str] = []
+    # The first one dies unless the second, which leaves a mark, was done before.
+    tasks = [f"7 if {mark}.exists() else {DIES}", f"{mark}.touch() or 5", "1 + 1"]
+    assert crew.spread(eval, tasks, 1, warn=warned.append) == [7, 5, 2]
+    assert warned == ["A process was killed by signal 9: another one does its task anew"]
+
+
+def test_a_task_that_kills_every_process_ends_the_work() -> None:
+    warned: list[str] = []
+    with pytest.raises(crew.WorkerLostError, match="3 processes died over the same task"):
+        crew.spread(eval, [DIES], 2, warn=warned.append)
+    assert len(warned) == 2
+
+
 def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
     program = f"from opensuction.evidence import crew; crew.spread(eval, [{WAITS!r}] * 2, 2)"
     with subprocess.Popen(

@@ -7,13 +7,13 @@ import pytest
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import AIRWAY
-from opensuction.evidence.trial import fault_campaign
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
+from tests.oracle import drawn_machine
 
 GLITCHES = (
     Fault.ENCODER_GLITCH,
@@ -46,7 +46,7 @@ FORCE_N = 0.3
 @pytest.fixture(scope="module")
 def machines() -> list[Prepared]:
     """A machine for each patient and approach."""
-    return fault_campaign.pool(8, 4200, "preview")
+    return drawn_machine.pool(4200)
 
 
 def strength_of(fault: Fault, share: float) -> float:

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.evidence.trial import fault_campaign
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.record import Array
 from opensuction.oracle import exposure, harm
@@ -17,6 +16,7 @@ from opensuction.oracle.harm import NAMES
 from opensuction.session.cycle import cycle_run
 from opensuction.simulation import rig as rigs
 from opensuction.twin.machine.machine import Machine
+from tests.oracle import drawn_machine
 from tests.oracle.test_exposure import track
 
 CAP_MM = 40.0
@@ -205,7 +205,7 @@ def test_it_does_not_matter_in_which_order_a_patient_bears_it(order: list[int], 
 
 def test_a_cycle_without_a_fault_harms_nobody() -> None:
     """Both approaches at a patient of each kind: every bound is kept with what is planned."""
-    for prepared in fault_campaign.pool(8, 1, "preview"):
+    for prepared in drawn_machine.pool(1):
         found = cycle_run.figures(prepared, cycle_run.play(prepared))
         assert found.completed
         assert found.harm == ()

@@ -5,12 +5,12 @@ import pytest
 
 from opensuction.evidence import healthy_cycle
 from opensuction.evidence.healthy_cycle import AIRWAY
-from opensuction.evidence.trial import fault_campaign
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.simulation.injection.left_inside import GONE_S
 from opensuction.twin.fault.fault import Fault
+from tests.oracle import drawn_machine
 
 LOOSE = (Fault.MOTOR_INTERMITTENT, Fault.READING_INTERMITTENT, Fault.MESSAGE_INTERMITTENT)
 WATCHED_S = 60.0
@@ -19,7 +19,7 @@ WATCHED_S = 60.0
 @pytest.fixture(scope="module")
 def machines() -> list[Prepared]:
     """A machine for each patient and approach."""
-    return fault_campaign.pool(8, 4300, "preview")
+    return drawn_machine.pool(4300)
 
 
 def assert_out(prepared: Prepared, fault: Fault, at_s: float, turn_s: float) -> None:
@@ -71,4 +71,4 @@ FOUND = [
 def test_those_that_were_left_inside_come_out(
     machine: int, fault: Fault, at_s: float, turn_s: float
 ) -> None:
-    assert_out(fault_campaign.prepare(machine, 31_000, "preview"), fault, at_s, turn_s)
+    assert_out(drawn_machine.prepare(machine, 31_000), fault, at_s, turn_s)

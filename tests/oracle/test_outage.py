@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from opensuction.evidence import healthy_cycle
-from opensuction.evidence.trial import fault_campaign
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.oracle import exposure
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
+from tests.oracle import drawn_machine
 
 LEAST_S, MOST_S = 0.001, 3.0
 """Outages: from one tick on; drives act on their own after 20 ms."""
@@ -24,7 +24,7 @@ REVERSAL_S = 1.0
 @pytest.fixture(scope="module")
 def machines() -> list[Prepared]:
     """A machine for each patient and approach."""
-    return fault_campaign.pool(8, 4100, "preview")
+    return drawn_machine.pool(4100)
 
 
 def assert_nobody_left_inside(machines: list[Prepared], numbers: range) -> None:

@@ -7,6 +7,7 @@ from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import closed_loop, idle_time, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
+from opensuction.twin import preset
 
 HOUR_S = 3600.0
 
@@ -68,3 +69,18 @@ def test_the_line_lets_its_vacuum_go_and_mucus_stays_in_the_bore() -> None:
     later = idle_time.pass_time(loop, state._replace(machine=left), HOUR_S)
     assert later.machine.line.vacuum_mmhg < 0.01
     assert later.machine.bore == left.bore
+
+
+def test_the_worst_of_a_time_is_that_of_the_closed_loop_at_rest() -> None:
+    """With too little oxygen: the saturation falls, late."""
+    loop, state = parked()
+    loop = loop._replace(machine=preset.ventilate(loop.machine, 0.15))
+    rows = trace.rows(60.02)
+    closed_loop.run(loop, state, NO_REQUESTS, rows)
+    columns = trace.by_name(rows, ("truth.spo2_percent", "truth.lung_volume_loss_ml"))
+    spo2, lost_ml = columns["truth.spo2_percent"], columns["truth.lung_volume_loss_ml"]
+    found = idle_time.find_worst(loop, state, 60.0)
+    assert spo2.min() < spo2[0] - 1.0
+    # A row shows the bedside's last step: what is found is a step ahead.
+    assert spo2.min() <= found.spo2_percent <= spo2[:60_000].min()
+    assert lost_ml[:60_000].max() <= found.lung_volume_loss_ml <= lost_ml.max()

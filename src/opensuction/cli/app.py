@@ -16,6 +16,7 @@ from opensuction.cli.command import (
     identify,
     reproduce,
     safety_case,
+    trial,
 )
 from opensuction.kernel.errors import InputError
 from opensuction.settings import wording
@@ -26,6 +27,7 @@ COMMANDS = (
     calibrate.COMMAND,
     benchmark.COMMAND,
     safety_case.COMMAND,
+    trial.COMMAND,
     identify.IDENTIFY,
     identify.COMPARE,
     cache.COMMAND,

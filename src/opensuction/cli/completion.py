@@ -40,6 +40,8 @@ METHODS = (
     "regularised",
 )
 FAULTS = tuple(BY_NAME)
+COHORTS = ("presets", *PATIENTS)
+FAULT_COUNTS = ("none", "single", "double")
 PREOXYGENATION = ("confirmed", "skipped")
 
 

@@ -122,6 +122,42 @@ OPTIONS: dict[str, Any] = {
         max=100,
         metavar="N",
     ),
+    "cycles": typer.Option(
+        help="How many cycles. The first ones of a longer trial are those of a shorter one.",
+        min=1,
+        max=10_000_000,
+        metavar="N",
+        show_default=False,
+    ),
+    "fault_count": typer.Option(
+        "--faults",
+        help="What comes to each cycle: none, single (a fault) or double (two). Default: single.",
+        metavar="none|single|double",
+        autocompletion=completion.complete_from(completion.FAULT_COUNTS),
+        show_default=False,
+    ),
+    "cohort": _take_name(
+        f"Whose patients: {_join(completion.COHORTS)}. Default: presets, all of them in turn.",
+        completion.COHORTS,
+    ),
+    "workers": typer.Option(
+        help="Processes that share the work. Default: one for each core.",
+        min=1,
+        max=1024,
+        metavar="N",
+        show_default=False,
+    ),
+    "resume": typer.Option(
+        "--resume",
+        help="Go on with the trial in the folder --out where it was; it knows its own options.",
+    ),
+    "play": typer.Option(
+        help="Play the cycle of this number again, alone, and write its report; with the options "
+        "of its trial.",
+        min=1,
+        metavar="NUMBER",
+        show_default=False,
+    ),
     "pace": typer.Option(
         help="Simulated seconds shown in one second; 0 is as fast as it goes. Default: 10 on "
         "a terminal, else 0.",

@@ -17,7 +17,7 @@ POLL_S = 0.1
 SHORT_S = 1.0
 """A compilation that takes no longer is not worth a line."""
 NEWS_S = 10.0
-"""Of compiling between two lines where there is no spinner."""
+"""Between two lines of how it goes on where there is no spinner."""
 
 Result = TypeVar("Result")
 
@@ -85,6 +85,8 @@ class ProgressTeller:
     def __init__(self) -> None:
         self._console = PlainConsole(stderr=True)
         self._began_s = time.monotonic()
+        self._standing: str | None = None
+        self._told_s = 0.0
 
     @property
     def elapsed_s(self) -> float:
@@ -94,6 +96,13 @@ class ProgressTeller:
     def tell(self, line: str) -> None:
         """A line of its own; from any thread."""
         self._console.print(line, soft_wrap=True)
+
+    def show(self, standing: str) -> None:
+        """How far the work is: beside the spinner, or in a line now and then; from any thread."""
+        self._standing = standing
+        if not self._console.is_terminal and self.elapsed_s - self._told_s >= NEWS_S:
+            self._told_s = self.elapsed_s
+            self.tell(standing)
 
     def wait(self, work: Callable[[], Result], doing: str | None = None) -> Result:
         """Do slow work in the background, so that signals are heard; raises what it raised.
@@ -143,4 +152,4 @@ class ProgressTeller:
                 due_s = NEWS_S * (1.0 + spent_s // NEWS_S)
             if spinner is not None:
                 slow = spent_s > SHORT_S and compilations.are_running
-                spinner.update(compilations.state if slow else doing)
+                spinner.update(compilations.state if slow else self._standing or doing)

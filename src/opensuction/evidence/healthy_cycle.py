@@ -17,6 +17,8 @@ from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.fault_instant import FaultInstant
 from opensuction.simulation.injection.safe_state import Holds
+from opensuction.simulation.trace import Columns
+from opensuction.twin.machine.machine import Machine
 
 AIRWAY = "airway"
 """The time for which the tip is in the airway, and `BEFORE_S` more."""
@@ -30,7 +32,7 @@ SMOOTHED_S = 0.02
 OPEN_RATIO = 0.95
 """[assumed] A valve this far open draws as one that is open."""
 INSERTING = Phase.INSERTING.name.lower()
-_NAMES = (
+COLUMNS = (
     "time_s",
     "phase",
     "truth.tip_mm",
@@ -38,6 +40,7 @@ _NAMES = (
     "truth.valve_open_ratio",
     "truth.contact_n",
 )
+"""What is looked at."""
 
 
 class Shows(Enum):
@@ -57,7 +60,7 @@ class HealthyCycle(NamedTuple):
     """A cycle in which nothing is wrong."""
 
     spans: dict[str, tuple[float, float]]
-    """Begin and end of each phase by name, and of the time in the airway."""
+    """Begin and end of each phase by name, and of the time in the airway where there is any."""
     moving: Holds
     """In which ticks the head moves."""
     open: Holds
@@ -66,15 +69,21 @@ class HealthyCycle(NamedTuple):
 
 def play(prepared: Prepared) -> HealthyCycle:
     """Play a cycle and keep what is needed of it."""
-    _, columns = trace.record(prepared.loop, prepared.start, START, LIMIT_S, _NAMES)
+    _, columns = trace.record(prepared.loop, prepared.start, START, LIMIT_S, COLUMNS)
+    return of(prepared.rig.machine, columns)
+
+
+def of(machine: Machine, columns: Columns) -> HealthyCycle:
+    """What is needed of a cycle that was played; columns: at least `COLUMNS`."""
     spans = {
         span.phase.name.lower(): (span.start_s, span.end_s) for span in trace.phase_spans(columns)
     }
-    inside = np.flatnonzero(exposure.find_inside(prepared.rig.machine, columns["truth.tip_mm"]))
+    inside = np.flatnonzero(exposure.find_inside(machine, columns["truth.tip_mm"]))
     touched = np.flatnonzero(columns["truth.contact_n"] > exposure.TOUCHING_N)
     if touched.size and INSERTING in spans:  # what comes after the touch meets no insertion
         spans[INSERTING] = (spans[INSERTING][0], float(touched[0]) * DT_S)
-    spans[AIRWAY] = (inside[0] * DT_S - BEFORE_S, inside[-1] * DT_S)
+    if inside.size:
+        spans[AIRWAY] = (inside[0] * DT_S - BEFORE_S, inside[-1] * DT_S)
     testing = columns["phase"] == Phase.CHECKING
     ticks = round(SMOOTHED_S / DT_S)
     head = columns["truth.head_mm"]

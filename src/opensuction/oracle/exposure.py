@@ -92,13 +92,12 @@ def _find_unsafe_pressure(machine: Machine, truth: Truth) -> Ticks:
     return unsafe | (pressure > BOUNDS[AgeGroup(person.age_group)].pressure_most_cmh2o)
 
 
-def _sum_s(truth: Truth, holds: Ticks) -> float:
-    """For how long something held, all stretches together; the last tick lasts as the others."""
-    time_s = truth["time_s"]
+def _lengths_s(time_s: Array) -> Array:
+    """How long each tick lasts; the last one as the one before it, one alone not at all."""
     if time_s.size < 2:
-        return 0.0
-    lasted = np.diff(time_s, append=2.0 * time_s[-1] - time_s[-2])
-    return float(lasted[holds].sum())
+        return np.zeros_like(time_s)
+    lengths: Array = np.diff(time_s, append=2.0 * time_s[-1] - time_s[-2])
+    return lengths
 
 
 def trace_advance_mm(position_mm: Array, counts: Ticks) -> Array:
@@ -136,6 +135,12 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
     sucking = inside & (vacuum_mmhg > SUCKING_MMHG)
     deepest_mm = float(tip_mm.max())
 
+    lengths_s = _lengths_s(truth["time_s"])
+
+    def sum_s(holds: Ticks) -> float:
+        """For how long something held, all stretches together."""
+        return float(lengths_s[holds].sum())
+
     def patient(name: str, of: np.ufunc) -> float:
         return float(of.reduce(truth[f"truth.{name}"])) if machine.has_patient else float("nan")
 
@@ -144,15 +149,15 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
         end_mm=float(tip_mm[-1]),
         outside_mm=_outside_mm(machine, tip_mm),
         piece_mm=float(truth["truth.piece_mm"][-1]),
-        in_airway_s=_sum_s(truth, inside),
-        suction_s=_sum_s(truth, sucking),
+        in_airway_s=sum_s(inside),
+        suction_s=sum_s(sucking),
         vacuum_peak_mmhg=_most(vacuum_mmhg, inside),
         advance_mm=advance_mm(tip_mm, sucking),
         deepest_mm=deepest_mm,
         past_carina_mm=max(deepest_mm - machine.airway.carina_mm, 0.0),
         force_peak_n=float(force_n.max()),
-        contact_s=_sum_s(truth, force_n > TOUCHING_N),
-        pressure_unsafe_s=_sum_s(truth, _find_unsafe_pressure(machine, truth)),
+        contact_s=sum_s(force_n > TOUCHING_N),
+        pressure_unsafe_s=sum_s(_find_unsafe_pressure(machine, truth)),
         airway_pressure_least_cmh2o=patient("airway_pressure_cmh2o", np.minimum),
         lung_volume_loss_ml=patient("lung_volume_loss_ml", np.maximum),
         spo2_least_percent=patient("spo2_percent", np.minimum),

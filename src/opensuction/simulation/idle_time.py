@@ -6,14 +6,48 @@ brought them. What of the machine settles by itself within seconds is not follow
 creeps by tenths of a millimetre more, and the tip stays where it is.
 """
 
+from typing import NamedTuple
+
 from opensuction.kernel.compiled import compiled
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.twin import bedside
-from opensuction.twin.coupling import TICKS
+from opensuction.twin.bedside import BedsideState
+from opensuction.twin.coupling import TICKS, CouplingState
 from opensuction.twin.machine import suction_line
 
 STEP_S = TICKS * DT_S
 """Time passes in steps of the bedside."""
+
+
+class Worst(NamedTuple):
+    """What a patient came to at worst."""
+
+    spo2_percent: float
+    """Least saturation."""
+    lung_volume_loss_ml: float
+    """Most volume lost."""
+
+
+@compiled
+def _step_bedside(
+    loop: Loop, around: BedsideState, coupling: CouplingState, tip_mm: float
+) -> tuple[BedsideState, CouplingState]:
+    """One step of the bedside beside a machine that stands."""
+    around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
+    return around, bedside.couple(loop.machine, around, tip_mm)
+
+
+@compiled
+def find_worst(loop: Loop, state: LoopState, duration_s: float) -> Worst:
+    """What a patient comes to at worst in a time at rest; as `pass_time`."""
+    around, coupling = state.bedside, state.machine.coupling
+    tip_mm = state.machine.airway.tip_mm
+    least, most_ml = coupling.signs.spo2_percent, coupling.signs.lung_volume_loss_ml
+    for _ in range(round(duration_s / STEP_S)):
+        around, coupling = _step_bedside(loop, around, coupling, tip_mm)
+        least = min(least, coupling.signs.spo2_percent)
+        most_ml = max(most_ml, coupling.signs.lung_volume_loss_ml)
+    return Worst(least, most_ml)
 
 
 @compiled
@@ -32,8 +66,7 @@ def pass_time(loop: Loop, state: LoopState, duration_s: float) -> LoopState:
     coupling, around = state.machine.coupling, state.bedside
     ticks = coupling.ticks
     for _ in range(steps):
-        around = bedside.step(loop.machine, around, coupling, tip_mm, DT_S)
-        coupling = bedside.couple(loop.machine, around, tip_mm)
+        around, coupling = _step_bedside(loop, around, coupling, tip_mm)
     machine = state.machine._replace(
         # Pump off, valve closed, air let in: of the machine only the line changes.
         line=suction_line.step(

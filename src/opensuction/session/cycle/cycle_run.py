@@ -244,16 +244,20 @@ def tracked_span_s(prepared: Prepared) -> float | None:
     )
 
 
+def secretion_ml(prepared: Prepared, duration_s: float) -> float:
+    """Secretions that lay there when the cycle began, and what came within a time."""
+    bedside = prepared.start.bedside
+    produced_ml = float(np.sum(bedside.produced_ml_per_s)) * duration_s
+    return float(np.sum(bedside.secretion_ml)) + produced_ml
+
+
 def figures(prepared: Prepared, columns: Columns) -> Outcome:
     """Figures of the cycle; the share removed is of what was there and what came meanwhile."""
-    bedside = prepared.start.bedside
-    produced_ml = float(np.sum(bedside.produced_ml_per_s)) * columns["time_s"].size * DT_S
-    secretion_ml = float(np.sum(bedside.secretion_ml)) + produced_ml
     return outcome(
         columns,
         prepared.rig.machine,
         stopping_mm(prepared),
-        secretion_ml,
+        secretion_ml(prepared, columns["time_s"].size * DT_S),
         tracked_span_s(prepared),
         prepared.loop.controller.limits.cap_mm,
     )

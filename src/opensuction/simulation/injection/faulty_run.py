@@ -36,8 +36,9 @@ MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE, Fault.POWER_RETURNI
 RESTARTING = (Fault.CONTROLLER_STOPPED, Fault.POWER_RETURNING)
 """Faults after which a new controller starts."""
 _COMMANDS = row.columns(Commands)
-_SENT = [row.columns(link.Message).index(f"commands.{name}") for name in _COMMANDS]
-"""Where a message has them."""
+_FIRST_SENT = row.columns(link.Message).index(f"commands.{_COMMANDS[0]}")
+_SENT = slice(_FIRST_SENT, _FIRST_SENT + len(_COMMANDS))
+"""Where a message has them, one after the other."""
 
 
 def is_linked(injections: Sequence[Injection]) -> bool:
@@ -84,8 +85,9 @@ class FaultyRun:
         self.last_row: npt.NDArray[np.float64] = room.piece(1)[0]
         """Of the last tick, with all columns; until the next piece is played."""
         wanted = any(f"commands.{name}" in room.names for name in _COMMANDS)
-        kept_ticks = room.ticks if wanted and self._messages is not None else 0
-        self._commands = np.zeros((kept_ticks, len(_COMMANDS)))
+        self._commands = np.empty((0, len(_COMMANDS)))
+        if wanted and self._messages is not None:
+            self._commands = room.sent(len(_COMMANDS))
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._loop = loop
@@ -141,6 +143,29 @@ class FaultyRun:
         self._sound = preset.ventilate(self._sound, oxygen_ratio)
         self._break_machine()
 
+    def begin_at(self, state: LoopState) -> None:
+        """Begin behind ticks that were played before, without a fault; the room has their columns.
+
+        state: after them. No fault may be due within them, and none may look further back than the
+        first tick that is played now: a link remembers nothing of what was before.
+        """
+        self.done, self.state = state.tick - self.state.tick, state
+        self.requests = NO_REQUESTS
+        if self._messages is not None:
+            reading = machine.read(self._loop.machine, state.machine)
+            self._messages = wiring.start(reading, state.tick)
+            self._commands[: self.done] = 0.0
+            obeyed = self.columns
+            for i, name in enumerate(_COMMANDS):
+                if f"commands.{name}" in obeyed:
+                    self._commands[: self.done, i] = obeyed[f"commands.{name}"]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the machine waits for a person, no fault its instant, no controller its start."""
+        waits = any(self._is_waiting(place) for place in range(len(self._injections)))
+        return self.is_resting and not waits and self._restart_tick is None
+
     def hold(self, place: int, waits: bool) -> None:
         """Let a fault wait whatever its instant, or no longer. place: among the injections."""
         (self._held.add if waits else self._held.discard)(place)
@@ -183,8 +208,11 @@ class FaultyRun:
         """Copy what the controller sent from the ring; none sends nothing."""
         kept = self._commands[self.done : self.done + ran]
         if self._wiring.link.controller_runs:
-            rows = messages.sent[np.arange(first, first + ran) % link.RING_TICKS]
-            kept[:] = rows[:, _SENT]
+            begin, done = first % link.RING_TICKS, 0
+            while done < ran:  # the ring goes on from its first row
+                rows = messages.sent[begin : begin + ran - done, _SENT]
+                kept[done : done + len(rows)] = rows
+                begin, done = 0, done + len(rows)
         else:
             kept[:] = 0.0
 

@@ -129,7 +129,8 @@ def _valve_phase(columns: Columns, _: Settings) -> Breach | None:
 
 def _cut_by_trip(columns: Columns, _: Settings) -> Breach | None:
     masks = columns["verdict.trips"].astype(np.int64)
-    cuts = [mask for mask in np.unique(masks) if condition_mask.cuts_vacuum(int(mask))]
+    begin = np.concatenate(([0], np.flatnonzero(np.diff(masks)) + 1))
+    cuts = [mask for mask in {*masks[begin].tolist()} if condition_mask.cuts_vacuum(mask)]
     cut = np.isin(masks, cuts)
     broken = cut & (_is_opening(columns) | (columns["commands.pump_on"] > 0.0))
     return _breach("no vacuum where a trip cuts it", columns, broken, masks.astype(float), 0.0)

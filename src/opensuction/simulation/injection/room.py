@@ -25,6 +25,7 @@ class Room:
         self._piece = np.zeros((PIECE_ROWS, len(COLUMNS)))
         self._columns = np.empty((len(self.names), round(longest_s / DT_S)))
         self._index = trace.indices(self.names)
+        self._sent: npt.NDArray[np.float64] | None = None
 
     @property
     def ticks(self) -> int:
@@ -38,6 +39,23 @@ class Room:
     def keep(self, done: int, ticks: int) -> None:
         """Keep so many rows of the piece that follow the ``done`` ones."""
         trace.transpose(self._piece[:ticks], self._index, self._columns[:, done : done + ticks])
+
+    def sent(self, columns: int) -> npt.NDArray[np.float64]:
+        """Room for what a controller sends in the longest run, shape (ticks, columns).
+
+        It holds what the last run has left there.
+        """
+        if self._sent is None:
+            self._sent = np.empty((self.ticks, columns))
+        return self._sent
+
+    def copy(self, done: int) -> npt.NDArray[np.float64]:
+        """The first ``done`` rows, shape (columns, done), for `fill`."""
+        return self._columns[:, :done].copy()
+
+    def fill(self, kept: npt.NDArray[np.float64], done: int) -> None:
+        """Take over the first ``done`` rows of what a run of the same columns has left."""
+        self._columns[:, :done] = kept[:, :done]
 
     def columns(self, done: int) -> Columns:
         """The first ``done`` rows, by name; they are of this room, and the next run's after it."""

@@ -45,6 +45,29 @@ def count_left_inside(found: Iterable[LeftInside | None]) -> dict[str, int]:
     }
 
 
+class PatientAlone(NamedTuple):
+    """What a patient goes through after a run, while the machine does nothing."""
+
+    spo2_least_percent: float = math.inf
+    lung_volume_loss_ml: float = 0.0
+    in_airway_s: float = 0.0
+    """With a catheter that stays inside."""
+    contact_s: float = 0.0
+    """With one that stays on the carina."""
+
+    def add_to(self, borne: PatientExposure) -> PatientExposure:
+        """What the patient had to bear in the run and after it."""
+        return borne._replace(
+            spo2_least_percent=min(borne.spo2_least_percent, self.spo2_least_percent),
+            lung_volume_loss_ml=max(borne.lung_volume_loss_ml, self.lung_volume_loss_ml),
+            in_airway_s=borne.in_airway_s + self.in_airway_s,
+            contact_s=borne.contact_s + self.contact_s,
+        )
+
+
+NOT_FOLLOWED = PatientAlone()
+
+
 class Judgement(NamedTuple):
     """What a run came to."""
 
@@ -80,18 +103,19 @@ def judge(
     injected: Sequence[Injected],
     told_within_s: float = math.nan,
     strictly: Collection[str] = (),
+    alone: PatientAlone = NOT_FOLLOWED,
 ) -> Judgement:
     """Judge a run by the truth of its columns, at least `COLUMNS`.
 
     machine: as it was built, before any fault. cap_mm: deepest planned position of the tip.
     injected: its faults. told_within_s: how soon people must be told of a catheter that cannot but
     stay inside; nan for the patient's own bound of time in the airway. strictly: bounds to which no
-    fault adds anything.
+    fault adds anything. alone: what the patient goes through after the run.
     """
     came = [one for one in injected if not math.isnan(one.at_s)]
     if math.isnan(told_within_s):
         told_within_s = BOUNDS[AgeGroup(machine.patient.age_group)].in_airway_s
-    borne = exposure.measure(machine, columns)
+    borne = alone.add_to(exposure.measure(machine, columns))
     found = harm.find(machine, borne, cap_mm)
     told = tuple(annunciation.told(columns))
     breaches = fault_allowance.find_breaches(found, [one.injection for one in came], strictly)

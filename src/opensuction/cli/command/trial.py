@@ -1,0 +1,301 @@
+"""``trial``: many cycles over patients, machines and faults, each judged by the truth."""
+
+import contextlib
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from opensuction.cli import delivery, exit_status, output_folder
+from opensuction.cli.command import trial_words
+from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, to_text
+from opensuction.cli.entry import Command
+from opensuction.cli.interruption import Stopped
+from opensuction.kernel.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import ProgressTeller
+    from opensuction.evidence.trial.draw import Trial
+    from opensuction.evidence.trial.part import PlayedPart
+    from opensuction.evidence.trial.trial import Standing
+    from opensuction.evidence.trial.trial_log import Heading
+
+FILES = ("trial.json", "trial.md")
+
+
+class TrialOptions(NamedTuple):
+    """What the command takes; None: the default, or what the trial that goes on has."""
+
+    cycles: int | None = None
+    fault_count: str | None = None
+    cohort: str | None = None
+    compensation: str | None = None
+    preoxygenation: str | None = None
+    seed: int | None = None
+    workers: int | None = None
+    resume: bool = False
+    play: int | None = None
+    results: OutputChoice = OutputChoice()
+
+
+def run(options: TrialOptions) -> int:
+    """Carry the command out; returns the exit status. Raises InputError for bad input."""
+    if options.play is not None:
+        return _play(options, options.play)
+    return _run(options)
+
+
+def _choose(options: TrialOptions, usual: "Trial") -> "Trial":
+    """The trial that was asked for. Raises InputError for an unknown name.
+
+    usual: holds what nobody has said anything of.
+    """
+    from opensuction.evidence.trial import cohort, draw
+    from opensuction.session.cycle.preoxygenation import ANSWERS
+    from opensuction.settings.choice import choose
+
+    asked: dict[str, Any] = {
+        "faults": options.fault_count,
+        "cohort": options.cohort,
+        "seed": options.seed,
+        "compensation": options.compensation,
+        "preoxygenation": options.preoxygenation,
+    }
+    trial = usual._replace(**{name: value for name, value in asked.items() if value is not None})
+    choose(trial.faults, draw.FAULT_COUNTS, "--faults")
+    choose(trial.preoxygenation, ANSWERS, "--preoxygenation")
+    cohort.list_kinds(trial.cohort)
+    return trial
+
+
+def _play(options: TrialOptions, number: int) -> int:
+    """Play one cycle again."""
+    from opensuction.evidence.trial.draw import Trial
+
+    if options.resume or options.cycles is not None:
+        raise InputError("--play plays one cycle: leave --resume and --cycles out")
+    trial = _choose(options, Trial())
+    return deliver(
+        options.results,
+        f"trial-{number}",
+        lambda progress, _: _compute_one(trial, number, progress),
+        f"Playing cycle {number}",
+    )
+
+
+def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> CommandResult:
+    from opensuction.evidence.trial import part, trial_summary
+    from opensuction.report import terminal
+    from opensuction.report.cycle import page
+    from opensuction.report.summary import is_good
+    from opensuction.session.cycle import cycle_run, cycle_summary, fault_run, machine_summary
+
+    found = part.play_again(trial, number)
+    factor = cycle_run.realtime_factor(found.prepared)
+    data = cycle_summary.summary(found.prepared, found.run.columns, progress.elapsed_s, factor)
+    data["faults"] = fault_run.plain(found.run)
+    data["trial"] = trial_summary.plain_case(trial, found.case)
+    html = page.render(data, found.run.columns, machine_summary.sections(found.prepared))
+    data["wall_s"] = progress.elapsed_s
+    files = {"report.html": html, "cycle.json": to_text(data)}
+
+    def summarise(console: "Console", folder: Path) -> None:
+        terminal.print_summary(console, data, [folder / name for name in files])
+        for one in data["trial"]["violations"]:
+            console.print(trial_words.violation(one), soft_wrap=True, markup=False)
+
+    return CommandResult(data, files, summarise, is_good=is_good(data))
+
+
+def _run(options: TrialOptions) -> int:
+    """Run a trial, or go on with one."""
+    from opensuction.cli.progress import ProgressTeller
+
+    progress = ProgressTeller()
+    heading, folder, kept = _open(options)
+    workers = options.workers or _count_cores()
+    teller = _Teller(progress, heading.cycles)
+    try:
+        progress.tell(_say_what_runs(heading, len(kept), workers))
+        parts = progress.wait(
+            lambda: _play_all(folder, heading, kept, workers, teller), "Preparing"
+        )
+        result = _conclude(heading, parts, teller, workers)
+        with output_folder.stage(folder, force=True) as staging:
+            output_folder.write(staging, result.files)
+    except (InputError, OSError, Stopped) as ending:
+        ending.add_note(_say_what_is_kept(folder, heading, teller.cycles))
+        raise
+    try:
+        delivery.show(
+            options.results.as_json,
+            result.data,
+            lambda console: result.summarise(console, folder),
+        )
+    except (OSError, Stopped) as ending:
+        ending.add_note(f"the results are in {folder}")
+        raise
+    return exit_status.DONE if result.is_good else exit_status.FAILED
+
+
+def _count_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _open(options: TrialOptions) -> "tuple[Heading, Path, dict[int, PlayedPart]]":
+    """The trial, its folder with a log in it, and what is there already.
+
+    Raises InputError for what does not fit together, before anything slow.
+    """
+    from opensuction.evidence.trial import part, trial_log
+    from opensuction.evidence.trial.draw import Trial
+
+    out = options.results.out
+    if options.resume:
+        if out is None:
+            raise InputError("--resume: say which trial goes on: --out and its folder")
+        known = trial_log.read(out).heading
+        wanted = trial_log.make_heading(
+            _choose(options, known.trial), options.cycles or known.cycles
+        )
+        return wanted, out, trial_log.go_on(out, wanted)
+    if options.cycles is None:
+        raise InputError("--cycles is missing: say how many, such as --cycles 1000")
+    trial = _choose(options, Trial())
+    part.check(trial)
+    folder = output_folder.choose(out, "trial")
+    _check_folder(folder, options.results.force)
+    heading = trial_log.make_heading(trial, options.cycles)
+    folder.mkdir(parents=True, exist_ok=True)
+    for stale in FILES:
+        (folder / stale).unlink(missing_ok=True)
+    trial_log.begin(folder, heading)
+    return heading, folder, {}
+
+
+def _check_folder(folder: Path, force: bool) -> None:
+    """Refuse a folder that holds something, or cannot be written; raises InputError."""
+    from opensuction.evidence.trial import trial_log
+
+    if (folder / trial_log.NAME).exists() and not force:
+        raise InputError(
+            f"--out {folder}: the folder holds a trial; add --resume to go on with it, or --force "
+            "to begin anew"
+        )
+    with output_folder.stage(folder, force):
+        pass  # tried before hours of work
+
+
+def _play_all(
+    folder: Path,
+    heading: "Heading",
+    kept: "dict[int, PlayedPart]",
+    workers: int,
+    teller: "_Teller",
+) -> "list[PlayedPart]":
+    """The parts of a trial: all of them, or as many as could be played."""
+    from opensuction.evidence.crew import WorkerLostError
+    from opensuction.evidence.trial import trial, trial_log
+
+    try:
+        listener = trial.Listener(teller.tell, teller.warn)
+        return trial.run(folder, heading, kept, workers, listener)
+    except WorkerLostError as lost:
+        teller.warn(f"opensuction: {lost}; {_say_what_is_kept(folder, heading, teller.cycles)}")
+        found = trial_log.read(folder).parts
+        if not found:
+            raise InputError(f"{lost}: nothing could be played") from None
+        return [found[machine] for machine in sorted(found)]
+
+
+class _Teller:
+    """Tells how a trial goes on, and remembers how far it is."""
+
+    def __init__(self, progress: "ProgressTeller", cycles: int) -> None:
+        self.cycles = self.kept = 0
+        self.elapsed_s = 0.0
+        self.warn = progress.tell
+        self._progress, self._whole = progress, cycles
+        self._began_s: float | None = None
+
+    def tell(self, standing: "Standing") -> None:
+        """Show how many cycles are there, how fast it goes and how long it takes still."""
+        self.cycles, now_s = standing.cycles, self._progress.elapsed_s
+        if self._began_s is None:
+            self._began_s, self.kept = now_s, standing.cycles
+        words = f"{standing.cycles:,} of {self._whole:,} cycles"
+        played = standing.cycles - self.kept
+        self.elapsed_s = now_s - self._began_s
+        if played:
+            rate = played / self.elapsed_s
+            left_s = (self._whole - standing.cycles) / rate
+            words += f", {rate:.0f} a second, {trial_words.say_time(left_s)} left"
+        if standing.broken:
+            words += f"; {standing.broken:,} broken"
+        self._progress.show(words)
+
+
+def _say_what_runs(heading: "Heading", kept: int, workers: int) -> str:
+    from opensuction.evidence.trial import draw, trial_page
+
+    machines = draw.count_machines(heading.trial, heading.cycles)
+    goes_on = f", {kept:,} of them there already" if kept else ""
+    return (
+        f"{heading.cycles:,} cycles {trial_page.EACH[heading.trial.faults]} on {machines:,} drawn "
+        f"machines{goes_on}; {workers} {'process' if workers == 1 else 'processes'}"
+    )
+
+
+def _say_what_is_kept(folder: Path, heading: "Heading", cycles: int) -> str:
+    """What a trial that ended early leaves, and how to go on; a folder without a cycle goes."""
+    from opensuction.evidence.trial import trial_log
+
+    if not cycles:
+        (folder / trial_log.NAME).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # something else is in it
+            folder.rmdir()
+        return "nothing was written"
+    return (
+        f"{cycles:,} of {heading.cycles:,} cycles are kept; go on with: opensuction trial --resume "
+        f"--out {folder}"
+    )
+
+
+def _conclude(
+    heading: "Heading", parts: "list[PlayedPart]", teller: _Teller, workers: int
+) -> CommandResult:
+    """What a trial came to, its files and its summary."""
+    from opensuction.evidence.trial import trial_page, trial_summary
+    from opensuction.evidence.trial.trial_summary import Effort
+
+    now = datetime.now(tz=UTC)
+    effort = Effort(workers, teller.elapsed_s, teller.cycles - teller.kept, f"{now:%Y-%m-%d}")
+    data = trial_summary.plain(heading, parts, effort)
+    files = {"trial.json": to_text(data), "trial.md": trial_page.markdown(data, effort.date_utc)}
+    return CommandResult(
+        data,
+        files,
+        lambda console, folder: trial_words.summarise(console, data, folder),
+        is_good=trial_summary.is_good(data),
+    )
+
+
+COMMAND = Command(
+    name="trial",
+    options=TrialOptions,
+    run=run,
+    sentence="Many cycles over drawn patients, machines and faults, each judged by the truth.",
+    details="Every cycle follows from its number alone: machine, patient, faults, their strengths "
+    "and instants (while the tip is inside, or a second before). What happened is judged from the "
+    "twin's truth, what the controller sends by its invariants; counts come with 95 % upper "
+    "bounds, endpoints by patient. With --faults none it counts trips and alarms that say what is "
+    "not so. Ctrl-C keeps what is done, and --resume goes on. Two faults at once are counted; "
+    "nothing is claimed of them, and they do not change the exit status.",
+    examples=trial_words.EXAMPLES,
+    ends="0 all that is claimed held, 1 something was broken or it is not complete",
+)

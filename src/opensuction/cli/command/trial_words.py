@@ -1,0 +1,97 @@
+"""What ``opensuction trial`` says: its help's examples, its summary, how long it takes still."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from opensuction.session.plain import Json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SHOWN = 10
+"""Violations and false alarms that the terminal lists; all are in the file."""
+
+EXAMPLES = """\b
+Examples:
+  opensuction trial --cycles 1000                 a fault each: some minutes
+  opensuction trial --cycles 1000 --faults none   false alarms
+  opensuction trial --cycles 100000 --faults double --out runs/double
+  opensuction trial --resume --out runs/double    go on after Ctrl-C
+  opensuction trial --cycles 200 --cohort neonate --seed 7
+  opensuction trial --play 4711 --faults double   one of its cycles again
+  opensuction trial --cycles 500 --json | jq '.violations[].play'
+
+\b
+The folder holds trial.md (the page), trial.json (all figures) and
+trial-parts.jsonl (every cycle; what --resume goes on from)."""
+
+
+def say_time(seconds: float) -> str:
+    """A time in words: how long something takes still."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"
+
+
+def violation(one: Json) -> str:
+    """A bound that was broken, and what plays its cycle again."""
+    faults = " + ".join(one["faults"]) or "no fault"
+    worst = "no number" if one["worst"] is None else f"{one['worst']:.3g}"
+    return (
+        f"  {one['number']}: {faults}, {one['patient']} by {one['approach']}: {one['bound']} "
+        f"{worst}, limit {one['limit']:.3g}\n    {one['play']}"
+    )
+
+
+def summarise(console: "Console", data: Json, folder: Path) -> None:
+    """Print what a trial came to. folder: holds its files."""
+    from rich.table import Table
+
+    from opensuction.evidence.trial import trial_page
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("held against", ratio=1)
+    for column in ("cycles", "broken", "share at most (95 %)"):
+        table.add_column(column, justify="right", no_wrap=True)
+    for key, words in trial_page.HELD.items():
+        one = data["bounds"][key]
+        if one["cycles"]:
+            style = "bold red" if one["broken"] else None
+            share = f"{one['upper_percent']:.2g} %"
+            table.add_row(words, f"{one['cycles']:,}", f"{one['broken']:,}", share, style=style)
+    console.print(table)
+    for line in _sentences(data):
+        console.print(line, soft_wrap=True, markup=False)
+    console.print(f"Page: {folder / 'trial.md'}, figures: {folder / 'trial.json'}", soft_wrap=True)
+
+
+def _sentences(data: Json) -> Iterator[str]:
+    """What the terminal says below its table."""
+    left = data["left_inside"]
+    if left["count"]:
+        yield (
+            f"Left inside at the end: {left['count']:,} of {data['cycles']:,} cycles; "
+            f"{left['unavoidable']:,} of them nothing could have prevented, {left['told']:,} were "
+            "told high in time."
+        )
+    else:
+        yield "Left inside at the end: none."
+    shown = [violation(one) for one in data["violations"][:SHOWN]]
+    if shown:
+        yield f"Violations ({len(data['violations'])}), each with what plays it again:"
+        yield from shown
+    loud = [one for one in data["said"] if one["false"]]
+    if loud:
+        yield f"Said of sound cycles and not so ({len(loud)}):"
+    for one in loud[:SHOWN]:
+        words = ", ".join(one["false"])
+        cycle = f"{one['number']}: {one['patient']} by {one['approach']}"
+        yield f"  {cycle}: {words}\n    {one['play']}"
+    if len(data["violations"]) > SHOWN or len(loud) > SHOWN:
+        yield "All of them are in the page and in the figures."
+    if data["cycles_per_s"]:
+        rate = f"{data['cycles_per_s']:.1f} cycles a second"
+        yield f"{rate}. In-silico: the machine is a simulated one."

@@ -1,0 +1,129 @@
+"""What each cycle of a trial is: its machine, its faults, their strengths and instants.
+
+All of it follows from the trial and the cycle's number, so that any cycle can be played again alone
+and any part of a trial on its own, and a longer trial begins with the cycles of a shorter one.
+"""
+
+import math
+from typing import NamedTuple
+
+from opensuction.evidence.trial import cohort
+from opensuction.evidence.trial.cohort import Kind
+from opensuction.kernel import random_stream
+from opensuction.twin.fault.fault import Fault
+from opensuction.twin.fault.fault_table import ROWS
+
+PURPOSE = 72
+"""Number of the noise stream of trials."""
+BLOCKS = 4
+"""Pairs of random numbers that a cycle may draw: two faults take three numbers each."""
+FAULT_COUNTS = {"none": 0, "single": 1, "double": 2}
+"""How many faults come to a cycle, by the name that the command line takes."""
+MACHINE_SEEDS = 1_000_000
+"""Seeds of machines that a trial has for itself."""
+TRIES = 20
+"""How many machines may be drawn for one that can do its protocol."""
+SEEDS = 2**32
+
+FAULTS = tuple(fault for fault, row in ROWS.items() if not row.is_setup)
+"""Whatever can happen to a running machine."""
+
+
+class Trial(NamedTuple):
+    """Which cycles: the same trial has the same cycle under a number, however many there are."""
+
+    faults: str = "single"
+    """A name of `FAULT_COUNTS`."""
+    cohort: str = cohort.PRESETS
+    seed: int = 1
+    compensation: str = "preview"
+    preoxygenation: str = "confirmed"
+    """Where guidelines ask for it; a name of `session.cycle.preoxygenation.ANSWERS`."""
+
+    @property
+    def per_machine(self) -> int:
+        """Cycles on one machine; where nothing is injected, machines are all that differs.
+
+        To prepare one, and to play its own cycle, takes as long as some five cycles with faults.
+        """
+        return 1 if self.faults == "none" else 50
+
+
+class DrawnFault(NamedTuple):
+    """A fault of a cycle, as it is drawn."""
+
+    fault: Fault
+    strength: float
+    share: float
+    """When it comes, as a share of the time in the airway and the second before, 0 to 1."""
+
+
+def find_machine(trial: Trial, number: int) -> int:
+    """Machine, from 0 on, of the cycle of a number, 1 or more: as many take turns as kinds."""
+    kinds = len(cohort.list_kinds(trial.cohort))
+    group, within = divmod(number - 1, kinds * trial.per_machine)
+    return group * kinds + within % kinds
+
+
+def list_numbers(trial: Trial, machine: int, cycles: int) -> list[int]:
+    """Numbers of the cycles of a machine, of those up to ``cycles``."""
+    kinds = len(cohort.list_kinds(trial.cohort))
+    group, kind = divmod(machine, kinds)
+    first = 1 + group * kinds * trial.per_machine + kind
+    numbers = range(first, first + kinds * trial.per_machine, kinds)
+    return [number for number in numbers if number <= cycles]
+
+
+def count_machines(trial: Trial, cycles: int) -> int:
+    """How many machines so many cycles take."""
+    kinds = len(cohort.list_kinds(trial.cohort))
+    groups, within = divmod(cycles, kinds * trial.per_machine)
+    return groups * kinds + min(within, kinds)
+
+
+def kind_of(trial: Trial, machine: int) -> Kind:
+    """Patient and approach of a machine."""
+    kinds = cohort.list_kinds(trial.cohort)
+    return kinds[machine % len(kinds)]
+
+
+def machine_seed(trial: Trial, machine: int, again: int) -> int:
+    """Seed that draws a machine and its patient. again: how often one before it was no use."""
+    within = (machine + again * MACHINE_SEEDS // TRIES) % MACHINE_SEEDS
+    return (trial.seed * MACHINE_SEEDS + within) % SEEDS
+
+
+def chance_seed(trial: Trial, number: int) -> int:
+    """Seed of what is chance in a cycle's faults."""
+    return (trial.seed * MACHINE_SEEDS + number) % SEEDS
+
+
+def _draw_uniforms(trial: Trial, number: int) -> list[float]:
+    source = random_stream.stream(trial.seed, PURPOSE)._replace(counter=number * BLOCKS)
+    drawn: list[float] = []
+    for _ in range(BLOCKS):
+        first, second, source = random_stream.uniform_pair(source)
+        drawn += [first, second]
+    return drawn
+
+
+def _strength(fault: Fault, share: float) -> float:
+    """Anywhere in the fault's range; by ratio where it spans more than a factor of ten."""
+    strength = ROWS[fault].strength
+    if strength is None:
+        return 0.0
+    if strength.least > 0.0 and strength.most > 10.0 * strength.least:
+        ratio = math.log(strength.most / strength.least)
+        return min(strength.least * math.exp(share * ratio), strength.most)
+    return strength.least + share * (strength.most - strength.least)
+
+
+def draw_faults(trial: Trial, number: int) -> tuple[DrawnFault, ...]:
+    """Faults of the cycle of a number: any of them, of any strength, at any time inside."""
+    uniform = _draw_uniforms(trial, number)
+    faults = []
+    for i in range(FAULT_COUNTS[trial.faults]):
+        pick, strong, share = uniform[3 * i : 3 + 3 * i]
+        fault = FAULTS[min(int(pick * len(FAULTS)), len(FAULTS) - 1)]
+        faults.append(DrawnFault(fault, _strength(fault, strong), share))
+    return tuple(faults)
