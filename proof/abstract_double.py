@@ -1,0 +1,280 @@
+"""Doubles as reals with flags: not a number, plus and minus infinity. Sound, and fast to prove with.
+
+A sum, product or quotient of finite doubles is some real within the rounding error of the exact
+one (the standard model of floating point: relative `EPSILON`, and `TINY` where a product or a
+quotient underflows), on the side of each operand on which the exact one is, for rounding is
+monotone; beyond the largest double it may be infinite. A fused product and sum, as compilers make
+it, is one of the reals allowed. A product of two unknowns is known by its sign and its hull only.
+Whatever holds for all of these holds for the doubles of the machine. Not the other way round: a
+counterexample here may be none there, and has to be replayed.
+Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd edition, section 2.2.
+"""
+
+import itertools
+import math
+import sys
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import z3
+
+from proof.logic import Truth, choose_truth, conjoin, disjoin, lift_truth, negate
+
+EPSILON = Fraction(1, 10**15)
+"""More than the unit roundoff of a double, 1.11e-16."""
+TINY = Fraction(1, 10**30)
+"""More than the smallest double, 5e-324."""
+LARGEST = sys.float_info.max
+"""The largest double."""
+SLACK = 1.0 + 1e-12
+"""By which a hull is wider than what Python computes of it."""
+
+
+class Double(NamedTuple):
+    """An unknown double."""
+
+    real: z3.ArithRef
+    """Its value where it is finite; else nothing."""
+    nan: Truth
+    up: Truth
+    """Plus infinity."""
+    down: Truth
+    """Minus infinity."""
+    low: float
+    high: float
+    """Hull of its value where it is finite."""
+
+
+class Fact(NamedTuple):
+    """What defines an unknown that an operation has made: there is always one."""
+
+    unknown: z3.ExprRef
+    holds: z3.BoolRef
+
+
+def is_finite(value: Double) -> Truth:
+    """Whether it is neither infinite nor not a number."""
+    return negate(disjoin(value.nan, value.up, value.down))
+
+
+def _exactly(number: float | Fraction) -> z3.RatNumRef:
+    return z3.RealVal(str(Fraction(number)))
+
+
+class AbstractDoubles:
+    """The operations, and the facts about what they have made."""
+
+    kind = Double
+
+    def __init__(self) -> None:
+        self.facts: dict[str, Fact] = {}
+        self._numbers = itertools.count()
+
+    # What there is to begin with
+
+    def make(self, value: float) -> Double:
+        """A known double."""
+        number = math.isfinite(value)
+        finite = value if number else 0.0
+        nan, up, down = math.isnan(value), value == math.inf, value == -math.inf
+        return Double(_exactly(finite), nan, up, down, finite, finite)
+
+    def free(self, name: str) -> Double:
+        """Any double whatever."""
+        nan, up, down = (z3.Bool(f"{name}:{flag}") for flag in ("nan", "up", "down"))
+        up_only = z3.And(up, z3.Not(nan))
+        down_only = z3.And(down, z3.Not(nan), z3.Not(up))
+        return Double(z3.Real(name), nan, up_only, down_only, -math.inf, math.inf)
+
+    def free_finite(self, name: str, low: float = -LARGEST, high: float = LARGEST) -> Double:
+        """Any finite double between two numbers, both included."""
+        real = z3.Real(name)
+        self.facts[name] = Fact(real, z3.And(real >= _exactly(low), real <= _exactly(high)))
+        return Double(real, False, False, False, low, high)
+
+    def from_integer(self, value: z3.ArithRef) -> Double:
+        """A count as a double: exact below 2**53, which no count of ticks reaches."""
+        return Double(z3.ToReal(value), False, False, False, -(2.0**63), 2.0**63)
+
+    # Comparisons
+
+    def less(self, one: Double, other: Double) -> Truth:
+        """Whether one is less than the other; false where either is not a number."""
+        numbers = negate(disjoin(one.nan, other.nan))
+        finite = conjoin(negate(disjoin(one.up, one.down)), negate(disjoin(other.up, other.down)))
+        below = disjoin(
+            conjoin(one.down, negate(other.down)),
+            conjoin(other.up, negate(one.up)),
+            conjoin(finite, one.real < other.real),
+        )
+        return conjoin(numbers, below)
+
+    def equal(self, one: Double, other: Double) -> Truth:
+        """Whether both are the same number."""
+        finite = conjoin(is_finite(one), is_finite(other))
+        return disjoin(
+            conjoin(one.up, other.up),
+            conjoin(one.down, other.down),
+            conjoin(finite, one.real == other.real),
+        )
+
+    def is_finite(self, value: Double) -> Truth:
+        """As `math.isfinite`."""
+        return is_finite(value)
+
+    def is_nan(self, value: Double) -> Truth:
+        """As `math.isnan`."""
+        return value.nan
+
+    def choose(self, condition: z3.BoolRef, yes: Double, no: Double) -> Double:
+        """One of two."""
+        return Double(
+            z3.If(condition, yes.real, no.real),
+            choose_truth(condition, yes.nan, no.nan),
+            choose_truth(condition, yes.up, no.up),
+            choose_truth(condition, yes.down, no.down),
+            min(yes.low, no.low),
+            max(yes.high, no.high),
+        )
+
+    # Arithmetic
+
+    def negative(self, value: Double) -> Double:
+        """Exact."""
+        return Double(-value.real, value.nan, value.down, value.up, -value.high, -value.low)
+
+    def absolute(self, value: Double) -> Double:
+        """Exact."""
+        high = max(abs(value.low), abs(value.high))
+        real = z3.If(value.real >= 0, value.real, -value.real)
+        return Double(real, value.nan, disjoin(value.up, value.down), False, 0.0, high)
+
+    def add(self, one: Double, other: Double) -> Double:
+        """Sum."""
+        exact, x, y = one.real + other.real, one.real, other.real
+        nan = disjoin(
+            one.nan, other.nan, conjoin(one.up, other.down), conjoin(one.down, other.up)
+        )
+        sides = [
+            lambda r: z3.Implies(y >= 0, r >= x),
+            lambda r: z3.Implies(y <= 0, r <= x),
+            lambda r: z3.Implies(x >= 0, r >= y),
+            lambda r: z3.Implies(x <= 0, r <= y),
+        ]
+        infinite = disjoin(one.up, other.up), disjoin(one.down, other.down)
+        hull = one.low + other.low, one.high + other.high
+        return self._round(exact, nan, infinite, hull, sides, Fraction(0))
+
+    def multiply(self, one: Double, other: Double) -> Double:
+        """Product; of two unknowns only its sign and its hull are known."""
+        known = [z3.is_rational_value(factor.real) for factor in (one, other)]
+        x, y = one.real, other.real
+        unbounded = [disjoin(one.up, one.down), disjoin(other.up, other.down)]
+        nan = disjoin(
+            one.nan,
+            other.nan,
+            conjoin(unbounded[0], negate(unbounded[1]), y == 0),
+            conjoin(unbounded[1], negate(unbounded[0]), x == 0),
+        )
+        above = [disjoin(v.up, conjoin(is_finite(v), v.real > 0)) for v in (one, other)]
+        below = [disjoin(v.down, conjoin(is_finite(v), v.real < 0)) for v in (one, other)]
+        grown = disjoin(*unbounded)
+        infinite = (
+            conjoin(grown, disjoin(conjoin(*above), conjoin(*below))),
+            conjoin(
+                grown, disjoin(conjoin(above[0], below[1]), conjoin(below[0], above[1]))
+            ),
+        )
+        corners = [_times(a, b) for a in (one.low, one.high) for b in (other.low, other.high)]
+        hull = min(corners), max(corners)
+        sides = [
+            lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y >= 0), z3.And(x <= 0, y <= 0)), r >= 0),
+            lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y <= 0), z3.And(x <= 0, y >= 0)), r <= 0),
+        ]
+        exact = x * y if any(known) else None
+        for bounded, factor in ((one, y), (other, x)):
+            size = max(abs(bounded.low), abs(bounded.high))
+            if exact is None and math.isfinite(size):
+                sides.append(_limit(factor, size))
+        return self._round(exact, nan, infinite, hull, sides, TINY)
+
+    def divide(self, one: Double, other: Double) -> Double:
+        """Quotient; the divisor is not 0. By an unknown only its sign is known."""
+        x, y = one.real, other.real
+        nan = disjoin(
+            one.nan,
+            other.nan,
+            conjoin(disjoin(one.up, one.down), disjoin(other.up, other.down)),
+        )
+        positive = disjoin(other.up, conjoin(is_finite(other), y > 0))
+        negative = disjoin(other.down, conjoin(is_finite(other), y < 0))
+        infinite = (
+            disjoin(conjoin(one.up, positive), conjoin(one.down, negative)),
+            disjoin(conjoin(one.up, negative), conjoin(one.down, positive)),
+        )
+        exact, hull = None, (-math.inf, math.inf)
+        if z3.is_rational_value(y):
+            exact = x / y
+            ends = sorted((one.low / other.low, one.high / other.low))
+            hull = ends[0], ends[1]
+        sides = [
+            lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y >= 0), z3.And(x <= 0, y <= 0)), r >= 0),
+            lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y <= 0), z3.And(x <= 0, y >= 0)), r <= 0),
+        ]
+        shrunk = disjoin(other.up, other.down)
+        quotient = self._round(exact, nan, infinite, hull, sides, TINY)
+        if shrunk is False:
+            return quotient
+        return self.choose(lift_truth(conjoin(shrunk, is_finite(one))), self.make(0.0), quotient)
+
+    def _round(
+        self,
+        exact: z3.ArithRef | None,
+        nan: Truth,
+        infinite: tuple[Truth, Truth],
+        hull: tuple[float, float],
+        sides: list[Any],
+        underflow: Fraction,
+    ) -> Double:
+        """A rounded result. exact: what is rounded, where it is known."""
+        number = next(self._numbers)
+        rounded = z3.Real(f"rounded:{number}")
+        low, high = hull[0] - abs(hull[0]) * (SLACK - 1.0) - 1e-29, (
+            hull[1] + abs(hull[1]) * (SLACK - 1.0) + 1e-29
+        )
+        holds = [side(rounded) for side in sides]
+        if exact is not None:
+            error = _exactly(EPSILON) * z3.If(exact >= 0, exact, -exact) + _exactly(underflow)
+            holds += [rounded >= exact - error, rounded <= exact + error]
+        for bound, within in ((low, rounded.__ge__), (high, rounded.__le__)):
+            if math.isfinite(bound):
+                holds.append(within(_exactly(bound)))
+        self.facts[str(rounded)] = Fact(rounded, z3.And(holds))
+        up, down = infinite
+        if not (math.isfinite(low) and math.isfinite(high)):
+            size = rounded if exact is None else exact
+            beyond = z3.Bool(f"overflows:{number}")
+            normal = negate(disjoin(nan, up, down))
+            most = _exactly(LARGEST)
+            up = disjoin(up, conjoin(normal, beyond, size > most))
+            down = disjoin(down, conjoin(normal, beyond, size < -most))
+        # Where it is not a number it is not infinite either.
+        return Double(
+            rounded, nan, conjoin(up, negate(nan)), conjoin(down, negate(nan)), low, high
+        )
+
+
+def _limit(factor: z3.ArithRef, size: float) -> Any:
+    """A product is no larger than one factor times the largest size of the other."""
+    grown = _exactly(Fraction(size) * (1 + EPSILON))
+
+    def holds(product: z3.ArithRef) -> z3.BoolRef:
+        most = grown * z3.If(factor >= 0, factor, -factor) + _exactly(TINY)
+        return z3.And(product <= most, product >= -most)
+
+    return holds
+
+
+def _times(one: float, other: float) -> float:
+    """Corner of a hull: nothing times without bound is nothing, for the bound is not reached."""
+    return 0.0 if 0.0 in (one, other) else one * other
