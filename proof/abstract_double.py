@@ -13,6 +13,7 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd edition, sec
 import itertools
 import math
 import sys
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -26,6 +27,8 @@ TINY = Fraction(1, 10**30)
 """More than the smallest double, 5e-324."""
 LARGEST = sys.float_info.max
 """The largest double."""
+MOST_REPEATED = 8
+"""Counts up to that are told apart in products."""
 SLACK = 1.0 + 1e-12
 """By which a hull is wider than what Python computes of it."""
 
@@ -66,7 +69,9 @@ class AbstractDoubles:
 
     kind = Double
 
-    def __init__(self) -> None:
+    def __init__(self, divisors: Iterable[float] = ()) -> None:
+        """divisors: where in size a quotient by an unknown is compared with one by a number."""
+        self._divisors = tuple(divisors)
         self.facts: dict[str, Fact] = {}
         self._numbers = itertools.count()
 
@@ -137,6 +142,18 @@ class AbstractDoubles:
             max(yes.high, no.high),
         )
 
+    def clamp(self, value: Double, least: bool, one: Double, other: Double) -> Double:
+        """The least, or the greatest, of two, with its hull: no further than one that is finite.
+
+        value: the one of both that it is.
+        """
+        known = [each for each in (one, other) if is_finite(each) is True]
+        if not known:
+            return value
+        if least:
+            return value._replace(high=min(each.high for each in known))
+        return value._replace(low=max(each.low for each in known))
+
     # Arithmetic
 
     def negative(self, value: Double) -> Double:
@@ -196,6 +213,9 @@ class AbstractDoubles:
             size = max(abs(bounded.low), abs(bounded.high))
             if exact is None and math.isfinite(size):
                 sides.append(_limit(factor, size))
+        for count, factor in ((y, x), (x, y)):
+            if z3.is_app_of(count, z3.Z3_OP_TO_REAL):
+                sides.append(_repeat(count, factor))
         return self._round(exact, nan, infinite, hull, sides, TINY)
 
     def divide(self, one: Double, other: Double) -> Double:
@@ -221,6 +241,8 @@ class AbstractDoubles:
             lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y >= 0), z3.And(x <= 0, y <= 0)), r >= 0),
             lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y <= 0), z3.And(x <= 0, y >= 0)), r <= 0),
         ]
+        if exact is None:
+            sides += [_share(x, y, divisor) for divisor in self._divisors]
         shrunk = disjoin(other.up, other.down)
         quotient = self._round(exact, nan, infinite, hull, sides, TINY)
         if shrunk is False:
@@ -244,7 +266,7 @@ class AbstractDoubles:
         )
         holds = [side(rounded) for side in sides]
         if exact is not None:
-            error = _exactly(EPSILON) * z3.If(exact >= 0, exact, -exact) + _exactly(underflow)
+            error = _exactly(EPSILON) * _size(exact) + _exactly(underflow)
             holds += [rounded >= exact - error, rounded <= exact + error]
         for bound, within in ((low, rounded.__ge__), (high, rounded.__le__)):
             if math.isfinite(bound):
@@ -269,8 +291,36 @@ def _limit(factor: z3.ArithRef, size: float) -> Any:
     grown = _exactly(Fraction(size) * (1 + EPSILON))
 
     def holds(product: z3.ArithRef) -> z3.BoolRef:
-        most = grown * z3.If(factor >= 0, factor, -factor) + _exactly(TINY)
-        return z3.And(product <= most, product >= -most)
+        return _size(product) <= grown * _size(factor) + _exactly(TINY)
+
+    return holds
+
+
+def _size(real: z3.ArithRef) -> z3.ArithRef:
+    return z3.If(real >= 0, real, -real)
+
+
+def _repeat(count: z3.ArithRef, factor: z3.ArithRef) -> Any:
+    """A product with a count: as often as that, where it is small."""
+
+    def holds(product: z3.ArithRef) -> z3.BoolRef:
+        error = _exactly(MOST_REPEATED * EPSILON) * _size(factor) + _exactly(TINY)
+        cases = [
+            z3.Implies(count == k, _size(product - k * factor) <= error)
+            for k in range(MOST_REPEATED + 1)
+        ]
+        return z3.And(cases)
+
+    return holds
+
+
+def _share(dividend: z3.ArithRef, divisor: z3.ArithRef, least: float) -> Any:
+    """A quotient by no less than a number is no larger than one by that number."""
+    grown = _exactly((1 + EPSILON) / Fraction(least))
+
+    def holds(quotient: z3.ArithRef) -> z3.BoolRef:
+        most = grown * _size(dividend) + _exactly(TINY)
+        return z3.Implies(divisor >= _exactly(least), _size(quotient) <= most)
 
     return holds
 

@@ -81,9 +81,15 @@ def choose(doubles: Doubles, condition: Truth, yes: Any, no: Any) -> Any:
 
 def element(doubles: Doubles, values: Any, index: Any) -> Any:
     """One of a tuple or a known table."""
-    if isinstance(index, int) or (isinstance(index, tuple) and all(map(_is_plain, index))):
+    if isinstance(index, tuple) and not isinstance(index, Choice):
+        for place in index:  # of a table with several dimensions
+            values = element(doubles, values, place)
+        return values
+    if isinstance(index, int):
         found = values[index]
         return found.item() if isinstance(found, np.generic) else found
+    if isinstance(values, np.ndarray):
+        values = values.tolist()
     result = values[0]
     for place in range(1, len(values)):
         result = choose(doubles, logic.is_equal(index, place), values[place], result)
@@ -207,5 +213,9 @@ def _extreme(doubles: Doubles, least: bool, values: list[Any]) -> Any:
     result = values[0]
     for value in values[1:]:
         one, other = (value, result) if least else (result, value)
-        result = choose(doubles, compare(doubles, ast.Lt(), one, other), value, result)
+        chosen = choose(doubles, compare(doubles, ast.Lt(), one, other), value, result)
+        if isinstance(chosen, doubles.kind):
+            pair = lift_double(doubles, result), lift_double(doubles, value)
+            chosen = doubles.clamp(chosen, least, *pair)
+        result = chosen
     return result

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import z3
 
-from proof import arithmetic, source
+from proof import arithmetic, logic, source
 from proof.arithmetic import Doubles
 from proof.logic import Truth, conjoin, disjoin, lift_truth, negate
 
@@ -164,8 +164,13 @@ class Translation:
     # Expressions
 
     def _truth(self, node: ast.expr, frame: _Frame) -> Truth:
-        value = self._value(node, frame)
-        if not isinstance(value, bool | z3.BoolRef):
+        return self._judge(self._value(node, frame), node)
+
+    def _judge(self, value: Any, node: ast.expr) -> Truth:
+        """Whether a value counts as true: a whole number does where it is not 0."""
+        if logic.is_whole(value):
+            return negate(logic.is_equal(value, 0))
+        if not logic.is_truth(value):
             self._refuse(node)
         return value
 
@@ -230,9 +235,7 @@ class Translation:
             reached = result if is_and else negate(result)
             if reached is False:
                 break
-            value = self._under(reached, node, frame)
-            if not isinstance(value, bool | z3.BoolRef):
-                self._refuse(node)
+            value = self._judge(self._under(reached, node, frame), node)
             result = conjoin(result, value) if is_and else disjoin(result, value)
         return result
 

@@ -58,12 +58,18 @@ def is_(whole: Any, number: int) -> z3.BoolRef:
     return as_integer(whole) == int(number)
 
 
-def bounded(doubles: Doubles, sizes: Mapping[str, float | tuple[float, float]]) -> Number:
-    """Makes doubles: finite and within bounds where the end of their name has them, else any."""
+def bounded(
+    doubles: Doubles, sizes: Mapping[str, float | tuple[float, float]], begins: bool = False
+) -> Number:
+    """Makes doubles: finite and within bounds where the end of their name has them, else any.
+
+    begins: the beginning of a name does, too.
+    """
 
     def number(name: str) -> Any:
         for ending, size in sizes.items():
-            if name == ending or name.endswith("." + ending):
+            at_end = name == ending or name.endswith("." + ending)
+            if at_end or (begins and name.startswith(ending + ".")):
                 low, high = size if isinstance(size, tuple) else (-size, size)
                 return doubles.free_finite(name, low, high)  # type: ignore[union-attr]
         return doubles.free(name)
