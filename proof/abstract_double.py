@@ -13,7 +13,7 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd edition, sec
 import itertools
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -74,6 +74,7 @@ class AbstractDoubles:
         self._divisors = tuple(divisors)
         self.facts: dict[str, Fact] = {}
         self._numbers = itertools.count()
+        self._known: dict[Any, tuple[Any, Double]] = {}
 
     # What there is to begin with
 
@@ -168,6 +169,27 @@ class AbstractDoubles:
 
     def add(self, one: Double, other: Double) -> Double:
         """Sum."""
+        return self._recall(self._add, one, other)
+
+    def multiply(self, one: Double, other: Double) -> Double:
+        """Product; of two unknowns only its sign and its hull are known."""
+        return self._recall(self._multiply, one, other)
+
+    def divide(self, one: Double, other: Double) -> Double:
+        """Quotient; the divisor is not 0. By an unknown only its sign is known."""
+        return self._recall(self._divide, one, other)
+
+    def _recall(
+        self, operation: Callable[[Double, Double], Double], one: Double, other: Double
+    ) -> Double:
+        """The result of an operation: of the same operands the same each time."""
+        key = (operation.__name__, *(_identity(part) for part in (*one, *other)))
+        if key not in self._known:
+            # The operands are kept, for z3 gives the numbers of those it forgets to others.
+            self._known[key] = (one, other), operation(one, other)
+        return self._known[key][1]
+
+    def _add(self, one: Double, other: Double) -> Double:
         exact, x, y = one.real + other.real, one.real, other.real
         nan = disjoin(
             one.nan, other.nan, conjoin(one.up, other.down), conjoin(one.down, other.up)
@@ -182,8 +204,7 @@ class AbstractDoubles:
         hull = one.low + other.low, one.high + other.high
         return self._round(exact, nan, infinite, hull, sides, Fraction(0))
 
-    def multiply(self, one: Double, other: Double) -> Double:
-        """Product; of two unknowns only its sign and its hull are known."""
+    def _multiply(self, one: Double, other: Double) -> Double:
         known = [z3.is_rational_value(factor.real) for factor in (one, other)]
         x, y = one.real, other.real
         unbounded = [disjoin(one.up, one.down), disjoin(other.up, other.down)]
@@ -218,8 +239,7 @@ class AbstractDoubles:
                 sides.append(_repeat(count, factor))
         return self._round(exact, nan, infinite, hull, sides, TINY)
 
-    def divide(self, one: Double, other: Double) -> Double:
-        """Quotient; the divisor is not 0. By an unknown only its sign is known."""
+    def _divide(self, one: Double, other: Double) -> Double:
         x, y = one.real, other.real
         nan = disjoin(
             one.nan,
@@ -294,6 +314,11 @@ def _limit(factor: z3.ArithRef, size: float) -> Any:
         return _size(product) <= grown * _size(factor) + _exactly(TINY)
 
     return holds
+
+
+def _identity(part: Any) -> Any:
+    """What tells one part of an unknown from another."""
+    return part.get_id() if isinstance(part, z3.ExprRef) else part
 
 
 def _size(real: z3.ArithRef) -> z3.ArithRef:

@@ -35,6 +35,7 @@ SETTINGS: dict[str, float | tuple[float, float]] = {
     "limits.head_mm_per_s2": (1e-6, 1e6),
     "limits.head_speed_mm_per_s": (1e-6, 1e4),
     "limits.vacuum_mmhg": (0.0, 1e6),
+    "limits.withdrawal_s": (0.0, 1e6),
     "valve_motion.open_rad": (0.0, 1e3),
     "valve_motion.speed_rad_per_s": (0.0, 1e6),
     "back_emf_v_s": (0.0, 1e6),
