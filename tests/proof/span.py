@@ -40,7 +40,6 @@ SETTINGS: dict[str, float | tuple[float, float]] = {
     "valve_motion.speed_rad_per_s": (0.0, 1e6),
     "back_emf_v_s": (0.0, 1e6),
     "catch_up_v": (0.0, 1e6),
-    "friction_v": (0.0, 1e6),
     "voltage_limit_v": (0.0, 1e6),
 }
 """Signs that the arithmetic relies on; `controller.settings_check` refuses others."""

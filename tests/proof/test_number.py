@@ -85,12 +85,18 @@ def _servo_requires(
     doubles: Doubles, gains: Servo, state: Any, position: Any, velocity: Any, reading: Any, _: float
 ) -> z3.BoolRef:
     return all_of(
+        friction_is_borne(doubles, gains),
         within(doubles, position, 1e16),
         within(doubles, reading, 1e9),
         within(doubles, velocity, 1e20),
         within(doubles, state.error, 1e18),
         within(doubles, state.velocity, 1e20),
     )
+
+
+def friction_is_borne(doubles: Doubles, gains: Servo) -> z3.BoolRef:
+    """What is put on against friction is not below the whole supply the other way."""
+    return at_most(doubles, doubles.negative(gains.voltage_limit_v), gains.friction_v)
 
 
 def _servo_ensures(
@@ -454,7 +460,10 @@ def test_commands_are_numbers() -> None:
         core_is_kept(doubles, settings, following, 2 * COMMAND_MM),
         z3.Not(any_raises(translation)),
     )
-    assumed = core_is_kept(doubles, settings, core)
+    servos = settings.insertion_servo, settings.valve_servo
+    assumed = all_of(
+        core_is_kept(doubles, settings, core), *(friction_is_borne(doubles, one) for one in servos)
+    )
     report(prove_on(reliance, doubles, assumed, claim))
 
 

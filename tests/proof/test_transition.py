@@ -6,7 +6,7 @@ readings, requests and what the state remembers.
 
 import itertools
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 import z3
@@ -17,16 +17,17 @@ from opensuction.kernel.readings import Readings
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import cycle, demand, progress, transition
 from opensuction.procedure.cycle.check_item import CheckItem
+from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import STAY, TRANSITIONS, Event
 from proof import arithmetic
 from proof.abstract_double import AbstractDoubles
-from proof.arithmetic import Doubles
 from proof.logic import MASK_BITS, as_integer, disjoin, lift_truth
 from proof.translation import Translation
 from proof.unknown import free
 from tests.proof.claim import all_of, assert_holds, at_most, implies, is_, same
+from tests.proof.span import DT_S
 from tests.proof.table import proves
 
 SUCKING = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
@@ -58,11 +59,22 @@ def test_the_tick_follows_the_table(phase: Phase) -> None:
     assert_holds(doubles, True, all_of(*claims))
 
 
-def step_cycle(doubles: Doubles) -> tuple[Any, Any, Any, Any]:
-    """A tick of the cycle on unknowns: plan, state before, state after and demand.
+class Tick(NamedTuple):
+    """A tick of the cycle on unknowns."""
 
-    The paths of the reference are their contracts: see T4.
-    """
+    doubles: AbstractDoubles
+    state: ProcedureState
+    feedback: ControlFeedback
+    events: Any
+    """Mask of what happened in it."""
+    now: ProcedureState
+    asked: Demand
+    assumed: z3.BoolRef
+    """It takes a step of the table, and no item is tested outside the pre-use test."""
+
+
+def step_cycle(doubles: AbstractDoubles) -> Tick:
+    """Run a tick; where the reference is on its way may be anything: see T5."""
     plan, state = free(doubles, Plan, "plan"), free(doubles, ProcedureState, "state")
     plan = plan._replace(limits_s=tuple(doubles.free(f"limit{phase:d}_s") for phase in Phase))
     calls = itertools.count()
@@ -79,9 +91,11 @@ def step_cycle(doubles: Doubles) -> tuple[Any, Any, Any, Any]:
         progress.step_check: lambda *_: free(doubles, type(state.check), "checked"),
         progress.step_teaching: lambda *_: free(doubles, type(state.teaching), "taught"),
         cycle._phase_limit_s: choose,
-        transition.follow: lambda *_: z3.Int("following"),
+        transition.follow: lambda _, events: seen.append(events) or z3.Int("following"),
         transition.cause: lambda *_: z3.Int("cause"),
     }
+    seen: list[Any] = []
+    feedback = free(doubles, ControlFeedback, "feedback")
     translation = Translation(doubles, ways | tests)
     now, asked = translation.run(
         cycle.step,
@@ -89,21 +103,19 @@ def step_cycle(doubles: Doubles) -> tuple[Any, Any, Any, Any]:
         state,
         free(doubles, Readings, "readings"),
         free(doubles, Requests, "requests"),
-        free(doubles, ControlFeedback, "feedback"),
-        0.001,
+        feedback,
+        DT_S,
     )
-    return plan, state, now, asked
+    steps = {(phase, phase) for phase in Phase}
+    steps |= {(phase, goal) for (phase, _), goal in TRANSITIONS.items()}
+    by_table = [z3.And(is_(state.phase, one), is_(now.phase, other)) for one, other in steps]
+    assumed = all_of(disjoin(*by_table), is_untested(state))
+    return Tick(doubles, state, feedback, seen[0], now, asked, assumed)
 
 
 @pytest.fixture(scope="module")
-def tick() -> tuple[AbstractDoubles, Any, Any, Any, Any, z3.BoolRef]:
-    doubles = AbstractDoubles()
-    plan, state, now, asked = step_cycle(doubles)
-    before, after = state.phase, z3.Int("following")
-    steps = {(phase, phase) for phase in Phase}
-    steps |= {(phase, goal) for (phase, _), goal in TRANSITIONS.items()}
-    by_table = [z3.And(is_(before, one), is_(after, other)) for one, other in steps]
-    return doubles, plan, state, now, asked, all_of(disjoin(*by_table), is_untested(state))
+def tick() -> Tick:
+    return step_cycle(AbstractDoubles())
 
 
 def is_untested(state: ProcedureState) -> z3.BoolRef:
@@ -111,9 +123,8 @@ def is_untested(state: ProcedureState) -> z3.BoolRef:
     return z3.Or(is_(state.phase, Phase.CHECKING), is_(state.check.item, CheckItem.NONE))
 
 
-def test_no_item_is_tested_outside_the_pre_use_test(tick: Any) -> None:
-    doubles, _, _, now, _, by_table = tick
-    assert_holds(doubles, by_table, is_untested(now))
+def test_no_item_is_tested_outside_the_pre_use_test(tick: Tick) -> None:
+    assert_holds(tick.doubles, tick.assumed, is_untested(tick.now))
 
 
 def valve_may_be_open(phase: Any, item: Any) -> z3.BoolRef:
@@ -131,10 +142,9 @@ def valve_may_be_open(phase: Any, item: Any) -> z3.BoolRef:
     "teaching's own step",
     "every step of the table; everything else any value whatever",
 )
-def test_the_valve_is_asked_for_in_these_phases_only(tick: Any) -> None:
-    doubles, _, _, now, asked, by_table = tick
-    where = valve_may_be_open(now.phase, now.check.item)
-    assert_holds(doubles, by_table, implies(asked.valve_open, where))
+def test_the_valve_is_asked_for_in_these_phases_only(tick: Tick) -> None:
+    where = valve_may_be_open(tick.now.phase, tick.now.check.item)
+    assert_holds(tick.doubles, tick.assumed, implies(tick.asked.valve_open, where))
 
 
 @proves(
@@ -143,10 +153,9 @@ def test_the_valve_is_asked_for_in_these_phases_only(tick: Any) -> None:
     "the same",
     "the same",
 )
-def test_an_abort_opens_no_valve(tick: Any) -> None:
-    doubles, _, state, now, asked, by_table = tick
-    aborting = z3.And(is_(now.phase, Phase.ABORTING), lift_truth(asked.valve_open))
-    assert_holds(doubles, by_table, implies(aborting, state.valve_open))
+def test_an_abort_opens_no_valve(tick: Tick) -> None:
+    aborting = z3.And(is_(tick.now.phase, Phase.ABORTING), lift_truth(tick.asked.valve_open))
+    assert_holds(tick.doubles, tick.assumed, implies(aborting, tick.state.valve_open))
 
 
 @proves(
@@ -156,8 +165,8 @@ def test_an_abort_opens_no_valve(tick: Any) -> None:
     "the same, with `demand.ask`",
     "the same",
 )
-def test_no_motion_inwards_is_asked_for_with_an_open_valve(tick: Any) -> None:
-    doubles, _, _, now, asked, by_table = tick
+def test_no_motion_inwards_is_asked_for_with_an_open_valve(tick: Tick) -> None:
+    doubles, now, asked = tick.doubles, tick.now, tick.asked
     going_out = z3.Or(is_(now.phase, Phase.WITHDRAWING), is_(now.phase, Phase.ABORTING))
     standing = same(doubles, asked.reference_mm_per_s, 0.0)
     announced = z3.And(
@@ -166,7 +175,7 @@ def test_no_motion_inwards_is_asked_for_with_an_open_valve(tick: Any) -> None:
     claim = all_of(
         z3.Or(going_out, standing), z3.Not(announced), same(doubles, asked.jog_mm, 0.0)
     )
-    assert_holds(doubles, by_table, implies(asked.valve_open, claim))
+    assert_holds(doubles, tick.assumed, implies(asked.valve_open, claim))
 
 
 @proves(

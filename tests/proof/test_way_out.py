@@ -28,7 +28,7 @@ from tests.proof.claim import all_of, assert_holds, at_most, below, bounded, has
 from tests.proof.span import DT_S, KEPT_SIZES, setting
 from tests.proof.table import proves
 from tests.proof.test_number import _unknown_vote
-from tests.proof.test_transition import tick  # noqa: F401 - a tick of the procedure, as a fixture
+from tests.proof.test_transition import Tick, step_cycle
 
 OF = "`governor.step` and all that it calls"
 FREE = (
@@ -72,6 +72,11 @@ def guarded() -> Guarded:
         DT_S,
     )
     return Guarded(doubles, limits, state, following, allowed, verdict)
+
+
+@pytest.fixture(scope="module")
+def cycle_tick() -> Tick:
+    return step_cycle(AbstractDoubles())
 
 
 def goes_on(doubles: AbstractDoubles, before: Any, after: Any) -> z3.BoolRef:
@@ -186,18 +191,23 @@ def test_a_withdrawal_ends(guarded: Guarded) -> None:
 @proves(
     "W7",
     "The clock of a phase goes on in every tick in which the phase does not change, and its limit "
-    "stays; past it, the event is raised that ends the phase.",
+    "stays; past it, and after a trip, the event is raised that ends the phase (T1, W9).",
     "`cycle.step` and all that it calls, as for T2",
     "every step of the table; everything else any value whatever",
 )
-def test_the_clock_of_a_phase_goes_on(tick: Any) -> None:  # noqa: F811 - the fixture
-    doubles, _, state, now, _, by_table = tick
+def test_the_clock_of_a_phase_goes_on(cycle_tick: Tick) -> None:
+    doubles, state, now = cycle_tick.doubles, cycle_tick.state, cycle_tick.now
     stays = as_integer(now.phase) == state.phase
+    limit = z3.Or(now.limit_s.real == state.limit_s.real, lift_truth(now.limit_s.nan))
+    clock = as_integer(now.phase_ticks) == state.phase_ticks + 1
+    time_s = doubles.multiply(doubles.from_integer(state.phase_ticks), doubles.make(DT_S))
+    over = below(doubles, state.limit_s, time_s)
     claim = all_of(
-        as_integer(now.phase_ticks) == state.phase_ticks + 1,
-        z3.Or(now.limit_s.real == state.limit_s.real, lift_truth(now.limit_s.nan)),
+        implies(stays, z3.And(limit, clock)),
+        implies(over, has(cycle_tick.events, Event.PHASE_OVERDUE)),
+        implies(cycle_tick.feedback.tripped, has(cycle_tick.events, Event.TRIPPED)),
     )
-    assert_holds(doubles, by_table, implies(stays, claim))
+    assert_holds(doubles, cycle_tick.assumed, claim)
 
 
 REQUESTED = tuple(event for event in Event if event >= Event.START_REQUESTED)
