@@ -11,26 +11,29 @@ from opensuction.controller.record import Settings
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import make_zero
-from opensuction.procedure.planning.protocol import PAPER, PROTOCOLS
+from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.governor import limiter
 from opensuction.safety.watch.watch_state import Watch
 from opensuction.simulation import rig as rigs
+from tests.controller import bedside
 from tests.proof.span import KEPT_SIZES, SETTINGS
 from tests.safety.watchdog import changed
 
 
-def settings_of(machine: str, name: str, patient: str, by_contact: bool) -> Settings:
-    chosen = rigs.rig(machine, 1, patient=patient)
-    protocol = PAPER if machine == "bench" else PROTOCOLS[name]
+def bench() -> Settings:
+    chosen = rigs.rig("bench", 1)
     calibration = rigs.uncalibrated(chosen.profile)
     loop, _ = rigs.assemble(
-        chosen, protocol, CompensationKind.PREVIEW, calibration, 1, by_contact=by_contact
+        chosen, PAPER, CompensationKind.PREVIEW, calibration, 1, by_contact=True
     )
     settings: Settings = loop.controller
     return settings
 
 
-BENCH = settings_of("bench", "paper", "adult-icu", True)
+BENCH = bench()
+SHIPPED = {"bench": BENCH} | {
+    patient: bedside.at_bed(patient)[0].controller for patient in bedside.PROTOCOLS
+}
 
 
 def numbers(record: Any, path: str) -> list[tuple[str, float]]:
@@ -44,19 +47,23 @@ def bounds_of(path: str) -> tuple[float, float]:
     return -1e6, 1e6
 
 
-def test_a_machine_is_within_what_the_proofs_ask_of_settings() -> None:
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_machine_is_within_what_the_proofs_ask_of_settings(name: str) -> None:
+    settings = SHIPPED[name]
+    settings_check.check(settings)
     parts = ("limits", "insertion_servo", "valve_servo", "valve_motion")
     for part in parts:
-        for path, value in numbers(getattr(BENCH, part), f"settings.{part}"):
+        for path, value in numbers(getattr(settings, part), f"settings.{part}"):
             low, high = bounds_of(path)
             assert low <= value <= high or path.removeprefix("settings.") in settings_check.OPEN
-    for servo in (BENCH.insertion_servo, BENCH.valve_servo):
+    for servo in (settings.insertion_servo, settings.valve_servo):
         assert servo.friction_v >= -servo.voltage_limit_v
 
 
+@pytest.mark.parametrize("name", SHIPPED)
 @pytest.mark.parametrize("head_mm", [0.0, 40.0, -1e6, 1e6, math.nan, math.inf])
-def test_a_controller_starts_within_what_the_proofs_ask_of_its_state(head_mm: float) -> None:
-    core = controller.start(BENCH, head_mm, 0.0).core
+def test_a_controller_starts_within_what_the_proofs_ask(name: str, head_mm: float) -> None:
+    core = controller.start(SHIPPED[name], head_mm, 0.0).core
     sizes = {f".{name}": size for name, size in KEPT_SIZES.items()}
     held = [
         (path, value, size)
