@@ -1,4 +1,4 @@
-"""Doubles as reals with flags: not a number, plus and minus infinity. Sound, and fast to prove with.
+"""Doubles as reals with flags: not a number, plus and minus infinity. Sound, and fast to use.
 
 A sum, product or quotient of finite doubles is some real within the rounding error of the exact
 one (the standard model of floating point: relative `EPSILON`, and `TINY` where a product or a
@@ -19,16 +19,12 @@ from typing import Any, NamedTuple
 
 import z3
 
+from proof import rounding
 from proof.logic import Truth, choose_truth, conjoin, disjoin, lift_truth, negate
+from proof.rounding import EPSILON, TINY, exactly
 
-EPSILON = Fraction(1, 10**15)
-"""More than the unit roundoff of a double, 1.11e-16."""
-TINY = Fraction(1, 10**30)
-"""More than the smallest double, 5e-324."""
 LARGEST = sys.float_info.max
 """The largest double."""
-MOST_REPEATED = 8
-"""Counts up to that are told apart in products."""
 SLACK = 1.0 + 1e-12
 """By which a hull is wider than what Python computes of it."""
 
@@ -60,10 +56,6 @@ def is_finite(value: Double) -> Truth:
     return negate(disjoin(value.nan, value.up, value.down))
 
 
-def _exactly(number: float | Fraction) -> z3.RatNumRef:
-    return z3.RealVal(str(Fraction(number)))
-
-
 class AbstractDoubles:
     """The operations, and the facts about what they have made."""
 
@@ -83,7 +75,7 @@ class AbstractDoubles:
         number = math.isfinite(value)
         finite = value if number else 0.0
         nan, up, down = math.isnan(value), value == math.inf, value == -math.inf
-        return Double(_exactly(finite), nan, up, down, finite, finite)
+        return Double(exactly(finite), nan, up, down, finite, finite)
 
     def free(self, name: str) -> Double:
         """Any double whatever."""
@@ -95,7 +87,7 @@ class AbstractDoubles:
     def free_finite(self, name: str, low: float = -LARGEST, high: float = LARGEST) -> Double:
         """Any finite double between two numbers, both included."""
         real = z3.Real(name)
-        self.facts[name] = Fact(real, z3.And(real >= _exactly(low), real <= _exactly(high)))
+        self.facts[name] = Fact(real, z3.And(real >= exactly(low), real <= exactly(high)))
         return Double(real, False, False, False, low, high)
 
     def from_integer(self, value: z3.ArithRef) -> Double:
@@ -191,9 +183,7 @@ class AbstractDoubles:
 
     def _add(self, one: Double, other: Double) -> Double:
         exact, x, y = one.real + other.real, one.real, other.real
-        nan = disjoin(
-            one.nan, other.nan, conjoin(one.up, other.down), conjoin(one.down, other.up)
-        )
+        nan = disjoin(one.nan, other.nan, conjoin(one.up, other.down), conjoin(one.down, other.up))
         sides = [
             lambda r: z3.Implies(y >= 0, r >= x),
             lambda r: z3.Implies(y <= 0, r <= x),
@@ -219,11 +209,11 @@ class AbstractDoubles:
         grown = disjoin(*unbounded)
         infinite = (
             conjoin(grown, disjoin(conjoin(*above), conjoin(*below))),
-            conjoin(
-                grown, disjoin(conjoin(above[0], below[1]), conjoin(below[0], above[1]))
-            ),
+            conjoin(grown, disjoin(conjoin(above[0], below[1]), conjoin(below[0], above[1]))),
         )
-        corners = [_times(a, b) for a in (one.low, one.high) for b in (other.low, other.high)]
+        corners = [
+            rounding.times(a, b) for a in (one.low, one.high) for b in (other.low, other.high)
+        ]
         hull = min(corners), max(corners)
         sides = [
             lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y >= 0), z3.And(x <= 0, y <= 0)), r >= 0),
@@ -233,10 +223,10 @@ class AbstractDoubles:
         for bounded, factor in ((one, y), (other, x)):
             size = max(abs(bounded.low), abs(bounded.high))
             if exact is None and math.isfinite(size):
-                sides.append(_limit(factor, size))
+                sides.append(rounding.limit(factor, size))
         for count, factor in ((y, x), (x, y)):
             if z3.is_app_of(count, z3.Z3_OP_TO_REAL):
-                sides.append(_repeat(count, factor))
+                sides.append(rounding.repeat(count, factor))
         return self._round(exact, nan, infinite, hull, sides, TINY)
 
     def _divide(self, one: Double, other: Double) -> Double:
@@ -262,7 +252,7 @@ class AbstractDoubles:
             lambda r: z3.Implies(z3.Or(z3.And(x >= 0, y <= 0), z3.And(x <= 0, y >= 0)), r <= 0),
         ]
         if exact is None:
-            sides += [_share(x, y, divisor) for divisor in self._divisors]
+            sides += [rounding.share(x, y, divisor) for divisor in self._divisors]
         shrunk = disjoin(other.up, other.down)
         quotient = self._round(exact, nan, infinite, hull, sides, TINY)
         if shrunk is False:
@@ -281,75 +271,30 @@ class AbstractDoubles:
         """A rounded result. exact: what is rounded, where it is known."""
         number = next(self._numbers)
         rounded = z3.Real(f"rounded:{number}")
-        low, high = hull[0] - abs(hull[0]) * (SLACK - 1.0) - 1e-29, (
-            hull[1] + abs(hull[1]) * (SLACK - 1.0) + 1e-29
+        low, high = (
+            hull[0] - abs(hull[0]) * (SLACK - 1.0) - 1e-29,
+            (hull[1] + abs(hull[1]) * (SLACK - 1.0) + 1e-29),
         )
         holds = [side(rounded) for side in sides]
         if exact is not None:
-            error = _exactly(EPSILON) * _size(exact) + _exactly(underflow)
+            error = exactly(EPSILON) * rounding.size(exact) + exactly(underflow)
             holds += [rounded >= exact - error, rounded <= exact + error]
         for bound, within in ((low, rounded.__ge__), (high, rounded.__le__)):
             if math.isfinite(bound):
-                holds.append(within(_exactly(bound)))
+                holds.append(within(exactly(bound)))
         self.facts[str(rounded)] = Fact(rounded, z3.And(holds))
         up, down = infinite
         if not (math.isfinite(low) and math.isfinite(high)):
             size = rounded if exact is None else exact
             beyond = z3.Bool(f"overflows:{number}")
             normal = negate(disjoin(nan, up, down))
-            most = _exactly(LARGEST)
+            most = exactly(LARGEST)
             up = disjoin(up, conjoin(normal, beyond, size > most))
             down = disjoin(down, conjoin(normal, beyond, size < -most))
         # Where it is not a number it is not infinite either.
-        return Double(
-            rounded, nan, conjoin(up, negate(nan)), conjoin(down, negate(nan)), low, high
-        )
-
-
-def _limit(factor: z3.ArithRef, size: float) -> Any:
-    """A product is no larger than one factor times the largest size of the other."""
-    grown = _exactly(Fraction(size) * (1 + EPSILON))
-
-    def holds(product: z3.ArithRef) -> z3.BoolRef:
-        return _size(product) <= grown * _size(factor) + _exactly(TINY)
-
-    return holds
+        return Double(rounded, nan, conjoin(up, negate(nan)), conjoin(down, negate(nan)), low, high)
 
 
 def _identity(part: Any) -> Any:
     """What tells one part of an unknown from another."""
     return part.get_id() if isinstance(part, z3.ExprRef) else part
-
-
-def _size(real: z3.ArithRef) -> z3.ArithRef:
-    return z3.If(real >= 0, real, -real)
-
-
-def _repeat(count: z3.ArithRef, factor: z3.ArithRef) -> Any:
-    """A product with a count: as often as that, where it is small."""
-
-    def holds(product: z3.ArithRef) -> z3.BoolRef:
-        error = _exactly(MOST_REPEATED * EPSILON) * _size(factor) + _exactly(TINY)
-        cases = [
-            z3.Implies(count == k, _size(product - k * factor) <= error)
-            for k in range(MOST_REPEATED + 1)
-        ]
-        return z3.And(cases)
-
-    return holds
-
-
-def _share(dividend: z3.ArithRef, divisor: z3.ArithRef, least: float) -> Any:
-    """A quotient by no less than a number is no larger than one by that number."""
-    grown = _exactly((1 + EPSILON) / Fraction(least))
-
-    def holds(quotient: z3.ArithRef) -> z3.BoolRef:
-        most = grown * _size(dividend) + _exactly(TINY)
-        return z3.Implies(divisor >= _exactly(least), _size(quotient) <= most)
-
-    return holds
-
-
-def _times(one: float, other: float) -> float:
-    """Corner of a hull: nothing times without bound is nothing, for the bound is not reached."""
-    return 0.0 if 0.0 in (one, other) else one * other

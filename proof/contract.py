@@ -11,7 +11,7 @@ import z3
 
 from proof.arithmetic import Doubles
 from proof.logic import Truth, conjoin, lift_truth
-from proof.theorem import Answer, prove
+from proof.theorem import Answer, is_possible, prove
 from proof.translation import Translation, any_raises
 
 Making = Callable[[Doubles, str], Any]
@@ -44,10 +44,14 @@ class Reliance(NamedTuple):
 def prove_contract(
     contract: Contract, doubles: Doubles, translation: Translation
 ) -> tuple[Answer, Answer]:
-    """Whether it holds, and whether the function never raises where its caller keeps it."""
+    """Whether it holds, and whether the function never raises where its caller keeps it.
+
+    Raises ValueError where no caller could keep it.
+    """
     arguments = contract.arguments(doubles)
     asked = contract.requires(doubles, *arguments)
     result = translation.run(contract.function, *arguments)
+    _refuse_nothing(doubles, asked)
     kept = prove(doubles, asked, contract.ensures(doubles, result, *arguments))
     return kept, prove(doubles, asked, z3.Not(any_raises(translation)))
 
@@ -71,12 +75,11 @@ def rely(
     return {contract.function: stand_in(contract) for contract in contracts}, reliance
 
 
-def prove_on(
-    reliance: Reliance, doubles: Doubles, assumed: Truth, claim: Truth
-) -> Answer:
+def prove_on(reliance: Reliance, doubles: Doubles, assumed: Truth, claim: Truth) -> Answer:
     """Whether a claim follows from what is assumed and from contracts whose duties are kept.
 
-    Each duty may rest on what the contracts called before it gave.
+    Each duty may rest on what the contracts called before it gave. Raises ValueError where nothing
+    fulfils all of it.
     """
     given: Truth = True
     begun: Answer | None = None
@@ -85,4 +88,10 @@ def prove_on(
         if not begun.holds:
             return begun
         given = conjoin(given, gain)
+    _refuse_nothing(doubles, conjoin(assumed, given))
     return prove(doubles, conjoin(assumed, given), lift_truth(claim))
+
+
+def _refuse_nothing(doubles: Doubles, assumed: Truth) -> None:
+    if not is_possible(doubles, assumed):
+        raise ValueError("nothing fulfils what is assumed, so it proves nothing")

@@ -48,9 +48,7 @@ class ExactDoubles:
         """One of two."""
         return z3.If(condition, yes, no)
 
-    def clamp(
-        self, value: z3.FPRef, least: bool, one: z3.FPRef, other: z3.FPRef
-    ) -> z3.FPRef:
+    def clamp(self, value: z3.FPRef, least: bool, one: z3.FPRef, other: z3.FPRef) -> z3.FPRef:
         """The least, or the greatest, of two: there is nothing to add to it."""
         del least, one, other
         return value

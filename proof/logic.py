@@ -15,7 +15,7 @@ Truth: TypeAlias = Any
 
 
 class Choice(NamedTuple):
-    """Two whole numbers, of which a condition chooses: integer or mask, as whoever uses it needs."""
+    """Two whole numbers, of which a condition chooses; integer or mask, as its user needs."""
 
     condition: z3.BoolRef
     yes: Any

@@ -84,5 +84,5 @@ def _write(value: Any) -> str:
 
 
 def is_possible(doubles: Doubles, assumed: Truth) -> bool:
-    """Whether anything fulfils what is assumed: a proof from what nothing fulfils proves nothing."""
+    """Whether anything fulfils what is assumed: from what nothing fulfils all follows."""
     return not prove(doubles, assumed, False).holds

@@ -63,9 +63,7 @@ class Translation:
 
     # Functions
 
-    def _call(
-        self, function: Any, arguments: list[Any], named: dict[str, Any], path: Truth
-    ) -> Any:
+    def _call(self, function: Any, arguments: list[Any], named: dict[str, Any], path: Truth) -> Any:
         function = source.plain(function)
         name = f"{getattr(function, '__module__', '?')}.{getattr(function, '__qualname__', '?')}"
         if function in self._summaries:
@@ -82,9 +80,7 @@ class Translation:
         self.used.add(name)
         return self._run(function, arguments, named, path)
 
-    def _run(
-        self, function: Any, arguments: list[Any], named: dict[str, Any], path: Truth
-    ) -> Any:
+    def _run(self, function: Any, arguments: list[Any], named: dict[str, Any], path: Truth) -> Any:
         definition = source.tree_of(function)
         names = dict(zip([one.arg for one in definition.args.args], arguments, strict=False))
         frame = _Frame(names | named, function.__globals__, path)
@@ -117,7 +113,9 @@ class Translation:
                 self._assign(target, self._value(value, frame), frame)
             case ast.AugAssign(target=ast.Name(id=name), op=operator, value=value):
                 other = self._value(value, frame)
-                frame.names[name] = self._operate(operator, frame.names[name], other, frame, statement)
+                frame.names[name] = self._operate(
+                    operator, frame.names[name], other, frame, statement
+                )
             case ast.Return(value=ast.expr() as value):
                 frame.returned.append((frame.live, self._value(value, frame)))
                 frame.live = False
@@ -175,15 +173,31 @@ class Translation:
         return value
 
     def _value(self, node: ast.expr, frame: _Frame) -> Any:
+        value: Any
         match node:
-            case ast.Constant(value=value):
-                return value
+            case ast.Constant():
+                value = node.value
             case ast.Name(id=name):
-                return self._look_up(name, frame)
+                value = self._look_up(name, frame)
             case ast.Attribute(value=owner, attr=name):
-                return getattr(self._value(owner, frame), name)
+                value = getattr(self._value(owner, frame), name)
             case ast.Tuple(elts=elements):
-                return tuple(self._value(one, frame) for one in elements)
+                value = tuple(self._value(one, frame) for one in elements)
+            case ast.Subscript(value=owner, slice=index):
+                place = self._value(index, frame)
+                value = arithmetic.element(self.doubles, self._value(owner, frame), place)
+            case ast.Call(func=called, args=arguments, keywords=keywords):
+                function = self._value(called, frame)
+                given = [self._value(one, frame) for one in arguments]
+                named = {str(one.arg): self._value(one.value, frame) for one in keywords}
+                value = self._call(function, given, named, conjoin(frame.path, frame.live))
+            case _:
+                value = self._compute(node, frame)
+        return value
+
+    def _compute(self, node: ast.expr, frame: _Frame) -> Any:
+        """Value of what is made with an operator."""
+        match node:
             case ast.BoolOp(op=operator, values=values):
                 return self._join(operator, values, frame)
             case ast.UnaryOp(op=operator, operand=operand):
@@ -195,16 +209,7 @@ class Translation:
                 return self._compare(left, operators, others, frame)
             case ast.IfExp(test=test, body=body, orelse=otherwise):
                 return self._choose_expression(self._truth(test, frame), body, otherwise, frame)
-            case ast.Subscript(value=owner, slice=index):
-                place = self._value(index, frame)
-                return arithmetic.element(self.doubles, self._value(owner, frame), place)
-            case ast.Call(func=called, args=arguments, keywords=keywords):
-                function = self._value(called, frame)
-                given = [self._value(one, frame) for one in arguments]
-                named = {str(one.arg): self._value(one.value, frame) for one in keywords}
-                return self._call(function, given, named, conjoin(frame.path, frame.live))
-            case _:
-                self._refuse(node)
+        return self._refuse(node)
 
     def _look_up(self, name: str, frame: _Frame) -> Any:
         for scope in (frame.names, frame.scope, vars(builtins)):

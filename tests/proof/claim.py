@@ -45,6 +45,14 @@ def is_finite(doubles: Doubles, value: Any) -> z3.BoolRef:
     return lift_truth(doubles.is_finite(arithmetic.lift_double(doubles, value)))
 
 
+def plus(doubles: Doubles, one: Any, number: float) -> Any:
+    return doubles.add(one, doubles.make(number))
+
+
+def minus(doubles: Doubles, value: Any) -> Any:
+    return doubles.negative(value)
+
+
 def implies(condition: Truth, claim: Truth) -> z3.BoolRef:
     return z3.Implies(lift_truth(condition), lift_truth(claim))
 

@@ -20,7 +20,7 @@ from opensuction.safety.watch.watch_state import Watch
 from proof.arithmetic import Doubles
 from proof.logic import as_integer, lift_truth
 from proof.unknown import free
-from tests.proof.claim import all_of, at_most, between, bounded, is_finite, within
+from tests.proof.claim import all_of, between, bounded, is_finite, within
 
 DT_S = 0.001
 """The tick of every machine here."""
@@ -179,7 +179,7 @@ def divisors() -> list[float]:
     return [DT_S * ticks * (1.0 - 1e-9) for ticks in range(1, INVALID_TICKS + 2)]
 
 
-KEPT_SIZES: dict[str, float] = {
+KEPT_SIZES: dict[str, float | tuple[float, float]] = {
     "vote.head_mm": MOST_HEAD_MM,
     "watch.head_mm": MOST_HEAD_MM,
     "vote.encoder_mm": LARGEST,
@@ -196,7 +196,7 @@ KEPT_SIZES: dict[str, float] = {
     "insertion_servo.velocity": 1e20,
     "valve_servo.error": 1e18,
     "valve_servo.velocity": 1e20,
-    "driven_v": 1e6,
+    "core.driven_v": 1e6,
     "core.cam_rad": 2e3,
 }
 """The same as plain sizes: what is not named here may be any double, not a number too."""
@@ -204,7 +204,8 @@ KEPT_SIZES: dict[str, float] = {
 
 def unknown_state(doubles: Doubles) -> GovernorState:
     """A governor's state in which these numbers are bounded, and all others anything."""
-    return free(doubles, GovernorState, "governor", bounded(doubles, KEPT_SIZES))
+    state: GovernorState = free(doubles, GovernorState, "governor", bounded(doubles, KEPT_SIZES))
+    return state
 
 
 def move_is_told(

@@ -31,6 +31,7 @@ from tests.proof.claim import (
     implies,
     is_,
     is_finite,
+    plus,
     same,
     within,
 )
@@ -76,9 +77,7 @@ def narrow(dt_s: float | None) -> Narrowing:
     seen, proposal = finite(doubles, Watch, "seen"), free(doubles, Setpoints, "proposal")
     trips = z3.BitVec("trips", MASK_BITS)
     tick_s = doubles.free_finite("dt_s") if dt_s is None else dt_s
-    allowed, reaction = translation.run(
-        limiter.narrow, limits, last, seen, proposal, trips, tick_s
-    )
+    allowed, reaction = translation.run(limiter.narrow, limits, last, seen, proposal, trips, tick_s)
     assumed = all_of(
         z3.Or(possible(doubles, proposal), has(trips, Condition.PROPOSAL_INVALID)),
         below(doubles, 0.0, limits.tip.gain),
@@ -98,7 +97,7 @@ def tick() -> Narrowing:
 
 @proves(
     "N1",
-    "Limits are asked of a number that is one: the limiter never divides by zero.",
+    "The limiter raises nothing: it never divides by zero.",
     OF,
     FREE,
 )
@@ -192,9 +191,7 @@ def test_the_velocity_goes_in_only_with_the_command(tick: Narrowing) -> None:
 )
 def test_a_withdrawal_is_commanded_outwards_of_the_head(tick: Narrowing) -> None:
     doubles, head_mm = tick.doubles, tick.allowed.head_mm
-    withdraws = z3.And(
-        lift_truth(tick.allowed.insertion_on), is_(tick.reaction, Reaction.WITHDRAW)
-    )
+    withdraws = z3.And(lift_truth(tick.allowed.insertion_on), is_(tick.reaction, Reaction.WITHDRAW))
     behind = z3.And(
         at_most(doubles, head_mm, tick.last.head_mm), at_most(doubles, head_mm, tick.seen.head_mm)
     )
@@ -215,15 +212,11 @@ def test_no_advance_under_vacuum(tick: Narrowing) -> None:
         lift_truth(allowed.insertion_on),
         z3.Not(at_most(doubles, allowed.head_mm, tick.last.head_mm)),
     )
-    held = z3.Or(
-        lift_truth(allowed.valve_open), below(doubles, 0.0, seen.durations.sucking_s)
-    )
+    held = z3.Or(lift_truth(allowed.valve_open), below(doubles, 0.0, seen.durations.sucking_s))
     near = within(doubles, seen.suction_start_mm, 1e6)
-    furthest_mm = doubles.add(seen.suction_start_mm, doubles.make(limiter.ADVANCE_MM + 1e-6))
+    furthest_mm = plus(doubles, seen.suction_start_mm, limiter.ADVANCE_MM + 1e-6)
     touching = below(doubles, 0.0, seen.durations.contact_s)
-    claim = z3.And(
-        implies(held, at_most(doubles, allowed.head_mm, furthest_mm)), z3.Not(touching)
-    )
+    claim = z3.And(implies(held, at_most(doubles, allowed.head_mm, furthest_mm)), z3.Not(touching))
     assert_holds(doubles, z3.And(tick.assumed, near), implies(inwards, claim))
 
 
@@ -242,10 +235,8 @@ def test_the_command_is_no_faster_than_its_limit() -> None:
             for one in (tick.last.head_mm, tick.seen.head_mm, tick.limits.head_speed_mm_per_s)
         )
     )
-    most = doubles.add(tick.limits.head_speed_mm_per_s, doubles.make(1e-5))
-    claim = implies(
-        tick.allowed.insertion_on, at_most(doubles, tick.allowed.head_mm_per_s, most)
-    )
+    most = plus(doubles, tick.limits.head_speed_mm_per_s, 1e-5)
+    claim = implies(tick.allowed.insertion_on, at_most(doubles, tick.allowed.head_mm_per_s, most))
     assert_holds(doubles, z3.And(tick.assumed, near), claim)
 
 
@@ -264,7 +255,5 @@ def test_an_impossible_proposal_trips_at_once() -> None:
     proposal = free(doubles, Setpoints, "proposal")
     trips = translation.run(judgement.judge, limits, seen, proposal, z3.Bool("opened"))
     impossible = z3.Not(possible(doubles, proposal))
-    assert_holds(
-        doubles, True, has(trips, Condition.PROPOSAL_INVALID) == impossible
-    )
+    assert_holds(doubles, True, has(trips, Condition.PROPOSAL_INVALID) == impossible)
     assert_holds(doubles, True, z3.Not(any_raises(translation)))

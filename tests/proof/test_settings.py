@@ -64,7 +64,7 @@ def test_a_machine_is_within_what_the_proofs_ask_of_settings(name: str) -> None:
 @pytest.mark.parametrize("head_mm", [0.0, 40.0, -1e6, 1e6, math.nan, math.inf])
 def test_a_controller_starts_within_what_the_proofs_ask(name: str, head_mm: float) -> None:
     core = controller.start(SHIPPED[name], head_mm, 0.0).core
-    sizes = {f".{name}": size for name, size in KEPT_SIZES.items()}
+    sizes = {f".{name}": size for name, size in KEPT_SIZES.items() if isinstance(size, float)}
     held = [
         (path, value, size)
         for path, value in numbers(core, "core")

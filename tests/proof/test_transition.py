@@ -20,10 +20,10 @@ from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
-from opensuction.procedure.cycle.transition import STAY, TRANSITIONS, Event
+from opensuction.procedure.cycle.transition import TRANSITIONS, Event
 from proof import arithmetic
 from proof.abstract_double import AbstractDoubles
-from proof.logic import MASK_BITS, as_integer, disjoin, lift_truth
+from proof.logic import MASK_BITS, disjoin, lift_truth
 from proof.translation import Translation
 from proof.unknown import free
 from tests.proof.claim import all_of, assert_holds, at_most, implies, is_, same
@@ -86,15 +86,20 @@ def step_cycle(doubles: AbstractDoubles) -> Tick:
     def choose(values: Any, index: Any) -> Any:
         return arithmetic.element(doubles, values, index)
 
+    seen: list[Any] = []
+
+    def follow(_: Any, events: Any) -> Any:
+        seen.append(events)
+        return z3.Int("following")
+
     ways = {profile.at: anything, staged_path.at: anything, cycle.excite: anything}
     tests = {
         progress.step_check: lambda *_: free(doubles, type(state.check), "checked"),
         progress.step_teaching: lambda *_: free(doubles, type(state.teaching), "taught"),
         cycle._phase_limit_s: choose,
-        transition.follow: lambda _, events: seen.append(events) or z3.Int("following"),
+        transition.follow: follow,
         transition.cause: lambda *_: z3.Int("cause"),
     }
-    seen: list[Any] = []
     feedback = free(doubles, ControlFeedback, "feedback")
     translation = Translation(doubles, ways | tests)
     now, asked = translation.run(
@@ -172,9 +177,7 @@ def test_no_motion_inwards_is_asked_for_with_an_open_valve(tick: Tick) -> None:
     announced = z3.And(
         same(doubles, asked.direction, demand.INWARDS), at_most(doubles, 0.0, asked.starts_in_s)
     )
-    claim = all_of(
-        z3.Or(going_out, standing), z3.Not(announced), same(doubles, asked.jog_mm, 0.0)
-    )
+    claim = all_of(z3.Or(going_out, standing), z3.Not(announced), same(doubles, asked.jog_mm, 0.0))
     assert_holds(doubles, tick.assumed, implies(asked.valve_open, claim))
 
 
@@ -190,7 +193,8 @@ def test_no_motion_inwards_is_asked_for_with_an_open_valve(tick: Tick) -> None:
 def test_a_way_never_turns() -> None:
     doubles = AbstractDoubles()
     names = ("start_mm", "end_mm", "speed", "acceleration", "time_s")
-    start, end, speed, acceleration, time_s = map(doubles.free_finite, names)
+    unknown: list[Any] = [doubles.free_finite(name) for name in names]
+    start, end, speed, acceleration, time_s = unknown
 
     def root(_: Any) -> Any:
         return doubles.free_finite("root", 0.0)

@@ -61,9 +61,9 @@ def _numbers(record: tuple[Any, ...], path: str) -> Iterator[tuple[str, float]]:
 
 
 def check(settings: Settings) -> None:
-    """Refuse settings in which a number is none, without bound where there must be one, or negative.
+    """Refuse settings in which a number is none, has no bound or the wrong sign.
 
-    Raises InputError, which names it.
+    Raises InputError, which names it and says which it may have.
     """
     for path, value in _numbers(settings, ""):
         if math.isnan(value) or (math.isinf(value) and path not in OPEN):
