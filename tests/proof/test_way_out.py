@@ -54,8 +54,7 @@ class Guarded(NamedTuple):
     verdict: Verdict
 
 
-@pytest.fixture(scope="module")
-def guarded() -> Guarded:
+def guard() -> Guarded:
     doubles = AbstractDoubles()
     limits = setting(doubles, Limits, "limits")
     number = bounded(doubles, KEPT_SIZES | CLOCKS)
@@ -72,6 +71,11 @@ def guarded() -> Guarded:
         DT_S,
     )
     return Guarded(doubles, limits, state, following, allowed, verdict)
+
+
+@pytest.fixture(scope="module")
+def guarded() -> Guarded:
+    return guard()
 
 
 @pytest.fixture(scope="module")
