@@ -1,4 +1,8 @@
-"""Whether settings are numbers that can be held: a limit of nan is broken by nothing."""
+"""Whether settings are numbers that can be held: a limit of nan is broken by nothing.
+
+Nor is one of the wrong sign: with a gain of speed below 0 the limiter would let the head's command
+further in than was proposed (docs/safety/proof.md).
+"""
 
 import math
 from collections.abc import Iterator
@@ -19,6 +23,31 @@ OPEN = (
 has none, a window as wide as the way, suction where the tip stopped, and phases that wait for a
 person."""
 
+POSITIVE = (
+    "limits.drive.mm_per_s_per_v",
+    "limits.drive.newton_per_a",
+    "limits.drive.volts_per_a",
+    "limits.head_mm_per_s2",
+    "limits.head_speed_mm_per_s",
+    "limits.leaving_mm_per_s",
+    "limits.tip.gain",
+)
+"""What the controller divides by, or narrows with, and must be above 0."""
+NOT_NEGATIVE = (
+    "insertion_servo.back_emf_v_s",
+    "insertion_servo.catch_up_v",
+    "insertion_servo.voltage_limit_v",
+    "limits.drive.supply_v",
+    "limits.vacuum_mmhg",
+    "limits.withdrawal_s",
+    "valve_motion.open_rad",
+    "valve_motion.speed_rad_per_s",
+    "valve_servo.back_emf_v_s",
+    "valve_servo.catch_up_v",
+    "valve_servo.voltage_limit_v",
+)
+"""What must not be below 0: setpoints and volts would be outside their own limits."""
+
 
 def _numbers(record: tuple[Any, ...], path: str) -> Iterator[tuple[str, float]]:
     """Every number with where it stands; those of a plain tuple under its own name."""
@@ -32,10 +61,14 @@ def _numbers(record: tuple[Any, ...], path: str) -> Iterator[tuple[str, float]]:
 
 
 def check(settings: Settings) -> None:
-    """Refuse settings in which a number is none, or without bound where there must be one.
+    """Refuse settings in which a number is none, has no bound or the wrong sign.
 
-    Raises InputError, which names it.
+    Raises InputError, which names it and says which it may have.
     """
     for path, value in _numbers(settings, ""):
         if math.isnan(value) or (math.isinf(value) and path not in OPEN):
             raise InputError(f"settings.{path} is {value}: it must be a finite number")
+        if value < 0.0 and path in NOT_NEGATIVE:
+            raise InputError(f"settings.{path} is {value}: it must not be below 0")
+        if value <= 0.0 and path in POSITIVE:
+            raise InputError(f"settings.{path} is {value}: it must be above 0")
