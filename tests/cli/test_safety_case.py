@@ -2,9 +2,11 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from opensuction.evidence import crew
 from tests.cli.command import opensuction
 from tests.evidence.safety_case.hazard_example import FAULT, ON_ONE, ROW
 
@@ -51,6 +53,25 @@ def test_a_bound_that_is_broken_is_shown_and_exits_1(tmp_path: Path) -> None:
     assert "bound 10" in done.stderr
     data = json.loads((tmp_path / "s" / "safety-case.json").read_text())
     assert "bound 10" in data["hazards"][0]["problems"][0]["problem"]
+
+
+def test_processes_that_die_again_and_again_are_one_line_and_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def spread(*_: Any) -> None:
+        raise crew.WorkerLostError("3 processes died over the same task")
+
+    monkeypatch.setattr(crew, "spread", spread)
+    (tmp_path / "mine.toml").write_text(ROW + FAULT + ON_ONE)
+    (tmp_path / "s").mkdir()
+    done = opensuction("safety-case", "--table", "mine.toml", "--json", "--out", "s", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    said = [line for line in done.stderr.splitlines() if line.startswith("opensuction: ")]
+    assert said == ["opensuction: 3 processes died over the same task; nothing was written"]
+    assert done.stderr.splitlines()[-1] == said[0]
+    assert "Traceback" not in done.stderr
+    assert list((tmp_path / "s").iterdir()) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.toml", "s"]
 
 
 @pytest.mark.parametrize(

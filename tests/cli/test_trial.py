@@ -241,6 +241,21 @@ def test_processes_that_die_again_and_again_leave_what_is_done(
     assert "**Not complete:** 1 of 2 cycles." in (tmp_path / "t" / "trial.md").read_text()
 
 
+def test_processes_that_die_over_the_first_cycles_leave_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def spread(*_: Any) -> None:
+        raise crew.WorkerLostError("3 processes died over the same task")
+
+    monkeypatch.setattr(part, "warm_up", lambda _: None)
+    monkeypatch.setattr(crew, "spread", spread)
+    done = opensuction(*FEW, "--json", "--out", "t", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    said = [line for line in done.stderr.splitlines() if line.startswith("opensuction: ")]
+    assert said == ["opensuction: 3 processes died over the same task; nothing was written"]
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [

@@ -1,5 +1,6 @@
 """Work spread over processes: answered in order, ended with whoever asked."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -56,3 +57,19 @@ def test_no_process_outlives_one_that_was_killed(tmp_path: Path) -> None:
         assert [process.stderr.readline() for _ in range(2)] == ["working\n"] * 2
         process.kill()
         assert process.stderr.read() == ""  # ends when both of its processes have gone
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system binds to no cores")
+def test_a_process_that_is_bound_to_a_core_counts_that_one() -> None:
+    program = (
+        "import os; from opensuction.evidence import crew; "
+        "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}); print(crew.count_cores())"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stdout.split() == [b"1"]
+
+
+def test_a_system_that_binds_to_no_cores_counts_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 6)
+    assert crew.count_cores() == 6

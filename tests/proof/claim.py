@@ -25,10 +25,12 @@ def at_most(doubles: Doubles, one: Any, other: Any) -> z3.BoolRef:
 
 
 def below(doubles: Doubles, one: Any, other: Any) -> z3.BoolRef:
+    """Both are numbers, and one is less than the other."""
     return _compare(doubles, ast.Lt(), one, other)
 
 
 def same(doubles: Doubles, one: Any, other: Any) -> z3.BoolRef:
+    """Both are numbers, and equal."""
     return _compare(doubles, ast.Eq(), one, other)
 
 
@@ -38,22 +40,27 @@ def within(doubles: Doubles, value: Any, size: float) -> z3.BoolRef:
 
 
 def between(doubles: Doubles, low: Any, value: Any, high: Any) -> z3.BoolRef:
+    """A number from a low one to a high one, both included."""
     return z3.And(at_most(doubles, low, value), at_most(doubles, value, high))
 
 
 def is_finite(doubles: Doubles, value: Any) -> z3.BoolRef:
+    """Neither NaN nor an infinity."""
     return lift_truth(doubles.is_finite(arithmetic.lift_double(doubles, value)))
 
 
 def plus(doubles: Doubles, one: Any, number: float) -> Any:
+    """The sum of a double and a known number, as the abstraction rounds it."""
     return doubles.add(one, doubles.make(number))
 
 
 def minus(doubles: Doubles, value: Any) -> Any:
+    """The number with the other sign: exact."""
     return doubles.negative(value)
 
 
 def implies(condition: Truth, claim: Truth) -> z3.BoolRef:
+    """The claim, wherever the condition holds."""
     return z3.Implies(lift_truth(condition), lift_truth(claim))
 
 
@@ -63,6 +70,7 @@ def has(mask: Any, number: int) -> z3.BoolRef:
 
 
 def is_(whole: Any, number: int) -> z3.BoolRef:
+    """Whether a whole number is this one."""
     return as_integer(whole) == int(number)
 
 
@@ -105,4 +113,5 @@ def report(answer: theorem.Answer) -> None:
 
 
 def all_of(*claims: Truth) -> z3.BoolRef:
+    """All claims together."""
     return lift_truth(conjoin(*claims))

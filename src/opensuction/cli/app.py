@@ -18,6 +18,7 @@ from opensuction.cli.command import (
     safety_case,
     trial,
 )
+from opensuction.evidence.crew import WorkerLostError
 from opensuction.kernel.errors import InputError
 from opensuction.settings import wording
 
@@ -108,12 +109,18 @@ def _carry_out() -> int:
         return _refuse(str(refused))
     except typer.TyperException as misused:
         return _refuse(_explain(misused))
+    except WorkerLostError as lost:
+        return _end(f"{lost}; {_say_what_is_left(lost)}", exit_status.FAILED)
     return code if isinstance(code, int) else exit_status.DONE
 
 
 def _refuse(message: str) -> int:
+    return _end(message, exit_status.BAD_INPUT)
+
+
+def _end(message: str, status: int) -> int:
     print(f"opensuction: {' '.join(message.split())}", file=sys.stderr)  # noqa: T201
-    return exit_status.BAD_INPUT
+    return status
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ A process that dies, killed for its memory or by a person, takes nothing along: 
 its task anew.
 """
 
+import os
 import pickle
 import subprocess
 import sys
@@ -23,6 +24,13 @@ Answer = TypeVar("Answer")
 
 class WorkerLostError(Exception):
     """Process after process died over the same task."""
+
+
+def count_cores() -> int:
+    """Processor cores that this process may use: as many processes can work at once."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class _DiedError(Exception):

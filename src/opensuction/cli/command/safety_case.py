@@ -117,7 +117,7 @@ COMMAND = Command(
     details="Every fault comes on every patient, by both approaches, at instants spread over the "
     "time that the tip is inside; five seeds see each fifth of it. A hazard whose bound is broken "
     "is shown as broken, a catheter left inside is counted on its own. The report has a strip "
-    "chart of each hazard's worst run. Two processes share the work. Seeds are 1 on.",
+    "chart of each hazard's worst run. A process for each core shares the work. Seeds are 1 on.",
     examples="""\b
 Examples:
   opensuction safety-case                    reports and figures under runs/
@@ -147,5 +147,5 @@ A row of a hazard table (docs/how-to/safety-case.md says what the keys mean):
   name = "pump-runaway"
   phases = ["inserting"]               # default: any time with it inside
   patient = "neonate"                  # default: all; approach likewise""",
-    ends="0 every bound holds, 1 one is broken",
+    ends="0 every bound holds, 1 one is broken, or process after process died",
 )

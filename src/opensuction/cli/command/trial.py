@@ -1,7 +1,6 @@
 """``trial``: many cycles over patients, machines and faults, each judged by the truth."""
 
 import contextlib
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -112,10 +111,11 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
 def _run(options: TrialOptions) -> int:
     """Run a trial, or go on with one."""
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.evidence import crew
 
     progress = ProgressTeller()
     heading, folder, kept = _open(options)
-    workers = options.workers or _count_cores()
+    workers = options.workers or crew.count_cores()
     teller = _Teller(progress, heading.cycles)
     try:
         progress.tell(_say_what_runs(heading, len(kept), workers))
@@ -125,7 +125,7 @@ def _run(options: TrialOptions) -> int:
         result = _conclude(heading, parts, teller, workers)
         with output_folder.stage(folder, force=True) as staging:
             output_folder.write(staging, result.files)
-    except (InputError, OSError, Stopped) as ending:
+    except (InputError, OSError, Stopped, crew.WorkerLostError) as ending:
         ending.add_note(_say_what_is_kept(folder, heading, teller.cycles))
         raise
     try:
@@ -138,13 +138,6 @@ def _run(options: TrialOptions) -> int:
         ending.add_note(f"the results are in {folder}")
         raise
     return exit_status.DONE if result.is_good else exit_status.FAILED
-
-
-def _count_cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _open(options: TrialOptions) -> "tuple[Heading, Path, dict[int, PlayedPart]]":
@@ -198,7 +191,10 @@ def _play_all(
     workers: int,
     teller: "_Teller",
 ) -> "list[PlayedPart]":
-    """The parts of a trial: all of them, or as many as could be played."""
+    """The parts of a trial: all of them, or as many as could be played.
+
+    Raises WorkerLostError where none could.
+    """
     from opensuction.evidence.crew import WorkerLostError
     from opensuction.evidence.trial import trial, trial_log
 
@@ -206,10 +202,10 @@ def _play_all(
         listener = trial.Listener(teller.tell, teller.warn)
         return trial.run(folder, heading, kept, workers, listener)
     except WorkerLostError as lost:
-        teller.warn(f"opensuction: {lost}; {_say_what_is_kept(folder, heading, teller.cycles)}")
         found = trial_log.read(folder).parts
         if not found:
-            raise InputError(f"{lost}: nothing could be played") from None
+            raise
+        teller.warn(f"opensuction: {lost}; {_say_what_is_kept(folder, heading, teller.cycles)}")
         return [found[machine] for machine in sorted(found)]
 
 

@@ -14,7 +14,6 @@ from opensuction.oracle.harm import NAMES
 from opensuction.simulation.injection.run_judgement import count_left_inside
 from opensuction.twin.fault.fault_table import ROWS
 
-WORKERS = 2
 FIRST_SEED = 1
 LEAST = ("least_cmh2o", "least_percent")
 """Ends of the names of measures of which less is worse."""
@@ -79,9 +78,12 @@ def run(
     hazards: Sequence[Hazard],
     seeds: tuple[int, ...],
     tell: Tell = lambda *_: None,
-    workers: int = WORKERS,
 ) -> SafetyCase:
-    """Run every case of every hazard. tell: called from other threads, one call at a time."""
+    """Run every case of every hazard, with a process for each core.
+
+    tell: called from other threads, one call at a time. Raises WorkerLostError where process after
+    process dies.
+    """
     cases = [case for one in hazards for case in hazard_case.cases(one, seeds)]
     # Neighbours share a prepared cycle.
     order = sorted(
@@ -97,7 +99,12 @@ def run(
     # The first one here: what it compiles, the processes find in the cache.
     note(0, hazard_case.run(cases[order[0]]))
     rest = [cases[i] for i in order[1:]]
-    crew.spread(hazard_case.run, rest, workers, lambda number, result: note(number + 1, result))
+    crew.spread(
+        hazard_case.run,
+        rest,
+        crew.count_cores(),
+        lambda number, result: note(number + 1, result),
+    )
     results = [found[i] for i in range(len(cases))]
     verdicts = tuple(
         HazardVerdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
