@@ -18,6 +18,7 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import RELEASING, WITHDRAWING
 from opensuction.safety.governor import forced_withdrawal, governor
 from opensuction.safety.governor.governor import GovernorState, Verdict
+from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
 from proof.abstract_double import AbstractDoubles
@@ -39,7 +40,16 @@ WITHDRAWN = WITHDRAWING | RELEASING
 """Every trip: none has a milder reaction."""
 CLOCKS = {
     f"{clock}_s": (0.0, 1e6)
-    for clock in ("inside", "forced", "blocked", "unseen", "waiting", "in_airway", "withdrawal")
+    for clock in (
+        "inside",
+        "forced",
+        "blocked",
+        "unseen",
+        "waiting",
+        "whole",
+        "in_airway",
+        "withdrawal",
+    )
 }
 
 
@@ -92,6 +102,12 @@ def goes_on(doubles: AbstractDoubles, before: Any, after: Any) -> z3.BoolRef:
     """Whether a clock has gone on by a tick, but for rounding."""
     least = plus(doubles, before, 0.999 * DT_S)
     return at_most(doubles, least, after)
+
+
+def is_away(guarded: Guarded) -> z3.BoolRef:
+    """Whether the head is further in than home, but for rounding."""
+    home_mm = plus(guarded.doubles, guarded.limits.park_head_mm, ADVANCE_MM + 1e-6)
+    return below(guarded.doubles, home_mm, guarded.following.watch.head_mm)
 
 
 def is_withdrawing(verdict: Verdict) -> z3.BoolRef:
@@ -147,42 +163,42 @@ def test_a_trip_is_latched(guarded: Guarded) -> None:
     FREE,
 )
 def test_a_withdrawal_has_torque(guarded: Guarded) -> None:
-    doubles, reaction = guarded.doubles, guarded.verdict.reaction
-    home_mm = plus(doubles, guarded.limits.park_head_mm, 0.5 + 1e-6)
-    home = at_most(doubles, guarded.following.watch.head_mm, home_mm)
+    reaction = guarded.verdict.reaction
     driven = lift_truth(guarded.allowed.insertion_on)
     claim = all_of(
-        implies(is_(reaction, Reaction.WITHDRAW), z3.Or(driven, home)),
+        implies(is_(reaction, Reaction.WITHDRAW), z3.Or(driven, z3.Not(is_away(guarded)))),
         implies(is_(reaction, Reaction.TORQUE_OFF), z3.Not(driven)),
     )
-    assert_holds(doubles, True, claim)
+    assert_holds(guarded.doubles, True, claim)
 
 
 @proves(
     "W5",
     "As long as it withdraws a head that is not home, the clock of the withdrawal goes on in every "
-    "tick; so does the one of waiting, but in ticks in which the head is seen to come by 1 mm/s.",
+    "tick, and so does its last clock, which nothing but a person's reset sets back, whatever is "
+    "read; so does the one of waiting, but in ticks in which the head is seen to come by 1 mm/s.",
     OF,
     FREE,
 )
 def test_the_clocks_of_a_withdrawal_go_on(guarded: Guarded) -> None:
     doubles, seen = guarded.doubles, guarded.following.watch
-    home_mm = plus(doubles, guarded.limits.park_head_mm, 0.5 + 1e-6)
-    away = below(doubles, home_mm, seen.head_mm)
-    forced = z3.And(away, is_(guarded.verdict.reaction, Reaction.WITHDRAW))
+    forced = z3.And(is_away(guarded), is_(guarded.verdict.reaction, Reaction.WITHDRAW))
     before, after = guarded.state.withdrawal, guarded.following.withdrawal
     comes = at_most(doubles, seen.speed_mm_per_s, -forced_withdrawal.LEAVING_MM_PER_S)
     claim = z3.And(
         goes_on(doubles, before.forced_s, after.forced_s),
+        goes_on(doubles, before.whole_s, after.whole_s),
         z3.Or(comes, goes_on(doubles, before.waiting_s, after.waiting_s)),
     )
     assert_holds(doubles, forced, claim)
+    assert_holds(doubles, True, at_most(doubles, before.whole_s, after.whole_s))
 
 
 @proves(
     "W6",
-    "A withdrawal that is past its time and has been waited for 4 s, or that something has held "
-    "for .3 s, is let go in the next tick.",
+    "A withdrawal that is past its time and has been waited for 4 s, that something has held for "
+    ".3 s, or whose last clock is past the time of its whole way at 1 mm/s and 4 s (for an adult "
+    "192 s), is let go in the next tick.",
     OF,
     FREE,
 )
@@ -193,8 +209,10 @@ def test_a_withdrawal_ends(guarded: Guarded) -> None:
         below(doubles, forced_withdrawal.WAITING_S, clocks.waiting_s),
     )
     blocked = below(doubles, forced_withdrawal.BLOCKED_S, clocks.blocked_s)
+    longest_s = Translation(doubles).run(forced_withdrawal.longest_s, guarded.limits)
+    over = below(doubles, longest_s, clocks.whole_s)
     claim = is_(guarded.verdict.reaction, Reaction.TORQUE_OFF)
-    assert_holds(doubles, z3.Or(late, blocked), claim)
+    assert_holds(doubles, z3.Or(late, blocked, over), claim)
 
 
 @proves(

@@ -143,6 +143,15 @@ def test_a_way_out_has_its_time_and_goes_on_for_as_long_as_the_head_comes(
     assert judged(changed(AT_REST, late)) == [Condition.WITHDRAWAL_TIME] * given_up
 
 
+def test_a_way_out_has_a_last_clock_by_which_also_a_head_that_comes_is_let_go() -> None:
+    for whole_s, trips in (
+        (forced_withdrawal.longest_s(LIMITS), []),
+        (above(forced_withdrawal.longest_s(LIMITS)), [Condition.WITHDRAWAL_TIME]),
+    ):
+        comes = {"withdrawal.forced_s": 0.1, "withdrawal.whole_s": whole_s}
+        assert judged(changed(AT_REST, comes)) == trips
+
+
 def test_a_withdrawal_that_is_held_from_its_first_tick_is_blocked() -> None:
     held_s = above(forced_withdrawal.BLOCKED_S)
     held = {"withdrawal.forced_s": held_s, "withdrawal.blocked_s": held_s}
@@ -163,6 +172,14 @@ def test_a_head_that_is_seen_to_come_is_not_waited_for(
     after = forced_withdrawal.step(before, seen, True, DT_S)
     assert after.waiting_s == (1.0 + DT_S if waits else 0.0)
     assert forced_withdrawal.step(before, seen, False, DT_S).waiting_s == 0.0
+
+
+def test_of_a_way_out_that_is_broken_off_only_the_last_clock_is_kept() -> None:
+    before = ForcedWithdrawal(1.0, 2.0, 3.0, 4.0, 5.0)
+    after = forced_withdrawal.step(before, AT_REST.watch, False, DT_S)
+    assert after == forced_withdrawal.NONE._replace(whole_s=5.0)
+    forced = forced_withdrawal.step(before, AT_REST.watch, True, DT_S)
+    assert forced.whole_s == 5.0 + DT_S
 
 
 def test_a_millimetre_beyond_the_cap_is_overshoot_more_is_a_trip() -> None:
@@ -266,14 +283,14 @@ def test_a_withdrawal_lasts_until_half_a_millimetre_from_home(
 ) -> None:
     there = PARK_MM + from_home_mm
     state = at(there)._replace(
-        trips=1 << Condition.LATE_TICKS, withdrawal=ForcedWithdrawal(1.0, 0.0, 0.0, 0.0)
+        trips=1 << Condition.LATE_TICKS, withdrawal=ForcedWithdrawal(1.0, 0.0, 0.0, 0.0, 0.0)
     )
     after = following(state, sound(there))
     assert after.withdrawal.forced_s == (1.0 + DT_S if forced else 0.0)
 
 
 def test_without_a_trip_nothing_is_forced() -> None:
-    state = AT_REST._replace(withdrawal=ForcedWithdrawal(1.0, 0.2, 0.2, 0.2))
+    state = AT_REST._replace(withdrawal=ForcedWithdrawal(1.0, 0.2, 0.2, 0.2, 0.0))
     blind = sound(HEAD_MM)._replace(head_valid=False)
     after = following(state, blind)
     assert after.withdrawal == forced_withdrawal.NONE
@@ -420,7 +437,7 @@ def test_a_reset_leaves_the_command_at_rest_and_everything_else_as_it_was() -> N
     state = AT_REST._replace(
         last=going,
         valve_command_changed=True,
-        withdrawal=ForcedWithdrawal(1.0, 2.0, 3.0, 4.0),
+        withdrawal=ForcedWithdrawal(1.0, 2.0, 3.0, 4.0, 5.0),
         trips=5,
     )
     after = governor.reset(LIMITS, state)

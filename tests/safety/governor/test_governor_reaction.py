@@ -5,8 +5,10 @@ import pytest
 from opensuction.kernel.commands import Setpoints
 from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import forced_withdrawal, governor
 from opensuction.safety.handling import Reaction
+from opensuction.safety.limits import Limits
 from tests.safety.watchdog import (
     DT_S,
     HEAD_CAP_MM,
@@ -14,6 +16,7 @@ from tests.safety.watchdog import (
     LIMITS,
     NAN,
     PARK_MM,
+    Tick,
     ahead,
     at,
     first,
@@ -41,6 +44,51 @@ def test_a_head_that_cannot_be_withdrawn_is_let_go_in_the_end() -> None:
     last = first(ticks, Condition.WITHDRAWAL_TIME)
     assert last.time_s == pytest.approx(AFTER_S + forced_withdrawal.WAITING_S, abs=2 * DT_S)
     assert last.verdict.reaction == Reaction.TORQUE_OFF
+
+
+def cap_at(head_mm: float) -> Limits:
+    """Limits by which the head may be there at most: the way home from there is short."""
+    least_mm = head_mm - 0.5 * LIMITS.tip.narrow_mm
+    return LIMITS._replace(cap_mm=least_mm * LIMITS.tip.gain + LIMITS.tip.offset_mm)
+
+
+def is_let_go(tick: Tick) -> bool:
+    return tick.verdict.reaction == Reaction.TORQUE_OFF
+
+
+@pytest.mark.requirement("OS-R13")
+@pytest.mark.parametrize(("deep_mm", "back_mm"), [(50.0, 60.0), (50.0, 1.0), (PARK_MM + 1.0, 1.0)])
+def test_a_head_of_which_both_sensors_say_for_ever_that_it_comes_is_let_go(
+    deep_mm: float, back_mm: float
+) -> None:
+    """As they drift out, as they jump back again and again, and as they say "home" in between."""
+
+    def drift(time_s: float, _: float) -> Readings:
+        return sound(deep_mm - 1.2 * time_s % back_mm)
+
+    limits = cap_at(PARK_MM + 2.0)
+    state = at(deep_mm)
+    ticks = run(13.0, lambda _: stay()._replace(head_mm=NAN), drift, state, limits=limits)
+    driven = [tick for tick in ticks if not is_let_go(tick)]
+    assert is_let_go(ticks[-1])
+    assert Condition.WITHDRAWAL_TIME in decode_trips(ticks[-1].verdict.trips)
+    away_s = DT_S * sum(tick.state.watch.head_mm > PARK_MM + 0.5 for tick in driven)
+    assert away_s == pytest.approx(forced_withdrawal.longest_s(limits), abs=2 * DT_S)
+
+
+def test_a_head_that_comes_as_slowly_as_one_may_is_not_let_go_on_its_way_from_the_cap() -> None:
+    """After a loose contact that was waited for nearly as long as one is."""
+    cap_mm, waits_s = PARK_MM + 3.0, forced_withdrawal.WAITING_S - 0.1
+
+    def creep(time_s: float, _: float) -> Readings:
+        trembling_mm = 1e-3 * (round(time_s / DT_S) % 2)
+        return sound(max(cap_mm - 1.02 * max(time_s - waits_s, 0.0), PARK_MM) + trembling_mm)
+
+    limits = cap_at(cap_mm)._replace(in_airway_s=9.0)
+    state = at(cap_mm)
+    ticks = run(8.0, lambda _: stay()._replace(head_mm=NAN), creep, state, limits=limits)
+    assert not any(is_let_go(tick) for tick in ticks)
+    assert ticks[-1].readings.head_mm < PARK_MM + 0.01
 
 
 def test_a_head_at_home_is_not_withdrawn_forever() -> None:
