@@ -16,7 +16,7 @@ PACKAGE := .venv/.package-$(shell cksum < pyproject.toml | cut -d' ' -f1)
 .PHONY: help setup run test check bench soak mutate docs examples lock clean
 
 help: ## list these targets
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-14s %s\n", $$1, $$2}'
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-15s %s\n", $$1, $$2}'
 
 setup: $(PACKAGE) ## create .venv from requirements.lock and install the package
 

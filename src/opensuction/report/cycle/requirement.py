@@ -6,8 +6,8 @@ from opensuction.report.summary import Summary, number, rows, text, value
 from opensuction.report.wording import amount
 
 BY_DESIGN = (
-    "the tip goes in at 10 mm/s and no faster, so the way in alone takes seconds that a hand does "
-    "not; the time under suction is kept within 15 s"
+    "below the tube the tip goes in at 10 mm/s and no faster, so the way in alone takes seconds "
+    "that a hand does not; the time under suction is kept within 15 s"
 )
 """Why a cycle stays in the airway for longer than a guideline for hands allows."""
 
