@@ -11,7 +11,7 @@ from opensuction.kernel.readings import Readings
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import TRIPS, cuts_vacuum, decode_trips
 from opensuction.safety.governor import governor
-from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
+from opensuction.safety.governor.forced_withdrawal import WAITING_S, ForcedWithdrawal, longest_s
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
@@ -144,7 +144,14 @@ states = st.builds(
     patient=st.builds(
         PatientWatch, *[seconds] * 7, st.booleans(), seconds, st.sampled_from(PATIENT)
     ),
-    withdrawal=st.builds(ForcedWithdrawal, seconds, seconds, seconds),
+    withdrawal=st.builds(
+        ForcedWithdrawal,
+        forced_s=seconds,
+        blocked_s=seconds,
+        unseen_s=seconds,
+        waiting_s=st.floats(0.0, 2.0 * WAITING_S),
+        whole_s=st.floats(0.0, 2.0 * float(longest_s(LIMITS))),
+    ),
     turned_ticks=counts,
     trips=st.one_of(
         st.just(0),
