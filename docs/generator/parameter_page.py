@@ -14,7 +14,7 @@ from opensuction.settings.limit import describe, trim
 from opensuction.settings.unit import unit_of
 from opensuction.twin import parameter
 from opensuction.twin.machine import catheter, hand
-from opensuction.twin.parameter import Parameter
+from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient import patient_airway, patient_kind
 from opensuction.twin.patient.patient_parameter import PRESETS, ROWS
 

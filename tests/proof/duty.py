@@ -200,7 +200,7 @@ def _watch_ensures(
     ]
     same_number = [
         getattr(seen.vote, name).real == getattr(vote, name).real
-        for name in ("head_mm", "encoder_mm", "carriage_mm", "motor_mm_per_s")
+        for name in ("head_mm", "encoder_mm", "carriage_mm", "motor_mm_per_s", "zero_mm")
     ]
     same_out = lift_truth(seen.vote.encoder_out) == lift_truth(vote.encoder_out)
     return all_of(

@@ -49,13 +49,15 @@ MOTOR_MM_PER_S = 1.0e4
 """Fastest motor of these settings: 100 mm/s for each volt, 100 V."""
 DRIFT_MM = 60.0
 """Furthest that a head goes on by its motor alone before a sensor is asked again: 5 ticks."""
-SOUND_MM = LARGEST + 1.0
-"""A head that a sensor has, within what one is ridden out."""
+SOUND_MM = LARGEST + 2.0
+"""A head that a sensor has, within what one is ridden out and the zero of the second one."""
 SPEED_MM_PER_S = 3.2e9
 """Fastest average: a head found at the other end of what a sensor can tell, in a tick."""
 HEAD_MM = SOUND_MM + 5.1 * SPEED_MM_PER_S * DT_S
 """A head that went on by such a speed until its sensor was found odd."""
 MOST_WAY = 3 * (SURPRISED_TICKS - 1) + 2 * (OUT_TICKS + 6)
+ZERO_MM = 1.0
+"""Zero of the second sensor: `home_zero.MOST_MM` and more."""
 MOST_HEAD_MM = HEAD_MM + MOST_WAY * DRIFT_MM
 COMMAND_MM = 1.0e15
 """A command may run ahead of its head by what its speed allows in 2,500 years of ticks."""
@@ -117,7 +119,8 @@ def vote_is_kept(doubles: Doubles, vote: HeadVote) -> z3.BoolRef:
         surprised >= 0,
         surprised < SURPRISED_TICKS,
         within(doubles, vote.encoder_mm, LARGEST),
-        within(doubles, vote.carriage_mm, LARGEST),
+        within(doubles, vote.carriage_mm, LARGEST + 1.1 * ZERO_MM),
+        within(doubles, vote.zero_mm, ZERO_MM),
         within(doubles, vote.motor_mm_per_s, MOTOR_MM_PER_S * 1.000001),
         z3.Implies(calm, _is_within(doubles, vote.head_mm, calm_mm)),
         _is_within(doubles, vote.head_mm, way_mm),
@@ -183,7 +186,8 @@ KEPT_SIZES: dict[str, float | tuple[float, float]] = {
     "vote.head_mm": MOST_HEAD_MM,
     "watch.head_mm": MOST_HEAD_MM,
     "vote.encoder_mm": LARGEST,
-    "vote.carriage_mm": LARGEST,
+    "vote.carriage_mm": LARGEST + 1.1 * ZERO_MM,
+    "vote.zero_mm": ZERO_MM,
     "vote.motor_mm_per_s": MOTOR_MM_PER_S * 1.000001,
     "speed_mm_per_s": SPEED_MM_PER_S * 1.000001,
     "watch.cam_rad": LARGEST,
@@ -233,7 +237,7 @@ def move_is_told(
         by_motor = by(MOTOR_MM_PER_S * DT_S * ticks * 1.01)
         expected.append(z3.And(unseen == ticks - 1, z3.Or(averaged, by_motor)))
     travelled = z3.And(odd == 0, by(2.0 * LARGEST + 200.0))
-    found = z3.And(unseen >= INVALID_TICKS, by(LARGEST + MOST_HEAD_MM))
+    found = z3.And(unseen >= INVALID_TICKS, by(LARGEST + 1.1 * ZERO_MM + MOST_HEAD_MM))
     return all_of(
         *bounds,
         z3.Implies(z3.Not(told), by(0.00001)),

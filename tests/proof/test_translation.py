@@ -209,7 +209,7 @@ def test_the_abstraction_holds_what_the_compiled_function_gives(name: str, data:
 MISTAKES: dict[str, tuple[Callable[..., Any], str, str, Callable[[], None]]] = {
     "the proposal is forgotten": (
         limiter._narrow_head,
-        "wanted_mm = min(wanted_mm, highest)",
+        "wanted_mm = min(proposal.head_mm, highest)",
         "wanted_mm = highest",
         lambda: test_narrowing.test_the_command_goes_no_further_in_than_proposed(
             test_narrowing.narrow(None)

@@ -21,6 +21,7 @@ from opensuction.safety.limits import (
     ValveLimits,
     WindowLimits,
 )
+from opensuction.safety.watch import valve_axis
 from opensuction.safety.watch.watch_state import Watch
 
 DT_S = 0.001
@@ -40,7 +41,8 @@ LIMITS = Limits(
         supply_v=24.0,
         mm_per_s_per_v=18.8 / 24.0,
         volts_per_a=1298.0,
-        gaining_mm_per_s2=200.0,
+        gaining_least_mm_per_s2=100.0,
+        gaining_most_mm_per_s2=600.0,
     ),
     window=WindowLimits(from_mm=-INF, by_mm=INF),
     valve=ValveLimits(open_rad=0.52, stroke_s=10.0),
@@ -114,9 +116,10 @@ def sound(head_mm: float) -> Readings:
 
 
 def turning(time_s: float, head_mm: float, cam_rad: float = 0.3) -> Readings:
-    """A sound machine with its cam there, not quite at rest."""
-    trembling = 1.0 + 1e-6 * (round(time_s / DT_S) % 2)
-    return sound(head_mm)._replace(cam_rad=cam_rad * trembling)
+    """A sound machine with its cam there, not quite at rest: farther than its sensor's noise."""
+    away_rad = math.copysign(2.0 * valve_axis.STILL_RAD, cam_rad)
+    moved = round(time_s / DT_S) % 20 < 10
+    return sound(head_mm)._replace(cam_rad=cam_rad + (away_rad if moved else 0.0))
 
 
 def staying(head_mm: float) -> Setpoints:

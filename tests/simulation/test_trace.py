@@ -35,5 +35,6 @@ def test_the_controller_powers_up_on_the_encoder_not_on_the_truth() -> None:
         known = start.controller.core.governor.last.head_mm
         park = loop.controller.plan.motion.park_head_mm
         assert known == pytest.approx(park, abs=0.0025 + 1e-9)
-        assert start.machine.head_mm - known == pytest.approx(0.05, abs=0.0025 + 1e-9)
+        play_mm = 0.5 * rig.machine.gear_backlash_mm
+        assert start.machine.head_mm - known == pytest.approx(play_mm, abs=0.0025 + 1e-9)
         assert start.controller.core.procedure.phase == Phase.PARKED

@@ -3,7 +3,8 @@ import re
 import pytest
 
 from opensuction.twin import parameter, preset
-from opensuction.twin.parameter import BENCH, CLINICAL, Parameter
+from opensuction.twin.parameter import BENCH, CLINICAL
+from opensuction.twin.parameter_row import Parameter
 
 TAGS = ("[paper]", "[datasheet]", "[calibrated]", "[computed]", "[assumed]")
 Values = dict[str, float]
@@ -27,14 +28,17 @@ def test_every_entry_has_unit_meaning_and_source(table: dict[str, Parameter], na
     assert entry.spread >= 0.0
     reach = parameter.SPREAD_LIMIT * entry.spread  # every draw is plausible
     assert entry.low <= entry.value - reach <= entry.value + reach <= entry.high
-    if entry.spread:  # no draw may change what a parameter means by changing its sign
+    # No draw may change what a parameter means by changing its sign; an offset has either.
+    if entry.spread and entry.value != 0.0:
         assert parameter.SPREAD_LIMIT * entry.spread < abs(entry.value)
 
 
 @pytest.mark.parametrize("name", BENCH)
 def test_every_entry_changes_the_machine(name: str) -> None:
     values = parameter.nominal(BENCH)
-    changed = {**values, name: 1.01 * values[name]}
+    entry = BENCH[name]
+    other = 1.01 * entry.value if entry.value != 0.0 else 0.5 * entry.high
+    changed = {**values, name: other}
     assert outcome(changed) != outcome(values)
 
 

@@ -26,8 +26,7 @@ def test_the_drive_gives_no_more_power_than_it_takes() -> None:
 def test_current_is_that_of_the_force() -> None:
     force_n = 2.0
     motion = AxisMotion(0.0, 0.0, drive_v=force_n * BENCH.load_v_per_n)
-    state = preset.park(BENCH, VALUES, 0.0, 1, 0).machine._replace(insertion=motion)
-    current = machine.read(BENCH, state).insertion_current_a
+    current = machine.measure(BENCH, motion, 0.0, 0.0, 0.0).current_a
     assert current == pytest.approx(force_n * VALUES["drive_a_per_n"])
 
 

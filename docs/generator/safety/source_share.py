@@ -6,7 +6,8 @@ from collections import Counter
 from docs.generator.document import table
 from opensuction.kernel.errors import InputError
 from opensuction.twin.machine import hand
-from opensuction.twin.parameter import BENCH, CLINICAL, Parameter
+from opensuction.twin.parameter import BENCH, CLINICAL
+from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient.patient_parameter import ROWS
 
 TAG = re.compile(r"\[([A-Za-z][\w-]*)\]")

@@ -291,7 +291,11 @@ def control_step(
     refused = upkeep.refusal(service, heard, before, plan.travel_known, patient)
     start = asked and refused == Refusal.NONE
     vote = governor.locate(settings.limits, state.governor, readings, state.driven_v, dt_s)
-    located = readings._replace(head_mm=vote.head_mm, head_valid=vote.unseen_ticks == 0)
+    located = readings._replace(
+        head_mm=vote.head_mm,
+        head_valid=vote.unseen_ticks == 0,
+        line_vacuum_mmhg=governor.line_vacuum_mmhg(state.governor, readings, dt_s),
+    )
     procedure, demand, head = _decide(
         settings, heads_mm, state, head, located, requests._replace(start=start), dt_s
     )

@@ -26,6 +26,13 @@ WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
 FORCE_MARGIN = 1.2
 """Force over the drive's own current limit that is a fault of the drive; assumed."""
+FRICTION_SHARE = 0.7
+"""Friction over the resistance that is a jam [computed]."""
+LEAST_GAIN_SHARE = 0.5
+"""Share of the planned acceleration that every such drive can do: 3 N beyond friction on 1.7 times
+the mass [computed]."""
+LIGHT_SHARE = 0.4
+"""By how much of it the moving mass may be less than the profile has it; assumed."""
 ACCELERATION_MARGIN = 10.0
 """Gain of commanded speed over the planned acceleration that is let through: the paper's scheme
 jumps where it turns, and its drive cannot follow at more than the planned one; assumed."""
@@ -90,6 +97,12 @@ def _window(
     return WindowLimits(from_mm=protocol.contact_from_mm, by_mm=protocol.travel_mm - slack_mm)
 
 
+def _gaining_most_mm_per_s2(profile: MachineProfile) -> float:
+    """The drive at its highest force, friction with it, on the least mass that there may be."""
+    force_n = FORCE_MARGIN * profile.drive_force_n + FRICTION_SHARE * profile.jam_n
+    return 1000.0 * force_n / ((1.0 - LIGHT_SHARE) * profile.moving_mass_kg)
+
+
 def limits(
     profile: MachineProfile,
     protocol: Protocol,
@@ -116,7 +129,8 @@ def limits(
             supply_v=profile.supply_v,
             mm_per_s_per_v=profile.no_load_mm_per_s / profile.supply_v,
             volts_per_a=profile.winding_v_per_a,
-            gaining_mm_per_s2=profile.acceleration_mm_per_s2,
+            gaining_least_mm_per_s2=LEAST_GAIN_SHARE * profile.acceleration_mm_per_s2,
+            gaining_most_mm_per_s2=_gaining_most_mm_per_s2(profile),
         ),
         window=_window(protocol, model, by_contact, on_bench),
         valve=ValveLimits(
@@ -142,5 +156,5 @@ def limits(
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
         withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
-        patient=patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored),
+        patient=patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored, site.breathes),
     )

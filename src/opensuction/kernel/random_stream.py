@@ -75,12 +75,18 @@ def threefry(key_0: int, key_1: int, block_0: int, block_1: int) -> tuple[int, i
 
 
 @compiled
-def uniform_pair(source: RandomStream) -> tuple[float, float, RandomStream]:
-    """Two independent uniform numbers in (0, 1) and the advanced stream."""
+def word_pair(source: RandomStream) -> tuple[int, int, RandomStream]:
+    """Two independent random 32-bit words and the advanced stream."""
     x, y = threefry(
         source.key_0, source.key_1, source.counter & MASK, (source.counter >> 32) & MASK
     )
-    advanced = RandomStream(source.key_0, source.key_1, source.counter + 1)
+    return x, y, RandomStream(source.key_0, source.key_1, source.counter + 1)
+
+
+@compiled
+def uniform_pair(source: RandomStream) -> tuple[float, float, RandomStream]:
+    """Two independent uniform numbers in (0, 1) and the advanced stream."""
+    x, y, advanced = word_pair(source)
     return (x + 0.5) * UNIT, (y + 0.5) * UNIT, advanced
 
 

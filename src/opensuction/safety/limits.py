@@ -22,8 +22,10 @@ class DriveLimits(NamedTuple):
     """Speed of the head without load for each volt on the motor."""
     volts_per_a: float
     """Volts that drive an ampere through the motor at standstill."""
-    gaining_mm_per_s2: float
+    gaining_least_mm_per_s2: float
     """Least gain of speed at the drive's current limit."""
+    gaining_most_mm_per_s2: float
+    """Fastest change of speed that the drive can bring about, friction helping."""
 
 
 class WindowLimits(NamedTuple):

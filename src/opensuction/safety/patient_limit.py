@@ -12,6 +12,8 @@ LOSING_CMH2O = 3.5
 there, of 192 on four patients, by both approaches [in-silico]."""
 TRANSDUCER_CMH2O = 0.2
 """Error of the pressure that is no loss; assumed."""
+SHAKEN_S = 0.3
+"""A stroke of the valve shakes the pressure for less; assumed."""
 BREATH_CMH2O = 2.0
 """Above PEEP by this lies the line that each breath crosses."""
 LEAST_PEEP_CMH2O = 3.0
@@ -29,12 +31,13 @@ class AgeLimits(NamedTuple):
     heart_rate_per_min: Annotated[float, Meaning("lowest heart rate")]
     airway_most_cmh2o: Annotated[float, Meaning("highest pressure at the connector")]
     breath_s: Annotated[float, Meaning("longest time in which no breath moves the pressure")]
+    effort_s: Annotated[float, Meaning("longest breath of the patient's own")]
 
 
 AGE_LIMITS: dict[AgeGroup, AgeLimits] = {
-    AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0),
-    AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0),
-    AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0),
+    AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4),
+    AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0, 0.6),
+    AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0, 1.2),
 }
 """Limits by age group."""
 
@@ -45,6 +48,7 @@ SOURCES: dict[str, str] = {
     "airway_most_cmh2o": "usual upper alarm limit of ventilators [assumed]",
     "breath_s": "[assumed] apnoea alarms wait for 10 to 20 s [K]; sooner with small stores of "
     "oxygen",
+    "effort_s": "[assumed] an inspiration of 0.35, 0.5 and 1 s, and a fifth",
 }
 """Where each limit comes from."""
 
@@ -56,6 +60,7 @@ class PatientLimits(NamedTuple):
     heart_rate_per_min: float
     airway_most_cmh2o: float
     breath_s: float
+    effort_s: float
     """These and what is before them: `AgeLimits`."""
     monitored: bool
     """Whether a monitor belongs to the machine: without one nothing here is judged."""
@@ -66,10 +71,17 @@ class PatientLimits(NamedTuple):
     breath_cmh2o: float
     """Every breath crosses it twice."""
     open_s: float
+    low_s: float
+    """How long the pressure must be too low."""
 
 
-def limits_of(age: AgeGroup, peep_cmh2o: float, monitored: bool) -> PatientLimits:
-    """Limits for a patient of an age on a ventilator set to this PEEP."""
+def limits_of(
+    age: AgeGroup, peep_cmh2o: float, monitored: bool, breathes: bool = False
+) -> PatientLimits:
+    """Limits for a patient of an age on a ventilator set to this PEEP.
+
+    breathes: on their own, besides the ventilator.
+    """
     chosen = AGE_LIMITS[age]
     return PatientLimits(
         *chosen,
@@ -78,4 +90,5 @@ def limits_of(age: AgeGroup, peep_cmh2o: float, monitored: bool) -> PatientLimit
         airway_losing_cmh2o=peep_cmh2o - LOSING_CMH2O - TRANSDUCER_CMH2O,
         breath_cmh2o=peep_cmh2o + BREATH_CMH2O,
         open_s=OPEN_S if peep_cmh2o >= LEAST_PEEP_CMH2O else chosen.breath_s,
+        low_s=chosen.effort_s if breathes else SHAKEN_S,
     )

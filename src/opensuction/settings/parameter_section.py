@@ -10,7 +10,8 @@ from math import inf, isfinite
 
 from opensuction.settings.limit import trim
 from opensuction.settings.wording import join_key, refuse, show, unknown
-from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
+from opensuction.twin.parameter import SPREAD_LIMIT
+from opensuction.twin.parameter_row import Parameter
 
 Table = dict[str, Parameter]
 PAIR = ("value", "spread")

@@ -13,7 +13,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter, preset
 from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine.catheter import Catheter, Conduit
-from opensuction.twin.parameter import Parameter
+from opensuction.twin.parameter_row import Parameter
 
 SPEED_MARGIN = 1.05
 """The governor's speed limit may be this much over what the fastest machine does."""

@@ -121,6 +121,7 @@ def bedside(machine: Machine) -> Site:
         age=AgeGroup(person.age_group),
         peep_cmh2o=person.ventilator.peep_cmh2o,
         monitored=person.monitor.present,
+        breathes=False,
     )
 
 

@@ -8,41 +8,16 @@ these are the project's own judgement of what is plausible. Tags of the sources:
 
 import math
 import zlib
-from typing import NamedTuple
 
 from opensuction.kernel import random_stream
+from opensuction.twin.parameter_row import Parameter
+from opensuction.twin.parameter_row import parameter_row as _p
+from opensuction.twin.sensor.sensor_parameter import SENSORS
 
 MACHINE_PURPOSE = 1
 """Stream of random numbers that draws machines."""
 SPREAD_LIMIT = 2.5
 """Draws are cut off at this many standard deviations."""
-
-
-class Parameter(NamedTuple):
-    """One parameter of the twin."""
-
-    value: float
-    spread: float
-    unit: str
-    meaning: str
-    source: str
-    low: float
-    """Least plausible value: a file may set it from here on."""
-    high: float
-    """Largest plausible value."""
-
-
-def _p(
-    value: float,
-    unit: str,
-    within: tuple[float, float],
-    meaning: str,
-    source: str,
-    spread: float = 0.0,
-) -> Parameter:
-    low, high = within
-    return Parameter(value, spread, unit, meaning, source, float(low), float(high))
-
 
 ParameterValues = dict[str, float]
 """A value for each parameter by name: those of one machine or patient."""
@@ -59,7 +34,12 @@ BENCH: dict[str, Parameter] = {
         0.3,
     ),
     "insertion_time_constant_s": _p(
-        0.020, "s", (0.002, 0.2), "mechanical time constant of the insertion axis", "[assumed]"
+        0.020,
+        "s",
+        (0.002, 0.2),
+        "mechanical time constant of the insertion axis, with 16.4 kg to move",
+        "[assumed]",
+        0.001,
     ),
     "moving_mass_kg": _p(
         16.4,
@@ -67,6 +47,7 @@ BENCH: dict[str, Parameter] = {
         (0.5, 100),
         "inertia of the drive, referred to the head",
         "[assumed] 0.3 m/s2 at 5 N",
+        1.0,
     ),
     "insertion_friction_v": _p(
         0.5,
@@ -77,7 +58,7 @@ BENCH: dict[str, Parameter] = {
         0.05,
     ),
     "drive_force_n": _p(
-        5.0, "N", (1, 20), "drive current limit, as force at the head", "[assumed]"
+        5.0, "N", (1, 20), "drive current limit, as force at the head", "[assumed]", 0.15
     ),
     "drive_a_per_n": _p(
         0.0012,
@@ -85,19 +66,13 @@ BENCH: dict[str, Parameter] = {
         (0.0001, 0.1),
         "motor current for each newton at the head",
         "[computed] 18.8 mm/s / 24 V / 0.65 gear efficiency",
+        0.00003,
     ),
     "head_encoder_mm": _p(
         0.005, "mm", (0.0001, 0.1), "resolution of the head position", "[assumed]"
     ),
-    "carriage_sensor_mm": _p(
-        0.1,
-        "mm",
-        (0.001, 0.2),
-        "resolution of the sensor on the catheter head, behind gear and rack",
-        "[assumed] a magnetic strip",
-    ),
     "gear_backlash_mm": _p(
-        0.10, "mm", (0, 0.5), "play of gearhead and rack", "[assumed] 0.05 to 0.2"
+        0.10, "mm", (0, 0.5), "play of gearhead and rack", "[assumed] 0.05 to 0.2", 0.02
     ),
     # Catheter in its conduit
     "bend_rad": _p(
@@ -115,6 +90,7 @@ BENCH: dict[str, Parameter] = {
         (0, 2),
         "friction-limited elastic stretch, both ways",
         "[computed] 0.1 N / 1 N per mm",
+        0.02,
     ),
     "gain": _p(
         0.949, "mm/mm", (0.8, 1.05), "tip travel for each mm of head travel", "[calibrated]", 0.003
@@ -126,7 +102,7 @@ BENCH: dict[str, Parameter] = {
         -6.0, "mm", (-15, 5), "tip position at head 0 without clearance", "[calibrated]", 0.25
     ),
     "creep_fast_mm": _p(
-        0.15, "mm", (0, 0.3), "fast part of the polymer's creep", "[assumed] at most 0.3"
+        0.15, "mm", (0, 0.3), "fast part of the polymer's creep", "[assumed] at most 0.3", 0.02
     ),
     "creep_fast_s": _p(0.5, "s", (0.3, 10), "its time constant", "[assumed] 0.3 to 10"),
     "creep_slow_mm": _p(0.10, "mm", (0, 0.3), "slow part of the polymer's creep", "[assumed]"),
@@ -138,45 +114,59 @@ BENCH: dict[str, Parameter] = {
         (0.2, 10),
         "cam speed at full supply without friction",
         "[assumed]",
+        math.radians(2.0),
     ),
     "valve_time_constant_s": _p(
-        0.020, "s", (0.002, 0.2), "mechanical time constant of the cam", "[assumed]"
+        0.020, "s", (0.002, 0.2), "mechanical time constant of the cam", "[assumed]", 0.001
     ),
-    "valve_friction_v": _p(0.5, "V", (0.05, 3), "Coulomb friction of the cam's drive", "[assumed]"),
+    "valve_friction_v": _p(
+        0.5, "V", (0.05, 3), "Coulomb friction of the cam's drive", "[assumed]", 0.05
+    ),
     "valve_force_v": _p(
         16.0, "V", (2, 48), "current limit of the cam's drive, as a voltage", "[assumed]"
-    ),
-    "cam_encoder_rad": _p(
-        math.radians(0.05), "rad", (0.00001, 0.01), "resolution of the cam angle", "[assumed]"
     ),
     "cam_stroke_rad": _p(
         math.radians(30.0), "rad", (0.1, 1.6), "cam angle of the full stroke", "[paper]"
     ),
     "valve_slide_mm": _p(5.0, "mm", (1, 15), "travel of the suction valve (s)", "[paper]"),
     "valve_seal_mm": _p(0.3, "mm", (0, 2), "travel before the seal opens", "[assumed]"),
-    "spring_preload_v": _p(0.7, "V", (0, 5), "return spring, closed, as a voltage", "[assumed]"),
-    "spring_v_per_rad": _p(1.5, "V/rad", (0, 10), "its rate", "[assumed]"),
+    "spring_preload_v": _p(
+        0.7, "V", (0, 5), "return spring, closed, as a voltage", "[assumed]", 0.05
+    ),
+    "spring_v_per_rad": _p(1.5, "V/rad", (0, 10), "its rate", "[assumed]", 0.1),
     "cam_stop_rad": _p(
         math.radians(0.5), "rad", (0, 0.1), "end stop behind the closed cam", "[assumed]"
     ),
     # Suction line
-    "pump_free_l_per_min": _p(18.0, "L/min", (2, 60), "free-air flow of the pump", "[paper]"),
-    "pump_occluded_mmhg": _p(560.0, "mmHg", (50, 720), "occluded vacuum of the pump", "[paper]"),
+    "pump_free_l_per_min": _p(18.0, "L/min", (2, 60), "free-air flow of the pump", "[paper]", 0.7),
+    "pump_occluded_mmhg": _p(
+        560.0, "mmHg", (50, 720), "occluded vacuum of the pump", "[paper]", 10.0
+    ),
     "regulator_ml_per_s_per_mmhg": _p(
-        60.0, "mL/s/mmHg", (1, 500), "air let in by the regulator above its set point", "[assumed]"
+        60.0,
+        "mL/s/mmHg",
+        (1, 500),
+        "air let in by the regulator above its set point",
+        "[assumed]",
+        5.0,
     ),
     "relief_mmhg": _p(
-        150.0, "mmHg", (50, 200), "mechanical relief valve", "[paper] use at most 150"
+        150.0, "mmHg", (50, 200), "mechanical relief valve", "[paper] use at most 150", 2.0
     ),
     "relief_ml_per_s_per_mmhg": _p(
         60.0, "mL/s/mmHg", (1, 500), "air it lets in above", "[assumed]"
     ),
-    "canister_ml": _p(800.0, "mL", (50, 4000), "canister and tubing", "[assumed]"),
+    "canister_ml": _p(800.0, "mL", (50, 4000), "canister and tubing", "[assumed]", 15.0),
     "bore_l_per_min": _p(
-        17.7, "L/min", (0.5, 40), "free-air flow of 3.5 mm x 2 m at 100 mmHg", "[computed] Blasius"
+        17.7,
+        "L/min",
+        (0.5, 40),
+        "free-air flow of 3.5 mm x 2 m at 100 mmHg",
+        "[computed] Blasius",
+        0.4,
     ),
     "leak_ml_per_s_per_mmhg": _p(
-        0.02, "mL/s/mmHg", (0, 5), "leak of canister and valve", "[assumed]"
+        0.02, "mL/s/mmHg", (0, 5), "leak of canister and valve", "[assumed]", 0.004
     ),
     # Airway of the bench: a rubber trachea with artificial secretions
     "carina_mm": _p(
@@ -201,11 +191,15 @@ BENCH: dict[str, Parameter] = {
     "switch_open_ratio": _p(
         0.85, "1", (0.3, 1), "share of that force at which it opens", "[assumed]"
     ),
-    "switch_bounce_s": _p(0.003, "s", (0, 0.02), "chatter after closing", "[assumed] 1 to 10 ms"),
+    "switch_bounce_s": _p(
+        0.003, "s", (0, 0.02), "chatter after closing", "[assumed] 1 to 10 ms", 0.0005
+    ),
     "switch_bounce_open_ratio": _p(
         0.3, "1", (0, 1), "share of the chatter that is open", "[assumed]"
     ),
-    "switch_latency_s": _p(0.004, "s", (0, 0.05), "delay of the switch's line", "[assumed]"),
+    "switch_latency_s": _p(
+        0.004, "s", (0, 0.05), "delay of the switch's line", "[assumed]", 0.0007
+    ),
     "secretion_ml": _p(
         3.0, "mL", (0, 30), "secretions in the trachea", "[assumed] 0.5 to 5 a pass", 0.6
     ),
@@ -231,6 +225,7 @@ BENCH: dict[str, Parameter] = {
     ),
     "reach_mm": _p(15.0, "mm", (1, 50), "distance from which mucus flows to the tip", "[assumed]"),
     "mucus_share": _p(0.6, "1", (0, 1), "share of the tip that flowing mucus takes", "[assumed]"),
+    **SENSORS,
     # Measurement
     "laser_noise_mm": _p(
         0.08, "mm", (0, 1), "laser, target and set-up, RMS", "[assumed] at most 0.1"
@@ -241,18 +236,18 @@ BENCH: dict[str, Parameter] = {
 _GEARED: dict[str, tuple[float, float, str]] = {
     # Insertion axis: a 1524T024SR, geared to 60 mm/s at its 9800 rpm, gear efficiency 0.65
     "no_load_mm_per_s": (60.0, 0.8, "[assumed] gearing"),
-    "insertion_time_constant_s": (0.0128, 0.0, "[computed] motor's 8.3 ms / 0.65"),
-    "moving_mass_kg": (16.4, 0.0, "[computed] rotor's 0.56 g cm2 at 0.058 mm/rad"),
+    "insertion_time_constant_s": (0.0128, 0.0006, "[computed] motor's 8.3 ms / 0.65"),
+    "moving_mass_kg": (16.4, 1.0, "[computed] rotor's 0.56 g cm2 at 0.058 mm/rad"),
     "insertion_friction_v": (0.4, 0.05, "[computed] 0.32 V for the motor's 4 mA; guide [assumed]"),
-    "drive_a_per_n": (0.00385, 0.0, "[computed] 60 mm/s / 24 V / 0.65 gear efficiency"),
+    "drive_a_per_n": (0.00385, 0.0001, "[computed] 60 mm/s / 24 V / 0.65 gear efficiency"),
     # Valve axis: half the bench's gear ratio, so the same spring takes twice the voltage
     "cam_no_load_rad_per_s": (
         math.radians(180.0),
-        0.0,
+        math.radians(4.0),
         "[assumed] for 60 deg/s against the spring",
     ),
-    "spring_preload_v": (1.4, 0.0, "[computed] bench's at twice the speed"),
-    "spring_v_per_rad": (3.0, 0.0, "[computed] bench's at twice the speed"),
+    "spring_preload_v": (1.4, 0.1, "[computed] bench's at twice the speed"),
+    "spring_v_per_rad": (3.0, 0.2, "[computed] bench's at twice the speed"),
 }
 """Value, spread and source of what the bedside's faster gears change."""
 

@@ -16,6 +16,7 @@ from opensuction.twin.airway.tip import Tip
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.machine import bore, contact_switch, hand, transmission
 from opensuction.twin.machine import catheter as catheter_model
+from opensuction.twin.machine import machine as machine_model
 from opensuction.twin.machine.bore import Bore
 from opensuction.twin.machine.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
 from opensuction.twin.machine.contact_switch import ContactSwitch
@@ -29,13 +30,18 @@ from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient import patient_airway, patient_preset
 from opensuction.twin.patient.patient import Patient
 from opensuction.twin.plant import PlantState
+from opensuction.twin.sensor import sensor, sensor_preset
 
+GIVEN_MASS_KG = parameter.BENCH["moving_mass_kg"].value
+"""Moving mass for which an insertion axis's time constant is given."""
 BINS = 12
 """Bins of secretions along the airway."""
 NOISE_PURPOSE = 1000
 """Streams from here on are the measurement noise of run 0, 1, 2, ..."""
 SWITCH_PURPOSE = 1_000_000
 """Streams from here on are the bouncing of the contact switch in run 0, 1, 2, ..."""
+SENSOR_PURPOSE = 2_000_000
+"""Streams from here on are the noise of the machine's own sensors in run 0, 1, 2, ..."""
 ENDLESS_MM = 1.0e9
 """Ends of a rack that no run reaches; `limit_rack` sets real ones."""
 BEHIND_PARK_MM = 10.0
@@ -59,7 +65,7 @@ def insertion_axis(values: ParameterValues) -> DcAxis:
     speed_per_v = values["no_load_mm_per_s"] / supply
     return DcAxis(
         speed_per_v=speed_per_v,
-        time_constant_s=values["insertion_time_constant_s"],
+        time_constant_s=values["insertion_time_constant_s"] * inertia_ratio(values),
         voltage_limit_v=supply,
         friction_v=values["insertion_friction_v"],
         force_v=values["drive_force_n"] * load_v_per_n(values),
@@ -69,10 +75,18 @@ def insertion_axis(values: ParameterValues) -> DcAxis:
     )
 
 
+def inertia_ratio(values: ParameterValues) -> float:
+    """Moving mass over the one for which the axis's time constant is given."""
+    return values["moving_mass_kg"] / GIVEN_MASS_KG
+
+
 def load_v_per_n(values: ParameterValues) -> float:
-    """Voltage that balances one newton at the head: F = m v / tau at the speed of one volt."""
+    """Voltage that balances one newton at the head: F = m v / tau at the speed of one volt.
+
+    It is the motor's, whatever mass is on the rack.
+    """
     speed_m_per_s_per_v = values["no_load_mm_per_s"] / values["supply_v"] / 1000.0
-    return values["insertion_time_constant_s"] / (values["moving_mass_kg"] * speed_m_per_s_per_v)
+    return values["insertion_time_constant_s"] / (GIVEN_MASS_KG * speed_m_per_s_per_v)
 
 
 def transmission_of(values: ParameterValues) -> Transmission:
@@ -190,7 +204,7 @@ def machine(
         rack_from_mm=-ENDLESS_MM,
         rack_to_mm=ENDLESS_MM,
         gear_backlash_mm=fitted["gear_backlash_mm"],
-        carriage_step_mm=fitted["carriage_sensor_mm"],
+        sensors=sensor_preset.sensors(fitted),
         amperes_per_v=fitted["drive_a_per_n"] / load_v_per_n(fitted),
         load_v_per_n=load_v_per_n(fitted),
         clamp_slip_ratio=0.0,
@@ -266,8 +280,10 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
     behind_gear = head_mm + 0.5 * twin.gear_backlash_mm
     moved = transmission.after_retract(twin.transmission, behind_gear)
     around = _settle_bedside(twin, values)
+    at_rest = AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0)
+    measured = machine_model.measure(twin, at_rest, behind_gear, 0.0, 0.0)
     machine = MachineState(
-        insertion=AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0),
+        insertion=at_rest,
         head_mm=behind_gear,
         slipped_mm=0.0,
         piece_mm=0.0,
@@ -288,6 +304,9 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
             spare=0.0,
             has_spare=False,
             stream=random_stream.stream(seed, NOISE_PURPOSE + run),
+        ),
+        sensed=sensor.begin(
+            twin.sensors, measured, random_stream.stream(seed, SENSOR_PURPOSE + run)
         ),
         coupling=bedside.couple(twin, around, moved.tip_mm),
         hand=hand.AWAY,

@@ -37,6 +37,7 @@ GROWN = Site(
     age=AgeGroup.ADULT,
     peep_cmh2o=6.0,
     monitored=True,
+    breathes=False,
 )
 CHILD = Site(
     park_mm=-62.0,
@@ -48,6 +49,7 @@ CHILD = Site(
     age=AgeGroup.CHILD,
     peep_cmh2o=5.0,
     monitored=True,
+    breathes=False,
 )
 NEONATE = CHILD._replace(tube_mm=3.5, carina_mm=12.0, age=AgeGroup.NEONATE)
 

@@ -15,13 +15,15 @@ from opensuction.safety.governor.forced_withdrawal import WAITING_S, ForcedWithd
 from opensuction.safety.governor.governor import GovernorState
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
-from opensuction.safety.head import head_vote
+from opensuction.safety.head import head_vote, home_zero
 from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.watch import line_filter
 from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
@@ -85,6 +87,8 @@ watches = st.builds(
         carriage_out=st.booleans(),
         switched=st.booleans(),
         unseen_ticks=counts,
+        zero_mm=st.floats(-home_zero.MOST_MM, home_zero.MOST_MM),
+        zero_ticks=st.integers(0, home_zero.STILL_TICKS),
     ),
     speed_mm_per_s=st.floats(-60.0, 60.0),
     tip=st.builds(TipInterval, plausible, plausible),
@@ -100,9 +104,9 @@ watches = st.builds(
     overspeed_ticks=counts,
     invalid=st.builds(InvalidTicks, *[counts] * len(InvalidTicks._fields)),
     durations=st.builds(Durations, *[seconds] * len(Durations._fields)),
-    drive=st.builds(DriveForce, forces, forces, forces, st.floats(-0.1, 0.1)),
+    drive=st.builds(DriveForce, forces, forces, forces, st.floats(-0.1, 0.1), forces),
     window=st.builds(ContactWindow, plausible, seconds, st.booleans()),
-    valve=st.builds(ValveAxis, seconds, seconds, st.booleans()),
+    valve=st.builds(ValveAxis, seconds, seconds, st.floats(-0.1, 0.7), st.booleans()),
     line=st.builds(
         LineWatch,
         vacuum_mmhg=st.floats(0.0, 300.0),
@@ -121,6 +125,13 @@ watches = st.builds(
         unvented_s=seconds,
         open_rest_s=seconds,
         no_flow_s=seconds,
+    ),
+    filter=st.builds(
+        LineFilter,
+        raw_mmhg=st.floats(0.0, 300.0),
+        smooth_mmhg=st.floats(0.0, 300.0),
+        zero_mmhg=st.floats(-line_filter.ZERO_MMHG, line_filter.ZERO_MMHG),
+        heard=st.booleans(),
     ),
 )
 PATIENT = (

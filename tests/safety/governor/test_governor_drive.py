@@ -240,7 +240,7 @@ def test_a_motor_that_does_not_push_leaves_the_head_to_coast_and_is_told_to_come
 
 
 @pytest.mark.requirement("OS-R10", "OS-R45")
-@pytest.mark.parametrize(("resistance_n", "reaction"), [(-0.9, "WITHDRAW"), (-1.5, "TORQUE_OFF")])
+@pytest.mark.parametrize(("resistance_n", "reaction"), [(-0.9, "WITHDRAW"), (-1.9, "TORQUE_OFF")])
 def test_a_head_that_goes_in_although_its_motor_pulls_is_helped_and_let_go(
     resistance_n: float, reaction: str
 ) -> None:

@@ -45,7 +45,7 @@ def test_two_newtons_more_than_friction_are_seen_in_a_twentieth_of_a_second() ->
 @pytest.mark.parametrize("current_a", [float("nan"), float("-inf"), 1e306])
 def test_a_current_that_is_no_number_is_none(current_a: float) -> None:
     state = drive_force.step(LIMITS, REST, current_a, 0.0, 0.0, 0.0, SHARE, DT_S)
-    assert state == DriveForce(0.0, 0.0, 0.0, 0.0)
+    assert state == DriveForce(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 # What the motor bears out.
@@ -64,7 +64,7 @@ def test_what_the_sensor_reads_at_rest_beyond_the_volts_current_is_its_offset() 
     assert state.offset_a == pytest.approx(offset_a, rel=1e-3)
     assert state.force_n == pytest.approx(force_n, abs=0.01)
     assert state.borne_n == pytest.approx(force_n, abs=1e-6)
-    assert drive_force.rest(state) == DriveForce(0.0, 0.0, 0.0, state.offset_a)
+    assert drive_force.rest(state) == DriveForce(0.0, 0.0, 0.0, state.offset_a, 0.0)
 
 
 def test_no_offset_is_taken_in_motion_nor_of_a_current_that_is_no_number() -> None:
@@ -81,7 +81,7 @@ def test_no_offset_is_taken_in_motion_nor_of_a_current_that_is_no_number() -> No
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_force_counts_as_far_as_the_volts_bear_it_out(sign: float) -> None:
-    state = DriveForce(0.0, 0.0, sign * 1.06, 0.0)
+    state = DriveForce(0.0, 0.0, sign * 1.06, 0.0, 0.0)
     assert drive_force.is_above(state, sign * 1.41, 1.4)
     assert not drive_force.is_above(state, sign * 1.4, 1.4)
     assert not drive_force.is_above(state, -sign * 1.41, 1.4)

@@ -8,8 +8,9 @@ from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
-from opensuction.safety.watch import contact_window, watch
+from opensuction.safety.watch import contact_window, line_filter, watch
 from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
@@ -51,13 +52,14 @@ def test_at_power_up_nothing_has_lasted_and_the_tip_is_as_deep_as_can_be() -> No
     assert state.open_contact_ticks == state.late_ticks == 0
     assert state.invalid == InvalidTicks(0, 0, 0, 0, 0)
     assert state.durations == NO_DURATIONS
-    assert state.drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    assert state.drive == DriveForce(0.0, 0.0, 0.0, 0.0, 0.0)
     assert state.vote == head_vote.start(HEAD_MM, read=True)
     assert state.runaway_ticks == state.overspeed_ticks == 0
     assert state.late_share == 0.0
-    assert state.valve == ValveAxis(0.0, 0.0, resting=False)
+    assert state.valve == ValveAxis(0.0, 0.0, 0.0, resting=False)
     assert state.line == START
     assert state.window == contact_window.START
+    assert state.filter == line_filter.START
 
 
 def test_a_head_that_was_never_read_has_no_speed_when_it_is() -> None:
@@ -289,22 +291,22 @@ def test_what_holds_and_what_drives_is_judged_both_ways(
     # A current that goes on as it is keeps both where they are.
     for size_n, lasted in ((limit_n, 0.0), (above(limit_n), DT_S)):
         force = sign * size_n
-        before = seen(drive=DriveForce(force, force, force, 0.0))
+        before = seen(drive=DriveForce(force, force, force, 0.0, 0.0))
         read = sound(HEAD_MM)._replace(insertion_current_a=force)
         after = observed(before, read, limits=plain)
         assert getattr(after.durations, name) == lasted
 
 
 def test_of_a_drive_without_torque_or_without_a_reading_no_force_is_known() -> None:
-    before = seen(drive=DriveForce(5.0, 5.0, 5.0, 0.0))
+    before = seen(drive=DriveForce(5.0, 5.0, 5.0, 0.0, 0.0))
     read = sound(HEAD_MM)._replace(insertion_current_a=5.0 / 833.0)
-    assert tuple(observed(before, read).drive) == pytest.approx((5.0, 5.0, 5.0, 0.0))
-    assert observed(before, read, insertion_on=False).drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    assert tuple(observed(before, read).drive) == pytest.approx((5.0, 5.0, 5.0, 0.0, 0.0))
+    assert observed(before, read, insertion_on=False).drive == DriveForce(0.0, 0.0, 0.0, 0.0, 0.0)
     blind = changed(before, {"vote.unseen_ticks": 1})
-    assert observed(blind, read).drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    assert observed(blind, read).drive == DriveForce(0.0, 0.0, 0.0, 0.0, 0.0)
     # Nor where the head is other than the encoder has it, now or a tick ago.
     ridden = changed(before, {"vote.encoder_mm": HEAD_MM + 1.0})
-    assert observed(ridden, read).drive == DriveForce(0.0, 0.0, 0.0, 0.0)
+    assert observed(ridden, read).drive == DriveForce(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 # After a reset.
@@ -330,12 +332,13 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         late_ticks=3,
         invalid=InvalidTicks(1, 5, 2, 3, 4),
         durations=Durations(*map(float, range(1, 13))),
-        drive=DriveForce(1.0, 2.0, 3.0, 0.01),
+        drive=DriveForce(1.0, 2.0, 3.0, 0.01, 0.0),
         window=ContactWindow(44.0, 0.1, True),
-        valve=ValveAxis(1.0, 2.0, resting=True),
+        valve=ValveAxis(1.0, 2.0, 0.3, resting=True),
         line=LineWatch(
             90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0
         ),
+        filter=LineFilter(92.0, 91.0, 1.0, True),
     )
     tip = LIMITS.tip
     after = watch.reset(LIMITS, before)
@@ -357,12 +360,13 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     # Valve not closed and contact go on; the rest begins anew.
     assert after.durations == NO_DURATIONS._replace(sucking_s=1.0, contact_s=3.0)
     # What the current sensor reads at rest is still so.
-    assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01)
+    assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01, 0.0)
     assert after.vote == head_vote.reset(before.vote)
     assert after.runaway_ticks == after.overspeed_ticks == 0
     assert after.window == (44.0, 0.0, False)
-    assert after.valve == ValveAxis(0.0, 0.0, resting=True)
+    assert after.valve == ValveAxis(0.0, 0.0, 0.3, resting=True)
     assert after.line.vacuum_mmhg == 90.0
+    assert after.filter == before.filter
     assert after.line.unvented_s == after.line.over_s == after.line.pumping_s == 0.0
 
 

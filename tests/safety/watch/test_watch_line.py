@@ -12,9 +12,9 @@ from tests.safety.watchdog import DT_S, LIMITS, NAN, PARK_MM, above, below, chan
     ("cam_rad", "opened", "sucking"),
     [
         (0.02, False, False),
-        (-0.02, False, False),
+        (-0.03, False, False),
         (above(0.02), False, True),
-        (below(-0.02), False, True),
+        (below(-0.03), False, True),
         (0.0, True, True),
     ],
 )
@@ -126,13 +126,13 @@ def test_a_line_that_is_not_read_keeps_what_was_known() -> None:
 
 
 def test_a_cam_that_is_not_read_is_not_stuck() -> None:
-    stuck = seen(valve=ValveAxis(1.0, 1.0, resting=False), cam_rad=0.3)
+    stuck = seen(valve=ValveAxis(1.0, 1.0, 0.3, resting=False), cam_rad=0.3)
     read = sound(HEAD_MM)._replace(cam_rad=0.3)
-    assert observed(stuck, read).valve == ValveAxis(1.0 + DT_S, 1.0 + DT_S, resting=False)
+    assert observed(stuck, read).valve == ValveAxis(1.0 + DT_S, 1.0 + DT_S, 0.3, resting=False)
     missing = changed(stuck, {"invalid.cam": 1})
     assert observed(missing, read._replace(cam_valid=False)).valve == ValveAxis(
-        0.0, 0.0, resting=False
+        0.0, 0.0, 0.3, resting=False
     )
     assert observed(stuck, read, valve_command_changed=True).valve == ValveAxis(
-        0.0, 0.0, resting=False
+        0.0, 0.0, 0.3, resting=False
     )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
 from opensuction.session.choice import CycleChoice, DayChoice
 from opensuction.session.cycle import cycle_run, fault_choice, resolution
 from opensuction.session.day import day_check, day_fault, day_run, day_summary
@@ -60,14 +61,16 @@ def test_a_harmless_fault_changes_no_cycle() -> None:
     assert (fault["cycle"], fault["at_s"], fault["noticed"]) == (2, 0.0, None)
     # Each cycle is followed for a second longer, in which a person might have reset the machine:
     # the catheter creeps on meanwhile.
-    ticks = sound.columns["time_s"].size
-    for name in ("phase", "readings.head_mm", "commands.insertion_v"):
-        assert np.array_equal(day.columns[name][:ticks], sound.columns[name])
-    tip_mm = day.columns["truth.tip_mm"][:ticks]
-    assert tip_mm == pytest.approx(sound.columns["truth.tip_mm"], abs=1e-6)
+    # So its sensors' noise is another one, and a phase may end some hundredths of a second later.
+    for phase in set(sound.columns["phase"]) - {Phase.PARKED}:
+        ticks = [int(np.count_nonzero(one.columns["phase"] == phase)) for one in (day, sound)]
+        assert ticks[0] == pytest.approx(ticks[1], abs=100)
+    for name, most in (("truth.tip_mm", 0.2), ("readings.head_mm", 0.1)):
+        deepest = [float(one.columns[name].max()) for one in (day, sound)]
+        assert deepest[0] == pytest.approx(deepest[1], abs=most)
     for one, other in zip(day.cycles, sound.cycles, strict=True):
         assert one.start_s == pytest.approx(other.start_s, abs=1e-9)
-        assert one.outcome.removed_ml == pytest.approx(other.outcome.removed_ml, abs=1e-9)
+        assert one.outcome.removed_ml == pytest.approx(other.outcome.removed_ml, abs=0.05)
 
 
 def test_what_breaks_stays_broken_and_a_person_resets_what_halts() -> None:

@@ -124,8 +124,10 @@ def test_a_loose_contact_of_the_motor_drives_every_other_turn() -> None:
     first = first_tick(run)
     current = np.abs(run.columns["readings.insertion_current_a"][first + 1 : first + 801])
     turns = current.reshape(8, 100)
-    assert np.all(turns[0::2, 1:-1] == 0.0)
-    assert np.all(turns[1::2].max(axis=1) > 0.0)
+    # Nothing but the sensor's noise, and what is left of its bandwidth after a few ticks.
+    noise_a = 5.0 * prepared().loop.machine.sensors.current.noise
+    assert np.all(turns[0::2, 10:-1] < noise_a)
+    assert np.all(turns[1::2].max(axis=1) > noise_a)
 
 
 def test_mains_that_come_back_start_a_new_controller() -> None:
@@ -155,7 +157,9 @@ def test_readings_ten_ticks_late_are_so_from_the_instant_on() -> None:
     run = ran(Fault.READING_LATE, 0.01, Phase.WITHDRAWING, 0.3)
     first = first_tick(run)
     read, true = run.columns["readings.carriage_mm"], run.columns["truth.head_mm"]
-    step_mm = prepared().loop.machine.carriage_step_mm
+    carriage = prepared().loop.machine.sensors.carriage
+    # Half a step, the zero, the noise, and a tick of age at 30 mm/s.
+    step_mm = carriage.step + abs(carriage.offset) + 2.0 * carriage.noise + 0.03
     for tick in (first, first + 1, first + 9, first + 10, first + 500):
         assert read[tick] == pytest.approx(true[tick - 10], abs=step_mm)
     assert read[first - 1] == pytest.approx(true[first - 1], abs=step_mm)

@@ -24,11 +24,12 @@ def run(state: MachineState, commands: Commands, seconds: float) -> MachineState
 
 
 def test_a_parked_machine_stays_as_it_is() -> None:
-    """But for the laser, which keeps reading, and the ticks that the coupling counts."""
+    """But for laser and sensors, which keep reading, and the ticks that the coupling counts."""
     start = parked()
     later = run(start, IDLE, 1.0)
     assert later.coupling == start.coupling._replace(ticks=1000)
-    assert str(later._replace(laser=start.laser, coupling=start.coupling)) == str(start)
+    same = later._replace(laser=start.laser, sensed=start.sensed, coupling=start.coupling)
+    assert str(same) == str(start)
 
 
 def test_the_head_waits_for_the_gear_s_play() -> None:

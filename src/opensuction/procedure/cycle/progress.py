@@ -17,6 +17,9 @@ from opensuction.procedure.cycle.transition import Event
 
 OPEN_SHARE = 0.95
 """Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
+BEHIND_SHARE = 0.06
+"""Share of the open angle that a closed cam may be behind its seat: the end stop 0.5 degrees, the
+sensor's zero 0.6 and its noise [computed]."""
 CLOSED_SHARE = 0.03
 """Share of the cam's stroke below which the valve counts as closed."""
 HOME_MM = 0.5
@@ -139,7 +142,8 @@ def _insertion_event(
 @compiled
 def is_closed(plan: Plan, readings: Readings) -> bool:
     """Whether the valve is known to be closed."""
-    return readings.cam_valid and abs(readings.cam_rad) <= CLOSED_SHARE * plan.cam_open_rad
+    share = readings.cam_rad / plan.cam_open_rad
+    return readings.cam_valid and -BEHIND_SHARE <= share <= CLOSED_SHARE
 
 
 @compiled

@@ -27,6 +27,9 @@ class Site(NamedTuple):
     """PEEP that the ventilator is set to; airway pressure is judged against it."""
     monitored: bool
     """Whether a patient monitor belongs to the machine: then it must be heard."""
+    breathes: bool
+    """Whether the patient breathes on their own, besides the ventilator: that pulls the airway
+    pressure down for as long as a breath lasts."""
 
 
 BENCH_SITE = Site(
@@ -39,5 +42,6 @@ BENCH_SITE = Site(
     age=AgeGroup.ADULT,
     peep_cmh2o=0.0,  # nobody breathes there
     monitored=False,
+    breathes=False,
 )
 """The paper's bench."""

@@ -18,10 +18,10 @@ from opensuction.safety.governor import forced_withdrawal, judgement, limiter
 from opensuction.safety.governor.forced_withdrawal import ForcedWithdrawal
 from opensuction.safety.governor.limiter import ADVANCE_MM
 from opensuction.safety.handling import Reaction
-from opensuction.safety.head import drive_force, head_vote
+from opensuction.safety.head import drive_force, head_vote, home_zero
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import patient_watch, watch
+from opensuction.safety.watch import line_filter, patient_watch, watch
 from opensuction.safety.watch.patient_watch import PatientWatch
 from opensuction.safety.watch.watch_state import Watch
 
@@ -167,16 +167,24 @@ def locate(
     driven_v: volts that the insertion motor had in the last tick.
     """
     seen = state.watch
-    return head_vote.step(
+    current_a = readings.insertion_current_a - seen.drive.offset_a
+    vote = head_vote.step(
         limits.drive,
         seen.vote,
-        readings,
+        readings._replace(insertion_current_a=current_a),
         state.last.insertion_on,
         driven_v,
         seen.speed_mm_per_s,
         judgement.is_disagreeing(seen.durations),
         dt_s,
     )
+    return home_zero.learn(vote, seen.vote, readings, limits.park_head_mm, dt_s)
+
+
+@compiled
+def line_vacuum_mmhg(state: GovernorState, readings: Readings, dt_s: float) -> float:
+    """Vacuum in the line in this tick, without the sensor's noise and offset: the procedure's."""
+    return line_filter.vacuum_mmhg(watch.filter_line(state.watch, state.last, readings, dt_s))
 
 
 @compiled

@@ -40,7 +40,7 @@ def _narrow_head(
     command_mm: float,
     before_mm_per_s: float,
     seen: Watch,
-    wanted_mm: float,
+    proposal: Setpoints,
     held: bool,
     stopped: bool,
     dt_s: float,
@@ -57,8 +57,11 @@ def _narrow_head(
     if stopped:
         highest = min(highest, seen.head_mm, command_mm)
     origin = min(command_mm, max(seen.head_mm, highest))
-    wanted_mm = min(wanted_mm, highest)
+    wanted_mm = min(proposal.head_mm, highest)
     head = _limit_rate(limits, origin, wanted_mm, before_mm_per_s, dt_s)
+    if highest < proposal.head_mm and highest <= command_mm and (held or stopped):
+        # The bound follows the encoder's steps, whose speed a servo must not lead: see below.
+        return head, max(min(proposal.head_mm_per_s, 0.0), -limits.head_speed_mm_per_s)
     return head, (head - origin) / dt_s
 
 
@@ -128,7 +131,7 @@ def narrow(
         # Where vacuum is lost behind a closed valve, it may be drawing at the tip.
         stopped = seen.durations.contact_s > 0.0 or seen.line.closed_low_s > LOSING_S
         head, velocity = _narrow_head(
-            limits, last.head_mm, last.head_mm_per_s, seen, proposal.head_mm, held, stopped, dt_s
+            limits, last.head_mm, last.head_mm_per_s, seen, proposal, held, stopped, dt_s
         )
         if (held or stopped) and head < proposal.head_mm:
             reaction = Reaction.HOLD

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import is_number
+from opensuction.kernel.record import make_zero
 from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.limits import DriveLimits
 
@@ -33,6 +34,9 @@ for: a spike is over when it is over [design]."""
 AGAINST_N = 1.0
 """Force either way from which current and volts can be told to be against each other: a motor 3 %
 faster than it should be is 0.7 N off at 30 mm/s [computed]."""
+INERTIA_SHARE = 0.7
+"""Share by which the inertia may be other than the machine's profile has it: what is on the rack,
+and the gear's efficiency, either way; assumed."""
 SLACK_N = 0.2
 """Less force is that of a motor without current: the sensor's noise is a tenth; assumed."""
 MM_PER_M = 1000.0
@@ -49,15 +53,17 @@ class DriveForce(NamedTuple):
     """Force that its volts ask for, averaged as the speed is."""
     offset_a: float
     """What the current sensor reads at rest beyond the current that the volts drive."""
+    inertia_n: float
+    """What of the force changes the head's speed, averaged as the resistance is."""
 
 
-REST = DriveForce(force_n=0.0, resistance_n=0.0, borne_n=0.0, offset_a=0.0)
+REST = make_zero(DriveForce)
 
 
 @compiled
 def rest(state: DriveForce) -> DriveForce:
     """With the drive off: what is known of its sensor stays."""
-    return DriveForce(force_n=0.0, resistance_n=0.0, borne_n=0.0, offset_a=state.offset_a)
+    return REST._replace(offset_a=state.offset_a)
 
 
 @compiled
@@ -88,13 +94,15 @@ def step(
         offset += (current - borne_a) * (dt_s / OFFSET_S)
     force = state.force_n + share * (limits.newton_per_a * current - state.force_n)
     inertia = limits.moving_mass_kg / (MM_PER_M * SETTLING_S) * gained_mm_per_s
-    settled = (force - state.resistance_n) * (dt_s / SETTLING_S)
-    resistance = state.resistance_n + settled - inertia
+    share_settled = dt_s / SETTLING_S
+    resistance = state.resistance_n + (force - state.resistance_n) * share_settled - inertia
+    speeding = state.inertia_n - state.inertia_n * share_settled + inertia
     return DriveForce(
         force_n=drop_tiny(force),
         resistance_n=drop_tiny(resistance),
         borne_n=drop_tiny(state.borne_n + share * (limits.newton_per_a * borne_a - state.borne_n)),
         offset_a=drop_tiny(offset),
+        inertia_n=drop_tiny(speeding),
     )
 
 
@@ -114,7 +122,13 @@ def is_yielding(state: DriveForce) -> bool:
     the motor pulls would have it helped.
     """
     pulling = state.borne_n < -AGAINST_N and state.force_n < SLACK_N
-    return pulling and state.resistance_n > -AGAINST_N
+    return pulling and state.resistance_n > -(AGAINST_N + unsure_n(state))
+
+
+@compiled
+def unsure_n(state: DriveForce) -> float:
+    """By how much the resistance may be wrong: the inertia is known to `INERTIA_SHARE`."""
+    return INERTIA_SHARE * abs(state.inertia_n)
 
 
 @compiled

@@ -23,7 +23,10 @@ JUMP_MM = 0.15
 mm/s, stopped or begun at once, are 0.08 mm; encoder steps and wear on top [computed]."""
 CARRIAGE_MM = 0.35
 """How far the second sensor is from the encoder in a sound machine: play to either side up to 0.25
-mm, half of its step 0.1 mm [computed]."""
+mm, half of its step 0.1 mm [computed]; its zero is learnt at home."""
+DRAW_SHARE = 0.02
+"""Share of what lies between them by which a position that goes on by the motor is drawn to the
+second sensor in a tick: within 50 ms it is where that has it, to its steps [design]."""
 BAD_TICKS = 4
 """What an odd tick counts against one that agrees: a fifth of them, and no more than that, is
 ridden out for ever [design]."""
@@ -75,6 +78,10 @@ class HeadVote(NamedTuple):
     """In this tick it was taken from the other sensor, this one being voted out."""
     unseen_ticks: int
     """For how long neither sensor has told where the head is."""
+    zero_mm: float
+    """What the sensor on the head reads more than the encoder at home: see `home_zero`."""
+    zero_ticks: int
+    """For how long the head has stood there."""
 
 
 def start(head_mm: float, *, read: bool) -> HeadVote:
@@ -144,6 +151,7 @@ def _hold_against_motor(
     readings: Readings,
     driven: bool,
     driven_v: float,
+    speed_mm_per_s: float,
     dt_s: float,
 ) -> HeadVote:
     """Both sensors' motion held against the motor's. Without torque nothing is known of that."""
@@ -151,11 +159,13 @@ def _hold_against_motor(
     if readings.head_valid and is_number(readings.head_mm):
         encoder_mm = readings.head_mm
     if readings.carriage_valid and is_number(readings.carriage_mm):
-        carriage_mm = readings.carriage_mm
+        carriage_mm = readings.carriage_mm - state.zero_mm
     speed, encoder_lead_mm, carriage_lead_mm = 0.0, 0.0, 0.0
     if driven:
         current = readings.insertion_current_a if is_number(readings.insertion_current_a) else 0.0
-        speed = motor_speed.turn(limits, state.motor_mm_per_s, driven_v, current, dt_s)
+        speed = motor_speed.turn(
+            limits, state.motor_mm_per_s, driven_v, current, speed_mm_per_s, dt_s
+        )
         encoder_lead_mm = _follow(
             state.encoder_lead_mm, encoder_mm - state.encoder_mm, speed * dt_s, dt_s
         )
@@ -227,7 +237,9 @@ def _locate(
     if encoder and (convinced or (likely and odd == 0)):
         head_mm = encoder_mm
     elif convinced or (near and not surprised):
-        head_mm = bear_out(expected_mm, carriage_mm)
+        # Alone, the second sensor has it to its steps; an encoder that is odd may come back.
+        drawn_mm = 0.0 if encoder else DRAW_SHARE * (carriage_mm - expected_mm)
+        head_mm = bear_out(expected_mm + drawn_mm, carriage_mm)
     return state._replace(
         head_mm=head_mm,
         jumped_mm=0.0 if travelled else head_mm - expected_mm,
@@ -253,7 +265,7 @@ def step(
     driven: the drive had torque in the last tick, and ``driven_v`` on its motor. speed_mm_per_s:
     averaged, of the head. apart: both sensors have not been at the same place for too long.
     """
-    state = _hold_against_motor(limits, before, readings, driven, driven_v, dt_s)
+    state = _hold_against_motor(limits, before, readings, driven, driven_v, speed_mm_per_s, dt_s)
     state = _vote_out(state._replace(switched=False), readings, apart)
     encoder = readings.head_valid and is_number(readings.head_mm) and not state.encoder_out
     carriage = (

@@ -6,24 +6,35 @@ Volts less what the current takes in the winding are the back-EMF, which is prop
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.limits import DriveLimits
 
-SATURATED_SHARE = 0.8
+SATURATED_SHARE = 0.6
 """Share of the drive's highest force from which its current limit, not its voltage, rules: of the
-limit that is a fault, which is 1.2 times its own [computed]."""
+limit that is a fault, which is 1.2 times its own; the limit may be 7 % lower, the force for an
+ampere 10 % more, and the current sensor read 4 % less [computed]."""
 
 
 @compiled
 def turn(
-    limits: DriveLimits, before_mm_per_s: float, driven_v: float, current_a: float, dt_s: float
+    limits: DriveLimits,
+    before_mm_per_s: float,
+    driven_v: float,
+    current_a: float,
+    measured_mm_per_s: float,
+    dt_s: float,
 ) -> float:
     """Speed of the motor after volts were put on it.
 
-    While the drive's current limit rules, its voltage says nothing: then the speed is what the
-    least acceleration of such a drive makes of it.
+    While the drive's current limit rules, its voltage says nothing: then it gains speed as such a
+    drive can at least and at most, and within that as fast as was measured of the head.
     """
     fastest = limits.mm_per_s_per_v * limits.supply_v
-    if abs(limits.newton_per_a * current_a) >= SATURATED_SHARE * limits.force_n:
-        gained = limits.gaining_mm_per_s2 * dt_s
-        speed = before_mm_per_s + (gained if current_a > 0.0 else -gained)
-    else:
+    least = limits.gaining_least_mm_per_s2 * dt_s
+    most = limits.gaining_most_mm_per_s2 * dt_s
+    gained = measured_mm_per_s - before_mm_per_s
+    if abs(limits.newton_per_a * current_a) < SATURATED_SHARE * limits.force_n:
         speed = limits.mm_per_s_per_v * (driven_v - limits.volts_per_a * current_a)
-    return min(max(speed, -fastest), fastest)
+        gained = min(max(speed - before_mm_per_s, -most), most)
+    elif current_a > 0.0:
+        gained = min(max(gained, least), most)
+    else:
+        gained = max(min(gained, -least), -most)
+    return min(max(before_mm_per_s + gained, -fastest), fastest)

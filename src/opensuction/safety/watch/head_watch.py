@@ -48,7 +48,7 @@ def is_disagreeing(
 
     An encoder that has been voted out tells nothing of the motor any more.
     """
-    off_mm = abs(readings.head_mm - readings.carriage_mm)
+    off_mm = abs(readings.head_mm - (readings.carriage_mm - vote.zero_mm))
     apart_mm = APART_SUCKING_MM if sucking else APART_MM
     both = invalid.head == 0 and invalid.carriage == 0 and not vote.encoder_out
     return both and off_mm > apart_mm

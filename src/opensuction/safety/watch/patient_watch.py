@@ -2,8 +2,11 @@
 
 How long something must hold is chosen by how far the reading can be relied on. The saturation is
 10 to 30 s old when it is shown [K]: in a cycle it can only tell of what began before, so waiting
-2 s more for an artefact to pass costs nothing, and no abort relies on it alone. Heart rate (an
-average of seconds already) and airway pressure are what act within a cycle.
+2 s more for an artefact to pass costs nothing, and no abort relies on it alone. No blood falls by
+`JUMP_PERCENT` between two values of a display that averages seconds: what leaps down is a hand that
+moved, and is waited for. Heart rate (an average of seconds already) and airway pressure are what
+act within a cycle. A cough raises the pressure for less than half a second, and more than one may
+come; a breath of the patient's own lowers it for as long as it lasts.
 
 The airway pressure is read at the connector, against the ventilator's settings: every breath must
 cross a line just above PEEP, both ways. Suction that takes more than the ventilator gives empties
@@ -28,14 +31,21 @@ SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""
 HEART_RATE_S = 1.0
 """How long the heart rate must be low: it is an average of beats already."""
-HIGH_S = 0.2
-"""How long the pressure must be too high: longer than a cough, shorter than an inspiration."""
-LOW_S = 0.3
-"""How long the pressure must be too low: a stroke of the valve shakes it for less."""
-LOSING_S = 0.4
-"""How long the pressure may be on its way there; assumed."""
+HIGH_S = 0.6
+"""How long the pressure must be too high in all: a cough pushes for 0.4 s at most [assumed]."""
+HIGH_FADE = 0.25
+"""Share of the time without that is taken off: inspirations that are too high add up, coughs that
+come seldom do not. Two thirds of a breath are expiration [design]."""
+LOSING_MORE_S = 0.1
+"""For how much longer the pressure may be on its way to too low; assumed."""
+JUMP_PERCENT = 4.0
+"""Fall of the saturation between two values that no blood makes: at most 2 % in a second [assumed],
+and the display averages several."""
+ARTEFACT_S = 12.0
+"""How long a leap down, or a saturation that is missing, is taken for a probe that slipped or a
+hand that moved; assumed."""
 LINK_S = 2.0
-"""How long a value may be missing: a monitor repeats itself within a second."""
+"""How long heart rate or pressure may be missing: a monitor repeats itself within a second."""
 ROOM_CMH2O = 1.0
 """Nearer than this to the atmosphere the connector may be open to the room."""
 
@@ -43,6 +53,10 @@ ROOM_CMH2O = 1.0
 class PatientWatch(NamedTuple):
     """For how long without a break, s; a value that is missing neither counts nor ends it."""
 
+    spo2_percent: float
+    """Saturation that was believed last; 0 before the first."""
+    doubted_s: float
+    """For how long another one has not been."""
     spo2_low_s: float
     heart_rate_low_s: float
     high_s: float
@@ -56,7 +70,9 @@ class PatientWatch(NamedTuple):
     raised: bool
     """On which side of it the pressure was last."""
     missing_s: float
-    """Since every value was there."""
+    """Since heart rate and pressure were there."""
+    unsaturated_s: float
+    """Since a saturation was there."""
     conditions: int
     """Bit mask of what holds now, of `condition.Condition`."""
 
@@ -69,6 +85,27 @@ UNSEEN = make_zero(PatientWatch)
 def _extend(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
     """As `duration.extend`; a value that is missing neither counts nor ends it."""
     return extend(seconds, holds, dt_s) if known else seconds
+
+
+@compiled
+def _add_up(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
+    """A time that adds up over breaks, which take a share of theirs off."""
+    if not known:
+        return seconds
+    return seconds + dt_s if holds else max(seconds - HIGH_FADE * dt_s, 0.0)
+
+
+@compiled
+def _believe(
+    watch: PatientWatch, known: bool, spo2_percent: float, dt_s: float
+) -> tuple[float, float]:
+    """The saturation that is believed, and for how long the one that is shown has not been."""
+    if not known:
+        return watch.spo2_percent, watch.doubted_s
+    leapt = watch.spo2_percent - spo2_percent > JUMP_PERCENT
+    if not leapt or watch.doubted_s > ARTEFACT_S:
+        return spo2_percent, 0.0
+    return watch.spo2_percent, watch.doubted_s + dt_s
 
 
 @compiled
@@ -89,23 +126,27 @@ def step(
     )
     has_pressure = monitor.connected and monitor.airway_pressure_valid and math.isfinite(pressure)
     raised = pressure > limits.breath_cmh2o if has_pressure else watch.raised
-    spo2_low_s = _extend(
-        watch.spo2_low_s, has_spo2, monitor.spo2_percent < limits.spo2_percent, dt_s
-    )
+    spo2, doubted_s = _believe(watch, has_spo2, monitor.spo2_percent, dt_s)
+    believed = has_spo2 and doubted_s == 0.0
+    spo2_low_s = _extend(watch.spo2_low_s, believed, spo2 < limits.spo2_percent, dt_s)
     slow = monitor.heart_rate_per_min < limits.heart_rate_per_min
     heart_rate_low_s = _extend(watch.heart_rate_low_s, has_rate, slow, dt_s)
-    high_s = _extend(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
+    high_s = _add_up(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
     low_s = _extend(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
     losing = pressure < limits.airway_losing_cmh2o and not abs(pressure) <= ROOM_CMH2O
     losing_s = _extend(watch.losing_s, has_pressure, losing, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
     breath_s = _extend(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
-    missing_s = extend(watch.missing_s, not (has_spo2 and has_rate and has_pressure), dt_s)
-    low = low_s > LOW_S or (losing_s > LOSING_S and sucking)
+    missing_s = extend(watch.missing_s, not (has_rate and has_pressure), dt_s)
+    unsaturated_s = extend(watch.unsaturated_s, not has_spo2, dt_s)
+    low = low_s > limits.low_s or (losing_s > limits.low_s + LOSING_MORE_S and sucking)
+    lost = missing_s > LINK_S or unsaturated_s > ARTEFACT_S
     # What suction took stays its doing while the valve closes.
     taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
     unsafe = high_s > HIGH_S or breath_s > limits.breath_s or (low and not taken)
     return PatientWatch(
+        spo2_percent=spo2,
+        doubted_s=doubted_s,
         spo2_low_s=spo2_low_s,
         heart_rate_low_s=heart_rate_low_s,
         high_s=high_s,
@@ -115,12 +156,13 @@ def step(
         breath_s=breath_s,
         raised=raised,
         missing_s=missing_s,
+        unsaturated_s=unsaturated_s,
         conditions=flag(spo2_low_s > SPO2_S, Condition.SPO2_LOW)
         | flag(heart_rate_low_s > HEART_RATE_S, Condition.HEART_RATE_LOW)
         | flag(unsafe, Condition.AIRWAY_PRESSURE_UNSAFE)
         | flag(low and taken, Condition.LUNG_VOLUME_LOST)
         | flag(open_s > limits.open_s, Condition.CIRCUIT_DISCONNECTED)
-        | flag(missing_s > LINK_S, Condition.MONITOR_LINK_LOST),
+        | flag(lost, Condition.MONITOR_LINK_LOST),
     )
 
 

@@ -8,11 +8,17 @@ from opensuction.safety.limits import ValveLimits
 
 CLOSED_RAD = 0.02
 """Cam angle (1.1 degrees) below which the valve's seal holds."""
+BEHIND_RAD = 0.03
+"""Angle behind it at which a closed cam can be: its end stop 0.5 degrees, the sensor's zero 0.6 and
+its noise 0.2 [computed]."""
 OPEN_SHARE = 0.9
 """Share of the open angle from which the cam has arrived; a servo settles at 0.95 or more."""
 STILL_S = 0.15
 """How long the cam may stand on its way; against its spring it starts within 0.02 s [computed]:
 1.2 V of spring and friction at 7 V/deg and 15 deg/s."""
+STILL_RAD = 0.005
+"""Way of a cam that has not moved: its sensor's noise is 0.03 degrees either way, and a twentieth
+its step [computed]; one that moves at 15 deg/s goes it in 20 ms."""
 OVERDUE_SHARE = 1.5
 """A stroke may last this many times its planned duration (and `SETTLE_S`)."""
 SETTLE_S = 0.5
@@ -25,11 +31,13 @@ class ValveAxis(NamedTuple):
     away_s: float
     still_s: float
     """And has not moved meanwhile."""
+    still_rad: float
+    """Where it has stood meanwhile."""
     resting: bool
     """Commanded to close, it has closed since: the spring alone holds it there."""
 
 
-START = ValveAxis(away_s=0.0, still_s=0.0, resting=False)
+START = ValveAxis(away_s=0.0, still_s=0.0, still_rad=0.0, resting=False)
 
 
 @compiled
@@ -41,7 +49,7 @@ def is_open(limits: ValveLimits, cam_rad: float) -> bool:
 @compiled
 def is_closed(cam_rad: float) -> bool:
     """Whether the valve's seal holds."""
-    return abs(cam_rad) <= CLOSED_RAD
+    return -BEHIND_RAD <= cam_rad <= CLOSED_RAD
 
 
 @compiled
@@ -51,7 +59,6 @@ def step(
     opened: bool,
     command_changed: bool,
     cam_rad: float,
-    before_rad: float,
     dt_s: float,
 ) -> ValveAxis:
     """Bring it up to this tick.
@@ -60,9 +67,11 @@ def step(
     """
     arrived = is_open(limits, cam_rad) if opened else is_closed(cam_rad)
     away = not arrived and not command_changed
+    still = abs(cam_rad - state.still_rad) <= STILL_RAD
     return ValveAxis(
         away_s=extend(state.away_s, away, dt_s),
-        still_s=extend(state.still_s, away and cam_rad == before_rad, dt_s),
+        still_s=extend(state.still_s, away and still, dt_s),
+        still_rad=state.still_rad if still else cam_rad,
         resting=not opened and (arrived or (state.resting and not command_changed)),
     )
 

@@ -17,8 +17,15 @@ from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import contact_window, head_watch, vacuum_signature, valve_axis
+from opensuction.safety.watch import (
+    contact_window,
+    head_watch,
+    line_filter,
+    vacuum_signature,
+    valve_axis,
+)
 from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 
 VENTED_MMHG = 1.0
@@ -51,6 +58,7 @@ def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
         window=contact_window.START,
         valve=valve_axis.START,
         line=vacuum_signature.START,
+        filter=line_filter.START,
     )
 
 
@@ -68,7 +76,6 @@ def _watch_suction(
     seen: Watch,
     last: Setpoints,
     valve_command_changed: bool,
-    readings: Readings,
     dt_s: float,
 ) -> Watch:
     """Valve and line; a sensor that gives nothing is another fault, and tells nothing of them."""
@@ -80,14 +87,13 @@ def _watch_suction(
             last.valve_open,
             valve_command_changed,
             cam_rad,
-            before.cam_rad,
             dt_s,
         )
     if seen.invalid.vacuum == 0:
         line = vacuum_signature.step(
             limits.line,
             before.line,
-            readings.line_vacuum_mmhg,
+            line_filter.vacuum_mmhg(seen.filter),
             last.vacuum_mmhg,
             last.pump_on,
             last.valve_open and valve_axis.is_open(limits.valve, cam_rad),
@@ -129,7 +135,8 @@ def _extend_durations(
     stalled = seen.head_mm == before.head_mm and off_mm > limits.stalled_mm
     highest = limits.line.parked_closed_mmhg if seen.parked_closed else limits.vacuum_mmhg
     drive = seen.drive
-    jammed = drive_force.is_above(drive, drive.resistance_n, limits.drive.jam_n)
+    jam_n = limits.drive.jam_n + drive_force.unsure_n(drive)
+    jammed = drive_force.is_above(drive, drive.resistance_n, jam_n)
     overforce = drive_force.is_above(drive, drive.force_n, limits.drive.force_n)
     return Durations(
         sucking_s=extend(durations.sucking_s, sucking, dt_s),
@@ -164,6 +171,13 @@ def _watch_mouth(
 
 
 @compiled
+def filter_line(before: Watch, last: Setpoints, readings: Readings, dt_s: float) -> LineFilter:
+    """What the vacuum sensor says in this tick. last: what was let through in the last tick."""
+    vented = not last.pump_on and last.vacuum_mmhg == 0.0
+    return line_filter.step(before.filter, readings, vented, dt_s)
+
+
+@compiled
 def step(
     limits: Limits,
     before: Watch,
@@ -182,14 +196,14 @@ def step(
     invalid = invalid_ticks.step(before.invalid, readings)
     head_mm = vote.head_mm
     cam_rad = before.cam_rad if invalid.cam > 0 else readings.cam_rad
-    unclosed = abs(cam_rad) > valve_axis.CLOSED_RAD or invalid.cam >= INVALID_TICKS
+    unclosed = not valve_axis.is_closed(cam_rad) or invalid.cam >= INVALID_TICKS
     sucking = last.valve_open or unclosed
     open_ticks = count(before.open_contact_ticks, not readings.contact_closed)
     touched = before.durations.contact_s > 0.0
     touching = open_ticks == 0 or (touched and open_ticks < RELEASE_TICKS)
     # A bus that repeats its last message: a line that holds vacuum loses some in every tick.
     same_head = vote.encoder_mm == before.vote.encoder_mm
-    same_line = readings.line_vacuum_mmhg == before.line.vacuum_mmhg
+    same_line = readings.line_vacuum_mmhg == before.filter.raw_mmhg
     same = same_head and same_line and vote.carriage_mm == before.vote.carriage_mm
     stale = same and cam_rad == before.cam_rad and readings.line_vacuum_mmhg > VENTED_MMHG
     seen = before._replace(
@@ -204,11 +218,12 @@ def step(
             + ((1.0 if overrun else 0.0) - before.late_share) * (dt_s / (LATE_S + dt_s))
         ),
         vote=vote,
+        filter=filter_line(before, last, readings, dt_s),
         invalid=invalid,
     )
     seen = seen._replace(parked_closed=_is_parked_closed(limits, seen, last))
     seen = head_watch.move(limits, before, seen, last, readings.insertion_current_a, sucking, dt_s)
-    seen = _watch_suction(limits, before, seen, last, valve_command_changed, readings, dt_s)
+    seen = _watch_suction(limits, before, seen, last, valve_command_changed, dt_s)
     seen = seen._replace(window=_watch_contact(limits, before, seen, touching, dt_s))
     disagreeing = head_watch.is_disagreeing(readings, vote, invalid, sucking)
     durations = _extend_durations(limits, before, seen, last, sucking, touching, disagreeing, dt_s)

@@ -9,6 +9,7 @@ from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
 from opensuction.safety.watch.contact_window import ContactWindow
+from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 
@@ -72,6 +73,7 @@ class Watch(NamedTuple):
     window: ContactWindow
     valve: ValveAxis
     line: LineWatch
+    filter: LineFilter
 
 
 NO_DURATIONS = make_zero(Durations)

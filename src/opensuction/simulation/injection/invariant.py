@@ -99,7 +99,8 @@ def _is_parked_closed(columns: Columns, settings: Settings) -> Ticks:
     """Pre-use test with the valve read closed and the head parked: the relief valve's own test."""
     cam, off_mm = columns["readings.cam_rad"], columns["readings.head_mm"]
     off_mm = np.abs(off_mm - settings.limits.park_head_mm)
-    closed = (np.abs(cam) <= valve_axis.CLOSED_RAD) & (columns["readings.cam_valid"] > 0.0)
+    closed = (cam >= -valve_axis.BEHIND_RAD) & (cam <= valve_axis.CLOSED_RAD)
+    closed &= columns["readings.cam_valid"] > 0.0
     parked = (off_mm <= watch.PARKED_MM) & (columns["readings.head_valid"] > 0.0)
     found: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
     return found

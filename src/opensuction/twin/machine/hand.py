@@ -15,7 +15,8 @@ from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import make_zero
 from opensuction.twin.machine.dc_axis import AxisMotion
-from opensuction.twin.parameter import SPREAD_LIMIT, Parameter
+from opensuction.twin.parameter import SPREAD_LIMIT
+from opensuction.twin.parameter_row import Parameter
 
 HAND_PURPOSE = 2_000_000
 """Streams from here on draw the hands of run 0, 1, 2, ..."""

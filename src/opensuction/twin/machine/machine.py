@@ -34,6 +34,8 @@ from opensuction.twin.machine.transmission import Transmission, TransmissionStat
 from opensuction.twin.machine.valve_mechanism import ValveMechanism
 from opensuction.twin.patient import patient
 from opensuction.twin.patient.patient import Patient
+from opensuction.twin.sensor import sensor
+from opensuction.twin.sensor.sensor import Measured, Sensors, SensorState
 
 DRAWN_MM_PER_S = 3.0
 """[design] A tip that moves out faster is drawn out: creep after a stop is slower, 1 mm/s."""
@@ -49,8 +51,7 @@ class Machine(NamedTuple):
     """Where it ends in front."""
     gear_backlash_mm: float
     """Play between motor encoder and catheter head."""
-    carriage_step_mm: float
-    """Resolution of the sensor on the catheter head."""
+    sensors: Sensors
     amperes_per_v: float
     """Insertion motor's current for each volt that drives current."""
     load_v_per_n: float
@@ -96,6 +97,7 @@ class MachineState(NamedTuple):
     airway: AirwayState
     switch: SwitchState
     laser: LaserState
+    sensed: SensorState
     coupling: CouplingState
     hand: HandState
 
@@ -131,21 +133,35 @@ class Truth(NamedTuple):
 @compiled
 def read(machine: Machine, state: MachineState) -> Readings:
     """What the sensors report."""
-    step_mm = machine.carriage_step_mm
+    sensed = state.sensed
     return Readings(
-        head_mm=dc_axis.encoder(machine.insertion_axis, state.insertion),
+        head_mm=sensed.head_mm,
         head_valid=True,
-        carriage_mm=math.floor(state.head_mm / step_mm + 0.5) * step_mm,
+        carriage_mm=sensed.carriage_mm,
         carriage_valid=True,
-        cam_rad=dc_axis.encoder(machine.valve_axis, state.valve),
+        cam_rad=sensed.cam_rad,
         cam_valid=True,
-        line_vacuum_mmhg=state.line.vacuum_mmhg,
+        line_vacuum_mmhg=sensed.vacuum_mmhg,
         vacuum_valid=True,
         contact_closed=state.switch.reading,
         contact_valid=machine.switch.wired and state.piece_mm == 0.0,
         mouth_clear=state.airway.tip_mm <= machine.mouth_mm,
-        insertion_current_a=machine.amperes_per_v * state.insertion.drive_v,
+        insertion_current_a=sensed.current_a,
         monitor=state.coupling.signs.monitor,
+    )
+
+
+@compiled
+def measure(
+    machine: Machine, insertion: AxisMotion, head_mm: float, cam_rad: float, vacuum_mmhg: float
+) -> Measured:
+    """The truth of what the sensors measure."""
+    return Measured(
+        head_mm=dc_axis.encoder(machine.insertion_axis, insertion),
+        carriage_mm=head_mm,
+        cam_rad=cam_rad,
+        vacuum_mmhg=vacuum_mmhg,
+        current_a=machine.amperes_per_v * insertion.drive_v,
     )
 
 
@@ -270,6 +286,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
     pressed_n = touched.contact_n if piece == 0.0 else 0.0
     inside = machine.has_patient and patient.is_inside(machine.patient, touched.tip_mm)
     gas_ml = line.gas_ml_per_s * dt_s if inside else 0.0
+    measured = measure(machine, insertion, head, valve.position, line.vacuum_mmhg)
     return MachineState(
         insertion=insertion,
         head_mm=head,
@@ -282,6 +299,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         airway=touched,
         switch=contact_switch.step(machine.switch, state.switch, pressed_n, dt_s),
         laser=laser.step(machine.laser, state.laser, touched.tip_mm),
+        sensed=sensor.step(machine.sensors, state.sensed, measured, dt_s),
         coupling=coupling.accumulate(state.coupling, gas_ml, touched.taken_ml),
         hand=held,
     )

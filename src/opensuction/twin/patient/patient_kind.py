@@ -9,7 +9,8 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
-from opensuction.twin.parameter import Parameter, ParameterValues
+from opensuction.twin.parameter import ParameterValues
+from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.gas_exchange import DRY_MMHG
 from opensuction.twin.patient.patient import Patient

@@ -4,7 +4,7 @@
 are the project's own judgement. Tags of the sources: docs/sources.md.
 """
 
-from opensuction.twin.parameter import Parameter
+from opensuction.twin.parameter_row import Parameter
 
 PRESETS = ("adult-icu", "adult-ards", "child-10kg", "neonate")
 """Patients by name, in the order of the cells below; the first is the default."""
