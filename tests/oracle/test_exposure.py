@@ -77,7 +77,7 @@ def test_the_patient_is_measured_at_the_worst_instant_and_the_bench_has_none() -
     pressure, loss, spo2 = np.full(10, 5.0), np.zeros(10), np.full(10, 97.0)
     pressure[3], loss[4], spo2[9] = -6.0, 80.0, 43.0
     columns = track(
-        np.zeros(10), airway_pressure_cmh2o=pressure, lung_volume_loss_ml=loss, spo2_percent=spo2
+        np.zeros(10), relaxed_pressure_cmh2o=pressure, relaxed_loss_ml=loss, spo2_percent=spo2
     )
     found = exposure.measure(PATIENT, columns)
     assert found[-3:] == (-6.0, 80.0, 43.0)

@@ -44,6 +44,12 @@ def _p(
     return Parameter(value, spread, unit, meaning, source, float(low), float(high))
 
 
+Cells = tuple[tuple[float, float], ...]
+"""Value and standard deviation between patients, for each preset of them."""
+Numbers = tuple[Cells | float, str, tuple[float, float]]
+"""Cells, or one value of all presets without spread; unit; least and largest plausible value."""
+Words = tuple[str, str]
+"""Meaning and source."""
 ParameterValues = dict[str, float]
 """A value for each parameter by name: those of one machine or patient."""
 
