@@ -37,8 +37,7 @@ class BedsideState(NamedTuple):
 
 def sum_secretion_ml(state: BedsideState) -> float:
     """All secretions in the airway: loose, adherent and deep."""
-    adherent_ml = float(state.store.adherent_ml.sum())
-    return float(state.secretion_ml.sum()) + (adherent_ml + state.store.deep_ml)
+    return float(state.secretion_ml.sum()) + (state.store.adherent_ml + state.store.deep_ml)
 
 
 @compiled

@@ -253,7 +253,7 @@ def _settle_bedside(twin: Machine, values: ParameterValues, seed: int, run: int)
         hourly_ml = person.secretion.production_ml_per_h
         breathing = patient_preset.at_rest(person)
     loose_ml = secretions_ml(fitted)
-    store = clearance.empty(loose_ml)
+    store = clearance.EMPTY
     if twin.has_patient and person.behaviour.is_lively:
         loose_ml, store = clearance.part(person.behaviour.clearance, loose_ml)
     return BedsideState(

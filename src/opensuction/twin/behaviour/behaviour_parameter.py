@@ -112,8 +112,12 @@ ROWS: dict[str, tuple[Numbers, Words]] = {
     ),
     # Oxygen
     "perfusion_ratio": (
-        (((1, 0), (1, 0), (1, 0), (1, 0)), "1", (0, 2.5)),
-        ("blood flow that closed lung keeps, over `closed_perfusion`", "[assumed]"),
+        (((1.2, 0.3), (1.2, 0.3), (1, 0.3), (1, 0.3)), "1", (0, 2.5)),
+        (
+            "blood flow that closed lung keeps, over `closed_perfusion`",
+            "[calibrated] SpO2 falls by 5 points in 5 to 7 % of adults' suctionings "
+            "[Maggiore-2013]; children [assumed]",
+        ),
     ),
 }
 """Numbers and words of each, as in `patient_parameter`."""

@@ -1,8 +1,8 @@
 """How secretions move by themselves: cilia and coughs carry them up, some stick, some lie too deep.
 
-Loose ones lie in the trachea's bins, where suction can reach them. Adherent ones lie in the same
-bins and come loose slowly. Deep ones lie below the carina and come up with the others. A cough
-brings some of the topmost out through the tube. None is lost from the books.
+Loose ones lie in the trachea's bins, where suction can reach them. Adherent ones cling to its wall
+from the tube to the carina and come loose slowly. Deep ones lie below the carina and come up with
+the others. A cough brings some of the topmost out through the tube. None is lost from the books.
 """
 
 from typing import NamedTuple
@@ -40,8 +40,8 @@ class Clearance(NamedTuple):
 class Store(NamedTuple):
     """Secretions that suction does not reach, in mL."""
 
-    adherent_ml: Bins
-    """In each bin; never written, only replaced."""
+    adherent_ml: float
+    """On the whole wall: a second array of bins would cost every tick of the machine."""
     deep_ml: float
     expelled_ml: float
     """Coughed out so far."""
@@ -51,24 +51,23 @@ def part(clearance: Clearance, secretion_ml: Bins) -> tuple[Bins, Store]:
     """Secretions as they lie at first, parted into loose ones and the others."""
     loose_share = 1.0 - clearance.adherent_share - clearance.deep_share
     store = Store(
-        adherent_ml=clearance.adherent_share * secretion_ml,
+        adherent_ml=clearance.adherent_share * float(secretion_ml.sum()),
         deep_ml=clearance.deep_share * float(secretion_ml.sum()),
         expelled_ml=0.0,
     )
     return loose_share * secretion_ml, store
 
 
-def empty(secretion_ml: Bins) -> Store:
-    """Nothing that suction does not reach."""
-    return Store(adherent_ml=0.0 * secretion_ml, deep_ml=0.0, expelled_ml=0.0)
+EMPTY = Store(adherent_ml=0.0, deep_ml=0.0, expelled_ml=0.0)
+"""Nothing that suction does not reach."""
 
 
 @compiled
 def resistance_ratio(clearance: Clearance, loose_ml: Bins, store: Store) -> float:
     """Resistance of the airways over the stated one: it grows with what has gathered."""
-    gathered_ml = store.deep_ml
+    gathered_ml = store.adherent_ml + store.deep_ml
     for i in range(loose_ml.size):
-        gathered_ml += loose_ml[i] + store.adherent_ml[i]
+        gathered_ml += loose_ml[i]
     ratio = 1.0 + clearance.resistance_share * (gathered_ml / clearance.usual_ml - 1.0)
     return min(max(ratio, LEAST_RESISTANCE), MOST_RESISTANCE)
 
@@ -106,23 +105,22 @@ def step(
     produced_ml_per_s: what that added to the loose ones; shares of it stick or lie too deep. The
     arrays given stay as they are.
     """
-    loose, adherent = loose_ml.copy(), store.adherent_ml.copy()
-    deep_ml = store.deep_ml
-    freed = dt_s / (clearance.loosening_s + dt_s)
+    loose, made_ml = loose_ml.copy(), 0.0
+    hidden_share = clearance.adherent_share + clearance.deep_share
     for i in range(loose.size):
-        made_ml = produced_ml_per_s[i] * dt_s
-        stuck_ml = clearance.adherent_share * made_ml
-        hidden_ml = clearance.deep_share * made_ml
-        freed_ml = freed * adherent[i]
-        loose[i] += freed_ml - stuck_ml - hidden_ml
-        adherent[i] += stuck_ml - freed_ml
-        deep_ml += hidden_ml
+        made_ml += produced_ml_per_s[i] * dt_s
+        loose[i] -= hidden_share * produced_ml_per_s[i] * dt_s
+    freed_ml = dt_s / (clearance.loosening_s + dt_s) * store.adherent_ml
+    lowest = min(int(carina_mm / BIN_MM), loose.size - 1)
+    for i in range(lowest + 1):
+        loose[i] += freed_ml / (lowest + 1)
+    deep_ml = store.deep_ml + clearance.deep_share * made_ml
     expelled_ml = _carry(clearance, loose, muscle_cmh2o, dt_s)
     pushed_mm_per_s = clearance.cough_mm_per_s_per_cmh2o * max(muscle_cmh2o, 0.0)
     risen_ml = min((clearance.cilia_mm_per_s + pushed_mm_per_s) * dt_s / DEEP_MM, 1.0) * deep_ml
-    loose[min(int(carina_mm / BIN_MM), loose.size - 1)] += risen_ml
+    loose[lowest] += risen_ml
     return loose, Store(
-        adherent_ml=adherent,
+        adherent_ml=store.adherent_ml + clearance.adherent_share * made_ml - freed_ml,
         deep_ml=deep_ml - risen_ml,
         expelled_ml=store.expelled_ml + expelled_ml,
     )
