@@ -94,7 +94,7 @@ ROWS: dict[str, tuple[Numbers, Words]] = {
         ("speed of secretions in a cough for each cmH2O of the muscles", "[assumed]"),
     ),
     "expelled_ratio": (
-        (0.5, "1", (0, 1)),
+        (0.2, "1", (0, 1)),
         ("share of what a cough drives to the tube that leaves through it", "[assumed]"),
     ),
     "adherent_ratio": (
