@@ -129,6 +129,16 @@ def _most(values: Array, where: Ticks) -> float:
     return float(values[where].max()) if where.any() else 0.0
 
 
+def _felt_shift_mm(truth: Truth) -> Array:
+    """Where the carina was when the tip met it: a tick before its place is written down anew.
+
+    The bedside moves the carina after the tip has moved; a cough moves it by half a millimetre.
+    """
+    shift_mm = truth["truth.carina_shift_mm"]
+    felt_mm: Array = np.concatenate((shift_mm[:1], shift_mm[:-1]))
+    return felt_mm
+
+
 def measure(machine: Machine, truth: Truth) -> PatientExposure:
     """What a run came to for the patient. machine: as it was built, before any fault.
 
@@ -141,7 +151,7 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
     tip_mm, vacuum_mmhg = truth["truth.tip_mm"], truth["truth.tip_vacuum_mmhg"]
     force_n, inside = truth["truth.contact_n"], find_inside(machine, tip_mm)
     sucking = inside & (vacuum_mmhg > SUCKING_MMHG)
-    shift_mm = truth["truth.carina_shift_mm"]
+    shift_mm = _felt_shift_mm(truth)
     pushed = (shift_mm < 0.0) & (force_n > TOUCHING_N)
     deepest_mm = float(tip_mm.max())
 
