@@ -95,6 +95,8 @@ def _patients(example: str) -> str:
             "`preset` must be there; it also gives the age that guidelines go by. Equations and "
             "calibration: [the patient](../explanations/patient.md).\n",
             patient_table(),
+            "What stands below `lively` happens only where that is 1 "
+            "([patients as they are](../explanations/patients-as-they-are.md)).\n",
             "Refused with the arithmetic is also what does not fit together:\n",
             _consistency_table(),
         )
@@ -247,6 +249,8 @@ def _consistency_table() -> str:
         f"- PEEP + driving pressure at most {kind.PEAK_CMH2O:g} cmH2O [K]; rise and fall of the "
         "pressure within half of their part of the breath [assumed]\n"
         "- what can close within what lies between relaxed and residual volume\n"
+        "- what sticks and what lies below the carina all of the secretions at most, spreads "
+        "included\n"
         f"- alveolar oxygen at least {kind.ALVEOLAR_MMHG:g} mmHg [assumed]; consumption at most "
         f"{kind.EXTRACTION:g} of what blood carries [K]\n"
     )

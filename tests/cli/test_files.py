@@ -63,6 +63,20 @@ def test_the_examples_of_the_documentation_run(tmp_path: Path) -> None:
     assert "patient.toml" in report
 
 
+def test_the_wall_delivers_what_the_pump_cannot(tmp_path: Path) -> None:
+    """The example of wall suction: most of what is set reaches the tip, and the cycle is whole."""
+    shutil.copy(EXAMPLES / "wall-suction.toml", tmp_path)
+    found = []
+    for machine in ("clinical", "wall-suction.toml"):
+        ran = opensuction("cycle", "--machine", machine, "--json", cwd=tmp_path)
+        assert ran.returncode == 0, ran.stderr
+        found.append(json.loads(ran.stdout)["vacuum"])
+    pump, wall = found
+    assert pump["setpoint_mmhg"] == wall["setpoint_mmhg"] == 120.0
+    assert pump["delivered_mmhg"] < 90.0
+    assert 100.0 < wall["delivered_mmhg"] <= wall["peak_mmhg"]
+
+
 def test_a_bench_file_runs_the_paper_s_cycle(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text('preset = "bench"\ncatheter = "12fr"\nconduit = "short"\n')
     arguments = ("--machine", "m.toml", "--protocol", "paper", "--compensation", "none", "--json")

@@ -73,11 +73,50 @@ def test_force_contact_and_what_lies_beyond_the_carina() -> None:
     assert measured(np.full(10, carina - 1.0)).past_carina_mm == 0.0
 
 
+def test_the_carina_is_where_it_was_at_that_instant() -> None:
+    """A cough brings it to a tip that stays; a turned head takes it away from another."""
+    carina = PATIENT.airway.carina_mm
+    shift = np.array([0.0, 0.0, -4.0, 3.0])
+    tip = np.array([carina - 2.0, carina - 1.0, carina - 2.5, carina + 3.0])
+    # A tip answers a tick after the carina has moved.
+    late, long = np.append(tip[0], np.repeat(tip, 10)[:-1]), np.repeat(shift, 10)
+    assert measured(late, carina_shift_mm=long).past_carina_mm == pytest.approx(1.5)
+    assert measured(tip).past_carina_mm == pytest.approx(3.0)
+
+
+def test_a_tip_that_a_cough_pushes_back_and_lets_go_has_not_advanced() -> None:
+    """But one that goes in under vacuum afterwards has, and so has one on a carina that rests."""
+    tip = np.array([10.0, 10.0, 7.0, 6.0, 8.0, 10.0, 10.0])
+    force = np.array([0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.0])
+    shift = np.array([0.0, 0.0, -4.0, -5.0, -3.0, 0.0, 0.0])
+    vacuum = np.full(7, 80.0)
+    coughed = {"contact_n": force, "tip_vacuum_mmhg": vacuum, "carina_shift_mm": shift}
+    assert measured(tip, **coughed).advance_mm == 0.0
+    assert measured(tip, **{**coughed, "carina_shift_mm": np.zeros(7)}).advance_mm == 4.0
+    deeper = np.append(tip, 13.0)
+    more = {name: np.append(values, values[-1]) for name, values in coughed.items()}
+    assert measured(deeper, **more).advance_mm == 3.0
+
+
+def test_pressure_and_volume_are_judged_without_what_the_muscles_do() -> None:
+    """A cough of 90 cmH2O is not the machine's; suction that it hides is."""
+    low, high = np.full(4000, -9.0), np.full(4000, 90.0)
+    fine = np.full(4000, PATIENT.patient.ventilator.peep_cmh2o)
+    still = np.zeros(4000)
+    coughs = measured(still, airway_pressure_cmh2o=high, relaxed_pressure_cmh2o=fine)
+    assert coughs.pressure_unsafe_s == 0.0
+    hidden = measured(still, airway_pressure_cmh2o=fine, relaxed_pressure_cmh2o=low)
+    assert hidden.pressure_unsafe_s == pytest.approx(4.0)
+    assert hidden.airway_pressure_least_cmh2o == -9.0
+    blown = measured(still, lung_volume_loss_ml=np.full(4000, 900.0))
+    assert blown.lung_volume_loss_ml == 0.0
+
+
 def test_the_patient_is_measured_at_the_worst_instant_and_the_bench_has_none() -> None:
     pressure, loss, spo2 = np.full(10, 5.0), np.zeros(10), np.full(10, 97.0)
     pressure[3], loss[4], spo2[9] = -6.0, 80.0, 43.0
     columns = track(
-        np.zeros(10), airway_pressure_cmh2o=pressure, lung_volume_loss_ml=loss, spo2_percent=spo2
+        np.zeros(10), relaxed_pressure_cmh2o=pressure, relaxed_loss_ml=loss, spo2_percent=spo2
     )
     found = exposure.measure(PATIENT, columns)
     assert found[-3:] == (-6.0, 80.0, 43.0)

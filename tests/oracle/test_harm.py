@@ -29,7 +29,7 @@ BENCH = rigs.rig("bench", 1).machine
 INSIDE_MM = -5.0
 TICKS = 40_000
 HEALTHY = {
-    "airway_pressure_cmh2o": np.full(TICKS, 8.0),
+    "relaxed_pressure_cmh2o": np.full(TICKS, 8.0),
     "spo2_percent": np.full(TICKS, 97.0),
 }
 
@@ -142,10 +142,10 @@ def test_pressure_lung_and_saturation_are_held_against_the_patient() -> None:
         for pressure in (peep - 5.1 if machine is ADULT else -0.2, 41.0):
             for more, names in ((-0.01, []), (0.01, ["airway-pressure"])):
                 held = for_s(most_s + more, pressure, 8.0)
-                assert broken(machine, airway_pressure_cmh2o=held) == names
+                assert broken(machine, relaxed_pressure_cmh2o=held) == names
     loss_ml = 11.0 * CHILD.patient.weight_kg
-    assert broken(CHILD, lung_volume_loss_ml=for_s(1.0, loss_ml - 1.0)) == []
-    assert broken(CHILD, lung_volume_loss_ml=for_s(1.0, loss_ml + 1.0)) == ["lung-volume"]
+    assert broken(CHILD, relaxed_loss_ml=for_s(1.0, loss_ml - 1.0)) == []
+    assert broken(CHILD, relaxed_loss_ml=for_s(1.0, loss_ml + 1.0)) == ["lung-volume"]
     assert broken(CHILD, spo2_percent=for_s(1.0, 82.9, 97.0)) == ["saturation"]
 
 

@@ -147,5 +147,5 @@ def test_a_patient_changes_nothing_of_machine_and_line() -> None:
     assert seen == also._replace(monitor=seen.monitor)
     known, true = machine.truth(bench, one.machine), machine.truth(alike, other.machine)
     signs = {name: getattr(known, name) for name in PatientSigns._fields if name in Truth._fields}
-    assert len(signs) == 5
+    assert len(signs) == 8
     assert known == true._replace(**signs)

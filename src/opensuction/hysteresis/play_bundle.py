@@ -31,6 +31,17 @@ def _stepper() -> Callable[[Bundle, Bundle, float], tuple[Bundle, float]]:
     return step
 
 
+def _scaler() -> Callable[[Bundle, float], Bundle]:
+    parts = straight_line.tuple_of(f"ratio * values[{j}]" for j in range(PLAYS))
+    lines = ["def scale(values, ratio):", f"    return {parts}"]
+    scale: Callable[[Bundle, float], Bundle] = straight_line.define(lines, "scale of a bundle")
+    return scale
+
+
+scale = _scaler()
+"""``scale(values, ratio)``: each of them times the ratio."""
+
+
 step = _stepper()
 """``step(widths_mm, positions_mm, head_mm)``: the positions as they follow the head, and their
 mean in mm. See `play.step`."""

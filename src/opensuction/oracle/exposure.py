@@ -3,6 +3,12 @@
 Nothing here knows what the controller thought, read or sent, nor its phases: a catheter without
 torque is in the airway as long as it is there, and two stretches of suction are as long as both.
 Depths are those of the tip below the tube's lower end, mm.
+
+A patient who coughs, breathes or is moved does that to themselves. The carina is where it is at
+that instant. Pressure and lung volume are judged by those of the same lung under the same suction,
+ventilator and faults whose muscles never moved: a cough's pressure is not the machine's doing, and
+one that hides what suction takes hides nothing. A tip that a coughing carina pushes back and lets
+go again has not advanced. Force and contact are what they are, whoever moved.
 """
 
 from collections.abc import Mapping
@@ -24,8 +30,9 @@ COLUMNS = (
     "truth.piece_mm",
     "truth.tip_vacuum_mmhg",
     "truth.contact_n",
-    "truth.airway_pressure_cmh2o",
-    "truth.lung_volume_loss_ml",
+    "truth.carina_shift_mm",
+    "truth.relaxed_pressure_cmh2o",
+    "truth.relaxed_loss_ml",
     "truth.spo2_percent",
 )
 """What is looked at."""
@@ -59,11 +66,12 @@ class PatientExposure(NamedTuple):
     """How far the tip went in under vacuum, all stretches together."""
     deepest_mm: float
     past_carina_mm: float
-    """How far the tip went beyond where the carina is without a catheter; at least 0."""
+    """How far the tip went beyond where the carina was then without a catheter; at least 0."""
     force_peak_n: float
     contact_s: float
     pressure_unsafe_s: float
-    """With the airway 5 cmH2O below PEEP or lower, or above what a ventilator's alarm lets pass."""
+    """With the airway 5 cmH2O below PEEP or lower, or above what a ventilator's alarm lets pass;
+    less what the patient's own muscles do."""
     airway_pressure_least_cmh2o: float
     lung_volume_loss_ml: float
     spo2_least_percent: float
@@ -84,7 +92,7 @@ def find_inside(machine: Machine, tip_mm: Array) -> Ticks:
 
 def _find_unsafe_pressure(machine: Machine, truth: Truth) -> Ticks:
     """In which ticks the airway's pressure was too low or too high; nobody is on the bench."""
-    pressure, person = truth["truth.airway_pressure_cmh2o"], machine.patient
+    pressure, person = truth["truth.relaxed_pressure_cmh2o"], machine.patient
     if not machine.has_patient:
         return np.zeros(pressure.size, dtype=np.bool_)
     least = person.ventilator.peep_cmh2o - LOST_CMH2O
@@ -121,6 +129,16 @@ def _most(values: Array, where: Ticks) -> float:
     return float(values[where].max()) if where.any() else 0.0
 
 
+def _felt_shift_mm(truth: Truth) -> Array:
+    """Where the carina was when the tip met it: a tick before its place is written down anew.
+
+    The bedside moves the carina after the tip has moved; a cough moves it by half a millimetre.
+    """
+    shift_mm = truth["truth.carina_shift_mm"]
+    felt_mm: Array = np.concatenate((shift_mm[:1], shift_mm[:-1]))
+    return felt_mm
+
+
 def measure(machine: Machine, truth: Truth) -> PatientExposure:
     """What a run came to for the patient. machine: as it was built, before any fault.
 
@@ -133,6 +151,8 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
     tip_mm, vacuum_mmhg = truth["truth.tip_mm"], truth["truth.tip_vacuum_mmhg"]
     force_n, inside = truth["truth.contact_n"], find_inside(machine, tip_mm)
     sucking = inside & (vacuum_mmhg > SUCKING_MMHG)
+    shift_mm = _felt_shift_mm(truth)
+    pushed = (shift_mm < 0.0) & (force_n > TOUCHING_N)
     deepest_mm = float(tip_mm.max())
 
     lengths_s = _lengths_s(truth["time_s"])
@@ -152,13 +172,13 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
         in_airway_s=sum_s(inside),
         suction_s=sum_s(sucking),
         vacuum_peak_mmhg=_most(vacuum_mmhg, inside),
-        advance_mm=advance_mm(tip_mm, sucking),
+        advance_mm=advance_mm(tip_mm, sucking & ~pushed),
         deepest_mm=deepest_mm,
-        past_carina_mm=max(deepest_mm - machine.airway.carina_mm, 0.0),
+        past_carina_mm=max(float((tip_mm - shift_mm).max()) - machine.airway.carina_mm, 0.0),
         force_peak_n=float(force_n.max()),
         contact_s=sum_s(force_n > TOUCHING_N),
         pressure_unsafe_s=sum_s(_find_unsafe_pressure(machine, truth)),
-        airway_pressure_least_cmh2o=patient("airway_pressure_cmh2o", np.minimum),
-        lung_volume_loss_ml=patient("lung_volume_loss_ml", np.maximum),
+        airway_pressure_least_cmh2o=patient("relaxed_pressure_cmh2o", np.minimum),
+        lung_volume_loss_ml=patient("relaxed_loss_ml", np.maximum),
         spo2_least_percent=patient("spo2_percent", np.minimum),
     )

@@ -4,6 +4,7 @@ It says what happened, not whose doing it was: a saturation that falls for the p
 is on it as any other.
 """
 
+import math
 from typing import NamedTuple
 
 from opensuction.kernel.age_group import AgeGroup
@@ -59,17 +60,24 @@ def deepest_mm(machine: Machine, cap_mm: float) -> float:
     return min(cap_mm, machine.airway.carina_mm + FORCE_N / machine.airway.tip.carina_n_per_mm)
 
 
+def _too_deep(machine: Machine, borne: PatientExposure, cap_mm: float) -> list[Harm]:
+    """Past its cap, or past the carina where that was at the same instant."""
+    limit_mm = deepest_mm(machine, cap_mm)
+    if borne.deepest_mm > cap_mm:
+        return [Harm(TIP_PAST_CAP, borne.deepest_mm, limit_mm, "mm")]
+    reached_mm = machine.airway.carina_mm + borne.past_carina_mm
+    limit_mm = deepest_mm(machine, math.inf)
+    return [Harm(TIP_PAST_CAP, reached_mm, limit_mm, "mm")] if reached_mm > limit_mm else []
+
+
 def _of_machine(machine: Machine, borne: PatientExposure, cap_mm: float) -> list[Harm]:
     """What holds on the bench, too."""
-    limit_mm = deepest_mm(machine, cap_mm)
-    past = borne.deepest_mm > limit_mm
     found = []
     if borne.inside_at_end:
         found.append(Harm(LEFT_INSIDE, borne.end_mm, borne.outside_mm, "mm"))
     elif borne.piece_mm > 0.0:
         found.append(Harm(LEFT_INSIDE, borne.piece_mm, 0.0, "mm"))
-    if past:
-        found.append(Harm(TIP_PAST_CAP, borne.deepest_mm, limit_mm, "mm"))
+    found += _too_deep(machine, borne, cap_mm)
     if borne.force_peak_n > FORCE_N:
         found.append(Harm(FORCE, borne.force_peak_n, FORCE_N, "N"))
     return found

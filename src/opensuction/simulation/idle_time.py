@@ -25,7 +25,7 @@ class Worst(NamedTuple):
     spo2_percent: float
     """Least saturation."""
     lung_volume_loss_ml: float
-    """Most volume lost."""
+    """Most volume lost, less what the patient's own muscles take."""
 
 
 @compiled
@@ -42,11 +42,11 @@ def find_worst(loop: Loop, state: LoopState, duration_s: float) -> Worst:
     """What a patient comes to at worst in a time at rest; as `pass_time`."""
     around, coupling = state.bedside, state.machine.coupling
     tip_mm = state.machine.airway.tip_mm
-    least, most_ml = coupling.signs.spo2_percent, coupling.signs.lung_volume_loss_ml
+    least, most_ml = coupling.signs.spo2_percent, coupling.signs.relaxed_loss_ml
     for _ in range(round(duration_s / STEP_S)):
         around, coupling = _step_bedside(loop, around, coupling, tip_mm)
         least = min(least, coupling.signs.spo2_percent)
-        most_ml = max(most_ml, coupling.signs.lung_volume_loss_ml)
+        most_ml = max(most_ml, coupling.signs.relaxed_loss_ml)
     return Worst(least, most_ml)
 
 

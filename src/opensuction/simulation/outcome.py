@@ -65,6 +65,8 @@ class Outcome(NamedTuple):
     does not count."""
     peak_vacuum_mmhg: float
     """In the line; not the pre-use test's, which tries the relief valve behind the closed one."""
+    delivered_vacuum_mmhg: float
+    """At the tip, by the truth: the mean over `negative_pressure_s`; nan where that is 0."""
     removed_ml: float
     removed_percent: float
     exposure: PatientExposure
@@ -125,6 +127,10 @@ def _reached_mm(trace: Columns) -> float:
     return float(tip[np.argmax(sucking)] if np.any(sucking) else np.max(tip))
 
 
+def _mean(values: npt.NDArray[np.float64]) -> float:
+    return float(np.mean(values)) if values.size else float("nan")
+
+
 def outcome(
     trace: Columns,
     machine: Machine,
@@ -159,6 +165,7 @@ def outcome(
         cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
         negative_pressure_s=float(np.count_nonzero(sucking) * DT_S),
         peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["readings.line_vacuum_mmhg"]))),
+        delivered_vacuum_mmhg=_mean(trace["truth.tip_vacuum_mmhg"][sucking]),
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
         exposure=borne,

@@ -29,6 +29,12 @@ class PatientSigns(NamedTuple):
     heart_rate_per_min: float
     monitor: Monitor
     """What the monitor passes on."""
+    muscle_cmh2o: float
+    """Pressure of the patient's muscles on the lung: a cough pushes, an own breath pulls."""
+    relaxed_pressure_cmh2o: float
+    """Pressure in the trachea, had the muscles never moved."""
+    relaxed_loss_ml: float
+    """Volume lost, likewise."""
 
 
 NO_SIGNS = make_zero(PatientSigns)
@@ -46,6 +52,10 @@ class CouplingState(NamedTuple):
     """Mucus still within reach of where the tip was then."""
     from_mm: float
     """Where the tip was then."""
+    carina_shift_mm: float
+    """How much deeper the carina is than at the start: the patient coughs and is moved."""
+    gap_ratio: float
+    """Gap of the conduit over that at the start."""
     signs: PatientSigns
 
 

@@ -28,3 +28,11 @@ def parameter_row(
     """A row as the tables write it: value, unit, range, meaning, source, spread."""
     low, high = within
     return Parameter(value, spread, unit, meaning, source, float(low), float(high))
+
+
+Cells = tuple[tuple[float, float], ...]
+"""Value and standard deviation between patients, for each preset of them."""
+Numbers = tuple[Cells | float, str, tuple[float, float]]
+"""Cells, or one value of all presets without spread; unit; least and largest plausible value."""
+Words = tuple[str, str]
+"""Meaning and source."""

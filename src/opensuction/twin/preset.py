@@ -14,6 +14,7 @@ from opensuction.twin.airway.airway import Airway, AirwayState
 from opensuction.twin.airway.secretion import BIN_MM, Bins
 from opensuction.twin.airway.tip import Tip
 from opensuction.twin.bedside import BedsideState
+from opensuction.twin.behaviour import behaviour, clearance
 from opensuction.twin.machine import bore, contact_switch, hand, transmission
 from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine import machine as machine_model
@@ -253,10 +254,11 @@ def secretions_ml(values: ParameterValues) -> Bins:
     return np.asarray(shape * values["secretion_ml"] / total, dtype=np.float64)
 
 
-def _settle_bedside(twin: Machine, values: ParameterValues) -> BedsideState:
+def _settle_bedside(twin: Machine, values: ParameterValues, seed: int, run: int) -> BedsideState:
     """The bedside before use: the patient breathes quietly, all secretions lie there.
 
     New secretions come where the others lie; on the bench, where nobody waits, none do.
+    seed, run: what a lively patient does.
     """
     person = twin.patient
     fitted, hourly_ml, breathing = values, 0.0, patient_preset.near_rest(person)
@@ -264,9 +266,15 @@ def _settle_bedside(twin: Machine, values: ParameterValues) -> BedsideState:
         fitted = patient_airway.adapt(values, person)
         hourly_ml = person.secretion.production_ml_per_h
         breathing = patient_preset.at_rest(person)
+    loose_ml = secretions_ml(fitted)
+    store = clearance.EMPTY
+    if twin.has_patient and person.behaviour.is_lively:
+        loose_ml, store = clearance.part(person.behaviour.clearance, loose_ml)
     return BedsideState(
         patient=breathing,
-        secretion_ml=secretions_ml(fitted),
+        behaviour=behaviour.begin(person.behaviour, seed, run),
+        secretion_ml=loose_ml,
+        store=store,
         produced_ml_per_s=secretions_ml({**fitted, "secretion_ml": hourly_ml / HOUR_S}),
     )
 
@@ -275,11 +283,12 @@ def park(twin: Machine, values: ParameterValues, head_mm: float, seed: int, run:
     """State at rest after a retract that ended with the encoder at ``head_mm``; pump off.
 
     values: those that the machine was made from. The patient breathes quietly.
-    seed, run: the measurement noise; the same machine gives other noise for another run.
+    seed, run: the measurement noise and what a lively patient does; the same machine gives other
+    noise for another run.
     """
     behind_gear = head_mm + 0.5 * twin.gear_backlash_mm
     moved = transmission.after_retract(twin.transmission, behind_gear)
-    around = _settle_bedside(twin, values)
+    around = _settle_bedside(twin, values, seed, run)
     at_rest = AxisMotion(position=head_mm, velocity=0.0, drive_v=0.0)
     measured = machine_model.measure(twin, at_rest, behind_gear, 0.0, 0.0)
     machine = MachineState(

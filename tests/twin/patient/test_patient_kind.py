@@ -43,6 +43,12 @@ def test_presets_and_whatever_is_drawn_from_them_fit_together(name: str) -> None
             r"38 mmHg = 150 inspired - 863 x 6\.5 / 50",
         ),
         ("adult-icu", {"output_l_per_min_per_kg": 0.03}, r"0\.7 of the 4\.4 mL/min/kg"),
+        ("neonate", {"lively": 0.5}, r"lively is 0\.5: 1 for a lively patient, 0 for a quiet one"),
+        (
+            "neonate",
+            {"adherent_ratio": 0.9, "deep_ratio": 0.2},
+            r"are up to 1\.10 of all secretions",
+        ),
     ],
 )
 def test_what_does_not_fit_is_refused_with_the_arithmetic(

@@ -6,6 +6,7 @@ import pytest
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
+from opensuction.twin.behaviour.behaviour_parameter import SWITCH
 from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient import patient_preset
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES, PRESETS, ROWS
@@ -30,6 +31,9 @@ def test_every_entry_has_unit_meaning_source_and_keeps_its_sign(name: str, key: 
     assert entry.unit
     assert len(entry.meaning) > 3
     assert entry.source.startswith(TAGS)
+    if key == SWITCH:
+        assert (entry.value, entry.spread) in ((0.0, 0.0), (1.0, 0.0))
+        return
     reach = parameter.SPREAD_LIMIT * entry.spread
     assert entry.value > reach >= 0.0
     assert entry.low <= entry.value - reach <= entry.value + reach <= entry.high
@@ -39,7 +43,8 @@ def test_every_entry_has_unit_meaning_source_and_keeps_its_sign(name: str, key: 
 def test_every_entry_changes_the_patient(key: str) -> None:
     values = parameter.nominal(PATIENT_TABLES["adult-icu"])
     # Half more: less would be lost where times are rounded to steps.
-    changed = {**values, key: 1.5 * values[key]}
+    more = 1.0 - values[key] if key == SWITCH else 1.5 * values[key]
+    changed = {**values, key: more}
     plain = patient_preset.assemble(values, AgeGroup.ADULT)
     assert patient_preset.assemble(changed, AgeGroup.ADULT) != plain
 

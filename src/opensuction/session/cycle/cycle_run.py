@@ -29,6 +29,7 @@ from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns, Watcher
+from opensuction.twin import bedside
 
 CONTACT_CARINA_MM = 65.0
 """Distance at which the bench's rubber carina stands for the contact approach (paper, Table II)."""
@@ -245,10 +246,13 @@ def tracked_span_s(prepared: Prepared) -> float | None:
 
 
 def secretion_ml(prepared: Prepared, duration_s: float) -> float:
-    """Secretions that lay there when the cycle began, and what came within a time."""
-    bedside = prepared.start.bedside
-    produced_ml = float(np.sum(bedside.produced_ml_per_s)) * duration_s
-    return float(np.sum(bedside.secretion_ml)) + produced_ml
+    """Secretions that lay there when the cycle began, and what came within a time.
+
+    Those that suction cannot reach are among them.
+    """
+    around = prepared.start.bedside
+    produced_ml = float(np.sum(around.produced_ml_per_s)) * duration_s
+    return bedside.sum_secretion_ml(around) + produced_ml
 
 
 def figures(prepared: Prepared, columns: Columns) -> Outcome:

@@ -82,6 +82,7 @@ def _vacuum(prepared: Prepared, result: Outcome) -> Json:
     return {
         "setpoint_mmhg": prepared.protocol.vacuum_mmhg,
         "peak_mmhg": result.peak_vacuum_mmhg,
+        "delivered_mmhg": result.delivered_vacuum_mmhg,
         "tip_peak_mmhg": result.exposure.vacuum_peak_mmhg,
         "guideline_mmhg": GUIDELINES[prepared.rig.site.age].vacuum_mmhg,
     }

@@ -72,7 +72,9 @@ class Day(NamedTuple):
     produced_ml: float
     canister_ml: float
     left_ml: float
-    """In the trachea at the end."""
+    """In the airway at the end."""
+    coughed_ml: float
+    """Coughed out through the tube."""
     refusal: str | None
     """Why self-calibration let no further cycle begin."""
     faults: tuple[Json, ...] = ()
@@ -193,6 +195,7 @@ def _sum_up(
 ) -> Day:
     """The day, after its last cycle. began_ml: secretions in the trachea when it began."""
     left_ml = diary.sum_secretion_ml(last.state)
+    coughed_ml = last.state.bedside.store.expelled_ml
     removed_ml = sum(cycle.outcome.removed_ml for cycle in cycles)
     return Day(
         asked=asked,
@@ -200,9 +203,10 @@ def _sum_up(
         samples=DaySamples(*np.array(samples).T),
         last=last.ready,
         columns=_from_zero(last.columns),
-        produced_ml=left_ml + removed_ml - began_ml,
+        produced_ml=left_ml + removed_ml + coughed_ml - began_ml,
         canister_ml=last.state.machine.bore.canister_ml,
         left_ml=left_ml,
+        coughed_ml=coughed_ml,
         refusal=refusal,
         faults=() if faulty is None else tuple(faulty.plain()),
         reset_cycles=() if faulty is None else tuple(faulty.reset_cycles),

@@ -89,6 +89,7 @@ def plain(day: Day, reports: Sequence[CycleReport] = ()) -> Json:
             "produced_ml": day.produced_ml,
             "removed_ml": sum(cycle.outcome.removed_ml for cycle in day.cycles),
             "left_ml": day.left_ml,
+            "coughed_ml": day.coughed_ml,
             "canister_ml": day.canister_ml,
             "spo2_nadir_percent": float(np.min(day.samples.spo2_percent)),
             "catheter_changes": sum(cycle.catheter_changed for cycle in day.cycles),

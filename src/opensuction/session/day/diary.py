@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
+from opensuction.twin import bedside
 
 Sample = tuple[float, float, float, float]
 """One row of `DaySamples`."""
@@ -22,8 +23,8 @@ class DaySamples(NamedTuple):
 
 
 def sum_secretion_ml(state: LoopState) -> float:
-    """Secretions in the trachea, in mL."""
-    return float(np.sum(state.bedside.secretion_ml))
+    """Secretions in the airway, in mL; those that suction cannot reach are among them."""
+    return bedside.sum_secretion_ml(state.bedside)
 
 
 def look_at(state: LoopState) -> Sample:

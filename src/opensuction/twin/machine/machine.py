@@ -6,7 +6,7 @@ The bedside behind the coupling steps more slowly; `opensuction.twin.plant` puts
 import math
 from typing import NamedTuple
 
-from opensuction.hysteresis import play
+from opensuction.hysteresis import play, play_bundle
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
@@ -128,6 +128,14 @@ class Truth(NamedTuple):
     heart_rate_per_min: float
     piece_mm: float
     """Length of a piece of the catheter that lies loose in the airway; 0 for none."""
+    carina_shift_mm: float
+    """How much deeper the carina is than at the start."""
+    muscle_cmh2o: float
+    """Pressure of the patient's muscles on the lung."""
+    relaxed_pressure_cmh2o: float
+    """In the trachea, had the muscles never moved."""
+    relaxed_loss_ml: float
+    """Lung volume lost, likewise."""
 
 
 @compiled
@@ -215,6 +223,10 @@ def truth(machine: Machine, state: MachineState) -> Truth:
         spo2_percent=signs.spo2_percent,
         heart_rate_per_min=signs.heart_rate_per_min,
         piece_mm=state.piece_mm,
+        carina_shift_mm=state.coupling.carina_shift_mm,
+        muscle_cmh2o=signs.muscle_cmh2o,
+        relaxed_pressure_cmh2o=signs.relaxed_pressure_cmh2o,
+        relaxed_loss_ml=signs.relaxed_loss_ml,
     )
 
 
@@ -253,12 +265,23 @@ def _step_insertion(
 
 
 @compiled
+def _around(machine: Machine, state: MachineState) -> tuple[Transmission, Airway]:
+    """Conduit and airway as the patient lies now."""
+    conduit, lower = machine.transmission, machine.airway
+    if state.coupling.gap_ratio != 1.0:
+        widths = play_bundle.scale(conduit.widths_mm, state.coupling.gap_ratio)
+        conduit = conduit._replace(widths_mm=widths)
+    return conduit, lower._replace(carina_mm=lower.carina_mm + state.coupling.carina_shift_mm)
+
+
+@compiled
 def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float) -> MachineState:
     """Advance the machine by one tick under the given commands."""
     insertion, held = _step_insertion(machine, state, commands, dt_s)
     head = play.step(machine.gear_backlash_mm, state.head_mm, insertion.position)
     slipped = state.slipped_mm + machine.clamp_slip_ratio * (head - state.head_mm)
-    moved = transmission.step(machine.transmission, state.transmission, head - slipped, dt_s)
+    conduit, lower_airway = _around(machine, state)
+    moved = transmission.step(conduit, state.transmission, head - slipped, dt_s)
     piece = state.piece_mm
     if machine.weak_tip_mm > 0.0:
         piece = _part_tip(machine, state, moved.tip_mm, dt_s)
@@ -275,7 +298,7 @@ def step(machine: Machine, state: MachineState, commands: Commands, dt_s: float)
         dt_s,
     )
     touched = airway.step(
-        machine.airway,
+        lower_airway,
         state.airway,
         moved.tip_mm - piece,
         max(line.vacuum_mmhg - lost, 0.0) * opened,

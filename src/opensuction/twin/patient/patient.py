@@ -11,6 +11,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.tiny import drop_tiny
 from opensuction.twin.airway import tube
 from opensuction.twin.airway.tube import Tube
+from opensuction.twin.behaviour.behaviour import Behaviour
 from opensuction.twin.coupling import PatientSigns
 from opensuction.twin.patient import (
     airflow,
@@ -27,7 +28,7 @@ from opensuction.twin.patient.heart import Heart, HeartState
 from opensuction.twin.patient.lung import Lung, LungState
 from opensuction.twin.patient.oximeter import Oximeter, OximeterState
 from opensuction.twin.patient.patient_monitor import PatientMonitor
-from opensuction.twin.patient.ventilator import Ventilator, VentilatorState
+from opensuction.twin.patient.ventilator import Supply, Ventilator, VentilatorState
 
 L_PER_MIN_PER_ML_PER_S = 0.06
 LOSS_SMOOTHING = 0.25
@@ -69,6 +70,20 @@ class Patient(NamedTuple):
     oximeter: Oximeter
     heart: Heart
     monitor: PatientMonitor
+    behaviour: Behaviour
+
+
+class Strain(NamedTuple):
+    """What the patient does to the lung during a step."""
+
+    muscle_cmh2o: float
+    """Pressure of the muscles on it."""
+    resistance_ratio: float
+    """Resistance of the airways over the stated one: secretions gather."""
+
+
+AT_EASE = Strain(muscle_cmh2o=0.0, resistance_ratio=1.0)
+"""A patient who does nothing."""
 
 
 class BreathState(NamedTuple):
@@ -97,11 +112,27 @@ class Vitals(NamedTuple):
     breath: BreathState
 
 
+class Relaxed(NamedTuple):
+    """The lung of the same patient, had the muscles never moved.
+
+    Ventilator, tube, suction, leak and faults are the same. What happens here is not the patient's
+    own doing: the judge goes by it.
+    """
+
+    airflow: Airflow
+    lung: LungState
+    breath: BreathState
+
+
 class PatientState(NamedTuple):
     """State of one patient; the oximeter's memory is apart, for it is an array."""
 
     vitals: Vitals
     oximeter: OximeterState
+    relaxed: Relaxed
+    """Stepped for a lively patient only; a quiet one is relaxed."""
+    strain: Strain
+    """Of the last step."""
 
 
 @compiled
@@ -111,16 +142,21 @@ def is_inside(patient: Patient, tip_mm: float) -> bool:
 
 
 @compiled
-def _step_breath(patient: Patient, state: Vitals, inspires: bool, dt_s: float) -> BreathState:
-    """Volumes at the turns of the breath that the state before the step stood in."""
-    breath = state.breath
+def _step_breath(
+    patient: Patient,
+    breath: BreathState,
+    lung_ml: float,
+    inspired: bool,
+    inspires: bool,
+    dt_s: float,
+) -> BreathState:
+    """Volumes at the turns of the breath. lung_ml, inspired: before the step; inspires: after."""
     end_expiratory = breath.end_expiratory_ml
     tidal = breath.tidal_ml
-    inspired = ventilator.is_inspiring(patient.ventilator, state.ventilator)
     if inspires and not inspired:
-        end_expiratory = state.lung.volume_ml
+        end_expiratory = lung_ml
     elif inspired and not inspires:
-        tidal = state.lung.volume_ml - end_expiratory
+        tidal = lung_ml - end_expiratory
     share = dt_s / (LOSS_SMOOTHING * patient.ventilator.period_s + dt_s)
     loss = breath.reference_ml - end_expiratory
     return BreathState(
@@ -132,27 +168,72 @@ def _step_breath(patient: Patient, state: Vitals, inspires: bool, dt_s: float) -
 
 
 @compiled
+def _pushed_cmh2o(patient: Patient, state: LungState, muscle_cmh2o: float) -> float:
+    """Pressure that the muscles reach: they push ever less towards the residual volume."""
+    if muscle_cmh2o <= 0.0:
+        return muscle_cmh2o
+    one = patient.lung
+    share = (state.volume_ml - one.residual_ml) / (one.relaxed_ml - one.residual_ml)
+    return muscle_cmh2o * min(max(share, 0.0), 1.0)
+
+
+@compiled
+def _ventilate(
+    patient: Patient,
+    state: LungState,
+    supply: Supply,
+    suction_ml_per_s: float,
+    catheter_ratio: float,
+    strain: Strain,
+    dt_s: float,
+) -> tuple[Airflow, LungState]:
+    """Flows of a step, and the lung after it."""
+    suction = lung.removable_ml_per_s(patient.lung, state, suction_ml_per_s, dt_s)
+    elastic = lung.pressure_cmh2o(patient.lung, state)
+    leak = 0.0
+    if patient.behaviour.is_lively:
+        # By the lung's own pressure: that of the trachea would be a loop within the step.
+        leak = patient.behaviour.leak_ml_per_s_per_cmh2o * max(elastic, 0.0)
+    flows = airflow.solve(
+        supply,
+        tube.loss(patient.tube, catheter_ratio),
+        elastic + _pushed_cmh2o(patient, state, strain.muscle_cmh2o),
+        strain.resistance_ratio * patient.lung.resistance_cmh2o_s_per_ml
+        + 0.5 * dt_s / patient.lung.compliance_ml_per_cmh2o,
+        suction + leak,
+    )
+    filled = lung.step(patient.lung, state, flows.lung_ml_per_s, dt_s)
+    return flows._replace(suction_ml_per_s=suction), filled
+
+
+@compiled
+def _perfused(patient: Patient) -> GasExchange:
+    """Oxygen transport, with the blood flow that closed lung keeps in a lively patient."""
+    gas = patient.gas_exchange
+    if not patient.behaviour.is_lively:
+        return gas
+    return gas._replace(shunt_per_ml=patient.behaviour.perfusion_ratio * gas.shunt_per_ml)
+
+
+@compiled
 def step_vitals(
     patient: Patient,
     state: Vitals,
     suction_ml_per_s: float,
     catheter_ratio: float,
     stimulus: float,
+    strain: Strain,
     dt_s: float,
 ) -> Vitals:
-    """`step` without the oximeter."""
+    """`step_under` without the oximeter and the relaxed lung."""
+    inspired = ventilator.is_inspiring(patient.ventilator, state.ventilator)
     machine = ventilator.step(patient.ventilator, state.ventilator, dt_s)
-    suction = lung.removable_ml_per_s(patient.lung, state.lung, suction_ml_per_s, dt_s)
-    flows = airflow.solve(
-        ventilator.supply(patient.ventilator, machine),
-        tube.loss(patient.tube, catheter_ratio),
-        lung.pressure_cmh2o(patient.lung, state.lung),
-        patient.lung.resistance_cmh2o_s_per_ml + 0.5 * dt_s / patient.lung.compliance_ml_per_cmh2o,
-        suction,
+    supply = ventilator.supply(patient.ventilator, machine)
+    flows, filled = _ventilate(
+        patient, state.lung, supply, suction_ml_per_s, catheter_ratio, strain, dt_s
     )
-    filled = lung.step(patient.lung, state.lung, flows.lung_ml_per_s, dt_s)
     gas = gas_exchange.step(
-        patient.gas_exchange,
+        _perfused(patient),
         state.gas,
         flows,
         ventilator.inspired_ratio(patient.ventilator),
@@ -161,6 +242,7 @@ def step_vitals(
         dt_s,
     )
     beating = heart.step(patient.heart, state.heart, stimulus, gas.arterial_saturation, dt_s)
+    inspires = ventilator.is_inspiring(patient.ventilator, machine)
     return Vitals(
         ventilator=machine,
         airflow=flows,
@@ -170,9 +252,69 @@ def step_vitals(
         shown_per_min=patient_monitor.average(
             patient.monitor, state.shown_per_min, beating.rate_per_min, dt_s
         ),
-        breath=_step_breath(
-            patient, state, ventilator.is_inspiring(patient.ventilator, machine), dt_s
-        ),
+        breath=_step_breath(patient, state.breath, state.lung.volume_ml, inspired, inspires, dt_s),
+    )
+
+
+@compiled
+def _step_relaxed(
+    patient: Patient,
+    state: PatientState,
+    machine: VentilatorState,
+    suction_ml_per_s: float,
+    catheter_ratio: float,
+    strain: Strain,
+    dt_s: float,
+) -> Relaxed:
+    """The lung had the muscles never moved. machine: the ventilator after the step."""
+    before = state.relaxed
+    flows, filled = _ventilate(
+        patient,
+        before.lung,
+        ventilator.supply(patient.ventilator, machine),
+        suction_ml_per_s,
+        catheter_ratio,
+        strain._replace(muscle_cmh2o=0.0),
+        dt_s,
+    )
+    inspired = ventilator.is_inspiring(patient.ventilator, state.vitals.ventilator)
+    inspires = ventilator.is_inspiring(patient.ventilator, machine)
+    breath = _step_breath(patient, before.breath, before.lung.volume_ml, inspired, inspires, dt_s)
+    return Relaxed(airflow=flows, lung=filled, breath=breath)
+
+
+@compiled
+def relax(vitals: Vitals) -> Relaxed:
+    """The lung of a patient whose muscles have not moved."""
+    return Relaxed(airflow=vitals.airflow, lung=vitals.lung, breath=vitals.breath)
+
+
+@compiled
+def step_under(
+    patient: Patient,
+    state: PatientState,
+    suction_ml_per_s: float,
+    catheter_ratio: float,
+    stimulus: float,
+    strain: Strain,
+    dt_s: float,
+) -> PatientState:
+    """`step` of a patient who does something. strain: what, during the step."""
+    vitals = step_vitals(
+        patient, state.vitals, suction_ml_per_s, catheter_ratio, stimulus, strain, dt_s
+    )
+    if patient.behaviour.is_lively:
+        relaxed = _step_relaxed(
+            patient, state, vitals.ventilator, suction_ml_per_s, catheter_ratio, strain, dt_s
+        )
+    else:
+        relaxed = relax(vitals)
+    saturation = vitals.gas.arterial_saturation
+    return PatientState(
+        vitals=vitals,
+        oximeter=oximeter.step(patient.oximeter, state.oximeter, saturation, dt_s),
+        relaxed=relaxed,
+        strain=strain,
     )
 
 
@@ -185,17 +327,13 @@ def step(
     stimulus: float,
     dt_s: float,
 ) -> PatientState:
-    """Advance by one step of a hundredth of a second or so.
+    """Advance by one step of a hundredth of a second or so, in which the patient does nothing.
 
     suction_ml_per_s: gas at atmospheric pressure that the catheter takes just below the tube.
     catheter_ratio: catheter over tube diameter while the catheter lies in the tube, else 0.
     stimulus: of the airway by the catheter, 0 to 1; see `opensuction.twin.patient.heart`.
     """
-    vitals = step_vitals(patient, state.vitals, suction_ml_per_s, catheter_ratio, stimulus, dt_s)
-    saturation = vitals.gas.arterial_saturation
-    return PatientState(
-        vitals=vitals, oximeter=oximeter.step(patient.oximeter, state.oximeter, saturation, dt_s)
-    )
+    return step_under(patient, state, suction_ml_per_s, catheter_ratio, stimulus, AT_EASE, dt_s)
 
 
 @compiled
@@ -214,4 +352,7 @@ def signs(patient: Patient, state: PatientState) -> PatientSigns:
             vitals.shown_per_min,
             vitals.airflow.connector_cmh2o,
         ),
+        muscle_cmh2o=state.strain.muscle_cmh2o,
+        relaxed_pressure_cmh2o=state.relaxed.airflow.trachea_cmh2o,
+        relaxed_loss_ml=state.relaxed.breath.loss_ml,
     )

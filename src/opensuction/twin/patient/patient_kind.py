@@ -9,6 +9,7 @@ from typing import NamedTuple
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
+from opensuction.twin.behaviour.behaviour_parameter import SWITCH
 from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient import patient_preset
@@ -73,6 +74,7 @@ def check(kind: PatientKind) -> None:
     values = parameter.nominal(kind.table)
     _check_body(values, kind.age)
     _check_lung(values)  # a draw with more is cut to what can close
+    _check_behaviour(kind)
 
 
 def draw(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
@@ -152,6 +154,19 @@ def _check_lung(values: ParameterValues) -> None:
             f"closable_ml_per_kg {values['closable_ml_per_kg']:g} mL/kg is more than can close: "
             f"{patient_preset.OPENABLE:g} x (relaxed {relaxed:g} - residual {residual:g}) = "
             f"{can_close:.1f} mL/kg"
+        )
+
+
+def _check_behaviour(kind: PatientKind) -> None:
+    switch, reach = kind.table[SWITCH], parameter.SPREAD_LIMIT
+    if switch.value not in (0.0, 1.0) or switch.spread != 0.0:
+        raise InputError(f"{SWITCH} is {switch.value:g}: 1 for a lively patient, 0 for a quiet one")
+    adherent, deep = kind.table["adherent_ratio"], kind.table["deep_ratio"]
+    most = adherent.value + deep.value + reach * (adherent.spread + deep.spread)
+    if most > 1.0:
+        raise InputError(
+            f"adherent_ratio {adherent.value:g} and deep_ratio {deep.value:g} are up to {most:.2f} "
+            "of all secretions together with their spreads: at most 1"
         )
 
 

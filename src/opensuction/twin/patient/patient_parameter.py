@@ -4,21 +4,11 @@
 are the project's own judgement. Tags of the sources: docs/sources.md.
 """
 
-from opensuction.twin.parameter_row import Parameter
+from opensuction.twin.behaviour import behaviour_parameter
+from opensuction.twin.parameter_row import Numbers, Parameter, Words
 
 PRESETS = ("adult-icu", "adult-ards", "child-10kg", "neonate")
 """Patients by name, in the order of the cells below; the first is the default."""
-
-Cells = tuple[tuple[float, float], ...]
-"""Value and standard deviation between patients, for each preset."""
-
-
-Numbers = tuple[Cells | float, str, tuple[float, float]]
-"""Cells, or one value of all presets without spread; unit; least and largest plausible value."""
-
-Words = tuple[str, str]
-"""Meaning and source."""
-
 
 _ROWS: dict[str, tuple[Numbers, Words]] = {
     # Anatomy and tube
@@ -226,7 +216,9 @@ def _row(numbers: Numbers, words: Words) -> tuple[Parameter, ...]:
     )
 
 
-ROWS: dict[str, tuple[Parameter, ...]] = {name: _row(*row) for name, row in _ROWS.items()}
+ROWS: dict[str, tuple[Parameter, ...]] = {
+    name: _row(*row) for name, row in (_ROWS | behaviour_parameter.ROWS).items()
+}
 """Every parameter, for each preset."""
 
 PATIENT_TABLES: dict[str, dict[str, Parameter]] = {

@@ -10,13 +10,21 @@ from opensuction.kernel.errors import InputError
 from opensuction.twin import parameter
 from opensuction.twin.airway import tube
 from opensuction.twin.airway.tube import Tube
+from opensuction.twin.behaviour import behaviour_preset
 from opensuction.twin.parameter import ParameterValues
 from opensuction.twin.patient import airflow, gas_exchange, heart, oximeter, ventilator
 from opensuction.twin.patient import patient as patient_model
 from opensuction.twin.patient.gas_exchange import DRY_MMHG, GasExchange, GasState
 from opensuction.twin.patient.heart import Heart
 from opensuction.twin.patient.lung import Lung, LungState
-from opensuction.twin.patient.patient import BreathState, Patient, PatientState, Secretion, Vitals
+from opensuction.twin.patient.patient import (
+    AT_EASE,
+    BreathState,
+    Patient,
+    PatientState,
+    Secretion,
+    Vitals,
+)
 from opensuction.twin.patient.patient_monitor import PatientMonitor
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 from opensuction.twin.patient.ventilator import Ventilator
@@ -158,12 +166,24 @@ def assemble(values: ParameterValues, age_group: AgeGroup) -> Patient:
         monitor=PatientMonitor(
             present=True, linked=True, probe_on=True, beat_average_s=values["beat_average_s"]
         ),
+        behaviour=behaviour_preset.assemble(values),
     )
+
+
+def lively(one: Patient) -> Patient:
+    """The same patient, who coughs, breathes, is moved, leaks; see `twin.behaviour`."""
+    return one._replace(behaviour=one.behaviour._replace(is_lively=True))
+
+
+def quiet(one: Patient) -> Patient:
+    """The same patient, who does nothing of it."""
+    return one._replace(behaviour=one.behaviour._replace(is_lively=False))
 
 
 def patient(name: str, seed: int, nominal: bool = False) -> Patient:
     """A patient by preset name, drawn by the seed or exactly nominal.
 
+    Lively or quiet as the parameter `lively` says; `lively` and `quiet` make them so.
     Raises InputError for an unknown name.
     """
     if name not in PATIENT_TABLES:
@@ -182,7 +202,7 @@ def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> P
         # Up to the oximeter's next sample without its memory: a reference to an array is counted
         # at every hand, which takes as long as the breathing.
         while done < steps and not due:
-            vitals = patient_model.step_vitals(patient, vitals, 0.0, 0.0, 0.0, dt_s)
+            vitals = patient_model.step_vitals(patient, vitals, 0.0, 0.0, 0.0, AT_EASE, dt_s)
             sample = oximeter.integrate(sample, vitals.gas.arterial_saturation, dt_s)
             due = oximeter.is_due(sample, dt_s)
             done += 1
@@ -190,7 +210,7 @@ def breathe(patient: Patient, state: PatientState, steps: int, dt_s: float) -> P
             meter = oximeter.show(patient.oximeter, meter, sample)
         else:
             meter = meter._replace(sample=sample)
-    return PatientState(vitals, meter)
+    return PatientState(vitals, meter, patient_model.relax(vitals), AT_EASE)
 
 
 def near_rest(patient: Patient) -> PatientState:
@@ -218,7 +238,8 @@ def near_rest(patient: Patient) -> PatientState:
             reference_ml=volume, end_expiratory_ml=volume, loss_ml=0.0, tidal_ml=0.0
         ),
     )
-    return PatientState(vitals, oximeter.at_rest(gas_exchange.saturation(gas, 80.0)))
+    shown = oximeter.at_rest(gas_exchange.saturation(gas, 80.0))
+    return PatientState(vitals, shown, patient_model.relax(vitals), AT_EASE)
 
 
 @lru_cache(maxsize=1)
@@ -233,4 +254,5 @@ def at_rest(patient: Patient) -> PatientState:
     state = breathe(patient, near_rest(patient), breaths * breath_steps, DT_S)
     breath = state.vitals.breath
     begun = breath._replace(reference_ml=breath.end_expiratory_ml, loss_ml=0.0)
-    return state._replace(vitals=state.vitals._replace(breath=begun))
+    vitals = state.vitals._replace(breath=begun)
+    return state._replace(vitals=vitals, relaxed=patient_model.relax(vitals))

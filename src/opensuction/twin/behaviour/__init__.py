@@ -1,0 +1,1 @@
+"""What patients do of their own accord: cough, breathe, move; and what the oximeter makes of it."""
