@@ -14,6 +14,9 @@ from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.suction import pace
+from opensuction.procedure.suction.line_flow import FlowSeen
+from opensuction.procedure.suction.pace import Pace
 
 OPEN_SHARE = 0.95
 """Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
@@ -49,6 +52,9 @@ class ProcedureState(NamedTuple):
     valve_open: bool
     line_ready: bool
     """The line has had its vacuum in this cycle."""
+    flow: FlowSeen
+    """What the line tells of the mucus."""
+    pace: Pace
     check: CheckState
     teaching: TeachingState
 
@@ -132,7 +138,8 @@ def _insertion_event(
         return flag(_is_opened(plan, readings), Event.VALVE_OPENED)
     if phase == Phase.SUCTIONING:
         elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        return flag(elapsed, Event.DWELL_ELAPSED)
+        nothing_came = pace.is_over(plan.pace, state.pace, dt_s)
+        return flag(elapsed, Event.DWELL_ELAPSED) | flag(nothing_came, Event.NOTHING_CAME)
     return 0
 
 
@@ -268,5 +275,7 @@ def events(
         _phase_event(plan, state, checked, readings, feedback, home, dt_s)
         | flag(feedback.tripped, Event.TRIPPED)
         | flag(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
+        # Time that the way out was given and has not spent on mucus excuses nothing.
+        | flag(state.phase_ticks * dt_s > state.limit_s - state.pace.spare_s, Event.PHASE_OVERDUE)
         | _request_events(requests, home, plan.bench_only, feedback.locked_out)
     )
