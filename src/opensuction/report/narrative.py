@@ -187,7 +187,7 @@ def _dwell(summary: Summary) -> str:
         return ""
     return (
         f"Suction at depth ended after {quantity(lasted, 's')}: nothing came for "
-        f"{quantity(wait, 's')}."
+        f"{quantity(wait, 's', 2)}."
     )
 
 
