@@ -21,12 +21,14 @@ from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
+from opensuction.procedure.suction import line_flow, pace
+from opensuction.procedure.suction.pace import Pace, PacePlan
 from proof import arithmetic
 from proof.abstract_double import AbstractDoubles
 from proof.logic import MASK_BITS, disjoin, lift_truth
 from proof.translation import Translation
 from proof.unknown import free
-from tests.proof.claim import all_of, assert_holds, at_most, implies, is_, same
+from tests.proof.claim import all_of, assert_holds, at_most, implies, is_, plus, same
 from tests.proof.span import DT_S
 from tests.proof.table import proves
 
@@ -96,6 +98,7 @@ def step_cycle(doubles: AbstractDoubles) -> Tick:
     tests = {
         progress.step_check: lambda *_: free(doubles, type(state.check), "checked"),
         progress.step_teaching: lambda *_: free(doubles, type(state.teaching), "taught"),
+        line_flow.step: lambda *_: free(doubles, type(state.flow), "flow"),
         cycle._phase_limit_s: choose,
         transition.follow: follow,
         transition.cause: lambda *_: z3.Int("cause"),
@@ -143,8 +146,8 @@ def valve_may_be_open(phase: Any, item: Any) -> z3.BoolRef:
     "T2",
     "The valve is asked to be open in OPENING, SUCTIONING and WITHDRAWING, in ABORTING and in the "
     "item of the pre-use test that strokes it, and nowhere else, whatever came before.",
-    "`cycle.step` and all that it calls but for the reference's way, the pre-use test's and the "
-    "teaching's own step",
+    "`cycle.step` and all that it calls but for the reference's way, the pre-use test's, the "
+    "teaching's and the line flow's own step",
     "every step of the table; everything else any value whatever",
 )
 def test_the_valve_is_asked_for_in_these_phases_only(tick: Tick) -> None:
@@ -208,3 +211,33 @@ def test_a_way_never_turns() -> None:
     outwards = at_most(doubles, end, start)
     claim = implies(outwards, at_most(doubles, velocity, 0.0))
     assert_holds(doubles, positive, claim)
+
+
+@proves(
+    "T6",
+    "What comes slows the way out, and never turns it round or hurries it: its speed stays between "
+    "none and the planned one, it falls behind by a tick a tick at most (but for rounding), and "
+    "the time that it may still lose does not grow.",
+    "`pace.go_on`",
+    "doubles, abstractly: speeds as shares from 0 to 1, times from 0 to 1,000 s; a tick of 1 ms",
+)
+def test_what_comes_never_turns_the_way_out() -> None:
+    doubles = AbstractDoubles()
+    plan = free(doubles, PacePlan, "plan")._replace(
+        slow_ratio=doubles.free_finite("slow", 0.0, 1.0), ramp_s=doubles.free_finite("ramp")
+    )
+    before = free(doubles, Pace, "pace")._replace(
+        ratio=doubles.free_finite("ratio", 0.0, 1.0),
+        late_s=doubles.free_finite("late", 0.0, 1e3),
+        spare_s=doubles.free_finite("spare", 0.0, 1e3),
+    )
+    after = Translation(doubles).run(pace.go_on, plan, before, z3.Bool("comes"), DT_S)
+    claim = all_of(
+        at_most(doubles, 0.0, after.ratio),
+        at_most(doubles, after.ratio, 1.0),
+        at_most(doubles, before.late_s, after.late_s),
+        at_most(doubles, after.late_s, plus(doubles, before.late_s, DT_S + 1e-9)),
+        at_most(doubles, 0.0, after.spare_s),
+        at_most(doubles, after.spare_s, before.spare_s),
+    )
+    assert_holds(doubles, True, claim)

@@ -208,3 +208,12 @@ def test_alarms_of_the_power_supply_alone_are_no_silence() -> None:
     told = [example.told("reserve-energy-used", "power")]
     sentences = " ".join(narrative.sentences(example.good() | {"told": told}))
     assert "One alarm was raised, by the power supply, not by the controller." in sentences
+
+
+def test_it_says_when_suction_ended_because_nothing_came() -> None:
+    timing = example.good()["timing"] | {"dwell_s": 2.1, "nothing_comes_s": 0.75}
+    ended = example.summary(timing=timing | {"dwell_ended_by": "nothing-came"})
+    said = "Suction at depth ended after 2.1 s: nothing came for 0.75 s."
+    assert said in narrative.sentences(ended)
+    whole = example.summary(timing=timing | {"dwell_ended_by": "dwell-elapsed"})
+    assert not any("nothing came" in one for one in narrative.sentences(whole))

@@ -57,6 +57,12 @@ BORE_ML_PER_S_PER_ROOT = 29.5
 """Its flow for each root of the vacuum in mmHg: 17.7 L/min at 100 mmHg [computed], Blasius."""
 
 
+def bore_ml_per_s_per_root(catheter_mm: float) -> float:
+    """Flow of a free catheter of that outer diameter for each root of the vacuum in mmHg."""
+    bore_share = (catheter_mm - WALLS_MM) / BORE_MM
+    return float(BORE_ML_PER_S_PER_ROOT * bore_share**BLASIUS_POWER)
+
+
 def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float) -> LineLimits:
     """What a sound line does at a set point, through a free catheter of that outer diameter.
 
@@ -65,8 +71,7 @@ def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float)
     """
     pump = profile.pump_l_per_min * ML_PER_S
     occluded = profile.pump_occluded_mmhg
-    bore_share = (catheter_mm - WALLS_MM) / BORE_MM
-    per_root = BORE_ML_PER_S_PER_ROOT * bore_share**BLASIUS_POWER
+    per_root = bore_ml_per_s_per_root(catheter_mm)
     slope = pump / occluded
     root = (math.sqrt(per_root * per_root + 4.0 * slope * pump) - per_root) / (2.0 * slope)
     open_mmhg = min(root * root, vacuum_mmhg)

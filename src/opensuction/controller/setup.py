@@ -20,6 +20,7 @@ from opensuction.control.profile import Profile
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
 from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward
+from opensuction.controller.free_flow import free_flow
 from opensuction.controller.governor_limit import limits
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
@@ -246,7 +247,11 @@ def plan_settings(
     insertion, valve = _servos(profile, kind, calibration.feedforward, protocol.bench_only)
     held = limits(profile, protocol, calibration.model, parked.head_mm, site, by_contact)
     plan = planner.plan(protocol, able, profile.excitation, by_contact, site)
-    plan = plan._replace(pump_rests_open=held.line.rests_open)
+    rests_open = held.line.rests_open
+    plan = plan._replace(pump_rests_open=rests_open)
+    if protocol.nothing_comes_s > 0.0:
+        flow = free_flow(profile, site.catheter_mm, protocol.vacuum_mmhg, rests_open)
+        plan = plan._replace(flow=flow)
     _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,

@@ -175,6 +175,22 @@ def _suction(summary: Summary) -> str:
     )
 
 
+def _dwell(summary: Summary) -> str:
+    """That suction where the tip stopped ended early, for nothing came; empty where it did not."""
+    lasted, wait = (
+        number(summary, "timing", "dwell_s"),
+        number(summary, "timing", "nothing_comes_s"),
+    )
+    if text(summary, "timing", "dwell_ended_by") != "nothing-came":
+        return ""
+    if lasted is None or wait is None:
+        return ""
+    return (
+        f"Suction at depth ended after {quantity(lasted, 's')}: nothing came for "
+        f"{quantity(wait, 's', 2)}."
+    )
+
+
 def _backoff_mm(summary: Summary) -> float | None:
     """How far the tip left the carina before suction; None where it did not or is not known."""
     if not any(phase.get("name") == "backing_off" for phase in rows(summary, "phases")):
@@ -232,6 +248,7 @@ PARTS = (
     clearance_words.next_pass,
     _time_inside,
     _suction,
+    _dwell,
     _depth,
     _contact,
     _stop,

@@ -121,7 +121,7 @@ def bedside(machine: Machine) -> Site:
         age=AgeGroup(person.age_group),
         peep_cmh2o=person.ventilator.peep_cmh2o,
         monitored=person.monitor.present,
-        breathes=False,
+        breathes=person.behaviour.is_lively and person.behaviour.effort.per_s > 0.0,
     )
 
 

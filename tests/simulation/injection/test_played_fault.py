@@ -90,7 +90,7 @@ def test_a_weak_tip_outside_the_patient_stays_whole() -> None:
 
 
 def test_a_cough_is_a_pulse_of_pressure_and_a_carina_that_comes_nearer() -> None:
-    run = ran(Fault.COUGH, 60.0)
+    run = ran(Fault.COUGH, 60.0, after_s=0.3)
     first = first_tick(run)
     ticks = round(COUGH_S / DT_S)
     lung = run.columns["truth.airway_pressure_cmh2o"] - np.resize(
@@ -101,7 +101,7 @@ def test_a_cough_is_a_pulse_of_pressure_and_a_carina_that_comes_nearer() -> None
     # At the tip's depth, 10 mm above the carina, a cough of 60 cmH2O lacks a millimetre.
     assert pytest.approx(9.0) == SHORTENING_MM_PER_CMH2O * 60.0
     assert np.max(run.columns["truth.contact_n"]) == 0.0
-    hard = ran(Fault.COUGH, 150.0)
+    hard = ran(Fault.COUGH, 150.0, after_s=0.3)
     touched = np.flatnonzero(hard.columns["truth.contact_n"])
     assert touched.size
     assert first < touched[0]

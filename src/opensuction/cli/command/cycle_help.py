@@ -38,6 +38,7 @@ A protocol file holds the keys of the preset, for example:
   insertion_mm_per_s = 9.0
   withdrawal_mm_per_s = 9.0
   dwell_s = 9.0
+  nothing_comes_s = 0.0           # 0: the dwell lasts its whole time
   vacuum_mmhg = 100.0
   negative_pressure_budget_s = 24.0
   in_airway_budget_s = 35.0

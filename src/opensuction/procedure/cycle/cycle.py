@@ -11,7 +11,7 @@ from opensuction.control import profile, staged_path
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import straight_line
 from opensuction.kernel.phase import RESTING, Phase
-from opensuction.kernel.readings import Readings
+from opensuction.kernel.readings import Readings, is_number
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, demand, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
@@ -21,10 +21,16 @@ from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.suction import line_flow, pace
+from opensuction.procedure.suction.line_flow import NOTHING_SEEN, FlowSeen
+from opensuction.procedure.suction.pace import BEGUN, Pace
 
 DRAWN_SHARE = 0.9
 """Share of its set point to which an open line may fall while its pump rests: as the pre-use test
 takes for a line that is ready. A 6 Fr catheter's flow takes half a second for that [computed]."""
+
+SUCKING = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
+"""Phases with the valve open."""
 
 _phase_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(Phase))
 
@@ -64,8 +70,11 @@ def _enter(
         reference_mm=reference_mm,
         reference_mm_per_s=0.0,
         arrived_ticks=0,
+        held_ticks=0,
         valve_open=valve_open,
         line_ready=False,
+        flow=NOTHING_SEEN,
+        pace=BEGUN,
         check=tested,
         teaching=taught,
     )
@@ -92,7 +101,9 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
         way = plans.back_off(motion, state.start_mm, state.end_mm)
         return profile.at(way, time_s)
     if state.phase == Phase.WITHDRAWING:
-        return profile.at(plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s), time_s)
+        way = plans.way_out(motion, state.start_mm, motion.withdrawal_mm_per_s)
+        reference_mm, velocity = profile.at(way, time_s)
+        return reference_mm, state.pace.ratio * velocity
     if state.phase == Phase.ABORTING:
         return profile.at(plans.way_out(motion, state.start_mm, motion.abort_mm_per_s), time_s)
     if state.phase == Phase.IDENTIFYING:
@@ -103,10 +114,15 @@ def _reference(plan: Plan, state: ProcedureState, time_s: float) -> tuple[float,
 
 @compiled
 def _way_time_s(plan: Plan, state: ProcedureState, dt_s: float) -> float:
-    """For how long the reference has been on its way; a back-off crosses the gap first."""
+    """For how long the reference has been on its way, at its planned speed.
+
+    A back-off crosses the gap first, and the way out is slower where mucus comes.
+    """
     time_s = (state.phase_ticks - state.leg_ticks) * dt_s
     if state.phase == Phase.BACKING_OFF and state.leg_ticks == 0:
         return time_s - plans.back_off_wait_s(plan)
+    if state.phase == Phase.WITHDRAWING:
+        return time_s - state.pace.late_s
     return time_s
 
 
@@ -146,7 +162,7 @@ def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bo
     a part of the vacuum has been drawn.
     """
     vacuum = readings.line_vacuum_mmhg if readings.vacuum_valid else 0.0
-    if phase in (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING):
+    if phase in SUCKING:
         least_mmhg = DRAWN_SHARE * plan.vacuum_mmhg if was_ready else plan.vacuum_mmhg
         return plan.pump_rests_open and vacuum >= least_mmhg
     filled = vacuum >= plan.check.ready_mmhg
@@ -188,6 +204,34 @@ def _change_phase(
 
 
 @compiled
+def _see_flow(
+    plan: Plan, state: ProcedureState, phase: int, readings: Readings, dt_s: float
+) -> FlowSeen:
+    """What the line tells of the mucus, while the valve is open in a cycle.
+
+    state: as the tick began. phase: as it goes on.
+    """
+    if plan.flow.window_s == 0.0 or phase not in SUCKING:
+        return NOTHING_SEEN
+    valid = readings.vacuum_valid and is_number(readings.line_vacuum_mmhg)
+    pumping = not state.line_ready
+    return line_flow.step(plan.flow, state.flow, readings.line_vacuum_mmhg, valid, pumping, dt_s)
+
+
+@compiled
+def _keep_pace(
+    plan: Plan, now: Pace, phase: int, seen: FlowSeen, dwell_left_s: float, dt_s: float
+) -> Pace:
+    """How suction goes on after another tick in a phase."""
+    if phase == Phase.SUCTIONING:
+        now = pace.listen(plan.pace, now, line_flow.is_nothing_coming(seen, dt_s))
+        return pace.turn(plan.pace, now, pace.left_s(plan.pace, now, dwell_left_s, dt_s))
+    if phase == Phase.WITHDRAWING:
+        return pace.go_on(plan.pace, now, line_flow.is_coming(seen, dt_s), dt_s)
+    return now
+
+
+@compiled
 def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
     """Whether the reference stands at the target."""
     if phase == Phase.INSERTING:
@@ -213,9 +257,18 @@ def step(
     events = progress.events(plan, state, checked, readings, requests, feedback, dt_s)
     phase = transition.follow(state.phase, events)
     arrived_ticks, line_ready = state.arrived_ticks, state.line_ready
+    seen = _see_flow(plan, state, phase, readings, dt_s)
+    dwell_left_s = plan.dwell_s - (arrived_ticks + 1) * dt_s
     if phase != state.phase:
         state = _change_phase(plan, state, checked, taught, events, phase, feedback.contact_tip_mm)
         checked, taught = state.check, state.teaching
+        if phase == Phase.WITHDRAWING:
+            begun = pace.leave(plan.pace, dwell_left_s)
+            state = state._replace(pace=begun, limit_s=state.limit_s + begun.spare_s)
+    state = state._replace(pace=_keep_pace(plan, state.pace, phase, seen, dwell_left_s, dt_s))
+    if phase == Phase.INSERTING:
+        held = progress.hold(plan.contact, state.held_ticks, feedback.tip_mm, readings)
+        state = state._replace(held_ticks=held)
     if phase == Phase.BACKING_OFF:
         state = _follow_switch(plan, state, readings)
     time_s = state.phase_ticks * dt_s
@@ -231,6 +284,7 @@ def step(
         arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,
         valve_open=valve_open,
         line_ready=_is_ready(plan, phase, line_ready, readings),
+        flow=seen,
         check=checked,
         teaching=taught,
     )

@@ -8,6 +8,7 @@ from opensuction.procedure.cycle import check
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
+from opensuction.procedure.suction import pace
 
 INWARDS = 1.0
 OUTWARDS = -1.0
@@ -41,12 +42,15 @@ class Demand(NamedTuple):
 
 
 @compiled
-def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tuple[float, float]:
+def _next_motion(
+    plan: Plan, now: ProcedureState, time_s: float, dt_s: float
+) -> tuple[float, float]:
     """Direction of the tip's next motion and the time until it begins: see `Demand`.
 
-    time_s: since the phase began. arrived_s: since the reference reached the target. The direction
-    turns when the way back's gap is to be crossed.
+    time_s: since the phase began. The direction turns when the way back's gap is to be crossed, and
+    stays turned where mucus comes meanwhile: then the head waits behind the gap.
     """
+    phase = now.phase
     if phase == Phase.PRELOADING:
         return INWARDS, max(plan.preload_s - time_s, 0.0)
     if phase == Phase.INSERTING:
@@ -59,9 +63,10 @@ def _next_motion(plan: Plan, phase: int, time_s: float, arrived_s: float) -> tup
     if phase in (Phase.OPENING, Phase.SUCTIONING):
         if backing:
             return OUTWARDS, NOT_ANNOUNCED_S  # the back-off has crossed the gap
-        left_s = plan.dwell_s - arrived_s
+        dwell_left_s = plan.dwell_s - now.arrived_ticks * dt_s
+        left_s = pace.left_s(plan.pace, now.pace, dwell_left_s, dt_s)
         if left_s > plan.gap_lead_s:
-            return INWARDS, NOT_ANNOUNCED_S
+            return OUTWARDS if now.pace.turned else INWARDS, NOT_ANNOUNCED_S
         return OUTWARDS, max(left_s, 0.0)
     return OUTWARDS, 0.0
 
@@ -92,7 +97,7 @@ def ask(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
         pumping = check.is_pumping(item)
         vacuum_mmhg = check.set_point_mmhg(plan.check, item)
     homing = phase in (Phase.PARKED, Phase.CHECKING, Phase.ABORTING)
-    direction, starts_in_s = _next_motion(plan, phase, time_s, now.arrived_ticks * dt_s)
+    direction, starts_in_s = _next_motion(plan, now, time_s, dt_s)
     return Demand(
         reference_mm=now.reference_mm,
         reference_mm_per_s=now.reference_mm_per_s,

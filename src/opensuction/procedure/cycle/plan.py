@@ -7,6 +7,8 @@ from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
 from opensuction.procedure.cycle.check import CheckPlan
 from opensuction.procedure.cycle.teaching import TravelRange
+from opensuction.procedure.suction.line_flow import FreeFlow
+from opensuction.procedure.suction.pace import PacePlan
 
 BACK_OFF_SHARE = 0.5
 """Share of the head's acceleration that the tip's reference uses to back off: a head that comes
@@ -74,6 +76,10 @@ class Plan(NamedTuple):
     """From the reference's arrival at the target to the start of the way back."""
     gap_lead_s: float
     """Last part of the dwell, in which the gap of the way back is crossed."""
+    pace: PacePlan
+    """When the dwell ends before its time, and where the way out is slow."""
+    flow: FreeFlow
+    """By what mucus is seen to come."""
     vacuum_mmhg: float
     cam_open_rad: float
     pump_rests_open: bool

@@ -14,6 +14,9 @@ from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import ContactSearch, Motion, Plan
 from opensuction.procedure.cycle.teaching import TeachingState
 from opensuction.procedure.cycle.transition import Event
+from opensuction.procedure.suction import pace
+from opensuction.procedure.suction.line_flow import FlowSeen
+from opensuction.procedure.suction.pace import Pace
 
 OPEN_SHARE = 0.95
 """Share of the cam's stroke at which the valve counts as open: the servo leaves a static error."""
@@ -26,6 +29,11 @@ HOME_MM = 0.5
 """Distance from the park position, beyond settling, at which the head still counts as parked."""
 RESTING_MM_PER_S = 0.5
 """Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
+
+
+HELD_S = 0.55
+"""How long contact may last where the carina is not expected: a cough that moves the trachea
+presses on the tip for less. The governor holds the head meanwhile, and counts for itself."""
 
 
 class ProcedureState(NamedTuple):
@@ -49,9 +57,14 @@ class ProcedureState(NamedTuple):
     reference_mm_per_s: float
     arrived_ticks: int
     """Ticks since the reference reached the target."""
+    held_ticks: int
+    """Ticks of contact where the carina is not expected; those without take their number off."""
     valve_open: bool
     line_ready: bool
     """The line has had its vacuum in this cycle."""
+    flow: FlowSeen
+    """What the line tells of the mucus."""
+    pace: Pace
     check: CheckState
     teaching: TeachingState
 
@@ -101,11 +114,33 @@ def is_off(search: ContactSearch, state: ProcedureState) -> bool:
 
 
 @compiled
-def _contact_event(search: ContactSearch, tip_mm: float, arrived: bool, readings: Readings) -> int:
+def is_expected(search: ContactSearch, tip_mm: float) -> bool:
+    """Whether the estimated tip is where the carina can be."""
+    return tip_mm >= search.window_start_mm
+
+
+@compiled
+def hold(search: ContactSearch, held_ticks: int, tip_mm: float, readings: Readings) -> int:
+    """Ticks of contact where the carina is not expected, after another one on the way in."""
+    if search.enabled and is_contact(readings) and not is_expected(search, tip_mm):
+        return held_ticks + 1
+    return max(held_ticks - 1, 0)
+
+
+@compiled
+def _contact_event(
+    search: ContactSearch,
+    tip_mm: float,
+    arrived: bool,
+    readings: Readings,
+    held_ticks: int,
+    dt_s: float,
+) -> int:
     """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
     if is_contact(readings):
-        expected = tip_mm >= search.window_start_mm
-        return flag(expected, Event.CONTACTED) | flag(not expected, Event.CONTACT_MISPLACED)
+        expected = is_expected(search, tip_mm)
+        misplaced = not expected and held_ticks * dt_s >= HELD_S
+        return flag(expected, Event.CONTACTED) | flag(misplaced, Event.CONTACT_MISPLACED)
     return flag(arrived, Event.CONTACT_MISPLACED)
 
 
@@ -124,7 +159,8 @@ def _insertion_event(
     if phase == Phase.INSERTING:
         arrived = still and state.reference_mm == plan.motion.target_mm and settled
         if plan.contact.enabled:
-            return _contact_event(plan.contact, feedback.tip_mm, arrived, readings)
+            held = state.held_ticks
+            return _contact_event(plan.contact, feedback.tip_mm, arrived, readings, held, dt_s)
         return flag(arrived, Event.TARGET_REACHED)
     if phase == Phase.BACKING_OFF:
         # The reference is there first: the head has the gap to cross before the tip moves.
@@ -135,7 +171,8 @@ def _insertion_event(
         return flag(_is_opened(plan, readings), Event.VALVE_OPENED)
     if phase == Phase.SUCTIONING:
         elapsed = state.arrived_ticks * dt_s >= plan.dwell_s
-        return flag(elapsed, Event.DWELL_ELAPSED)
+        nothing_came = pace.is_over(plan.pace, state.pace, dt_s)
+        return flag(elapsed, Event.DWELL_ELAPSED) | flag(nothing_came, Event.NOTHING_CAME)
     return 0
 
 
@@ -272,5 +309,7 @@ def events(
         _phase_event(plan, state, checked, readings, feedback, home, dt_s)
         | flag(feedback.tripped, Event.TRIPPED)
         | flag(state.phase_ticks * dt_s > state.limit_s, Event.PHASE_OVERDUE)
+        # Time that the way out was given and has not spent on mucus excuses nothing.
+        | flag(state.phase_ticks * dt_s > state.limit_s - state.pace.spare_s, Event.PHASE_OVERDUE)
         | _request_events(requests, home, plan.bench_only, feedback.locked_out)
     )

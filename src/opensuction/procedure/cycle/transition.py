@@ -54,6 +54,9 @@ class Event(IntEnum):
     """Hands are off, and the head is at its park position."""
     SERVICE_ENDED_AWAY = 24
     """Hands are off, but somebody has moved the head, or it cannot be read."""
+    NOTHING_CAME = 25
+    """Nothing but gas has come for the stated time. Last, for recordings hold the numbers; nothing
+    that the dwell knows is less urgent."""
 
 
 P = Phase
@@ -68,6 +71,7 @@ NORMAL: dict[tuple[Phase, Event], Phase] = {
     (P.BACKING_OFF, E.BACKED_OFF): P.OPENING,
     (P.OPENING, E.VALVE_OPENED): P.SUCTIONING,
     (P.SUCTIONING, E.DWELL_ELAPSED): P.WITHDRAWING,
+    (P.SUCTIONING, E.NOTHING_CAME): P.WITHDRAWING,
     (P.WITHDRAWING, E.WITHDRAWN): P.CLOSING,
     (P.CLOSING, E.VALVE_CLOSED): P.PARKED,
     (P.PARKED, E.IDENTIFY_REQUESTED): P.IDENTIFYING,

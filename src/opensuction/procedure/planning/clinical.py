@@ -38,6 +38,7 @@ class Template(NamedTuple):
     cap_margin_mm: float
     insertion_mm_per_s: float
     withdrawal_mm_per_s: float
+    nothing_comes_s: float
 
 
 TEMPLATE_MEANINGS: dict[str, str] = {
@@ -48,6 +49,7 @@ TEMPLATE_MEANINGS: dict[str, str] = {
     "cap_margin_mm": "the cap lies this much beyond the deepest stopping point",
     "insertion_mm_per_s": "speed inwards beyond the tube's end",
     "withdrawal_mm_per_s": "speed on the way out",
+    "nothing_comes_s": "time without mucus that ends the dwell",
 }
 
 ADULT = Template(
@@ -58,6 +60,7 @@ ADULT = Template(
     cap_margin_mm=5.0,
     insertion_mm_per_s=10.0,
     withdrawal_mm_per_s=30.0,
+    nothing_comes_s=0.75,
 )
 PAEDIATRIC = ADULT._replace(
     vacuum_mmhg={AgeGroup.CHILD: 100.0, AgeGroup.NEONATE: 80.0},
@@ -76,6 +79,7 @@ TEMPLATE_SOURCES: dict[str, str] = {
     "cap_margin_mm": "[design] the planner's least",
     "insertion_mm_per_s": "[paper] II-A: around 10",
     "withdrawal_mm_per_s": "[design] leaves most of the budget to the dwell",
+    "nothing_comes_s": "[in-silico] docs/evidence/2026-11-23-suction-ends.md",
 }
 """Where the values of the clinical protocols come from."""
 
@@ -124,6 +128,7 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
         insertion_mm_per_s=template.insertion_mm_per_s,
         withdrawal_mm_per_s=template.withdrawal_mm_per_s,
         dwell_s=0.0,
+        nothing_comes_s=template.nothing_comes_s,
         vacuum_mmhg=template.vacuum_mmhg[site.age],
         negative_pressure_budget_s=guideline.negative_pressure_s,
         in_airway_budget_s=guideline.in_airway_s,

@@ -13,6 +13,8 @@ from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, 
 from opensuction.procedure.planning.check_plan import plan_check
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
+from opensuction.procedure.suction.line_flow import UNSEEN
+from opensuction.procedure.suction.pace import PacePlan
 
 CAP_MARGIN_MM = 5.0
 """Least distance from the stopping point to the cap [design-cap]."""
@@ -20,6 +22,12 @@ SETTLE_S = 1.0
 """Time a servo may need to settle after a move, before the phase counts as overdue."""
 OVERDUE_SHARE = 1.5
 """A phase may last this many times its planned duration (and `SETTLE_S`)."""
+SLOW_MM_PER_S = 5.0
+"""Speed of the way out where mucus comes [in-silico]: docs/evidence/2026-11-23-suction-ends.md."""
+PACE_SHARE = 0.5
+"""Share of the planned acceleration with which it changes: a head that is still catching up after
+the gap cannot brake as hard as its reference; at all of it the tip ran 2 mm ahead, so .8
+[in-silico]."""
 
 
 class Abilities(NamedTuple):
@@ -210,6 +218,22 @@ def _suction_mm(protocol: Protocol, site: Site) -> float:
     return 0.5 * (site.carina_mm + protocol.travel_mm) - protocol.backoff_mm
 
 
+def pace_plan(protocol: Protocol, abilities: Abilities, by_contact: bool) -> PacePlan:
+    """When the dwell ends before its time, and how the way out is paced.
+
+    The gap of the way back is crossed while nothing comes; a back-off has crossed it.
+    """
+    crossed = by_contact and protocol.backoff_mm > 0.0
+    gap_lead_s = 0.0 if crossed else crossing_s(abilities, abilities.gap_out_mm)
+    waits = protocol.nothing_comes_s > 0.0
+    return PacePlan(
+        nothing_comes_s=max(protocol.nothing_comes_s, gap_lead_s) if waits else 0.0,
+        gap_lead_s=gap_lead_s,
+        slow_ratio=min(SLOW_MM_PER_S / protocol.withdrawal_mm_per_s, 1.0),
+        ramp_s=protocol.withdrawal_mm_per_s / (PACE_SHARE * abilities.acceleration_mm_per_s2),
+    )
+
+
 def plan(
     protocol: Protocol,
     abilities: Abilities,
@@ -241,6 +265,8 @@ def plan(
         preload_s=times.preload,
         dwell_s=times.dwell,
         gap_lead_s=crossing_s(abilities, abilities.gap_out_mm),
+        pace=pace_plan(protocol, abilities, by_contact),
+        flow=UNSEEN,
         vacuum_mmhg=protocol.vacuum_mmhg,
         cam_open_rad=abilities.cam_open_rad,
         pump_rests_open=False,

@@ -43,6 +43,15 @@ class Protocol(NamedTuple):
         Le(30),
         Meaning("from arrival to the start of withdrawal, valve stroke included"),
     ]
+    nothing_comes_s: Annotated[
+        float,
+        Ge(0),
+        Le(30),
+        Meaning(
+            "time without mucus that ends the dwell; at least as long as the gap of the way back "
+            "takes; 0: the dwell lasts its whole time"
+        ),
+    ]
     vacuum_mmhg: Annotated[float, Ge(20), Le(150), Meaning("set point of the suction line")]
     negative_pressure_budget_s: Annotated[
         float,
@@ -66,6 +75,7 @@ PAPER = Protocol(
     contact_from_mm=30.0,
     backoff_mm=0.0,
     dwell_s=9.0,
+    nothing_comes_s=0.0,
     vacuum_mmhg=120.0,
     negative_pressure_budget_s=24.0,
     in_airway_budget_s=35.0,
@@ -81,6 +91,7 @@ PAPER_SOURCES: dict[str, str] = {
     "contact_from_mm": "[design] the paper's shortest distance is 45",
     "backoff_mm": "[paper] suction where the tip stopped",
     "dwell_s": "[paper] Fig. 9",
+    "nothing_comes_s": "[paper] the dwell has a fixed time",
     "vacuum_mmhg": "[paper] II-A: 80 to 120 for adults",
     "negative_pressure_budget_s": "[computed] 9 s dwell + 10 s withdrawal + 2 s stroke, and 3 s",
     "in_airway_budget_s": "[computed] 10 + 9 + 10 s, and 6 s",

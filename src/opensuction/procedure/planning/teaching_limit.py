@@ -29,6 +29,7 @@ def protocol(age: AgeGroup, vacuum_mmhg: float) -> Protocol:
         contact_from_mm=0.0,
         backoff_mm=0.0,
         dwell_s=IDLE_DWELL_S,
+        nothing_comes_s=0.0,
         vacuum_mmhg=vacuum_mmhg,
         negative_pressure_budget_s=60.0,  # the valve stays closed
         in_airway_budget_s=60.0,  # of the plan; the governor's limit is the guideline's

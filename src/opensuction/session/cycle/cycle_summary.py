@@ -20,6 +20,7 @@ from opensuction.safety.condition import Condition, row_of
 from opensuction.session.cycle import (
     cycle_run,
     cycle_warning,
+    dwell_summary,
     machine_summary,
     preoxygenation,
     vital_sign,
@@ -71,6 +72,7 @@ def _timing(prepared: Prepared, result: Outcome, columns: Columns) -> Json:
         "guideline_s": GUIDELINES[age].negative_pressure_s,
         "in_airway_guideline_s": IN_AIRWAY_GUIDELINE_S.get(age) if _has_patient(prepared) else None,
         "followed_s": followed_s,
+        **dwell_summary.plain(prepared, columns),
     }
 
 

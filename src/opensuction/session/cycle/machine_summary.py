@@ -89,6 +89,7 @@ def sections(prepared: Prepared) -> dict[str, Json]:
             "preload_s": settings.plan.preload_s,
             "dwell_s": settings.plan.dwell_s,
             "gap_lead_s": settings.plan.gap_lead_s,
+            "nothing_comes_s": settings.plan.pace.nothing_comes_s,
             **settings.plan.motion._asdict(),
         },
         "Governor limits": settings.limits._asdict() | {"tip": settings.limits.tip._asdict()},

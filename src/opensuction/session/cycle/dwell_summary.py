@@ -1,0 +1,35 @@
+"""How suction where the tip stopped ended, for the JSON of a cycle."""
+
+import numpy as np
+
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.transition import Event
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.plain import Json
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.trace import Columns
+
+ENDINGS = {
+    Event.DWELL_ELAPSED: "dwell-elapsed",
+    Event.NOTHING_CAME: "nothing-came",
+}
+"""What ends a dwell that is not broken off."""
+
+
+def plain(prepared: Prepared, columns: Columns) -> Json:
+    """How long it lasted, what ended it, and how long nothing may come; None for what was not.
+
+    The dwell begins when the valve is asked to open, with the tip where it stopped.
+    """
+    phase = columns["phase"]
+    ticks = np.count_nonzero(np.isin(phase, (Phase.OPENING, Phase.SUCTIONING)))
+    leaving = phase == Phase.WITHDRAWING
+    ended = None
+    if np.any(leaving):
+        ended = ENDINGS.get(Event(int(columns["cause"][int(np.argmax(leaving))])))
+    wait_s = prepared.loop.controller.plan.pace.nothing_comes_s
+    return {
+        "dwell_s": ticks * DT_S if ticks else None,
+        "dwell_ended_by": ended,
+        "nothing_comes_s": wait_s if wait_s > 0.0 else None,
+    }
