@@ -20,7 +20,7 @@ from docs.generator.safety import risk_table, soup_table, source_share
 from opensuction.cli.app import app
 
 DOCS = Path(__file__).resolve().parents[1]
-BENCHMARK = DOCS / "evidence" / "2026-11-21-benchmark.json"
+BENCHMARK = DOCS / "evidence" / "2026-11-23-benchmark.json"
 """What `opensuction benchmark --json` gave."""
 
 

@@ -40,7 +40,10 @@ def test_given_values_are_the_patient_s_for_every_seed(tmp_path: Path) -> None:
         ('preset = "neonate"\nshunt = "low"\n', "shunt is 'low', not a number"),
         ('preset = "neonate"\ncarina_mm = 65\n', "make a trachea of 85 mm"),
         ('preset = "adult-icu"\nsecretion_depth_ratio = 1.2\n', "from 0.05 to 1"),
-        ('preset = "adult-icu"\ncough_per_h = 30\n', "cough_per_h is given, but lively is 0"),
+        (
+            'preset = "adult-icu"\nlively = 0\ncough_per_h = 30\n',
+            "cough_per_h is given, but lively is 0",
+        ),
         ('preset = "adult-icu"\nlively = 1\ncough_per_h = 500\n', "a number from 0 to 120 1/h"),
         ('preset = "adult-icu"\nlively = 0.5\n', "lively is 0.5: 1 for a lively patient, 0 for"),
     ],
@@ -60,4 +63,8 @@ def test_a_lively_patient_does_what_the_file_says(tmp_path: Path) -> None:
     drawn = patient_kind.draw(kind, 1).behaviour
     assert drawn.is_lively
     assert drawn.cough.spontaneous_per_s == pytest.approx(15.0 / 3600.0)
-    assert not patient_kind.draw(patient_kind.of_preset("adult-icu"), 1).behaviour.is_lively
+    # So is every drawn one that no file has still; what is exactly nominal lies still.
+    assert patient_kind.draw(patient_kind.of_preset("adult-icu"), 1).behaviour.is_lively
+    assert not patient_kind.draw(kind, 1, nominal=True).behaviour.is_lively
+    still = patient_file.load(written(tmp_path, 'preset = "adult-icu"\nlively = 0\n'))
+    assert not patient_kind.draw(still, 1).behaviour.is_lively

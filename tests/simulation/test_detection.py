@@ -22,6 +22,7 @@ from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, LoopState
 from opensuction.simulation.trace import Columns
 from opensuction.twin.machine.machine import Machine
+from tests.quiet_patient import quiet
 
 PIECE = 10
 """Ticks between two looks at the phase, up to the fault."""
@@ -39,7 +40,9 @@ def prepared(machine: str, approach: str, paced: bool = True) -> Prepared:
 
     paced: the dwell ends when nothing comes, and the way out is slow where mucus comes again.
     """
-    choice = CycleChoice(RigChoice(machine), approach=approach)
+    # When a weak pump shows is decided by what lies at the tip: nobody coughs it up.
+    patient = None if machine == "bench" else quiet("adult-icu")
+    choice = CycleChoice(RigChoice(machine, patient=patient), approach=approach)
     made = cycle_run.prepare(resolution.resolve(choice))
     if paced:
         return made

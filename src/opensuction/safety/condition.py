@@ -163,8 +163,9 @@ class Condition(IntEnum):
     )
     CONTACT_STUCK_CLOSED = (
         29,
-        "the contact switch is closed with nothing to touch",
-        "Clean the tip or change the catheter; the machine does not start until then.",
+        "the contact switch is closed where there is nothing to touch",
+        "See whether the patient has been moved: then teach the travel anew. Else clean the tip or "
+        "change the catheter; the machine does not start until then.",
         trip(REVERSIBLE, PROMPT, planned=True),
     )
     CONTACT_STUCK_OPEN = (

@@ -64,7 +64,8 @@ class Outcome(NamedTuple):
     """With the valve off its seat and vacuum in the line; the pre-use test strokes it without, and
     does not count."""
     peak_vacuum_mmhg: float
-    """In the line; not the pre-use test's, which tries the relief valve behind the closed one."""
+    """In the line, by the truth; not the pre-use test's, which tries the relief valve behind the
+    closed one."""
     delivered_vacuum_mmhg: float
     """At the tip, by the truth: the mean over `negative_pressure_s`; nan where that is 0."""
     removed_ml: float
@@ -164,7 +165,7 @@ def outcome(
         peak_error_mm=float(np.max(np.abs(error))) if error.size else float("nan"),
         cycle_s=float(np.count_nonzero(~resting) + 1) * DT_S,
         negative_pressure_s=float(np.count_nonzero(sucking) * DT_S),
-        peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["readings.line_vacuum_mmhg"]))),
+        peak_vacuum_mmhg=float(np.max(np.where(checking, 0.0, trace["truth.line_vacuum_mmhg"]))),
         delivered_vacuum_mmhg=_mean(trace["truth.tip_vacuum_mmhg"][sucking]),
         removed_ml=removed,
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),

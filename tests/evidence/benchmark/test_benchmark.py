@@ -21,7 +21,7 @@ from opensuction.simulation import rig as rigs
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 COMMITTED: dict[str, Any] = json.loads(
-    (DOCS / "evidence" / "2026-11-21-benchmark.json").read_text(encoding="utf-8")
+    (DOCS / "evidence" / "2026-11-23-benchmark.json").read_text(encoding="utf-8")
 )
 PLANT_OF_NAME = {plant.name: plant for plant in PLANTS}
 

@@ -153,7 +153,13 @@ states = st.builds(
     valve_command_changed=st.booleans(),
     watch=watches,
     patient=st.builds(
-        PatientWatch, *[seconds] * 7, st.booleans(), seconds, st.sampled_from(PATIENT)
+        PatientWatch,
+        st.floats(0.0, 100.0),
+        *[seconds] * 8,
+        st.booleans(),
+        seconds,
+        seconds,
+        st.sampled_from(PATIENT),
     ),
     withdrawal=st.builds(
         ForcedWithdrawal,

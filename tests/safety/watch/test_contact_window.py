@@ -26,9 +26,9 @@ def moved(
 
 def test_contact_is_impossible_where_even_the_deepest_tip_is_above_the_window() -> None:
     state = START
-    assert moved(state, 20.0, True, False, ticks=60).impossible_s > contact_window.IMPOSSIBLE_S
-    assert moved(state, 70.0, True, False, ticks=60).impossible_s == 0.0
-    assert moved(state, 20.0, False, False, ticks=60).impossible_s == 0.0
+    assert moved(state, 20.0, True, False, ticks=610).impossible_s > contact_window.IMPOSSIBLE_S
+    assert moved(state, 70.0, True, False, ticks=610).impossible_s == 0.0
+    assert moved(state, 20.0, False, False, ticks=610).impossible_s == 0.0
 
 
 def test_contact_must_end_once_the_tip_is_certainly_back_from_where_it_began() -> None:
@@ -37,8 +37,8 @@ def test_contact_must_end_once_the_tip_is_certainly_back_from_where_it_began() -
     assert state.touched_mm == least
     # The head that brings even the deepest possible tip back to there.
     home = (least - BOUNDS.offset_mm) / BOUNDS.gain - 0.5 * BOUNDS.wide_mm
-    near = moved(state, home - contact_window.RELEASE_MM + 0.5, True, True, ticks=60)
-    far = moved(state, home - contact_window.RELEASE_MM - 1.0, True, True, ticks=60)
+    near = moved(state, home - contact_window.RELEASE_MM + 0.5, True, True, ticks=610)
+    far = moved(state, home - contact_window.RELEASE_MM - 1.0, True, True, ticks=610)
     assert near.impossible_s == 0.0
     assert far.impossible_s > contact_window.IMPOSSIBLE_S
 

@@ -251,7 +251,7 @@ def test_conditions_end_a_cycle_only_where_there_is_something_to_withdraw(
 def test_limits_follow_age_and_ventilator() -> None:
     assert set(AGE_LIMITS) == set(AgeGroup)
     assert set(patient_limit.SOURCES) == set(patient_limit.AgeLimits._fields)
-    assert patient_limit.PatientLimits._fields[:5] == patient_limit.AgeLimits._fields
+    assert patient_limit.PatientLimits._fields[:6] == patient_limit.AgeLimits._fields
     small = AGE_LIMITS[AgeGroup.NEONATE], AGE_LIMITS[AgeGroup.CHILD], AGE_LIMITS[AgeGroup.ADULT]
     assert [limit.heart_rate_per_min for limit in small] == [100.0, 80.0, 50.0]
     assert ADULT.airway_least_cmh2o == pytest.approx(0.8)
@@ -259,11 +259,12 @@ def test_limits_follow_age_and_ventilator() -> None:
 
 
 def test_each_age_has_its_limits() -> None:
-    # Saturation, heart rate, pressure, how long no breath may be seen, and one may last.
+    # Saturation, heart rate, pressure, how long no breath may be seen, one of
+    # their own may last, and coughs may push.
     assert {
-        AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4),
-        AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0, 0.6),
-        AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0, 1.2),
+        AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4, 0.25),
+        AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0, 0.6, 0.35),
+        AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0, 1.2, 0.6),
     } == AGE_LIMITS
 
 
@@ -343,13 +344,14 @@ def test_a_breath_of_ones_own_is_no_lost_volume(age: AgeGroup, sucking: bool) ->
     def pulling(time_s: float) -> Monitor:
         pulls = time_s % PERIOD_S > PERIOD_S - 0.95 * effort_s
         quiet = 24.0 if time_s % PERIOD_S < 1.3 else 12.0
-        return at_pressure(6.0 if pulls else quiet)
+        return at_pressure(6.0 if pulls else quiet)._replace(heart_rate_per_min=150.0)
 
     assert seen(watched(pulling, 20.0, sucking, alone)) == set()
     lost = Condition.LUNG_VOLUME_LOST if sucking else Condition.AIRWAY_PRESSURE_UNSAFE
     assert seen(watched(pulling, 20.0, sucking, sedated)) == {lost}
     # What lasts for longer is told of those who breathe, too.
-    states = watched(lambda _: at_pressure(6.0), 2.0, sucking, alone)
+    sample = at_pressure(6.0)._replace(heart_rate_per_min=150.0)
+    states = watched(lambda _: sample, 2.0, sucking, alone)
     assert on_time(states, lost, effort_s)
 
 

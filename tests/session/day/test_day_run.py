@@ -13,6 +13,7 @@ from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, preoxygenation, resolution
 from opensuction.session.day import day_check, day_run, day_summary
 from opensuction.session.day.day_run import Day
+from tests.quiet_patient import quiet
 
 EVERY_MIN = 60.0
 EVERY_S = 60.0 * EVERY_MIN
@@ -22,7 +23,9 @@ USED_S = LIFE_S - 6.0 * EVERY_S  # its life is over six intervals later
 
 @cache
 def day() -> Day:
-    resolved = resolution.resolve(CycleChoice(compensation="exact-inverse"))
+    # Nobody coughs anything up.
+    rig = RigChoice(patient=quiet("adult-icu"))
+    resolved = resolution.resolve(CycleChoice(rig, compensation="exact-inverse"))
     begun = cycle_run.prepare(resolved)
     controller = begun.start.controller
     used = controller.core.upkeep._replace(catheter_age_s=USED_S)

@@ -15,16 +15,17 @@ def same(one: dict[str, Array], other: dict[str, Array]) -> bool:
     return all(np.array_equal(one[name], other[name]) for name in bed.COLUMNS)
 
 
-def test_presets_are_quiet_and_the_switch_goes_both_ways() -> None:
+def test_drawn_patients_are_lively_nominal_ones_quiet_and_the_switch_goes_both_ways() -> None:
     for name in PRESETS:
+        assert not patient_preset.patient(name, 3, nominal=True).behaviour.is_lively
         person = patient_preset.patient(name, 3)
-        assert not person.behaviour.is_lively
-        assert patient_preset.lively(person).behaviour.is_lively
-        assert patient_preset.quiet(patient_preset.lively(person)) == person
+        assert person.behaviour.is_lively
+        assert not patient_preset.quiet(person).behaviour.is_lively
+        assert patient_preset.lively(patient_preset.quiet(person)) == person
 
 
 def test_a_quiet_patient_does_nothing() -> None:
-    person = patient_preset.patient("adult-icu", 3)
+    person = patient_preset.quiet(patient_preset.patient("adult-icu", 3))
     after, seen = bed.watch(bed.bed(person), 60.0, tip_mm=30.0, l_per_min=10.0)
     for name in ("muscle_cmh2o", "carina_shift_mm"):
         assert set(seen[name]) == {0.0}

@@ -1,7 +1,8 @@
 """What is said in a cycle in which nothing is wrong: which of it is so, and which is a false alarm.
 
 What a patient's monitor tells is held against the truth of the patient: a saturation below its
-limit is told rightly. Nothing else may be said of a sound machine.
+limit is told rightly, and so is contact of a tip that touches. Nothing else may be said of a sound
+machine.
 """
 
 from collections.abc import Callable
@@ -16,6 +17,8 @@ from opensuction.safety.patient_limit import PatientLimits
 from opensuction.simulation import annunciation
 from opensuction.simulation.trace import Columns
 
+TOUCHED_TICKS = 500
+"""For how long the tip must have touched something: less than contact is waited for."""
 BROKEN_OFF = "broken off"
 """Said of a cycle that ends early and names no condition."""
 COLUMNS = (
@@ -25,6 +28,7 @@ COLUMNS = (
     "truth.spo2_percent",
     "truth.heart_rate_per_min",
     "truth.airway_pressure_cmh2o",
+    "truth.contact_n",
     *annunciation.COLUMNS,
 )
 """What is looked at."""
@@ -48,11 +52,17 @@ def _is_losing_volume(columns: Columns, limits: PatientLimits) -> bool:
     return bool(columns["truth.airway_pressure_cmh2o"].min() < limits.airway_losing_cmh2o)
 
 
+def _is_touching(columns: Columns, _: PatientLimits) -> bool:
+    """Something was in the tip's way, such as the carina of a patient who has been moved."""
+    return bool(columns["truth.contact_n"][-TOUCHED_TICKS:].min() > 0.0)
+
+
 TRUE_WHERE: dict[Condition, Callable[[Columns, PatientLimits], bool]] = {
     Condition.SPO2_LOW: _is_desaturated,
     Condition.HEART_RATE_LOW: _is_bradycardic,
     Condition.AIRWAY_PRESSURE_UNSAFE: _is_pressure_unsafe,
     Condition.LUNG_VOLUME_LOST: _is_losing_volume,
+    Condition.CONTACT_STUCK_CLOSED: _is_touching,
 }
 """Conditions of the patient that may be there without any fault, and whether one was, by the truth
 up to when it was said."""

@@ -149,11 +149,12 @@ def _judge_contact(limits: Limits, seen: Watch) -> int:
         return trips
     away = seen.head_mm > limits.park_head_mm + AWAY_MM
     allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
-    pressing = contact_s > limits.contact_s and impossible_s == 0.0
+    long = contact_s > limits.contact_s
+    stuck = impossible_s > allowed_s or (long and away and impossible_s > 0.0)
     return (
         trips
-        | flag(impossible_s > allowed_s, Condition.CONTACT_STUCK_CLOSED)
-        | flag(pressing, Condition.CONTACT_TIME)
+        | flag(stuck, Condition.CONTACT_STUCK_CLOSED)
+        | flag(long and impossible_s == 0.0, Condition.CONTACT_TIME)
     )
 
 

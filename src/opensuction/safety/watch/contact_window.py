@@ -14,8 +14,8 @@ from opensuction.kernel.duration import extend
 from opensuction.safety.limits import WindowLimits
 
 IMPOSSIBLE_S = 0.6
-"""How long contact must last where there is nothing to touch: bounces take 10 ms at most, and a cough
-that moves the trachea, or lays its wall on the tip, 0.4 s; assumed. The head is held meanwhile."""
+"""How long contact must last where there is nothing to touch: bounces take 10 ms at most, a cough
+that moves the trachea, or lays its wall on the tip, 0.4 s; assumed. The head is held so long."""
 RELEASE_MM = 3.0
 """Way back from where contact began, after which it must be over: tissue and catheter give way
 by 0.3 N / 0.16 N/mm = 1.9 mm, and the polymer creeps by 0.5 mm [computed]."""

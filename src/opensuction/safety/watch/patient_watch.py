@@ -31,8 +31,6 @@ SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""
 HEART_RATE_S = 1.0
 """How long the heart rate must be low: it is an average of beats already."""
-HIGH_S = 0.6
-"""How long the pressure must be too high in all: a cough pushes for 0.4 s at most [assumed]."""
 HIGH_FADE = 0.25
 """Share of the time without that is taken off: inspirations that are too high add up, coughs that
 come seldom do not. Two thirds of a breath are expiration [design]."""
@@ -143,7 +141,7 @@ def step(
     lost = missing_s > LINK_S or unsaturated_s > ARTEFACT_S
     # What suction took stays its doing while the valve closes.
     taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
-    unsafe = high_s > HIGH_S or breath_s > limits.breath_s or (low and not taken)
+    unsafe = high_s > limits.cough_s or breath_s > limits.breath_s or (low and not taken)
     return PatientWatch(
         spo2_percent=spo2,
         doubted_s=doubted_s,

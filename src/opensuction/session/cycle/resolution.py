@@ -5,7 +5,7 @@ from typing import NamedTuple
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning import pass_rule, teaching_limit
-from opensuction.procedure.planning.clinical import TEMPLATES, Template
+from opensuction.procedure.planning.clinical import ADULT, TEMPLATES, Template
 from opensuction.procedure.planning.protocol import PROTOCOLS, Protocol
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import (
@@ -66,7 +66,10 @@ def find_protocol(name: str) -> Protocol | Template:
     Raises InputError for an unknown name or a file that is not a protocol.
     """
     if equipment.is_file(name):
-        return validate(Protocol, load_toml(name), name)
+        given = load_toml(name)
+        # Files from before there was this key mean what is usual now: on, but on the bench.
+        usual_s = 0.0 if given.get("bench_only") is True else ADULT.nothing_comes_s
+        return validate(Protocol, {"nothing_comes_s": usual_s} | given, name)
     known: dict[str, Protocol | Template] = {**TEMPLATES, **PROTOCOLS}
     return choose(name, known, "protocol")
 

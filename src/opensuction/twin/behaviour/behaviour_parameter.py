@@ -15,7 +15,7 @@ SWITCH = "lively"
 
 ROWS: dict[str, tuple[Numbers, Words]] = {
     SWITCH: (
-        (0, "1", (0, 1)),
+        (1, "1", (0, 1)),
         ("whether the patient does any of what follows: 1, or 0 for a quiet one", "[assumed]"),
     ),
     "sedation_ratio": (

@@ -78,7 +78,7 @@ def check(kind: PatientKind) -> None:
 
 
 def draw(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
-    """A patient drawn by the seed, or exactly nominal.
+    """A patient drawn by the seed, or exactly nominal and quiet.
 
     Raises InputError where the spread draws values that do not fit together.
     """
@@ -88,7 +88,8 @@ def draw(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
     except InputError as refused:
         drawn_by = "" if nominal else f"seed {seed} draws a patient that cannot be: "
         raise InputError(f"{drawn_by}{refused}") from None
-    return patient_preset.assemble(values, kind.age)
+    found = patient_preset.assemble(values, kind.age)
+    return patient_preset.quiet(found) if nominal else found
 
 
 def _check_body(values: ParameterValues, age: AgeGroup) -> None:

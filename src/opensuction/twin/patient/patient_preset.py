@@ -181,16 +181,17 @@ def quiet(one: Patient) -> Patient:
 
 
 def patient(name: str, seed: int, nominal: bool = False) -> Patient:
-    """A patient by preset name, drawn by the seed or exactly nominal.
+    """A patient by preset name, drawn by the seed, or exactly nominal and quiet.
 
-    Lively or quiet as the parameter `lively` says; `lively` and `quiet` make them so.
+    A drawn one is lively as the parameter `lively` says; `lively` and `quiet` make them so.
     Raises InputError for an unknown name.
     """
     if name not in PATIENT_TABLES:
         raise InputError(f"patient '{name}' is not known: one of {', '.join(PATIENT_TABLES)}")
     table = PATIENT_TABLES[name]
     values = parameter.nominal(table) if nominal else parameter.draw(table, seed)
-    return assemble(values, AGE_GROUPS[name])
+    found = assemble(values, AGE_GROUPS[name])
+    return quiet(found) if nominal else found
 
 
 @compiled
