@@ -17,6 +17,7 @@ from docs.generator import (
 )
 from docs.generator.document import spliced
 from docs.generator.safety import risk_table, soup_table, source_share
+from docs.generator.safety.tolerance import page as tolerance_page
 from opensuction.cli.app import app
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -40,6 +41,7 @@ def generated() -> dict[Path, str]:
         "safety/limits-of-the-twin.md": source_share.markdown(),
         "safety/risk.md": risk_table.markdown(),
         "safety/soup.md": soup_table.markdown(),
+        "safety/tolerance.md": tolerance_page.markdown(),
     }
     examples = (read(DOCS / "examples" / f"{name}.toml") for name in ("machine", "patient"))
     whole = {

@@ -36,7 +36,7 @@ class AgeLimits(NamedTuple):
 
 
 AGE_LIMITS: dict[AgeGroup, AgeLimits] = {
-    AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4, 0.25),
+    AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4, 0.3),
     AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0, 0.6, 0.35),
     AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0, 1.2, 0.6),
 }

@@ -262,7 +262,7 @@ def test_each_age_has_its_limits() -> None:
     # Saturation, heart rate, pressure, how long no breath may be seen, one of
     # their own may last, and coughs may push.
     assert {
-        AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4, 0.25),
+        AgeGroup.NEONATE: AgeLimits(80.0, 100.0, 30.0, 4.0, 0.4, 0.3),
         AgeGroup.CHILD: AgeLimits(80.0, 80.0, 35.0, 6.0, 0.6, 0.35),
         AgeGroup.ADULT: AgeLimits(80.0, 50.0, 40.0, 10.0, 1.2, 0.6),
     } == AGE_LIMITS
