@@ -106,6 +106,20 @@ def test_a_vital_sign_outside_its_range_is_not_green(
     assert _figure(summary, name).verdict is verdict
 
 
+def test_a_cough_is_no_airway_pressure_that_the_machine_made() -> None:
+    coughed = {"highest": 68.1, "relaxed_lowest": 3.2, "relaxed_highest": 16.2}
+    summary = example.on_patient(vitals=example.vitals("airway_pressure_cmh2o", **coughed))
+    shown = _figure(summary, "Airway pressure")
+    assert shown.verdict is FigureVerdict.GOOD
+    assert shown.remark == "within its range but for the patient's own cough or breath"
+    assert shown.value.endswith("68.1 cmH2O")
+    # What is out of it without the patient's muscles, too, is not the patient's own.
+    forced = example.vitals("airway_pressure_cmh2o", **(coughed | {"relaxed_highest": 46.6}))
+    shown = _figure(example.on_patient(vitals=forced), "Airway pressure")
+    assert shown.verdict is FigureVerdict.NOTICE
+    assert "46.6 cmH2O is over the usual" in shown.remark
+
+
 def test_a_vital_sign_says_what_it_was_and_when_it_was_back() -> None:
     shown = _figure(example.on_patient(vitals=example.VITALS), "Lowest oxygen saturation")
     assert shown.limit == "before 96.1 %, at the end 95.4 %: back after 71 s"

@@ -23,12 +23,29 @@ def course(summary: Summary, key: str, unit: str, decimals: int) -> str:
     return said if back_s is None else f"{said}: back after {quantity(back_s, 's', 0)}"
 
 
-def _outside(summary: Summary, key: str, unit: str, decimals: int) -> tuple[FigureVerdict, str]:
-    """Verdict on a sign's extremes, and the bound that they crossed in words."""
+OWN = "within its range but for the patient's own cough or breath"
+
+
+def _judged(summary: Summary, key: str, end: str) -> float | None:
+    """An extreme of a sign without what the patient's own muscles did, where that is known."""
+    relaxed = number(summary, "vitals", key, f"relaxed_{end}")
+    return number(summary, "vitals", key, end) if relaxed is None else relaxed
+
+
+def _is_own(summary: Summary, key: str) -> bool:
+    """Whether only the patient's own muscles brought a sign out of its usual range."""
     lowest, highest = (
         number(summary, "vitals", key, "lowest"),
         number(summary, "vitals", key, "highest"),
     )
+    least, most = (number(summary, "vitals", key, f"usual_{end}") for end in ("least", "most"))
+    low = lowest is not None and least is not None and lowest < least
+    return low or (highest is not None and most is not None and highest > most)
+
+
+def _outside(summary: Summary, key: str, unit: str, decimals: int) -> tuple[FigureVerdict, str]:
+    """Verdict on a sign's extremes, and the bound that they crossed in words."""
+    lowest, highest = (_judged(summary, key, end) for end in ("lowest", "highest"))
     kinds = (("limit", FigureVerdict.BAD), ("usual", FigureVerdict.NOTICE))
     for kind, verdict in kinds:
         least, most = (number(summary, "vitals", key, f"{kind}_{end}") for end in ("least", "most"))
@@ -79,6 +96,8 @@ def airway_pressure(summary: Summary) -> Figure:
     )
     if lowest is None or highest is None:
         return figure
+    if figure.verdict is FigureVerdict.GOOD and _is_own(summary, key):
+        figure = figure._replace(remark=OWN)
     return figure._replace(value=f"{lowest:.1f} to {quantity(highest, unit)}")
 
 

@@ -67,4 +67,5 @@ def _pressure(summary: Summary) -> str:
     highest = number(summary, "vitals", "airway_pressure_cmh2o", "highest")
     if highest is not None:
         said += f", the highest {quantity(highest, 'cmH2O')}"
-    return f"{said}: {wrong.remark}" if wrong.verdict in ATTENTION else said
+    remarkable = wrong.verdict in ATTENTION or wrong.remark == patient_figure.OWN
+    return f"{said}: {wrong.remark}" if remarkable else said

@@ -26,6 +26,7 @@ def _columns(**changes: npt.NDArray[np.float64]) -> Columns:
         "truth.airway_pressure_cmh2o": 10.0 - 4.0 * np.cos(2.0 * np.pi * TIME_S / 2.0),
         "truth.lung_volume_loss_ml": 0.0 * flat,
     }
+    columns["truth.relaxed_pressure_cmh2o"] = columns["truth.airway_pressure_cmh2o"]
     return columns | {f"truth.{name}": values for name, values in changes.items()}
 
 
@@ -71,6 +72,17 @@ def test_ranges_go_by_the_patient() -> None:
     assert found["lung_volume_loss_ml"]["usual_most"] == pytest.approx(76.0)
     assert found["heart_rate_per_min"]["usual_least"] == pytest.approx(72.0)
     assert found["airway_pressure_cmh2o"]["usual_most"] == 40.0
+
+
+def test_a_cough_is_told_from_what_the_ventilator_does() -> None:
+    quiet = _columns()["truth.airway_pressure_cmh2o"]
+    coughed = np.where((TIME_S > 20.0) & (TIME_S < 20.3), 70.0, quiet)
+    pressure = vital_sign.plain(_columns(airway_pressure_cmh2o=coughed), LIMITS, 70.0)[
+        "airway_pressure_cmh2o"
+    ]
+    assert pressure["highest"] == 70.0
+    assert pressure["relaxed_highest"] == pytest.approx(14.0)
+    assert pressure["relaxed_lowest"] == pytest.approx(6.0)
 
 
 def test_a_clock_that_does_not_begin_at_zero_changes_nothing() -> None:

@@ -48,8 +48,8 @@ def _of_secretion(result: Outcome) -> str | None:
         )
     return (
         f"Only {result.removed_percent:.0f} % of the secretions were removed: the rest lies "
-        "deeper than the tip may go, or needs more than the "
-        f"{result.negative_pressure_s:.1f} s of suction that the guideline leaves."
+        "deeper than the tip may go, or did not come within the "
+        f"{result.negative_pressure_s:.1f} s of suction."
     )
 
 

@@ -42,6 +42,7 @@ SIGNS = (
     VitalSign("heart_rate_per_min", "truth.heart_rate_per_min", 5.0),
     VitalSign("airway_pressure_cmh2o", "truth.airway_pressure_cmh2o", 1.0),
 )
+RELAXED = "truth.relaxed_pressure_cmh2o"
 LOSS = "truth.lung_volume_loss_ml"
 LOSS_TOLERANCE_ML_PER_KG = 1.0
 """Lung volume that counts as back."""
@@ -84,7 +85,9 @@ def plain(columns: Columns, limits: PatientLimits, weight_kg: float) -> Json:
     """The key ``vitals``: each sign with its course, its usual range and the alarm's limit.
 
     limits: of this patient's monitor. ``usual_least`` and ``usual_most`` bound what needs no look;
-    ``limit_least`` and ``limit_most`` are where the monitor alarms. None: there is none.
+    ``limit_least`` and ``limit_most`` are where the monitor alarms. None: there is none. Of the
+    airway pressure ``relaxed_lowest`` and ``relaxed_highest`` are those of the same lung without
+    muscles, which is what the machine is judged by.
     """
     found = {
         sign.key: course(columns, columns[sign.column], sign.tolerance) | _range() for sign in SIGNS
@@ -101,6 +104,9 @@ def plain(columns: Columns, limits: PatientLimits, weight_kg: float) -> Json:
     found["airway_pressure_cmh2o"] |= {
         "usual_least": limits.airway_least_cmh2o,
         "usual_most": limits.airway_most_cmh2o,
+        # Without what the patient's own muscles do: coughs and breaths are nobody else's.
+        "relaxed_lowest": float(columns[RELAXED].min()),
+        "relaxed_highest": float(columns[RELAXED].max()),
     }
     tolerance_ml = LOSS_TOLERANCE_ML_PER_KG * weight_kg
     found["lung_volume_loss_ml"] = course(columns, columns[LOSS], tolerance_ml) | _range()
