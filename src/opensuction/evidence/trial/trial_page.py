@@ -65,7 +65,9 @@ def _asked(data: Json, date: str) -> list[str]:
         f"**What was asked.** {data['cycles']:,} cycles on {data['machines']:,} drawn machines, "
         f"each with a drawn patient ({patients}), by {approaches}, compensation "
         f"`{trial['compensation']}`, pre-oxygenation {trial['preoxygenation']} where guidelines "
-        f"ask for it. {_asked_of_faults(trial['faults'])} Every cycle follows from its number "
+        "ask for it. Sensors err as such parts are sold, what the controller is told of the "
+        "machine is nominal, and patients cough, breathe on their own, are moved and leak. "
+        f"{_asked_of_faults(trial['faults'])} Every cycle follows from its number "
         f"alone, and can be played again: `{_play_any(data)}` writes its report.",
         "",
         "**Who judged.** What happened to the patient: `oracle/`, from the twin's truth alone, "
