@@ -12,13 +12,13 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "procedure.cycle.check": ("VACUUM_SETTLE_S", "LEAK_AVERAGE_S"),
     },
     "parts of a threshold that has a row": {
-        "safety.watch.vacuum_signature": ("REST_SETTLE_S", "REST_SHARE_PER_S"),
+        "safety.watch.vacuum_signature": ("REST_SETTLE_S", "REST_SHARE_PER_S", "FLOW_FADE"),
         "safety.watch.valve_axis": ("OVERDUE_SHARE", "SETTLE_S"),
         "safety.watch.head_watch": ("MODEL_LAG_S", "RUNAWAY_MM"),
         "safety.head.head_vote": ("BAD_TICKS", "SURPRISED_TICKS"),
         "safety.head.drive_force": ("BORNE_SHARE", "INERTIA_SHARE", "MOST_RATIO", "MM_PER_M"),
         "safety.patient_limit": ("LOST_CMH2O", "LOSING_CMH2O", "TRANSDUCER_CMH2O"),
-        "safety.watch.patient_watch": ("LOSING_MORE_S", "SPO2_S"),
+        "safety.watch.patient_watch": ("LOSING_MORE_S", "SPO2_S", "LOW_FADE"),
     },
     "decide only what a trip is named, or what follows from one": {
         "safety.watch.vacuum_signature": (

@@ -34,6 +34,9 @@ HEART_RATE_S = 1.0
 HIGH_FADE = 0.25
 """Share of the time without that is taken off: inspirations that are too high add up, coughs that
 come seldom do not. Two thirds of a breath are expiration [design]."""
+LOW_FADE = 0.5
+"""The same of a pressure that is too low: expirations out of which suction takes add up over two
+breaths, a breath of the patient's own each four seconds does not [computed]."""
 LOSING_MORE_S = 0.1
 """For how much longer the pressure may be on its way to too low; assumed."""
 JUMP_PERCENT = 4.0
@@ -86,11 +89,11 @@ def _extend(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
 
 
 @compiled
-def _add_up(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
+def _add_up(seconds: float, known: bool, holds: bool, fade: float, dt_s: float) -> float:
     """A time that adds up over breaks, which take a share of theirs off."""
     if not known:
         return seconds
-    return seconds + dt_s if holds else max(seconds - HIGH_FADE * dt_s, 0.0)
+    return seconds + dt_s if holds else max(seconds - fade * dt_s, 0.0)
 
 
 @compiled
@@ -129,10 +132,12 @@ def step(
     spo2_low_s = _extend(watch.spo2_low_s, believed, spo2 < limits.spo2_percent, dt_s)
     slow = monitor.heart_rate_per_min < limits.heart_rate_per_min
     heart_rate_low_s = _extend(watch.heart_rate_low_s, has_rate, slow, dt_s)
-    high_s = _add_up(watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, dt_s)
-    low_s = _extend(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, dt_s)
+    high_s = _add_up(
+        watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, HIGH_FADE, dt_s
+    )
+    low_s = _add_up(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, LOW_FADE, dt_s)
     losing = pressure < limits.airway_losing_cmh2o and not abs(pressure) <= ROOM_CMH2O
-    losing_s = _extend(watch.losing_s, has_pressure, losing, dt_s)
+    losing_s = _add_up(watch.losing_s, has_pressure, losing, LOW_FADE, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
     breath_s = _extend(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
     missing_s = extend(watch.missing_s, not (has_rate and has_pressure), dt_s)

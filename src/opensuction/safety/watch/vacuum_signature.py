@@ -59,6 +59,9 @@ cycles [in-silico]."""
 FLOW_SHARE = 0.25
 """Share of a free catheter's fall without a pump that shows that something is drawn: in 120 sound
 cycles of children and neonates it was never less [in-silico]; a sound line loses 0.06 of it."""
+FLOW_FADE = 2.0
+"""How much more a tick with flow takes off than one without adds: noise of 1 mmHg is 2 mmHg/s of
+the fall, half of what lies between a neonate's least flow and none [computed]."""
 NO_FLOW_S = 0.3
 """How long an open line without a pump may draw less than that, once the regulator has settled:
 with `REST_SETTLE_S` and `RATE_S` it is told 0.7 s after the valve has opened, in a dwell of 0.9."""
@@ -127,6 +130,14 @@ def _steepen(state: LineWatch, vacuum_mmhg: float, set_mmhg: float, slow_mmhg: f
 
 
 @compiled
+def _add_up(seconds: float, resting: bool, holds: bool, dt_s: float) -> float:
+    """How long nothing has been drawn in this rest: noise breaks it off now and then."""
+    if not resting:
+        return 0.0
+    return seconds + dt_s if holds else max(seconds - FLOW_FADE * dt_s, 0.0)
+
+
+@compiled
 def _keep(state: LineWatch, slow_mmhg: float, rest_s: float, dt_s: float) -> float:
     """Vacuum that a sound line has left at rest, once the regulator has settled."""
     if not rest_s > REST_SETTLE_S:
@@ -186,7 +197,7 @@ def step(
         open_low_s=extend(state.open_low_s, open_low, dt_s),
         clogged_s=extend(state.clogged_s, clogged, dt_s),
         open_rest_s=open_rest_s,
-        no_flow_s=extend(state.no_flow_s, kept_open, dt_s),
+        no_flow_s=_add_up(state.no_flow_s, open_rest_s > 0.0, kept_open, dt_s),
         over_s=extend(state.over_s, over, dt_s),
         unvented_s=extend(state.unvented_s, unvented, dt_s),
     )
