@@ -231,14 +231,21 @@ def test_a_trip_is_seen_in_every_phase() -> None:
 def test_contact_where_none_can_be_is_counted_off_again_once_it_is_over() -> None:
     search = PLAN.contact._replace(enabled=True)
     closed, early_mm = AT_HOME._replace(contact_closed=True), search.window_start_mm - 5.0
-    held = 0
-    for _ in range(300):
-        held = progress.hold(search, held, early_mm, closed)
-    assert held == 300
-    for _ in range(200):
-        held = progress.hold(search, held, early_mm, AT_HOME)
-    assert held == 100
-    assert progress.hold(search, 0, early_mm, AT_HOME) == 0
+
+    def held(*ways: tuple[Readings, int], tip_mm: float = early_mm, enabled: bool = True) -> int:
+        state = cycle.begin(PLAN, Phase.INSERTING)
+        for readings, ticks in ways:
+            for _ in range(ticks):
+                chosen = search._replace(enabled=enabled)
+                state = progress.hold(chosen, state, tip_mm, readings)
+        return state.held_ticks
+
+    assert held((closed, 300)) == 300
+    # An open switch may chatter for 10 ms.
+    assert held((closed, 300), (AT_HOME, 9)) == 309
+    assert held((closed, 300), (AT_HOME, 209)) == 109
+    assert held(*[(closed, 3), (AT_HOME, 7)] * 60) == 600
+    assert held((AT_HOME, 50)) == 0
     # Where the carina can be it is contact, and by travel nothing is expected anywhere.
-    assert progress.hold(search, 5, search.window_start_mm, closed) == 4
-    assert progress.hold(search._replace(enabled=False), 5, early_mm, closed) == 4
+    assert held((closed, 300), tip_mm=search.window_start_mm) == 0
+    assert held((closed, 300), enabled=False) == 0

@@ -332,6 +332,15 @@ def test_inspirations_that_are_too_high_add_up(age: AgeGroup, rate_per_min: int)
     assert first_s(states, Condition.AIRWAY_PRESSURE_UNSAFE) < 2.1 * period_s
 
 
+def test_a_pull_deeper_than_any_breath_is_told_as_soon_as_of_one_who_does_not_breathe() -> None:
+    alone = patient_limit.limits_of(AgeGroup.ADULT, 12.0, monitored=True, breathes=True)
+    for under, after_s in ((9.1, 1.2), (9.3, 0.3), (17.7, 0.3)):
+        deep = at_pressure(12.0 - under)
+        states = watched(lambda _, it=deep: it, 2.0, sucking=True, limits=alone)  # type: ignore[misc]
+        told_s = first_s(states, Condition.LUNG_VOLUME_LOST)
+        assert told_s == pytest.approx(after_s, abs=0.03)
+
+
 @pytest.mark.parametrize("age", AgeGroup)
 @pytest.mark.parametrize("sucking", [False, True])
 def test_a_breath_of_ones_own_is_no_lost_volume(age: AgeGroup, sucking: bool) -> None:

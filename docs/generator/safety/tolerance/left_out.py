@@ -18,7 +18,7 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "safety.head.head_vote": ("BAD_TICKS", "SURPRISED_TICKS"),
         "safety.head.drive_force": ("BORNE_SHARE", "INERTIA_SHARE", "MOST_RATIO", "MM_PER_M"),
         "safety.patient_limit": ("LOST_CMH2O", "LOSING_CMH2O", "TRANSDUCER_CMH2O"),
-        "safety.watch.patient_watch": ("LOSING_MORE_S", "SPO2_S", "LOW_FADE"),
+        "safety.watch.patient_watch": ("LOSING_MORE_S", "SPO2_S", "LOW_FADE", "DEEP_CMH2O"),
     },
     "decide only what a trip is named, or what follows from one": {
         "safety.watch.vacuum_signature": (

@@ -70,6 +70,7 @@ def _enter(
         reference_mm=reference_mm,
         reference_mm_per_s=0.0,
         arrived_ticks=0,
+        open_ticks=progress.RELEASE_TICKS,
         held_ticks=0,
         valve_open=valve_open,
         line_ready=False,
@@ -267,8 +268,7 @@ def step(
             state = state._replace(pace=begun, limit_s=state.limit_s + begun.spare_s)
     state = state._replace(pace=_keep_pace(plan, state.pace, phase, seen, dwell_left_s, dt_s))
     if phase == Phase.INSERTING:
-        held = progress.hold(plan.contact, state.held_ticks, feedback.tip_mm, readings)
-        state = state._replace(held_ticks=held)
+        state = progress.hold(plan.contact, state, feedback.tip_mm, readings)
     if phase == Phase.BACKING_OFF:
         state = _follow_switch(plan, state, readings)
     time_s = state.phase_ticks * dt_s

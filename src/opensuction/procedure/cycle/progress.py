@@ -31,6 +31,8 @@ RESTING_MM_PER_S = 0.5
 """Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
 
 
+RELEASE_TICKS = 10
+"""For how long an open switch may still be chattering: 10 ms, as the governor has it."""
 HELD_S = 0.55
 """How long contact may last where the carina is not expected: a cough that moves the trachea
 presses on the tip for less. The governor holds the head meanwhile, and counts for itself."""
@@ -57,6 +59,8 @@ class ProcedureState(NamedTuple):
     reference_mm_per_s: float
     arrived_ticks: int
     """Ticks since the reference reached the target."""
+    open_ticks: int
+    """Since the switch was last closed on the way in."""
     held_ticks: int
     """Ticks of contact where the carina is not expected; those without take their number off."""
     valve_open: bool
@@ -120,11 +124,15 @@ def is_expected(search: ContactSearch, tip_mm: float) -> bool:
 
 
 @compiled
-def hold(search: ContactSearch, held_ticks: int, tip_mm: float, readings: Readings) -> int:
-    """Ticks of contact where the carina is not expected, after another one on the way in."""
-    if search.enabled and is_contact(readings) and not is_expected(search, tip_mm):
-        return held_ticks + 1
-    return max(held_ticks - 1, 0)
+def hold(
+    search: ContactSearch, state: ProcedureState, tip_mm: float, readings: Readings
+) -> ProcedureState:
+    """What is counted of contact on the way in: a switch that chatters is closed."""
+    open_ticks = 0 if is_contact(readings) else min(state.open_ticks + 1, RELEASE_TICKS)
+    touching = open_ticks < RELEASE_TICKS
+    if search.enabled and touching and not is_expected(search, tip_mm):
+        return state._replace(open_ticks=open_ticks, held_ticks=state.held_ticks + 1)
+    return state._replace(open_ticks=open_ticks, held_ticks=max(state.held_ticks - 1, 0))
 
 
 @compiled

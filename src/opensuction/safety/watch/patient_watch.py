@@ -25,7 +25,7 @@ from opensuction.kernel.duration import extend
 from opensuction.kernel.readings import Monitor
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
-from opensuction.safety.patient_limit import PatientLimits
+from opensuction.safety.patient_limit import SHAKEN_S, PatientLimits
 
 SPO2_S = 2.0
 """How long the saturation must be low: four values of the display."""
@@ -37,6 +37,8 @@ come seldom do not. Two thirds of a breath are expiration [design]."""
 LOW_FADE = 0.5
 """The same of a pressure that is too low: expirations out of which suction takes add up over two
 breaths, a breath of the patient's own each four seconds does not [computed]."""
+DEEP_CMH2O = 4.0
+"""Further below what is too low than a breath of a sedated patient's own pulls [assumed]."""
 LOSING_MORE_S = 0.1
 """For how much longer the pressure may be on its way to too low; assumed."""
 JUMP_PERCENT = 4.0
@@ -136,6 +138,9 @@ def step(
         watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, HIGH_FADE, dt_s
     )
     low_s = _add_up(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, LOW_FADE, dt_s)
+    if has_pressure and pressure < limits.airway_least_cmh2o - DEEP_CMH2O:
+        # No breath of the patient's own goes so deep: as soon as of one who does not breathe.
+        low_s += dt_s * (limits.low_s / SHAKEN_S - 1.0)
     losing = pressure < limits.airway_losing_cmh2o and not abs(pressure) <= ROOM_CMH2O
     losing_s = _add_up(watch.losing_s, has_pressure, losing, LOW_FADE, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
