@@ -11,6 +11,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
@@ -47,6 +48,9 @@ def _ask(
         process.stdin.flush()
         answer = pickle.load(process.stdout)
     except (EOFError, pickle.UnpicklingError, BrokenPipeError):
+        # What it was not yet told is dropped here: Popen would fail over it as it closes.
+        with suppress(BrokenPipeError):
+            process.stdin.close()
         raise _DiedError from None
     if isinstance(answer, BaseException):
         raise answer
