@@ -289,3 +289,25 @@ def test_a_head_stops_where_vacuum_is_lost_behind_a_closed_valve() -> None:
     assert all(tick.verdict.reaction == Reaction.PASS for tick in before)
     assert all(tick.verdict.reaction == Reaction.HOLD for tick in after)
     assert all(tick.allowed.head_mm <= tick.readings.head_mm for tick in after)
+
+
+@pytest.mark.parametrize("off_mm", [0.0, 0.02, 0.06])
+def test_a_head_that_leaves_on_contact_is_told_the_speed_of_its_way_whatever_it_reads(
+    off_mm: float,
+) -> None:
+    """By an encoder whose steps are now ahead of the command, now behind: a servo leads speed."""
+
+    def leave(time_s: float) -> Setpoints:
+        return stay(50.0 - 9.0 * time_s)._replace(head_mm_per_s=-9.0)
+
+    def touching(time_s: float, _head_mm: float) -> Readings:
+        off = -off_mm if round(time_s / DT_S) % 7 < 3 else off_mm
+        read = 0.005 * round((50.0 - 9.0 * time_s + off) / 0.005)
+        return sound(read)._replace(contact_closed=True)
+
+    ticks = run(0.29, leave, touching, ahead(at(50.0), 50.0, -9.0))[3:]
+    assert not any(tick.verdict.trips for tick in ticks)
+    speeds = [tick.allowed.head_mm_per_s for tick in ticks]
+    assert min(speeds) >= -9.5
+    assert max(speeds) <= -8.5
+    assert all(tick.allowed.head_mm <= tick.readings.head_mm for tick in ticks)

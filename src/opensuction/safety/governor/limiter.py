@@ -56,11 +56,15 @@ def _narrow_head(
         highest = min(highest, seen.suction_start_mm + ADVANCE_MM)
     if stopped:
         highest = min(highest, seen.head_mm, command_mm)
-    origin = min(command_mm, max(seen.head_mm, highest))
+    # A head that is leaving is now ahead of its command, now behind: its speed is the command's.
+    leaving = stopped and before_mm_per_s < 0.0
+    origin = command_mm if leaving else min(command_mm, max(seen.head_mm, highest))
     wanted_mm = min(proposal.head_mm, highest)
     head = _limit_rate(limits, origin, wanted_mm, before_mm_per_s, dt_s)
-    if highest < proposal.head_mm and highest <= command_mm and (held or stopped):
+    bound = highest < proposal.head_mm and highest <= command_mm and (held or stopped)
+    if bound or (leaving and (head == wanted_mm or head > seen.head_mm)):
         # The bound follows the encoder's steps, whose speed a servo must not lead: see below.
+        head = min(head, seen.head_mm) if leaving else head
         return head, max(min(proposal.head_mm_per_s, 0.0), -limits.head_speed_mm_per_s)
     return head, (head - origin) / dt_s
 
