@@ -1,4 +1,4 @@
-"""For how long something has held without a break, in seconds or in ticks."""
+"""For how long something has held, without a break or with some, in seconds or in ticks."""
 
 from opensuction.kernel.compiled import compiled
 
@@ -13,3 +13,12 @@ def extend(seconds: float, holds: bool, dt_s: float) -> float:
 def count(ticks: int, holds: bool) -> int:
     """Ticks after another one: one more while something holds, else 0."""
     return ticks + 1 if holds else 0
+
+
+@compiled
+def add_up(seconds: float, holds: bool, fade: float, dt_s: float) -> float:
+    """Duration after another tick that breaks do not end: they take a share ``fade`` of theirs off.
+
+    What holds for less than fade / (1 + fade) of the time never adds up.
+    """
+    return seconds + dt_s if holds else max(seconds - fade * dt_s, 0.0)

@@ -24,6 +24,15 @@ than an expiration: as long as a breath may take. Suction that empties the lung 
 half a second; assumed."""
 
 
+SINKING_SHARE = 0.75
+"""Share of the longest breath of a patient's own for which the pressure may go on falling where
+volume begins to be lost: a breath, or the recoil after a cough, falls for half of its time and
+comes back; a lung that empties falls until the ventilator fills it again [computed]."""
+SINKING_S = 0.7
+"""For so long a pull that begins at once and stays, 3 cmH2O deep, looks as if it went on falling
+[computed]: of shorter breaths nothing is told sooner."""
+
+
 class AgeLimits(NamedTuple):
     """What is set by age; sources in `SOURCES`."""
 
@@ -77,6 +86,8 @@ class PatientLimits(NamedTuple):
     open_s: float
     low_s: float
     """How long the pressure must be too low."""
+    sinking_s: float
+    """How long it must be falling towards that, under suction."""
 
 
 def limits_of(
@@ -87,6 +98,7 @@ def limits_of(
     breathes: on their own, besides the ventilator.
     """
     chosen = AGE_LIMITS[age]
+    low_s = chosen.effort_s if breathes else SHAKEN_S
     return PatientLimits(
         *chosen,
         monitored=monitored,
@@ -94,5 +106,6 @@ def limits_of(
         airway_losing_cmh2o=peep_cmh2o - LOSING_CMH2O - TRANSDUCER_CMH2O,
         breath_cmh2o=peep_cmh2o + BREATH_CMH2O,
         open_s=OPEN_S if peep_cmh2o >= LEAST_PEEP_CMH2O else chosen.breath_s,
-        low_s=chosen.effort_s if breathes else SHAKEN_S,
+        low_s=low_s,
+        sinking_s=max(SINKING_SHARE * low_s, SINKING_S),
     )

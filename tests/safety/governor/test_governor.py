@@ -22,6 +22,7 @@ from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
 from opensuction.safety.watch import line_filter
+from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.patient_watch import PatientWatch
@@ -97,7 +98,7 @@ watches = st.builds(
     cam_rad=st.floats(-0.1, 0.7),
     parked_closed=st.booleans(),
     open_contact_ticks=counts,
-    stale_ticks=st.integers(0, 100),
+    bus=st.builds(BusWatch, st.integers(0, 200), st.booleans(), st.floats(0.0, 1.0)),
     late_ticks=counts,
     late_share=st.floats(0.0, 1.0),
     runaway_ticks=counts,
@@ -155,7 +156,9 @@ states = st.builds(
     patient=st.builds(
         PatientWatch,
         st.floats(0.0, 100.0),
-        *[seconds] * 8,
+        *[seconds] * 6,
+        st.floats(-30.0, 30.0),
+        *[seconds] * 3,
         st.booleans(),
         seconds,
         seconds,

@@ -149,7 +149,7 @@ def test_sensors_that_drift_together_are_told_by_the_motor(
 @pytest.mark.parametrize(("ticks", "told"), [(49, True), (50, False)])
 def test_what_a_bus_repeats_is_no_jam(ticks: int, told: bool) -> None:
     seen = watch.start(LIMITS, 50.0, read=True)
-    held = changed(seen, {"durations.jammed_s": 0.2, "stale_ticks": ticks})
+    held = changed(seen, {"durations.jammed_s": 0.2, "bus.stale_ticks": ticks})
     after = forced_withdrawal.step(NOT_FORCED, held, True, DT_S)
     assert (after.blocked_s > 0.0) == told
     assert (after.unseen_s > 0.0) == (not told)
@@ -159,7 +159,7 @@ def test_only_a_line_with_vacuum_tells_that_all_readings_repeat_themselves() -> 
     def count(vacuum_mmhg: float) -> int:
         still = lambda _time_s, _head_mm: sound(50.0)._replace(line_vacuum_mmhg=vacuum_mmhg)  # noqa: E731
         ticks = run(0.02, lambda _: staying(50.0), still, at(50.0))
-        return ticks[-1].state.watch.stale_ticks
+        return ticks[-1].state.watch.bus.stale_ticks
 
     assert count(0.5) == 0
     assert count(50.0) >= 18

@@ -107,3 +107,15 @@ def test_a_contact_that_was_impossible_proves_nothing_when_it_ends() -> None:
 def test_a_reset_forgets_what_was_seen_of_the_switch_but_not_where_contact_is() -> None:
     known = ContactWindow(touched_mm=58.0, impossible_s=0.04, proven=True)
     assert contact_window.reset(known) == ContactWindow(58.0, impossible_s=0.0, proven=False)
+
+
+@pytest.mark.parametrize(("closed_ticks", "open_ticks", "told"), [(15, 10, True), (9, 10, False)])
+def test_a_switch_that_chatters_where_nothing_is_adds_up(
+    closed_ticks: int, open_ticks: int, told: bool
+) -> None:
+    state = START
+    for _ in range(200):
+        state = moved(state, 20.0, True, False, closed_ticks)
+        state = moved(state, 20.0, False, True, open_ticks)
+    assert (state.impossible_s > contact_window.IMPOSSIBLE_S) == told
+    assert not state.proven

@@ -1,5 +1,6 @@
 """The patient's limits: every boundary, every persistence, and what a missing value does."""
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -408,3 +409,46 @@ def test_a_pressure_on_its_limit_is_allowed() -> None:
     # A breath has crossed the line: it begins anew.
     assert after(line).breath_s == EXACT_S
     assert after(above(line)).breath_s == 0.0
+
+
+def sinking(per_s: float) -> Report:
+    """Suction takes more than the ventilator gives: each expiration falls further than the last."""
+
+    def pressure(time_s: float) -> Monitor:
+        breath, into_s = divmod(time_s, 3.0)
+        fallen = per_s * (into_s - 1.3) + 0.5 * breath
+        return at_pressure(27.0 if into_s < 1.3 else 12.0 - 3.2 - fallen)
+
+    return pressure
+
+
+def test_a_lung_that_empties_is_told_before_it_is_as_low_as_it_must_not_be() -> None:
+    """An adult who breathes: 1.2 s must be waited for, for a breath falls and comes back."""
+    alone = patient_limit.limits_of(AgeGroup.ADULT, 12.0, monitored=True, breathes=True)
+    states = watched(sinking(1.2), 12.0, sucking=True, limits=alone)
+    told_s = first_s(states, Condition.LUNG_VOLUME_LOST)
+    low = [one.low_s for one in states[: round(told_s / DT_S)]]
+    assert told_s == pytest.approx(1.3 + 1.5, abs=0.3)
+    assert max(low) < alone.low_s / 3.0
+    assert seen(watched(sinking(1.2), 12.0, sucking=False, limits=alone)) <= {
+        Condition.AIRWAY_PRESSURE_UNSAFE
+    }
+
+
+@pytest.mark.parametrize("age", AgeGroup)
+@pytest.mark.parametrize("deepest_cmh2o", [4.0, 6.0, 8.9])
+def test_a_half_sine_of_a_breath_is_not_a_lung_that_empties(
+    age: AgeGroup, deepest_cmh2o: float
+) -> None:
+    alone = patient_limit.limits_of(age, 12.0, monitored=True, breathes=True)
+    lasts_s = AGE_LIMITS[age].effort_s / 1.2
+
+    def pulling(time_s: float) -> Monitor:
+        into_s = time_s % PERIOD_S
+        if into_s < 1.3:
+            return at_pressure(24.0)._replace(heart_rate_per_min=150.0)
+        phase = min(max((into_s - 2.0) / lasts_s, 0.0), 1.0)
+        pull = deepest_cmh2o * math.sin(math.pi * phase)
+        return at_pressure(12.0 - pull)._replace(heart_rate_per_min=150.0)
+
+    assert seen(watched(pulling, 30.0, True, alone)) == set()

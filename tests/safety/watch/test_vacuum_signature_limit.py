@@ -346,3 +346,15 @@ def test_an_open_line_without_a_pump_must_lose_a_quarter_of_what_a_free_catheter
     if not flows:
         # Once the regulator has settled; a fall is averaged over a tenth of a second.
         assert state.no_flow_s == pytest.approx(0.4, abs=0.002)
+
+
+def test_a_line_that_is_still_being_built_up_loses_nothing() -> None:
+    """A pump raises it by 200 mmHg/s, from nine tenths to where it must stay in 24 ms."""
+    state = BUILT._replace(built=False, vacuum_mmhg=95.0, slow_mmhg=80.0, pumping_s=0.1)
+    for i in range(200):
+        state = tick(state, min(95.0 + 0.2 * i, 119.0), is_closed=True)
+        assert state.closed_low_s == 0.0
+    # One that stays where it is loses as much as it gains.
+    for _ in range(400):
+        state = tick(state, 110.0, is_closed=True)
+    assert state.closed_low_s > vacuum_signature.CLOSED_LOW_S

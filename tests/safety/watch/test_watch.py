@@ -9,6 +9,7 @@ from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
 from opensuction.safety.watch import contact_window, line_filter, watch
+from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
@@ -328,7 +329,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         cam_rad=0.3,
         parked_closed=True,
         open_contact_ticks=4,
-        stale_ticks=6,
+        bus=BusWatch(6, rising=True, restless_share=0.4),
         late_ticks=3,
         invalid=InvalidTicks(1, 5, 2, 3, 4),
         durations=Durations(*map(float, range(1, 13))),

@@ -106,7 +106,9 @@ def test_vacuum_is_over_its_limit_beyond_it_and_not_on_it(head_mm: float, highes
 def test_the_line_is_judged_by_what_it_was_told_and_where_the_cam_is(
     cam_rad: float, opened: bool, name: str | None
 ) -> None:
-    built = START._replace(set_mmhg=120.0, vacuum_mmhg=120.0, pumping_s=60.0, built=True)
+    built = START._replace(
+        set_mmhg=120.0, vacuum_mmhg=120.0, slow_mmhg=120.0, pumping_s=60.0, built=True
+    )
     read = sound(HEAD_MM)._replace(cam_rad=cam_rad)
     line = observed(seen(line=built), read, valve_open=opened).line
     assert line.vacuum_mmhg == 10.0

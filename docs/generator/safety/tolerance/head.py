@@ -6,9 +6,9 @@ from docs.generator.safety.tolerance.noise import DT_S, WHITE, low_pass, share
 from docs.generator.safety.tolerance.sensor_error import Errors, most
 from docs.generator.safety.tolerance.threshold import Borne, Chance, Constant, Threshold
 from opensuction.controller import machine_profile
-from opensuction.safety.governor import forced_withdrawal, judgement
+from opensuction.safety.governor import judgement
 from opensuction.safety.head import head_vote, home_zero
-from opensuction.safety.watch import head_watch
+from opensuction.safety.watch import bus_watch, head_watch
 from opensuction.twin import parameter
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.parameter import SPREAD_LIMIT
@@ -180,7 +180,7 @@ def _lateness() -> list[Threshold]:
     leaps = math.floor(head_vote.JUMP_MM / LATE_MM)
     odd = head_vote.OUT_TICKS // head_vote.BAD_TICKS
     repeated = (Fault.READING_REPEATED, Fault.READING_LATE)
-    stale = forced_withdrawal.STALE_TICKS
+    stale = bus_watch.STALE_TICKS
     return [
         _late(
             (("safety.head.head_vote", "JUMP_MM"), ("safety.head.head_vote", "OUT_TICKS")),
@@ -199,12 +199,20 @@ def _lateness() -> list[Threshold]:
             judgement.STALL_S,
         ),
         _late(
-            (("safety.governor.forced_withdrawal", "STALE_TICKS"),),
+            (("safety.watch.bus_watch", "STALE_TICKS"),),
             "all sensors repeat themselves on a withdrawal",
             "the same message of both nodes again; one is counted",
             stale,
             repeated,
             stale * DT_S,
+        ),
+        _late(
+            (("safety.watch.bus_watch", "DEAD_TICKS"),),
+            "all sensors repeat themselves, the head at rest",
+            "the same message of both nodes again; one is counted, and noise must have been there",
+            bus_watch.DEAD_TICKS,
+            repeated,
+            bus_watch.DEAD_TICKS * DT_S,
         ),
         _overspeed(),
         _runaway(),

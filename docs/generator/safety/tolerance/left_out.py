@@ -2,7 +2,7 @@
 
 LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
     "time constants and windows: what they leave of noise is in the rows": {
-        "safety.watch.vacuum_signature": ("RATE_S",),
+        "safety.watch.vacuum_signature": ("RATE_S", "RISING_MMHG"),
         "safety.watch.line_filter": ("FILTER_S", "ZERO_S"),
         "safety.watch.head_watch": ("SPEED_WINDOW_S",),
         "safety.watch.watch": ("LATE_S",),
@@ -17,8 +17,22 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "safety.watch.head_watch": ("MODEL_LAG_S", "RUNAWAY_MM"),
         "safety.head.head_vote": ("BAD_TICKS", "SURPRISED_TICKS"),
         "safety.head.drive_force": ("BORNE_SHARE", "INERTIA_SHARE", "MOST_RATIO", "MM_PER_M"),
-        "safety.patient_limit": ("LOST_CMH2O", "LOSING_CMH2O", "TRANSDUCER_CMH2O"),
-        "safety.watch.patient_watch": ("LOSING_MORE_S", "SPO2_S", "LOW_FADE", "DEEP_CMH2O"),
+        "safety.patient_limit": (
+            "LOST_CMH2O",
+            "LOSING_CMH2O",
+            "TRANSDUCER_CMH2O",
+            "SINKING_SHARE",
+            "SINKING_S",
+        ),
+        "safety.watch.patient_watch": (
+            "LOSING_MORE_S",
+            "SPO2_S",
+            "LOW_FADE",
+            "DEEP_CMH2O",
+            "SINKING_LAG_S",
+            "SINKING_CMH2O",
+        ),
+        "safety.watch.bus_watch": ("RESTLESS_SHARE", "RESTLESS_S"),
     },
     "decide only what a trip is named, or what follows from one": {
         "safety.watch.vacuum_signature": (

@@ -10,14 +10,13 @@ from opensuction.safety import tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.governor.judgement import STALL_S
 from opensuction.safety.limits import Limits
+from opensuction.safety.watch import bus_watch
 from opensuction.safety.watch.watch_state import Watch
 
 BLOCKED_S = 0.3
 """How long it may pull on what holds it: a reversal from full speed takes 0.2 s."""
 LEAVING_MM_PER_S = 1.0
 """Measured speed outwards from which the head still comes out, however much resists it."""
-STALE_TICKS = 50
-"""For how long all sensors must repeat themselves to tell nothing: a sixth of `BLOCKED_S`."""
 WAITING_S = 4.0
 """How long a withdrawal that has had its time is waited for, that a loose contact may close: less
 than a hand that has been called takes to come [design]."""
@@ -52,12 +51,7 @@ def _is_unseen(seen: Watch) -> bool:
     lost = seen.invalid.head + seen.invalid.carriage > 0
     alone = lost or seen.vote.encoder_out or seen.vote.carriage_out
     stalled = seen.durations.stalled_s > STALL_S
-    return seen.vote.unseen_ticks > 0 or (stalled and alone) or _is_stale(seen)
-
-
-@compiled
-def _is_stale(seen: Watch) -> bool:
-    return seen.stale_ticks >= STALE_TICKS
+    return seen.vote.unseen_ticks > 0 or (stalled and alone) or bus_watch.is_stale(seen.bus)
 
 
 @compiled
@@ -70,7 +64,7 @@ def step(state: ForcedWithdrawal, seen: Watch, forced: bool, dt_s: float) -> For
     unseen = _is_unseen(seen)
     return ForcedWithdrawal(
         forced_s=state.forced_s + dt_s,
-        blocked_s=extend(state.blocked_s, held and not _is_stale(seen), dt_s),
+        blocked_s=extend(state.blocked_s, held and not bus_watch.is_stale(seen.bus), dt_s),
         unseen_s=extend(state.unseen_s, unseen, dt_s),
         waiting_s=extend(state.waiting_s, unseen or not leaving, dt_s),
         whole_s=state.whole_s + dt_s,

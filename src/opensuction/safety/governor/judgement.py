@@ -14,7 +14,8 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import contact_window, vacuum_signature, valve_axis
+from opensuction.safety.watch import bus_watch, contact_window, vacuum_signature, valve_axis
+from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.watch_state import Durations, Watch
 
 LATE_TICKS = 5
@@ -90,12 +91,13 @@ def _judge_tip(limits: Limits, seen: Watch) -> int:
 
 
 @compiled
-def _judge_readings(invalid: InvalidTicks, vote: HeadVote) -> int:
+def _judge_readings(invalid: InvalidTicks, vote: HeadVote, bus: BusWatch) -> int:
     """Mask of the sensors without a reading for too long, or with one that nothing bears out."""
+    dead = bus_watch.is_dead(bus)
     missing = invalid.head + invalid.carriage + invalid.cam + invalid.vacuum + invalid.contact
-    if missing == 0 and not (vote.encoder_out or vote.carriage_out):
+    if missing == 0 and not (vote.encoder_out or vote.carriage_out or dead):
         return 0
-    encoder = invalid.head >= INVALID_TICKS or vote.encoder_out
+    encoder = invalid.head >= INVALID_TICKS or vote.encoder_out or dead
     carriage = invalid.carriage >= INVALID_TICKS or vote.carriage_out
     return (
         flag(encoder, Condition.HEAD_READING_INVALID)
@@ -178,7 +180,7 @@ def judge(limits: Limits, seen: Watch, proposal: Setpoints, opened: bool) -> int
     opened: the valve is commanded to be open.
     """
     return (
-        _judge_readings(seen.invalid, seen.vote)
+        _judge_readings(seen.invalid, seen.vote, seen.bus)
         | _judge_durations(seen.durations)
         | _judge_head(limits, seen)
         | _judge_tip(limits, seen)

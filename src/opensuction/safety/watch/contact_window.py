@@ -10,7 +10,7 @@ again tells how far it can be trusted.
 from typing import NamedTuple
 
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import extend
+from opensuction.kernel.duration import add_up
 from opensuction.safety.limits import WindowLimits
 
 IMPOSSIBLE_S = 0.6
@@ -29,7 +29,8 @@ class ContactWindow(NamedTuple):
     touched_mm: float
     """Least depth of the tip where the present contact began."""
     impossible_s: float
-    """For how long contact has lasted where there is nothing to touch."""
+    """For how long in all there has been contact where there is nothing to touch: a switch that
+    chatters adds up; time without takes as much off."""
     proven: bool
     """The switch has been seen to close where it may and to open again, since the last reset."""
 
@@ -62,7 +63,7 @@ def step(
     released = touched and not touching and state.impossible_s == 0.0
     return ContactWindow(
         touched_mm=begun_mm,
-        impossible_s=extend(state.impossible_s, impossible, dt_s),
+        impossible_s=add_up(state.impossible_s, impossible, 1.0, dt_s),
         proven=state.proven or (released and deepest_mm >= limits.from_mm),
     )
 

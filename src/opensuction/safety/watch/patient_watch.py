@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import extend
+from opensuction.kernel.duration import add_up, extend
 from opensuction.kernel.readings import Monitor
 from opensuction.kernel.record import make_zero
 from opensuction.safety.condition import Condition
@@ -41,6 +41,10 @@ DEEP_CMH2O = 4.0
 """Further below what is too low than a breath of a sedated patient's own pulls [assumed]."""
 LOSING_MORE_S = 0.1
 """For how much longer the pressure may be on its way to too low; assumed."""
+SINKING_LAG_S = 0.2
+SINKING_CMH2O = 0.1
+"""It falls where it is lower by so much than behind such a lag: .5 cmH2O/s, twice what a mean over
+that lag leaves of a transducer's noise [computed]."""
 JUMP_PERCENT = 4.0
 """Fall of the saturation between two values that no blood makes: at most 2 % in a second [assumed],
 and the display averages several."""
@@ -66,6 +70,10 @@ class PatientWatch(NamedTuple):
     low_s: float
     losing_s: float
     """Pressure on its way to too low."""
+    lagged_cmh2o: float
+    """Pressure behind a lag, from where it began to be on its way."""
+    sinking_s: float
+    """Pressure on its way to too low and falling still."""
     open_s: float
     """Connector at the room's pressure."""
     breath_s: float
@@ -92,10 +100,8 @@ def _extend(seconds: float, known: bool, holds: bool, dt_s: float) -> float:
 
 @compiled
 def _add_up(seconds: float, known: bool, holds: bool, fade: float, dt_s: float) -> float:
-    """A time that adds up over breaks, which take a share of theirs off."""
-    if not known:
-        return seconds
-    return seconds + dt_s if holds else max(seconds - fade * dt_s, 0.0)
+    """As `duration.add_up`; a value that is missing neither counts nor ends it."""
+    return add_up(seconds, holds, fade, dt_s) if known else seconds
 
 
 @compiled
@@ -109,6 +115,20 @@ def _believe(
     if not leapt or watch.doubted_s > ARTEFACT_S:
         return spo2_percent, 0.0
     return watch.spo2_percent, watch.doubted_s + dt_s
+
+
+@compiled
+def _sink(
+    limits: PatientLimits, watch: PatientWatch, known: bool, pressure: float, dt_s: float
+) -> tuple[float, float]:
+    """The pressure behind its lag, and for how long in all it has been falling below the line."""
+    if not known:
+        return watch.lagged_cmh2o, watch.sinking_s
+    line = limits.airway_losing_cmh2o
+    lagged = min(watch.lagged_cmh2o, line)
+    lagged = line if pressure >= line else lagged + (pressure - lagged) * dt_s / SINKING_LAG_S
+    sinking = pressure < lagged - SINKING_CMH2O and not abs(pressure) <= ROOM_CMH2O
+    return lagged, add_up(watch.sinking_s, sinking, LOW_FADE, dt_s)
 
 
 @compiled
@@ -143,11 +163,13 @@ def step(
         low_s += dt_s * (limits.low_s / SHAKEN_S - 1.0)
     losing = pressure < limits.airway_losing_cmh2o and not abs(pressure) <= ROOM_CMH2O
     losing_s = _add_up(watch.losing_s, has_pressure, losing, LOW_FADE, dt_s)
+    lagged_cmh2o, sinking_s = _sink(limits, watch, has_pressure, pressure, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
     breath_s = _extend(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
     missing_s = extend(watch.missing_s, not (has_rate and has_pressure), dt_s)
     unsaturated_s = extend(watch.unsaturated_s, not has_spo2, dt_s)
-    low = low_s > limits.low_s or (losing_s > limits.low_s + LOSING_MORE_S and sucking)
+    going = losing_s > limits.low_s + LOSING_MORE_S or sinking_s > limits.sinking_s
+    low = low_s > limits.low_s or (going and sucking)
     lost = missing_s > LINK_S or unsaturated_s > ARTEFACT_S
     # What suction took stays its doing while the valve closes.
     taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
@@ -160,6 +182,8 @@ def step(
         high_s=high_s,
         low_s=low_s,
         losing_s=losing_s,
+        lagged_cmh2o=lagged_cmh2o,
+        sinking_s=sinking_s,
         open_s=open_s,
         breath_s=breath_s,
         raised=raised,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.duration import extend
+from opensuction.kernel.duration import add_up, extend
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.tiny import drop_tiny
 from opensuction.safety.condition import Condition
@@ -26,6 +26,9 @@ BUILD_S = 5.0
 CLOSED_SHARE = 0.94
 """Share of the set point below which vacuum is lost behind a closed valve: 5 mmHg, a sensor's
 error (1 % of 500 mmHg; assumed), of a neonate's 80."""
+RISING_MMHG = 2.0
+"""Above its average over `RATE_S` by so much the vacuum is still being built up: 20 mmHg/s, a tenth
+of what a pump gives and ten times what a sensor's noise makes of the average [computed]."""
 CLOSED_LOW_S = 0.3
 OPEN_LOW_S = 0.5
 """How long it may be too low: closed, and open; assumed."""
@@ -130,14 +133,6 @@ def _steepen(state: LineWatch, vacuum_mmhg: float, set_mmhg: float, slow_mmhg: f
 
 
 @compiled
-def _add_up(seconds: float, resting: bool, holds: bool, dt_s: float) -> float:
-    """How long nothing has been drawn in this rest: noise breaks it off now and then."""
-    if not resting:
-        return 0.0
-    return seconds + dt_s if holds else max(seconds - FLOW_FADE * dt_s, 0.0)
-
-
-@compiled
 def _keep(state: LineWatch, slow_mmhg: float, rest_s: float, dt_s: float) -> float:
     """Vacuum that a sound line has left at rest, once the regulator has settled."""
     if not rest_s > REST_SETTLE_S:
@@ -172,7 +167,9 @@ def step(
         (pumping or paused) and state.built and not raised
     )
     judged = pumping and (built or pumping_s > BUILD_S)
-    closed_low = judged and is_closed and vacuum_mmhg < CLOSED_SHARE * set_mmhg
+    rising = vacuum_mmhg > slow + RISING_MMHG
+    lost = vacuum_mmhg < CLOSED_SHARE * set_mmhg and not rising
+    closed_low = judged and is_closed and lost
     open_low = judged and is_open and vacuum_mmhg < limits.open_low_share * set_mmhg
     clogged = pumping and is_open and vacuum_mmhg > limits.clogged_share * set_mmhg
     unvented = vented and vacuum_mmhg > OVER_MMHG
@@ -181,6 +178,8 @@ def step(
     open_rest_s = extend(state.open_rest_s, paused and is_open and limits.rests_open, dt_s)
     least_fall = FLOW_SHARE * limits.bore_fall_mmhg_per_s
     kept_open = open_rest_s > REST_SETTLE_S and (slow - vacuum_mmhg) / RATE_S < least_fall
+    # How long nothing has been drawn in this rest: noise breaks it off now and then.
+    no_flow_s = add_up(state.no_flow_s, kept_open, FLOW_FADE, dt_s) if open_rest_s > 0.0 else 0.0
     kept = _keep(state, slow, rest_s, dt_s)
     fall = _steepen(state, vacuum_mmhg, set_mmhg, slow) if built else 0.0
     return LineWatch(
@@ -197,7 +196,7 @@ def step(
         open_low_s=extend(state.open_low_s, open_low, dt_s),
         clogged_s=extend(state.clogged_s, clogged, dt_s),
         open_rest_s=open_rest_s,
-        no_flow_s=_add_up(state.no_flow_s, open_rest_s > 0.0, kept_open, dt_s),
+        no_flow_s=no_flow_s,
         over_s=extend(state.over_s, over, dt_s),
         unvented_s=extend(state.unvented_s, unvented, dt_s),
     )

@@ -18,6 +18,7 @@ from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS
 from opensuction.safety.limits import Limits
 from opensuction.safety.watch import (
+    bus_watch,
     contact_window,
     head_watch,
     line_filter,
@@ -57,6 +58,7 @@ def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
         drive=drive_force.REST,
         window=contact_window.START,
         valve=valve_axis.START,
+        bus=bus_watch.START,
         line=vacuum_signature.START,
         filter=line_filter.START,
     )
@@ -206,9 +208,10 @@ def step(
     same_line = readings.line_vacuum_mmhg == before.filter.raw_mmhg
     same = same_head and same_line and vote.carriage_mm == before.vote.carriage_mm
     stale = same and cam_rad == before.cam_rad and readings.line_vacuum_mmhg > VENTED_MMHG
+    change_mmhg = readings.line_vacuum_mmhg - before.filter.raw_mmhg
     seen = before._replace(
         head_mm=head_mm,
-        stale_ticks=count(before.stale_ticks, stale),
+        bus=bus_watch.step(before.bus, change_mmhg, stale, dt_s),
         suction_start_mm=min(before.suction_start_mm, head_mm) if sucking else head_mm,
         cam_rad=cam_rad,
         open_contact_ticks=open_ticks,

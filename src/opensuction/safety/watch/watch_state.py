@@ -8,6 +8,7 @@ from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
+from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.vacuum_signature import LineWatch
@@ -61,8 +62,7 @@ class Watch(NamedTuple):
     parked_closed: bool
     """Head parked and valve closed: whatever vacuum there is, it stays in the line."""
     open_contact_ticks: int
-    stale_ticks: int
-    """For how long every sensor has told the same to the last digit, with vacuum in the line."""
+    bus: BusWatch
     late_ticks: int
     """In a row."""
     late_share: float
