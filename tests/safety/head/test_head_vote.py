@@ -331,3 +331,28 @@ def test_the_current_limit_rules_the_motor_where_it_is_reached() -> None:
     for _ in range(500):
         after = head_vote.step(DRIVE, after, limited, True, -24.0, -99.0, False, DT_S)
     assert after.motor_mm_per_s == pytest.approx(-DRIVE.mm_per_s_per_v * DRIVE.supply_v)
+
+
+@pytest.mark.requirement("OS-R09")
+@pytest.mark.parametrize("drift_mm_per_s", [-18.0, -9.0, 9.0, 18.0])
+@pytest.mark.parametrize("sensor", ["head_mm", "carriage_mm"])
+def test_a_drift_while_the_drive_is_at_its_limit_does_not_make_the_other_one_odd(
+    sensor: str, drift_mm_per_s: float
+) -> None:
+    """A reversal on contact: the motor's volts say nothing, and its speed is the measured one."""
+    gain_mm_per_s2, limited_s = -150.0, 0.1
+    limited_a = -0.9 * DRIVE.force_n / DRIVE.newton_per_a
+    vote, head_mm = head_vote.start(START_MM, read=True), START_MM
+    for tick in range(1, 500):
+        time_s = tick * DT_S
+        limited = time_s <= limited_s
+        speed = gain_mm_per_s2 * time_s if limited else SPEED_MM_PER_S
+        head_mm += speed * DT_S
+        read = sound(head_mm)._replace(insertion_current_a=limited_a if limited else 0.0)
+        read = changed(read, {sensor: head_mm + drift_mm_per_s * time_s})
+        led = sensor == "head_mm" and not vote.encoder_out
+        apart = abs(drift_mm_per_s) * time_s > head_vote.CARRIAGE_MM and time_s > 0.08
+        vote = step(vote, read, speed=speed + drift_mm_per_s * led, apart=apart)
+    assert vote.encoder_out == (sensor == "head_mm")
+    assert vote.carriage_out == (sensor == "carriage_mm")
+    assert vote.head_mm == pytest.approx(head_mm, abs=head_vote.CARRIAGE_MM + PLAY_MM)

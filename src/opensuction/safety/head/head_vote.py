@@ -166,12 +166,15 @@ def _hold_against_motor(
         speed = motor_speed.turn(
             limits, state.motor_mm_per_s, driven_v, current, speed_mm_per_s, dt_s
         )
-        encoder_lead_mm = _follow(
-            state.encoder_lead_mm, encoder_mm - state.encoder_mm, speed * dt_s, dt_s
-        )
-        carriage_lead_mm = _follow(
-            state.carriage_lead_mm, carriage_mm - state.carriage_mm, speed * dt_s, dt_s
-        )
+        encoder_moved_mm = encoder_mm - state.encoder_mm
+        carriage_moved_mm = carriage_mm - state.carriage_mm
+        motor_mm = speed * dt_s
+        if motor_speed.is_limited(limits, current):
+            # Its speed is the measured one then, and would bear out the sensor that was taken
+            # from: what the two differ by counts against both alike.
+            motor_mm += 0.5 * (carriage_moved_mm - encoder_moved_mm)
+        encoder_lead_mm = _follow(state.encoder_lead_mm, encoder_moved_mm, motor_mm, dt_s)
+        carriage_lead_mm = _follow(state.carriage_lead_mm, carriage_moved_mm, motor_mm, dt_s)
     return state._replace(
         driven_v=driven_v,
         motor_mm_per_s=speed,

@@ -13,6 +13,12 @@ ampere 10 % more, and the current sensor read 4 % less [computed]."""
 
 
 @compiled
+def is_limited(limits: DriveLimits, current_a: float) -> bool:
+    """Whether the drive's current limit rules, so that its voltage says nothing of its speed."""
+    return abs(limits.newton_per_a * current_a) >= SATURATED_SHARE * limits.force_n
+
+
+@compiled
 def turn(
     limits: DriveLimits,
     before_mm_per_s: float,
@@ -30,7 +36,7 @@ def turn(
     least = limits.gaining_least_mm_per_s2 * dt_s
     most = limits.gaining_most_mm_per_s2 * dt_s
     gained = measured_mm_per_s - before_mm_per_s
-    if abs(limits.newton_per_a * current_a) < SATURATED_SHARE * limits.force_n:
+    if not is_limited(limits, current_a):
         speed = limits.mm_per_s_per_v * (driven_v - limits.volts_per_a * current_a)
         gained = min(max(speed - before_mm_per_s, -most), most)
     elif current_a > 0.0:
