@@ -4,10 +4,13 @@ import pytest
 
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
+from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.simulation import machine_kind
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_kind import MachineKind
-from opensuction.twin.machine import catheter
+from opensuction.twin import preset
+from opensuction.twin.machine import catheter, suction_line
+from opensuction.twin.parameter import SPREAD_LIMIT
 from opensuction.twin.patient import patient_kind
 
 CLINICAL = machine_kind.of_preset("clinical", AgeGroup.ADULT)
@@ -48,6 +51,26 @@ def test_a_controller_for_another_machine_is_refused_with_the_arithmetic(
 ) -> None:
     with pytest.raises(InputError, match=arithmetic):
         machine_kind.check(kind)
+
+
+@pytest.mark.requirement("OS-R07")
+@pytest.mark.parametrize(
+    ("age", "open_ratio"), [(AgeGroup.ADULT, 1.0), (AgeGroup.CHILD, 0.0), (AgeGroup.NEONATE, 0.0)]
+)
+def test_the_relief_valve_alone_holds_what_the_age_allows(age: AgeGroup, open_ratio: float) -> None:
+    """The stiffest valve that is drawn takes the strongest pump's whole flow below the limit.
+
+    An adult's only while the catheter draws: a set point up to the limit is allowed there.
+    """
+    kind = machine_kind.of_preset("clinical", age)
+    most = {name: row.value + SPREAD_LIMIT * row.spread for name, row in kind.table.items()}
+    line = preset.machine(most, catheter=kind.catheter, conduit=kind.conduit).line
+    wild = line._replace(pump_runs_away=True, regulator_ml_per_s_per_mmhg=0.0)
+    state = suction_line.SuctionState(vacuum_mmhg=0.0, gas_ml_per_s=0.0, gas_ml=0.0)
+    for _ in range(10_000):
+        state = suction_line.step(wild, state, False, 0.0, open_ratio, 0.0, 0.001)
+    assert (state.vacuum_mmhg > line.relief_mmhg) == (open_ratio == 0.0)
+    assert state.vacuum_mmhg < GUIDELINES[age].vacuum_mmhg
 
 
 @pytest.mark.parametrize("route", catheter.ROUTES)

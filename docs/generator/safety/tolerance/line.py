@@ -21,6 +21,7 @@ from opensuction.twin.sensor.sensor import DRIFT_S
 
 LEAST_SET = PAEDIATRIC.vacuum_mmhg[AgeGroup.NEONATE]
 """A neonate's set point, the lowest: a share of it is least there."""
+CHILD_SET = PAEDIATRIC.vacuum_mmhg[AgeGroup.CHILD]
 SET = ADULT.vacuum_mmhg[AgeGroup.ADULT]
 SINCE_VENTED_S = 60.0
 """From the vented line of the pre-use test to the end of a cycle, at most; assumed."""
@@ -218,6 +219,14 @@ def thresholds() -> list[Threshold]:
             (Fault.REGULATOR_FAILED, Fault.PUMP_RUNAWAY),
             vacuum_signature.OVER_S + filter_s,
             "closed",
+        ),
+        row(
+            _watch("OVER_REST_MMHG", "OVER_S"),
+            f"the same while the pump rests, a child's {CHILD_SET:g} mmHg",
+            Place(vacuum_signature.OVER_REST_MMHG, CHILD_SET, 0.0),
+            "gain, drift: nothing holds a sound line above its set point",
+            (Fault.REGULATOR_FAILED, Fault.PUMP_RUNAWAY),
+            vacuum_signature.OVER_S + filter_s,
         ),
         row(
             (

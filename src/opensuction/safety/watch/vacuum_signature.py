@@ -71,6 +71,10 @@ with `REST_SETTLE_S` and `RATE_S` it is told 0.7 s after the valve has opened, i
 OVER_MMHG = 15.0
 """Vacuum over the set point: a regulator settles at most 5 mmHg above (300 mL/s / 60 mL/s/mmHg)
 [computed], and a sensor's error of 5; assumed."""
+OVER_REST_MMHG = 5.0
+"""The same while the pump rests: nothing holds a sound line above its set point then, and a
+sensor's error is 1.7. A pump that runs away against the weakest relief valve leaves 6.3 over a
+child's set point, after that error [computed]."""
 OVER_S = 0.5
 """How long it may be above: a new set point settles in 0.1 s."""
 VENTED_S = 1.0
@@ -173,7 +177,8 @@ def step(
     open_low = judged and is_open and vacuum_mmhg < limits.open_low_share * set_mmhg
     clogged = pumping and is_open and vacuum_mmhg > limits.clogged_share * set_mmhg
     unvented = vented and vacuum_mmhg > OVER_MMHG
-    over = set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + OVER_MMHG
+    over_mmhg = OVER_MMHG if pump_on else OVER_REST_MMHG
+    over = set_mmhg > 0.0 and vacuum_mmhg > set_mmhg + over_mmhg
     rest_s = extend(state.rest_s, paused and is_closed, dt_s)
     open_rest_s = extend(state.open_rest_s, paused and is_open and limits.rests_open, dt_s)
     least_fall = FLOW_SHARE * limits.bore_fall_mmhg_per_s
