@@ -3,8 +3,10 @@
 import pytest
 
 from opensuction.control.compensation import CompensationKind
+from opensuction.identification.estimator.gap_scale import MEASURING_ERROR
 from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER
+from opensuction.safety.tip_bound import GAP_MOST
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import self_calibration, trace
 from opensuction.simulation.outcome import outcome
@@ -22,8 +24,11 @@ TOUCHING = TRAVELLING._replace(backoff_mm=10.0)
 CHANGES = {"narrow": (0.7, 0.0), "wide": (1.3, 0.0), "less": (1.0, -5.0), "more": (1.0, 5.0)}
 
 
-def rmse_mm(seed: int, change: str) -> list[float]:
-    """Tracking error of `preview` on the paper's trapezoid, before and after each contact cycle."""
+def rmse_mm(seed: int, change: str) -> tuple[list[float], bool]:
+    """Tracking error of `preview` on the paper's trapezoid, before and after each contact cycle.
+
+    And whether every contact told of a gap that is within what is allowed for.
+    """
     rig = rigs.rig("bench", seed)
     identified = rigs.identify(rig).calibration
     moved = self_calibration.with_widths(rig, *CHANGES[change])
@@ -31,6 +36,7 @@ def rmse_mm(seed: int, change: str) -> list[float]:
         machine=moved.machine._replace(airway=moved.machine.airway._replace(carina_mm=65.0))
     )
     kind, scale, used, errors = CompensationKind.PREVIEW, 1.0, identified, []
+    in_range = True
     for contact in range(CONTACTS + 1):
         loop, start = rigs.assemble(moved, TRAVELLING, kind, used, 2)
         columns = trace.record(loop, start, START, 60.0)[1]
@@ -42,9 +48,9 @@ def rmse_mm(seed: int, change: str) -> list[float]:
         loop, start = rigs.assemble(touched, TOUCHING, kind, used, 3 + contact, by_contact=True)
         columns = trace.record(loop, start, START, 60.0)[1]
         record = self_calibration.learned(rig.profile, identified, scale, columns)
-        assert record.in_range
+        in_range &= record.in_range
         scale, used = record.new, self_calibration.rescaled(identified, record)
-    return errors
+    return errors, in_range
 
 
 def promised_mm(change: str) -> float:
@@ -53,7 +59,8 @@ def promised_mm(change: str) -> float:
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_two_contact_cycles_find_the_gap(change: str) -> None:
-    before, _, after = rmse_mm(1, change)
+    (before, _, after), in_range = rmse_mm(1, change)
+    assert in_range
     assert before > 2.0
     assert after <= promised_mm(change)
 
@@ -67,8 +74,26 @@ def test_a_cycle_without_contact_changes_nothing() -> None:
     assert (record.new, record.in_range) == (1.1, True)
 
 
+def widened(seed: int, change: str) -> float:
+    """Ratio of a drawn machine's mean gap after the change to the one before."""
+    rig = rigs.rig("bench", seed)
+    before, after = (
+        one.machine.transmission.widths_mm
+        for one in (rig, self_calibration.with_widths(rig, *CHANGES[change]))
+    )
+    return sum(after) / sum(before)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("change", CHANGES)
 def test_thirty_machines_find_their_gap(change: str) -> None:
+    """But for gaps wider than the governor's bounds allow for: there the contact tells that.
+
+    5 mm more are 35 % where a narrow gap was drawn.
+    """
     for seed in range(101, 131):
-        assert rmse_mm(seed, change)[-1] <= promised_mm(change), seed
+        errors, in_range = rmse_mm(seed, change)
+        if in_range:
+            assert errors[-1] <= promised_mm(change), seed
+        else:
+            assert widened(seed, change) > GAP_MOST - MEASURING_ERROR, seed

@@ -20,7 +20,7 @@ from opensuction.identification.estimator.prandtl_ishlinskii import PrandtlIshli
 from opensuction.identification.estimator.servo import ServoFit
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
-from opensuction.kernel.requests import IDENTIFY
+from opensuction.kernel.requests import IDENTIFY, NO_REQUESTS
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE, Site
@@ -35,6 +35,9 @@ from opensuction.twin.patient.patient_kind import PatientKind
 
 VELOCITY_WINDOW_S = 0.05
 """Window of the velocity estimate for the servo fit."""
+STANDING_S = 2.5
+"""A machine stands before anybody asks it for anything; its current sensor's offset is learnt by
+then, five time constants [computed]."""
 SLOWEST_MM_PER_S = 2.0
 """Slower samples say little about the servo."""
 NO_CARINA_MM = 1000.0
@@ -175,6 +178,7 @@ def excite(chosen: Rig, run: int = IDENTIFICATION_RUN, names: Sequence[str] = CO
         in_airway_s=limit_s, cap_mm=NO_CARINA_MM, mouth_mm=math.inf
     )
     loop = loop._replace(controller=loop.controller._replace(limits=limits))
+    state, _ = trace.record(loop, state, NO_REQUESTS, STANDING_S, ())
     _, columns = trace.record(loop, state, IDENTIFY, limit_s, names)
     return columns
 

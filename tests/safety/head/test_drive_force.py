@@ -67,6 +67,20 @@ def test_what_the_sensor_reads_at_rest_beyond_the_volts_current_is_its_offset() 
     assert drive_force.rest(state) == DriveForce(0.0, 0.0, 0.0, state.offset_a, 0.0)
 
 
+def test_without_torque_all_that_a_head_at_rest_reads_is_the_offset() -> None:
+    """It was not learnt until the drive held the head: a bench's calibration began without it."""
+    offset_a, state = 0.25 * LIMITS.force_n / LIMITS.newton_per_a, REST
+    for _ in range(2500):
+        state = drive_force.learn(LIMITS, state, offset_a, 0.0, DT_S)
+    assert state.offset_a == pytest.approx(offset_a, rel=0.01)
+    # Pushed by hand its windings carry what they brake with; and some numbers are none.
+    assert drive_force.learn(LIMITS, state, 0.0, 5.0, DT_S) == drive_force.rest(state)
+    assert drive_force.learn(LIMITS, state, float("nan"), 0.0, DT_S) == drive_force.rest(state)
+    most_a = 1.5 * LIMITS.force_n / LIMITS.newton_per_a
+    spike_a = drive_force.learn(LIMITS, state, 1e306, 0.0, DT_S).offset_a - state.offset_a
+    assert spike_a <= most_a * DT_S / 0.5
+
+
 def test_no_offset_is_taken_in_motion_nor_of_a_current_that_is_no_number() -> None:
     state = REST
     for _ in range(2000):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from docs.generator.safety.tolerance.line import SINCE_VENTED_S
 from docs.generator.safety.tolerance.noise import DT_S, Filter, low_pass, share
-from docs.generator.safety.tolerance.sensor_error import Errors, most, spread
+from docs.generator.safety.tolerance.sensor_error import Errors
 from docs.generator.safety.tolerance.threshold import Borne, Chance, Threshold
 from opensuction.controller import machine_profile
 from opensuction.controller.governor_limit import FORCE_MARGIN
@@ -159,25 +159,27 @@ def _drive_rows(drive: _Drive) -> list[Threshold]:
     ]
 
 
-def _motor_lead(errors: Errors) -> Borne:
+def _motor_lead(drive: _Drive, errors: Errors) -> Borne:
     """What head and motor model are apart by, over `FORGET_S` at the speed of insertion."""
-    per_a = PROFILE.no_load_mm_per_s / PROFILE.supply_v * PROFILE.winding_v_per_a
-    friction_a = most("insertion_friction_v") / PROFILE.winding_v_per_a
-    current = friction_a * (_ratio(_BEDSIDE, errors) - 1.0) + _current_left(_BEDSIDE, errors)
-    model = spread("no_load_mm_per_s") / PROFILE.no_load_mm_per_s * INSERTION_MM_PER_S
+    profile = drive.profile
+    per_a = profile.no_load_mm_per_s / profile.supply_v * profile.winding_v_per_a
+    friction_a = drive.most("insertion_friction_v") / profile.winding_v_per_a
+    current = friction_a * (_ratio(drive, errors) - 1.0) + _current_left(drive, errors)
+    faster = drive.most("no_load_mm_per_s") / profile.no_load_mm_per_s - 1.0
     allowed = head_watch.MODEL_LAG_S * INSERTION_MM_PER_S
-    static = head_vote.FORGET_S * (model + per_a * current) - allowed
+    static = head_vote.FORGET_S * (faster * INSERTION_MM_PER_S + per_a * current) - allowed
     sigma = head_vote.FORGET_S * per_a * LEAD.ratio * errors["current_noise_a"]
-    return Borne(static + _BEDSIDE.table["head_encoder_mm"].value, sigma)
+    return Borne(static + drive.table["head_encoder_mm"].value, sigma)
 
 
-def _adrift() -> Threshold:
+def _adrift(drive: _Drive) -> Threshold:
     return Threshold(
         ((WATCH, "ADRIFT_MM"), (GOVERNOR, "ADRIFT_S")),
-        f"both sensors' way beyond the motor's over .3 s, at {INSERTION_MM_PER_S:g} mm/s",
+        f"both sensors' way beyond the motor's over .3 s, at {INSERTION_MM_PER_S:g} mm/s, "
+        f"{drive.name}",
         "mm",
         head_watch.ADRIFT_MM,
-        _motor_lead,
+        lambda errors: _motor_lead(drive, errors),
         "a faster motor (less `MODEL_LAG_S`), current for its friction, offset, encoder's step",
         CURRENT,
         Chance.FILTERED,
@@ -190,4 +192,4 @@ def _adrift() -> Threshold:
 
 def thresholds() -> list[Threshold]:
     """The motor as a sensor; forces on either machine."""
-    return [_adrift(), *_drive_rows(_BEDSIDE), *_drive_rows(_BENCH)]
+    return [_adrift(_BEDSIDE), _adrift(_BENCH), *_drive_rows(_BEDSIDE), *_drive_rows(_BENCH)]

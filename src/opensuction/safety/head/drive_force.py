@@ -7,7 +7,7 @@ a jam shows.
 
 A current is believed as far as the motor bears it out: volts less back-EMF drive it through the
 winding. At a standstill there is no back-EMF, and what the sensor reads beyond the volts' current
-is its offset.
+is its offset; without torque there are no volts, and all that it reads is.
 """
 
 from typing import NamedTuple
@@ -64,6 +64,19 @@ REST = make_zero(DriveForce)
 def rest(state: DriveForce) -> DriveForce:
     """With the drive off: what is known of its sensor stays."""
     return REST._replace(offset_a=state.offset_a)
+
+
+@compiled
+def learn(
+    limits: DriveLimits, state: DriveForce, current_a: float, speed_mm_per_s: float, dt_s: float
+) -> DriveForce:
+    """With the drive off: a head that stands still has no current, so what is read is offset."""
+    if not is_number(current_a) or abs(speed_mm_per_s) >= STILL_MM_PER_S:
+        return rest(state)
+    most_a = MOST_RATIO * limits.force_n / limits.newton_per_a
+    left_a = min(max(current_a - state.offset_a, -most_a), most_a)
+    gained_a = left_a * (dt_s / OFFSET_S)
+    return REST._replace(offset_a=drop_tiny(state.offset_a + gained_a))
 
 
 @compiled

@@ -95,7 +95,11 @@ def move(
     moved_mm = head_mm - before.head_mm - seen.vote.jumped_mm
     gained = share * (moved_mm / (dt_s * (1 + ticks)) - before.speed_mm_per_s)  # mean of a dropout
     drive = drive_force.rest(before.drive)
-    if last.insertion_on and head_vote.is_fine(before.vote) and head_vote.is_fine(seen.vote):
+    if not last.insertion_on and not unseen:
+        drive = drive_force.learn(
+            limits.drive, before.drive, current_a, before.speed_mm_per_s, dt_s
+        )
+    elif head_vote.is_fine(before.vote) and head_vote.is_fine(seen.vote):
         drive = drive_force.step(
             limits.drive,
             before.drive,
