@@ -63,6 +63,21 @@ def test_adult_dwells_for_what_the_15_s_leave(by_contact: bool) -> None:
     assert times.in_airway + clinical.IN_AIRWAY_MARGIN_S == protocol.in_airway_budget_s
 
 
+def test_a_lung_that_peep_holds_open_is_sucked_for_10_s_at_most() -> None:
+    for peep_cmh2o, budget_s in ((9.9, 15.0), (10.0, 10.0), (12.0, 10.0)):
+        site = GROWN._replace(peep_cmh2o=peep_cmh2o)
+        protocol = clinical.fitted(ADULT, BEDSIDE, site, by_contact=True)
+        assert protocol.negative_pressure_budget_s == budget_s
+        times = planner.timeline(protocol, BEDSIDE, site, by_contact=True)
+        assert times.negative_pressure == pytest.approx(budget_s - clinical.TIME_MARGIN_S)
+    small = clinical.fitted(PAEDIATRIC, BEDSIDE, CHILD._replace(peep_cmh2o=12.0), by_contact=True)
+    assert small.negative_pressure_budget_s == 5.0
+    stiff = GROWN._replace(peep_cmh2o=12.0, carina_mm=100.0)
+    slow = PAPER_VALVE._replace(cam_rad_per_s=0.5 * PAPER_VALVE.cam_rad_per_s)
+    with pytest.raises(InputError, match=r"10 s \(PEEP of 12 cmH2O\) - withdrawal"):
+        clinical.fitted(ADULT, slow, stiff, by_contact=False)
+
+
 def test_travel_stops_short_of_the_carina_and_contact_backs_off() -> None:
     travel = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact=False)
     contact = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact=True)

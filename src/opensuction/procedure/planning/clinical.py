@@ -24,6 +24,12 @@ TIME_MARGIN_S = 0.4
 """Kept free of the budget: servos settle, and the valve's seal closes a little after the cam."""
 FR_PER_MM = 3.0
 """Size of a catheter in Fr for each mm of its outer diameter [ISO-8836]."""
+HIGH_PEEP_CMH2O = 10.0
+"""From this on the lung is held open by it, and suction that takes it away closes units
+[Maggiore-2003]."""
+HIGH_PEEP_BUDGET_S = 10.0
+"""Longest suction there: stiff lungs drawn at random lose up to 55 mL a second, and 11 mL/kg (620
+mL in a person of 56 kg) are too much; 13 s came to 655 [in-silico]."""
 IN_AIRWAY_MARGIN_S = 3.0
 """Time in the airway over the plan that is a fault [design-airway]."""
 
@@ -87,6 +93,12 @@ TEMPLATES = {"adult": ADULT, "paediatric": PAEDIATRIC}
 """Clinical protocols by name."""
 
 
+def suction_budget_s(site: Site) -> float:
+    """Longest suction of a patient, by age and PEEP."""
+    allowed = GUIDELINES[site.age].negative_pressure_s
+    return min(allowed, HIGH_PEEP_BUDGET_S) if site.peep_cmh2o >= HIGH_PEEP_CMH2O else allowed
+
+
 def _dwell_s(draft: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> float:
     """What the budget leaves for the dwell. Raises InputError if that is too little."""
     times = planner.timeline(draft, abilities, site, by_contact)
@@ -94,8 +106,10 @@ def _dwell_s(draft: Protocol, abilities: Abilities, site: Site, by_contact: bool
     left = budget - times.withdrawal - times.stroke - TIME_MARGIN_S
     needed = times.stroke + planner.crossing_s(abilities, abilities.gap_out_mm)
     if left < needed:
+        guideline_s = GUIDELINES[site.age].negative_pressure_s
+        peep = f" (PEEP of {site.peep_cmh2o:g} cmH2O)" if budget < guideline_s else ""
         raise InputError(
-            f"suction does not fit its budget: {budget:g} s - withdrawal {times.withdrawal:.1f} s "
+            f"suction does not fit its budget: {budget:g} s{peep} - withdrawal {times.withdrawal:.1f} s "
             f"- valve closing {times.stroke:.1f} s - margin {TIME_MARGIN_S:g} s leave "
             f"{left:.1f} s of dwell, and valve opening {times.stroke:.1f} s and the gap of the way "
             f"back {needed - times.stroke:.1f} s need {needed:.1f} s: use a faster valve or "
@@ -130,7 +144,7 @@ def fitted(template: Template, abilities: Abilities, site: Site, by_contact: boo
         dwell_s=0.0,
         nothing_comes_s=template.nothing_comes_s,
         vacuum_mmhg=template.vacuum_mmhg[site.age],
-        negative_pressure_budget_s=guideline.negative_pressure_s,
+        negative_pressure_budget_s=suction_budget_s(site),
         in_airway_budget_s=guideline.in_airway_s,
         bench_only=False,
     )
