@@ -106,10 +106,11 @@ def _dwell_s(draft: Protocol, abilities: Abilities, site: Site, by_contact: bool
     left = budget - times.withdrawal - times.stroke - TIME_MARGIN_S
     needed = times.stroke + planner.crossing_s(abilities, abilities.gap_out_mm)
     if left < needed:
-        guideline_s = GUIDELINES[site.age].negative_pressure_s
-        peep = f" (PEEP of {site.peep_cmh2o:g} cmH2O)" if budget < guideline_s else ""
+        by_peep = budget < GUIDELINES[site.age].negative_pressure_s
+        reason = f" (PEEP of {site.peep_cmh2o:g} cmH2O)" if by_peep else ""
         raise InputError(
-            f"suction does not fit its budget: {budget:g} s{peep} - withdrawal {times.withdrawal:.1f} s "
+            f"suction does not fit its budget: {budget:g} s{reason} - "
+            f"withdrawal {times.withdrawal:.1f} s "
             f"- valve closing {times.stroke:.1f} s - margin {TIME_MARGIN_S:g} s leave "
             f"{left:.1f} s of dwell, and valve opening {times.stroke:.1f} s and the gap of the way "
             f"back {needed - times.stroke:.1f} s need {needed:.1f} s: use a faster valve or "
