@@ -10,7 +10,7 @@ import pytest
 from docs.generator.catalogue import DOCS
 from docs.generator.safety.tolerance import duration, noise, page, sensor_error
 from docs.generator.safety.tolerance.left_out import LEFT_OUT
-from docs.generator.safety.tolerance.threshold import Chance, Threshold, stand_worst, value_of
+from docs.generator.safety.tolerance.threshold import Chance, Threshold, value_of
 from opensuction.twin import parameter
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.sensor.sensor_parameter import SENSORS
@@ -181,9 +181,7 @@ def test_what_stands_near_is_what_was_found_so() -> None:
     assert named == {
         ("CLINICAL.jam_n", "bedside"),
         ("BENCH.jam_n", "bench"),
-        ("FORCE_MARGIN", "bedside"),
         ("FORCE_MARGIN", "bench"),
-        ("NEAR_MMHG", f"vacuum over the relief valve's {150:g} mmHg"),
         ("LEAK_SHARE", "of 80 mmHg"),
         ("SLACK_N", "bedside"),
         ("SLACK_N", "bench"),
@@ -208,9 +206,7 @@ def test_every_simulated_hour_belongs_to_a_threshold() -> None:
     assert simulated == measured["hours"].keys() | measured["refusals"].keys()
 
 
-def test_no_noise_of_a_sold_sensor_tripped_in_an_hour_but_at_the_drives_limit() -> None:
+def test_no_noise_of_a_sold_sensor_tripped_in_an_hour() -> None:
     found = {name: row["worst"] for name, row in page.measured()["hours"].items()}
-    tripped = {name for name, count in found.items() if count}
-    assert tripped == {"force, bedside", "force, bench"}
-    reached = {row.simulated for row in page.near() if stand_worst(row).left <= 0.0}
-    assert tripped <= reached
+    assert len(found) == 10
+    assert not any(found.values())

@@ -80,14 +80,14 @@ def is_two_sided(name: str) -> bool:
 
 @contextmanager
 def changed(values: dict[str, float], lively: bool = False) -> Iterator[None]:
-    """Machines with these values, without a spread; lively: their patients are."""
+    """Machines with these values, without a spread; lively: their patients are, else quiet."""
     tables = (parameter.BENCH, parameter.CLINICAL, *PATIENT_TABLES.values())
     kept = [dict(table) for table in tables]
     for table in tables:
         for name in values.keys() & table.keys():
             table[name] = table[name]._replace(value=values[name], spread=0.0)
-        if lively and "lively" in table:
-            table["lively"] = table["lively"]._replace(value=1.0, spread=0.0)
+        if "lively" in table:
+            table["lively"] = table["lively"]._replace(value=float(lively), spread=0.0)
     try:
         yield
     finally:

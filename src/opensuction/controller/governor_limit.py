@@ -24,8 +24,9 @@ CONTACT_S = 2.0
 """Longest contact with the carina; one without back-off keeps it for its suction (paper)."""
 WITHDRAWAL_MARGIN_S = 3.0
 """Time added to a withdrawal at full speed before it counts as failed."""
-FORCE_MARGIN = 1.2
-"""Force over the drive's own current limit that is a fault of the drive; assumed."""
+FORCE_MARGIN = 1.3
+"""Force over the drive's own current limit that is a fault of the drive: limit, force for an ampere
+and the sensor's gain at their worst are 1.21 of it [computed]."""
 FRICTION_SHARE = 0.7
 """Friction over the resistance that is a jam [computed]."""
 LEAST_GAIN_SHARE = 0.5

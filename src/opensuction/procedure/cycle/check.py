@@ -19,9 +19,10 @@ HOLD_S = 0.05
 """How long a condition must hold; longer than a switch bounces (10 ms)."""
 VENTED_MMHG = 5.0
 """Highest vacuum of a vented line, a sensor's error (1 % of 500 mmHg; assumed)."""
-NEAR_MMHG = 12.0
-"""Distance of the line to relief valve or lower set point that still counts: a sensor's 5 mmHg, 5
-that relief or regulator let the pump raise the line, and 2; assumed."""
+NEAR_MMHG = 14.0
+"""Distance of the line to relief valve or lower set point that still counts: a stiff relief valve,
+or a weak regulator, against the strongest pump and a sensor that reads too much are 11.6 off
+[computed]."""
 LEVEL_S = 0.15
 """How long the line must stay there; it climbs through in 0.12 s [computed]."""
 VACUUM_SETTLE_S = 0.2

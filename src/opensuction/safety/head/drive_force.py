@@ -37,8 +37,9 @@ faster than it should be is 0.7 N off at 30 mm/s [computed]."""
 INERTIA_SHARE = 0.7
 """Share by which the inertia may be other than the machine's profile has it: what is on the rack,
 and the gear's efficiency, either way; assumed."""
-SLACK_N = 0.2
-"""Less force is that of a motor without current: the sensor's noise is a tenth; assumed."""
+SLACK_N = 0.3
+"""Less force is that of a motor without current: what is left of the sensor's offset is 0.2, its
+noise a tenth [computed]; friction takes four times that."""
 MM_PER_M = 1000.0
 
 

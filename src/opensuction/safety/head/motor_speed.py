@@ -6,9 +6,9 @@ Volts less what the current takes in the winding are the back-EMF, which is prop
 from opensuction.kernel.compiled import compiled
 from opensuction.safety.limits import DriveLimits
 
-SATURATED_SHARE = 0.6
+SATURATED_SHARE = 0.55
 """Share of the drive's highest force from which its current limit, not its voltage, rules: of the
-limit that is a fault, which is 1.2 times its own; the limit may be 7 % lower, the force for an
+limit that is a fault, which is 1.3 times its own; the limit may be 7 % lower, the force for an
 ampere 10 % more, and the current sensor read 4 % less [computed]."""
 
 
