@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis import bouc_wen, generalised, modified_dahl
+from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.bouc_wen import BoucWen
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel, Ranges, Record
@@ -67,6 +68,22 @@ def _preisach(levels: int, weight: float, ungapped: float) -> Preisach:
     return Preisach(LOW_MM, HIGH_MM, weights_mm, -9.0)
 
 
+def _readout(direct: float, lags: list[float]) -> PlayReadout:
+    """Gains that vary from cell to cell; those of the play without width apart."""
+    row, cell = np.indices((4, 7))
+    gains = 0.2 * (1.0 + 0.6 * np.sin(2.0 * row + 1.3 * cell))
+    gains[0] = direct * (1.0 + 0.4 * np.cos(np.arange(7)))
+    return PlayReadout(
+        low_mm=10.0,
+        high_mm=90.0,
+        widths_mm=np.array([0.0, 6.0, 14.0, 30.0]),
+        gains=gains,
+        decays_mm=np.array([9.0, 20.0][: len(lags)]),
+        lags=np.array(lags),
+        offset_mm=3.0,
+    )
+
+
 PASSIVE = BoucWen(1.0, 0.06, 0.02, 1.4, 0.95, -0.5, -7.0)
 
 CASES: dict[str, Case] = {
@@ -110,6 +127,9 @@ CASES: dict[str, Case] = {
     ),
     "preisach": Case("preisach", _preisach(12, 0.9, 2.0), 101.0, True, -1, True),
     "preisach, with gaps": Case("preisach", _preisach(9, 1.5, 0.0), 101.0, True, -1, False),
+    "play readout": Case("play-readout", _readout(0.5, []), 31.0, True, -1, True),
+    "play readout, slow": Case("play-readout", _readout(0.5, [0.1, -0.05]), 600.0, False, -1, True),
+    "play readout, with gaps": Case("play-readout", _readout(0.0, []), 31.0, True, -1, False),
     "generalised": Case(
         "generalised",
         _generalised(

@@ -18,9 +18,11 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     VectorForm,
     write_unit,
 )
+from opensuction.identification import fold
 from opensuction.identification.estimator import nonlinear, superposition
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.search import SEARCHES, search
+from opensuction.identification.fold import Folds
 from opensuction.identification.judgement import diagnosis
 from opensuction.identification.judgement.candidate import (
     Candidate,
@@ -30,6 +32,7 @@ from opensuction.identification.judgement.candidate import (
 )
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.record import read_pair, read_samples
+from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 
@@ -89,6 +92,7 @@ class FittedModel(NamedTuple):
     """Whether cross-validation prefers this model to the others compared with it."""
 
 
+@single_threaded
 def identify(
     input_: ArrayLike,
     output: ArrayLike,
@@ -120,6 +124,8 @@ class _Recording(NamedTuple):
     fitted_samples: int
     labels: Labels
     warnings: tuple[str, ...]
+    folds: Folds
+    """Of the fitted samples."""
 
 
 def _check(
@@ -149,7 +155,8 @@ def _check(
     warnings = diagnosis.judge_recording(
         begin_in, begin_out, None if time is None else time[:fitted_samples], labels
     )
-    return _Recording(driven, answer, fitted_samples, labels, warnings)
+    folds = fold.cut(begin_in, None if time is None else time[:fitted_samples])
+    return _Recording(driven, answer, fitted_samples, labels, warnings, folds)
 
 
 def methods_of(model: HysteresisModel) -> tuple[str, ...]:
@@ -168,12 +175,12 @@ def _candidate(recording: _Recording, model: HysteresisModel, method: str) -> Ca
     count = recording.fitted_samples
     input_, output = recording.input_[:count], recording.output[:count]
     if not isinstance(model.form, VectorForm):
-        return judge_superposition(superposition.fit(model, input_, output))
+        return judge_superposition(superposition.fit(model, input_, output, recording.folds))
     if method in SEARCHES:
         found = NonlinearFit(search(method, model.form, input_, output), determined=True)
     else:
         found = nonlinear.FITS[model.name](input_, output, recording.labels[:2])
-    return judge_vector(model, model.form, found, input_, output)
+    return judge_vector(model, model.form, found, (input_, output), recording.folds)
 
 
 def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedModel:
@@ -198,7 +205,7 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
         rmse=rmse,
         rmse_percent_of_range=100.0 * rmse / range_,
         holdout_rmse_percent_of_range=100.0 * _rms(rest[count:]) / range_,
-        cross_validation_percent_of_range=100.0 * found.cross_validation / range_,
+        cross_validation_percent_of_range=100.0 * found.scores.rmse / range_,
         well_posed=found.well_posed,
         warnings=(*recording.warnings, *found.warnings, *said),
         samples=output.size,
@@ -210,6 +217,7 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
     )
 
 
+@single_threaded
 def compare(
     input_: ArrayLike,
     output: ArrayLike,

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from opensuction.identification import fold
 from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.linear import Design, solve_free, solve_nonnegative
 
@@ -8,12 +9,6 @@ RANDOM = np.random.default_rng(6)
 COLUMNS = RANDOM.normal(size=(4, 400)) + np.array([[0.0], [3.0], [0.0], [-2.0]])
 TRUTH = np.array([1.0, 0.0, 2.0, 0.5])
 TARGET = TRUTH @ COLUMNS + 7.0 + RANDOM.normal(0.0, 0.1, 400)
-
-
-def test_blocks_are_the_whole_recording_in_order() -> None:
-    cuts = linear.cut_blocks(403)
-    assert len(cuts) == linear.BLOCKS
-    assert np.concatenate([np.arange(403)[cut] for cut in cuts]).tolist() == list(range(403))
 
 
 def test_a_design_without_penalty_is_least_squares() -> None:
@@ -27,24 +22,24 @@ def test_the_error_is_that_of_samples_left_out() -> None:
     about = COLUMNS - COLUMNS.mean(axis=1)[:, None]
     aim = TARGET - TARGET.mean()
     errors = []
-    for cut in linear.cut_blocks(400):
+    for cut in fold.cut_evenly(400).cuts:
         kept = np.ones(400, dtype=bool)
         kept[cut] = False
         factors = np.linalg.lstsq(about[:, kept].T, aim[kept], rcond=None)[0]
         errors.append(aim[cut] - factors @ about[:, cut])
     expected = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
     found = linear.fit([Design(COLUMNS, 0.0, 0)], TARGET, solve_free)
-    assert found.cross_validation == pytest.approx(expected, rel=1e-9)
+    assert found.scores.rmse == pytest.approx(expected, rel=1e-9)
     # The same for a fitted model seen as linear about its optimum.
     rest = aim - np.linalg.lstsq(about.T, aim, rcond=None)[0] @ about
-    assert linear.estimate_left_out_error(about, rest) == pytest.approx(expected, rel=1e-9)
+    assert linear.estimate_left_out(about, rest).rmse == pytest.approx(expected, rel=1e-9)
 
 
 def test_useless_columns_are_not_chosen() -> None:
     noise = RANDOM.normal(size=(60, 400))
     designs = [Design(COLUMNS, 0.0, 0), Design(np.vstack([COLUMNS, noise]), 0.0, 0)]
     assert linear.fit(designs, TARGET, solve_free).chosen == 0
-    assert linear.fit(designs[1:], TARGET, solve_free).cross_validation > 0.1
+    assert linear.fit(designs[1:], TARGET, solve_free).scores.rmse > 0.1
 
 
 def test_nonnegative_weights_stay_so_and_need_no_scale() -> None:

@@ -9,9 +9,19 @@ from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN, DAHL, MODIFI
 from opensuction.hysteresis.catalogue.generalised_model import GENERALISED
 from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel
 from opensuction.hysteresis.catalogue.play_family import PLAY, PRANDTL_ISHLINSKII, PREISACH
+from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
 
 CATALOGUE: dict[str, HysteresisModel] = {
     model.name: model
-    for model in (MODIFIED_DAHL, DAHL, BOUC_WEN, PLAY, PRANDTL_ISHLINSKII, PREISACH, GENERALISED)
+    for model in (
+        MODIFIED_DAHL,
+        DAHL,
+        BOUC_WEN,
+        PLAY,
+        PRANDTL_ISHLINSKII,
+        PREISACH,
+        PLAY_READOUT,
+        GENERALISED,
+    )
 }
 """Models by the name a person types."""

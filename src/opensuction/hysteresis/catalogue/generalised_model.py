@@ -70,7 +70,6 @@ GENERALISED = HysteresisModel(
         initial_guesses=_guess_generalised,
         penalties=(1e-6, 1e-5, 1e-4),  # a thousandth to a hundredth of a column in amplitude
         nonnegative=False,
-        most_samples=None,
         basis=generalised.basis,
         degree=lambda record: record.envelope_mm.size - 1,
         with_factors=generalised.with_factors,

@@ -123,9 +123,6 @@ class LinearForm(NamedTuple):
     nonnegative: bool
     """Whether the factors, but for the offset, are held at 0 or above, so that the output never
     moves the wrong way."""
-    most_samples: int | None
-    """Samples that a fit uses, None for all; a longer recording is thinned, every turn of the input
-    kept."""
     basis: Callable[[Record, Array, Any], Array]
     """Columns for a record of inputs and the memory at the first of them, shape (n, factors)."""
     degree: Callable[[Record], int]

@@ -126,7 +126,6 @@ PRANDTL_ISHLINSKII = HysteresisModel(
         initial_guesses=_guess_prandtl_ishlinskii,
         penalties=(0.0,),
         nonnegative=True,
-        most_samples=None,
         basis=_prandtl_ishlinskii_basis,
         degree=lambda _record: 0,
         with_factors=lambda record, factors: record._replace(
@@ -156,8 +155,12 @@ PRANDTL_ISHLINSKII = HysteresisModel(
 )
 
 
-LEVELS = (5, 10, 15)
-"""Levels of the Preisach model: 15, 55 and 120 cells."""
+LEVELS = (5, 10, 15, 20, 30, 40)
+"""Levels of the Preisach model: 15 to 820 cells."""
+
+CELL_RIDGES = (1e-2, 1e-3, 1e-4, 1e-5)
+"""Penalties on its cells, as shares of each column's variance: cells hardly visited are pulled to
+0."""
 
 MARGIN = 0.02
 """By how much its grid reaches beyond the range of the recording, as a share of it."""
@@ -192,9 +195,8 @@ PREISACH = HysteresisModel(
     ),
     form=LinearForm(
         initial_guesses=_guess_preisach,
-        penalties=(1e-5, 1e-3),  # cells that the recording hardly visits are pulled to 0
+        penalties=CELL_RIDGES,
         nonnegative=True,
-        most_samples=4000,
         basis=preisach.basis,
         degree=lambda _record: 0,
         with_factors=lambda record, factors: preisach.from_factors(

@@ -1,25 +1,24 @@
 """Models that are linear in their parameters, their complexity chosen by cross-validation.
 
-A recording is cut into blocks; each is predicted from all others, and the design (which elements,
-how fine a grid, how strong a penalty) that predicts best is kept. Everything is done on sums of
+A recording is cut into blocks; each is predicted from all others, and of the designs (which
+elements, how fine a grid, how strong a penalty) the simplest that is not surely worse than the best
+is kept. Everything is done on sums of
 products a block, so that leaving a block out is a subtraction and not another pass.
 Source: [Stone-1974] for cross-validation; [Racine-2000] for blocks where neighbours are alike;
 [Hoerl-1970] for the penalty; [Lawson-1974] ch. 23 for weights that are not negative.
 """
 
-import math
-from collections.abc import Callable, Iterable
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from opensuction.identification import fold
+from opensuction.identification.fold import Folds, Scores
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-
-BLOCKS = 20
-"""Blocks of a cross-validation: short enough that what one holds is seen elsewhere too."""
 
 JITTER = 1e-12
 """Added to a scaled Gram matrix so that it has a Cholesky triangle in spite of rounding."""
@@ -44,8 +43,7 @@ class LinearFit(NamedTuple):
     factors: Array
     """Of its columns, shape (k,)."""
     offset: float
-    cross_validation: float
-    """Root mean square error of the blocks left out."""
+    scores: Scores
 
 
 Products = tuple[Array, Array, Array]
@@ -53,15 +51,9 @@ Products = tuple[Array, Array, Array]
 shape (blocks, k), and of the target, shape (blocks,)."""
 
 
-def cut_blocks(samples: int, count: int = BLOCKS) -> list[slice]:
-    """Neighbouring blocks of nearly equal length that together are the recording."""
-    edges = np.linspace(0, samples, min(count, samples) + 1).astype(int)
-    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
-
-
-def sum_products(columns: Array, target: Array) -> Products:
+def sum_products(columns: Array, target: Array, folds: Folds) -> Products:
     """Sums of products block by block; columns, shape (k, n), and target about their means."""
-    parts = [(columns[:, cut], target[cut]) for cut in cut_blocks(target.size)]
+    parts = [(columns[:, cut], target[cut]) for cut in folds.cuts]
     return (
         np.array([part @ part.T for part, _ in parts]),
         np.array([part @ aim for part, aim in parts]),
@@ -101,57 +93,88 @@ def solve_nonnegative(gram: Array, right: Array) -> Array:
 Solve = Callable[[Array, Array], Array]
 
 
-def fit(designs: Iterable[Design], target: Array, solve: Solve) -> LinearFit:
-    """The design that predicts best the blocks left out, and its factors from all of them.
+class _Tried(NamedTuple):
+    """A design with what its choice asks for."""
 
-    target: shape (n,). solve: `solve_free` or `solve_nonnegative`.
+    place: int
+    size: int
+    penalty: float
+    sums: Products
+    gram: Array
+    """Of the whole recording, with the penalty."""
+    means: Array
+    blocks: Array
+    """Sum of squared errors of each block, predicted from all others."""
+
+
+def fit(
+    designs: Iterable[Design], target: Array, solve: Solve, folds: Folds | None = None
+) -> LinearFit:
+    """The simplest design that predicts the blocks left out not surely worse than the best.
+
+    target: shape (n,). solve: `solve_free` or `solve_nonnegative`. folds: of the recording; None:
+    blocks of equal length. Simpler is one of fewer columns, then one of a stronger penalty. Its
+    factors are those of all blocks.
     """
-    best: LinearFit | None = None
-    mean = float(target.mean())
+    cut = fold.cut_evenly(target.size) if folds is None else folds
+    tried, mean = [], float(target.mean())
     for place, design in enumerate(designs):
         means = design.columns.mean(axis=1)
-        columns = design.columns - means[:, None]
-        sums = sum_products(columns, target - mean)
-        gram, right = sums[0].sum(axis=0), sums[1].sum(axis=0)
+        sums = sum_products(design.columns - means[:, None], target - mean, cut)
+        gram = sums[0].sum(axis=0)
         ridge = design.penalty * np.diag(gram)
         ridge[ridge.size - design.spared :] = 0.0
-        error = _left_out_error(sums, gram + np.diag(ridge), right, target.size, solve)
-        if best is None or error < best.cross_validation:
-            factors = solve(gram + np.diag(ridge), right)
-            best = LinearFit(
-                chosen=place,
-                factors=factors,
-                offset=mean - float(factors @ means),
-                cross_validation=error,
-            )
-    if best is None:
+        held = gram + np.diag(ridge)
+        blocks = _leave_out(sums, held, solve, [[block] for block in range(cut.blocks)])
+        tried.append(_Tried(place, means.size, design.penalty, sums, held, means, blocks))
+    if not tried:
         raise ValueError("no design to choose from")
-    return best
+    tried.sort(key=lambda each: (each.size, -each.penalty))
+    best = tried[fold.choose_simplest([each.blocks for each in tried])]
+    factors = solve(best.gram, best.sums[1].sum(axis=0))
+    parts = _leave_out(best.sums, best.gram, solve, fold.list_parts(cut))
+    return LinearFit(
+        chosen=best.place,
+        factors=factors,
+        offset=mean - float(factors @ best.means),
+        scores=Scores(best.blocks, parts, target.size),
+    )
 
 
-def _left_out_error(sums: Products, gram: Array, right: Array, samples: int, solve: Solve) -> float:
-    """Root mean square error of every block, predicted from the others."""
-    total = 0.0
-    for part, aim, power in zip(*sums, strict=True):
+def _leave_out(sums: Products, gram: Array, solve: Solve, groups: Sequence[Sequence[int]]) -> Array:
+    """Sum of squared errors of every group of blocks, predicted from the others."""
+    right = sums[1].sum(axis=0)
+    left = np.empty(len(groups))
+    for place, group in enumerate(groups):
+        part, aim, power = (each[list(group)].sum(axis=0) for each in sums)
         factors = solve(gram - part, right - aim)
-        total += power - 2.0 * float(factors @ aim) + float(factors @ part @ factors)
-    return math.sqrt(max(total, 0.0) / samples)
+        error = float(power) - 2.0 * float(factors @ aim) + float(factors @ part @ factors)
+        left[place] = max(error, 0.0)
+    return left
 
 
-def estimate_left_out_error(jacobian: Array, rest: Array) -> float:
-    """Cross-validation error of a fitted nonlinear model, one Gauss-Newton step for each block.
+def estimate_left_out(jacobian: Array, rest: Array, folds: Folds | None = None) -> Scores:
+    """Cross-validation of a fitted nonlinear model, one Gauss-Newton step for what is left out.
 
     jacobian: shape (p, n), without the rows of the state at the first sample: that is known from
-    the first block alone. rest: residuals, shape (n,). The step is what leaving a block out
-    changes; for a linear model it is exact.
+    the first block alone. rest: residuals, shape (n,). folds: as `fit` takes them. The step is what
+    leaving a block out changes; for a linear model it is exact.
     """
+    cut = fold.cut_evenly(rest.size) if folds is None else folds
     lengths = np.sqrt(np.einsum("ij,ij->i", jacobian, jacobian))
     columns = jacobian[lengths > 0.0] / lengths[lengths > 0.0, None]
     gram: Array = columns @ columns.T
-    total = 0.0
-    for cut in cut_blocks(rest.size):
-        part = columns[:, cut]
-        change = solve_free(gram - part @ part.T, part @ rest[cut])
-        left = rest[cut] + change @ part
-        total += float(left @ left)
-    return math.sqrt(total / rest.size)
+    owner = np.repeat(np.arange(cut.blocks), np.diff(cut.edges))
+
+    def leave_out(chosen: NDArray[np.bool_]) -> float:
+        """Sum of squared errors of some samples, predicted from the others."""
+        part = columns[:, chosen]
+        change = solve_free(gram - part @ part.T, part @ rest[chosen])
+        left = rest[chosen] + change @ part
+        return float(left @ left)
+
+    return Scores(
+        blocks=np.array([leave_out(owner == block) for block in range(cut.blocks)]),
+        parts=np.array([leave_out(np.isin(owner, part)) for part in fold.list_parts(cut)]),
+        samples=rest.size,
+    )

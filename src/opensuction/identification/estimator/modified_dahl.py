@@ -23,6 +23,7 @@ from opensuction.identification.estimator.projection import (
     try_decay,
 )
 from opensuction.identification.record import check_motion, read_pair, thin
+from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.errors import InputError
 
 LEAST_SAMPLES = 12
@@ -73,6 +74,7 @@ class Fit(NamedTuple):
     another along a ridge of equal fits: the curve can be used, the numbers mean little."""
 
 
+@single_threaded
 def fit(
     head_mm: ArrayLike, tip_mm: ArrayLike, names: tuple[str, str] = ("head_mm", "tip_mm")
 ) -> Fit:

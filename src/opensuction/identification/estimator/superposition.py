@@ -1,6 +1,7 @@
-"""Models that are superpositions of known elements: generalised, Prandtl-Ishlinskii, Preisach.
+"""Models that are superpositions of known elements: plays, relays, Dahl states, an envelope.
 
-The catalogue's `LinearForm` of a model offers elements from coarse to fine; `linear.fit` chooses.
+The catalogue's `LinearForm` of a model offers elements from coarse to fine; `linear.fit` chooses,
+and, where the elements are hundreds of cells over a bank of plays, `identification.bank`.
 The past of a recording is unknown: a long advance, a long retract and rest are tried.
 """
 
@@ -15,13 +16,14 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     Record,
     ranges_of,
 )
+from opensuction.identification import fold
+from opensuction.identification.bank import preisach_fit, readout_fit
+from opensuction.identification.bank.bank_trial import PASTS
 from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.linear import Design
-from opensuction.identification.record import thin
+from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.record import Array
-
-PASTS = (-1.0, 0.0, 1.0)
-"""Memory ratios tried: after a long retract, at rest, after a long advance."""
 
 
 class Superposition(NamedTuple):
@@ -36,8 +38,10 @@ class Superposition(NamedTuple):
     recording's units."""
     nonnegative: bool
     """Whether they were held at 0 or above."""
-    cross_validation: float
-    """Error of the blocks left out, in units of the output."""
+    scores: Scores
+    """Errors of what was left out, in units of the output."""
+    freedom: float
+    """Effective number of factors: a penalty leaves less than there are."""
 
     def simulate(self, input_: Array) -> Array:
         """Output for a record of inputs, shape (n,), that begins after the same past."""
@@ -45,27 +49,72 @@ class Superposition(NamedTuple):
         return self.model.simulate(self.record, input_, memory)
 
 
-def fit(model: HysteresisModel, input_: Array, output: Array) -> Superposition:
+@single_threaded
+def fit(
+    model: HysteresisModel, input_: Array, output: Array, folds: Folds | None = None
+) -> Superposition:
     """Fit a model that is linear in its factors; cross-validation decides how fine it is.
 
-    input_, output: shape (n,), of any recording of unknown past. A compensator's plays come from
-    a known excitation by `prandtl_ishlinskii.fit`, which says why there are two.
+    input_, output: shape (n,), of any recording of unknown past. folds: of the recording; None:
+    cut here. A compensator's plays come from a known excitation by `prandtl_ishlinskii.fit`, which
+    says why there are two.
     Raises InputError where the factors cannot be found, TypeError for a model that is not linear.
     """
     form = model.form
     if not isinstance(form, LinearForm):
         raise TypeError(f"{model.name} is not linear in its parameters")
-    ranges = ranges_of(input_, output)
-    guesses = form.initial_guesses(ranges)
-    samples, aim = input_, output
-    if form.most_samples is not None:
-        samples, aim = thin(input_, output, form.most_samples)
+    cut = fold.cut(input_) if folds is None else folds
+    record: Record
+    match model.name:
+        case "play-readout":
+            readout = readout_fit.fit(input_[None], output, cut)
+            lines = readout.records[0]
+            factors = np.concatenate([lines.gains.ravel(), lines.lags, [lines.offset_mm]])
+            record, past, scores = lines, readout.pasts[0], readout.scores
+            freedom, nonnegative = readout.freedom, readout.bounded
+        case "preisach":
+            relays = preisach_fit.fit(input_, output, cut)
+            weights = relays.record.weights_mm
+            factors = np.append(weights[_in_triangle(weights)], relays.record.offset_mm)
+            record, past, scores = relays.record, relays.past, relays.scores
+            freedom, nonnegative = relays.freedom, True
+        case _:
+            record, past, factors, scores = _fit_columns(model, form, input_, output, cut)
+            freedom, nonnegative = float(np.count_nonzero(factors)), form.nonnegative
+    constant = factors.size - 1 - form.degree(record)
+    parameters = form.parameters(record, ranges_of(input_, output))
+    return Superposition(
+        model=model,
+        record=record,
+        memory_ratio=past,
+        factors={
+            parameter.name: (float(factor), parameter.unit)
+            for place, (parameter, factor) in enumerate(zip(parameters, factors, strict=True))
+            if factor != 0.0 or place == constant or not form.nonnegative
+        },
+        nonnegative=nonnegative,
+        scores=scores,
+        freedom=freedom,
+    )
+
+
+def _in_triangle(weights: Array) -> Array:
+    """Which places of a square of cells are those of its triangle."""
+    rows, places = np.indices(weights.shape)
+    return np.asarray(rows + places < len(weights))
+
+
+def _fit_columns(
+    model: HysteresisModel, form: LinearForm, input_: Array, output: Array, folds: Folds
+) -> tuple[Record, float, Array, Scores]:
+    """Record, past, factors and scores of a model whose columns are few."""
+    guesses = form.initial_guesses(ranges_of(input_, output))
 
     def designs(past: float) -> list[Design]:
         """The elements of every guess after one past, with every penalty."""
         made = []
         for record in guesses:
-            columns = form.basis(record, samples, model.memory(record, float(input_[0]), past)).T
+            columns = form.basis(record, input_, model.memory(record, float(input_[0]), past)).T
             kept, _ = _order(len(columns), form.degree(record))
             made.append((columns[kept], min(form.degree(record), 1)))
         return [
@@ -74,29 +123,13 @@ def fit(model: HysteresisModel, input_: Array, output: Array) -> Superposition:
         ]
 
     solve = linear.solve_nonnegative if form.nonnegative else linear.solve_free
-    fits = [(past, linear.fit(designs(past), aim, solve)) for past in PASTS]
-    past, found = min(fits, key=lambda each: each[1].cross_validation)
+    fits = [(past, linear.fit(designs(past), output, solve, folds)) for past in PASTS]
+    past, found = min(fits, key=lambda each: each[1].scores.rmse)
     guess = guesses[found.chosen // len(form.penalties)]
     factors = np.empty(found.factors.size + 1)
     kept, constant = _order(factors.size, form.degree(guess))
     factors[kept], factors[constant] = found.factors, found.offset
-    parameters = form.parameters(guess, ranges)
-    reported = [
-        place
-        for place, factor in enumerate(factors)
-        if factor > 0.0 or place == constant or not form.nonnegative
-    ]
-    return Superposition(
-        model=model,
-        record=form.with_factors(guess, factors),
-        memory_ratio=past,
-        factors={
-            parameters[place].name: (float(factors[place]), parameters[place].unit)
-            for place in reported
-        },
-        nonnegative=form.nonnegative,
-        cross_validation=found.cross_validation,
-    )
+    return form.with_factors(guess, factors), past, factors, found.scores
 
 
 def _order(columns: int, degree: int) -> tuple[slice | list[int], int]:

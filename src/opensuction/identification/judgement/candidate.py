@@ -14,6 +14,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 from opensuction.identification.estimator import linear
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.superposition import Superposition
+from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.judgement import diagnosis
 from opensuction.identification.judgement.confidence import estimate_spread
 from opensuction.identification.residual import jacobian
@@ -50,8 +51,10 @@ class Candidate(NamedTuple):
     parameters: dict[str, Estimate]
     simulate: Callable[[Array], Array]
     """Output for a record that begins as the fitted one did."""
-    cross_validation: float
-    """Root mean square error of blocks left out, in units of the output."""
+    scores: Scores
+    """Errors of what was left out, in units of the output."""
+    freedom: float
+    """Effective number of parameters."""
     well_posed: bool
     warnings: tuple[str, ...]
 
@@ -66,19 +69,26 @@ def judge_superposition(found: Superposition) -> Candidate:
             for name, (value, unit) in found.factors.items()
         },
         simulate=found.simulate,
-        cross_validation=found.cross_validation,
+        scores=found.scores,
+        freedom=found.freedom,
         well_posed=well_posed,
         warnings=() if well_posed else (refusal,),
     )
 
 
 def judge_vector(
-    model: HysteresisModel, form: VectorForm, found: NonlinearFit, input_: Array, output: Array
+    model: HysteresisModel,
+    form: VectorForm,
+    found: NonlinearFit,
+    pair: tuple[Array, Array],
+    folds: Folds,
 ) -> Candidate:
     """A candidate of a model that is not linear, with intervals by `confidence.estimate_spread`.
 
-    form: the model's. input_, output: the fitted samples, shape (n,).
+    form: the model's. pair: input and output of the fitted samples, each of shape (n,). folds: of
+    them.
     """
+    input_, output = pair
     vector = found.vector
     rest = output - form.simulate(vector, input_)
     rows = jacobian(form, vector, input_, form.bounds(ranges_of(input_, output)))
@@ -96,7 +106,8 @@ def judge_vector(
         parameters=parameters,
         simulate=lambda record: form.simulate(vector, record),
         # Without the memory at the first sample, which the first block alone knows.
-        cross_validation=linear.estimate_left_out_error(rows[:-1], rest),
+        scores=linear.estimate_left_out(rows[:-1], rest, folds),
+        freedom=float(vector.size),
         well_posed=well_posed,
         warnings=_warnings(parameters, rows, found.determined, well_posed),
     )

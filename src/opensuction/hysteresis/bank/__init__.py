@@ -1,0 +1,1 @@
+"""Banks of plays: one memory for many readouts."""

@@ -1,0 +1,1 @@
+"""Readouts of a bank of plays, from a recording."""

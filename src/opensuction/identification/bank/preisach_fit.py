@@ -1,0 +1,99 @@
+"""A Preisach model from a recording, its levels and its penalty by cross-validation.
+
+Source: [Mayergoyz-1991] for the triangle.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.hysteresis.bank.play_bank import PlayBank
+from opensuction.hysteresis.catalogue.play_family import CELL_RIDGES, LEVELS, MARGIN
+from opensuction.hysteresis.preisach import Preisach, from_factors
+from opensuction.identification import fold
+from opensuction.identification.bank import bank_problem, bank_trial
+from opensuction.identification.bank.bank_problem import BankProblem
+from opensuction.identification.bank.bank_trial import PASTS, Trial
+from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.single_thread import single_threaded
+from opensuction.kernel.record import Array
+
+PAST_LEVELS = 10
+"""Levels with which the past is looked for."""
+
+
+class PreisachFit(NamedTuple):
+    """A Preisach model of a recording."""
+
+    record: Preisach
+    past: float
+    scores: Scores
+    freedom: float
+    """Effective number of cells."""
+
+
+@single_threaded
+def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
+    """A Preisach model of a recording, its levels and its penalty by cross-validation.
+
+    input_, output: shape (n,). folds: of the recording. Raises InputError where no weights are
+    found.
+    """
+    scaled = bank_trial.scale(input_[None], output)
+    nothing = np.empty((0, output.size))
+
+    def gather(levels: int, past: float) -> Array:
+        bank = _triangle(levels)
+        starts = scaled.inputs[0, 0] - 0.5 * past * bank.widths_mm
+        edges = folds.edges
+        return bank_problem.gather(bank, scaled.inputs, starts, nothing, scaled.output, edges)
+
+    def pose(levels: int, past: float) -> BankProblem:
+        sums = gather(levels, past)
+        return bank_problem.pose(sums, np.ones(sums.shape[1] - 2, dtype=np.bool_))
+
+    def left(problem: BankProblem) -> float:
+        solution = bank_problem.fit(problem, _cell_penalty(problem, CELL_RIDGES[-1]))
+        return bank_problem.squares_left(problem.whole, solution)
+
+    past = min(PASTS, key=lambda trial: left(pose(PAST_LEVELS, trial)))
+    tried: list[tuple[int, Trial]] = []
+    for levels in LEVELS:
+        problem, last = pose(levels, past), None
+        for ridge in CELL_RIDGES:
+            last = bank_trial.evaluate(problem, _cell_penalty(problem, ridge), folds, last)
+            tried.append((levels, last))
+    levels, chosen = tried[fold.choose_simplest([each.blocks for _, each in tried])]
+    low, range_ = float(scaled.lows[0]), float(scaled.ranges[0])
+    factors = np.append(chosen.solution.found.factors, chosen.solution.offset) * scaled.range_
+    factors[-1] += scaled.mean
+    return PreisachFit(
+        record=from_factors(low - MARGIN * range_, low + (1.0 + MARGIN) * range_, levels, factors),
+        past=past,
+        scores=bank_trial.score(chosen, folds, scaled.range_),
+        freedom=bank_problem.freedom(chosen.problem, chosen.penalty, chosen.solution),
+    )
+
+
+def _triangle(levels: int) -> PlayBank:
+    """The rows of a triangle over the range and its margins."""
+    level = (1.0 + 2.0 * MARGIN) / levels
+    rows = np.arange(levels)
+    widths: Array = level * rows.astype(np.float64)
+    return PlayBank(
+        widths_mm=widths,
+        lows_mm=0.5 * widths - MARGIN,
+        cell_mm=level,
+        cells=levels - rows,
+        inputs=np.zeros(levels, dtype=np.int64),
+        goes_on=False,
+    )
+
+
+def _cell_penalty(problem: BankProblem, ridge: float) -> Array:
+    """A ridge on cells; one that no sample passes is held at 0 by it."""
+    whole = problem.whole
+    samples = float(whole[-2, -2])
+    variances = np.diag(whole)[:-2] / samples - (whole[:-2, -2] / samples) ** 2
+    least = 1e-6 * float(variances.max(initial=1e-12))
+    return np.diag(ridge * np.maximum(variances, least))

@@ -1,0 +1,180 @@
+"""A play readout from a recording of one or several inputs, its penalties by cross-validation.
+
+The gains of the first input are held at 0 or above, unless that surely predicts worse; what other
+inputs add may have either sign. A slow state comes in only where it surely predicts better.
+Source: [Eilers-1996] for the penalty on differences.
+"""
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.hysteresis.bank import play_readout
+from opensuction.hysteresis.bank.play_bank import PlayBank
+from opensuction.hysteresis.bank.play_readout import PlayReadout
+from opensuction.hysteresis.catalogue.readout_model import CELLS, DECAYS, RIDGES, WIDTHS
+from opensuction.identification import fold
+from opensuction.identification.bank import bank_problem, bank_trial
+from opensuction.identification.bank.bank_trial import PASTS, Scaled, Trial
+from opensuction.identification.fold import Folds, Scores
+from opensuction.identification.single_thread import single_threaded
+from opensuction.kernel.record import Array
+
+BENDS = (1e-2, 1e-3, 1e-4, 1e-5)
+"""Penalties on the differences of neighbouring gains of a play, as shares of the input's
+variance."""
+
+MEAN_RIDGE = 1e-5
+"""Penalty on the mean gain of a play, likewise: it is held far less than what departs from it, so
+that where a recording shows little a play has one gain, and the model is Prandtl-Ishlinskii's."""
+
+FIRST = (1e-4, 1e-4)
+"""Ridge and bend with which the past is looked for."""
+
+WORTH_INVERSE = 0.7
+"""[design] Gains below 0 are let in where they take away more than three tenths of the squared
+error that is left: for less the inverse is not given away."""
+
+LAG_RIDGE = 1e-6
+"""Penalty on a slow state: only so much that it is determined."""
+
+
+class ReadoutFit(NamedTuple):
+    """A play readout of one or several inputs, which add up."""
+
+    records: tuple[PlayReadout, ...]
+    """One for each input; the offset stands in the first."""
+    pasts: tuple[float, ...]
+    """Memory ratio of each."""
+    scores: Scores
+    freedom: float
+    """Effective number of factors."""
+    bounded: bool
+    """Whether the gains of the first input are held at 0 or above."""
+
+
+def _bank(inputs: int) -> PlayBank:
+    rows = inputs * WIDTHS.size
+    return PlayBank(
+        widths_mm=np.tile(WIDTHS, inputs),
+        lows_mm=np.zeros(rows),
+        cell_mm=1.0 / CELLS,
+        cells=np.full(rows, CELLS),
+        inputs=np.repeat(np.arange(inputs), WIDTHS.size),
+        goes_on=True,
+    )
+
+
+def _penalty(rows: int, others: int, ridge: float, bend: float, variance: float) -> Array:
+    """Penalty on the factors of a bank of plays with `CELLS` cells each, then on other columns.
+
+    A factor is a gain times a cell: the penalties are on the gains.
+    """
+    steps = np.diff(np.eye(CELLS), axis=0)
+    mean = np.full((CELLS, CELLS), 1.0 / CELLS)
+    one = MEAN_RIDGE * mean + ridge * (np.eye(CELLS) - mean) + bend * (steps.T @ steps)
+    size = rows * CELLS
+    whole = np.zeros((size + others, size + others))
+    whole[:size, :size] = np.kron(np.eye(rows), variance * CELLS * CELLS * one)
+    whole[range(size, size + others), range(size, size + others)] = LAG_RIDGE
+    return whole
+
+
+@single_threaded
+def fit(inputs: Array, output: Array, folds: Folds) -> ReadoutFit:
+    """A play readout of a recording.
+
+    inputs: shape (inputs, n), the one that drives first; each must move. output: shape (n,).
+    folds: of the recording. Raises InputError where no gains are found.
+    """
+    scaled = bank_trial.scale(inputs, output)
+    bank = _bank(len(inputs))
+    rows, variance = bank.widths_mm.size, float(scaled.inputs[0].var())
+    bounded = np.zeros(rows * CELLS, dtype=np.bool_)
+    bounded[: WIDTHS.size * CELLS] = True
+    nothing = np.empty((0, output.size))
+
+    def gather(pasts: list[float], others: Array) -> Array:
+        """The sums of the recording after a past of each input."""
+        starts = scaled.inputs[:, 0][bank.inputs]
+        starts = starts - 0.5 * np.array(pasts)[bank.inputs] * bank.widths_mm
+        return bank_problem.gather(bank, scaled.inputs, starts, others, scaled.output, folds.edges)
+
+    first = _penalty(rows, 0, *FIRST, variance)
+    pasts = [PASTS[0]] * len(inputs)
+    best: tuple[float, Array] | None = None
+    for place in range(len(inputs)):
+        for past in PASTS if place == 0 else PASTS[1:]:
+            trial = [*pasts[:place], past, *pasts[place + 1 :]]
+            sums = gather(trial, nothing)
+            whole = sums.sum(axis=0)
+            left = bank_problem.squares_left(whole, bank_problem.solve(whole, None, first, bounded))
+            if best is None or left < best[0]:
+                best, pasts = (left, sums), trial
+    assert best is not None
+    problem = bank_problem.pose(best[1], bounded)
+    pairs = [(RIDGES[0], BENDS[0]), *product(RIDGES[1:], BENDS)]
+    penalties = [_penalty(rows, 0, ridge, bend, variance) for ridge, bend in pairs]
+    chosen = bank_trial.choose_penalty(problem, penalties, folds)
+    unbound = problem._replace(bounded=np.zeros_like(bounded))
+    free = bank_trial.evaluate(unbound, chosen.penalty, folds)
+    if float(free.blocks.sum()) < WORTH_INVERSE * float(chosen.blocks.sum()):
+        chosen = free
+    decays = np.empty(0)
+    lagging = [_try_lag(gather, pasts, scaled.inputs[0], share, chosen, folds) for share in DECAYS]
+    slow = min(range(len(DECAYS)), key=lambda place: float(lagging[place].blocks.sum()))
+    if fold.choose_simplest([chosen.blocks, lagging[slow].blocks]) == 1:
+        chosen, decays = lagging[slow], np.array([DECAYS[slow]])
+    return _write(scaled, chosen, decays, tuple(pasts), folds)
+
+
+def _try_lag(
+    gather: Callable[[list[float], Array], Array],
+    pasts: list[float],
+    input_: Array,
+    decay: float,
+    chosen: Trial,
+    folds: Folds,
+) -> Trial:
+    """The candidate that was chosen, with one slow state beside its plays."""
+    lengths = np.array([decay])
+    states = play_readout.lag_columns(lengths, input_, -pasts[0] * lengths) / decay
+    size = chosen.penalty.shape[0]
+    penalty = np.zeros((size + 1, size + 1))
+    penalty[:size, :size] = chosen.penalty
+    penalty[size, size] = LAG_RIDGE
+    bounded = np.append(chosen.problem.bounded, False)
+    return bank_trial.evaluate(bank_problem.pose(gather(pasts, states), bounded), penalty, folds)
+
+
+def _write(
+    scaled: Scaled, chosen: Trial, decays: Array, pasts: tuple[float, ...], folds: Folds
+) -> ReadoutFit:
+    """The candidate in the recording's own units."""
+    factors, inputs = scaled.range_ * chosen.solution.found.factors, len(scaled.inputs)
+    cells = WIDTHS.size * CELLS
+    records = []
+    for place, (low, range_) in enumerate(zip(scaled.lows, scaled.ranges, strict=True)):
+        gains = factors[place * cells : (place + 1) * cells].reshape(WIDTHS.size, CELLS)
+        lengths = decays * range_ if place == 0 else np.empty(0)
+        records.append(
+            PlayReadout(
+                low_mm=float(low),
+                high_mm=float(low + range_),
+                widths_mm=WIDTHS * range_,
+                gains=gains * CELLS / range_,
+                decays_mm=lengths,
+                lags=factors[inputs * cells :][: lengths.size] / lengths,
+                offset_mm=scaled.mean + scaled.range_ * chosen.solution.offset * (place == 0),
+            )
+        )
+    records[1:] = [record._replace(offset_mm=0.0) for record in records[1:]]
+    return ReadoutFit(
+        records=tuple(records),
+        pasts=pasts,
+        scores=bank_trial.score(chosen, folds, scaled.range_),
+        freedom=bank_problem.freedom(chosen.problem, chosen.penalty, chosen.solution),
+        bounded=bool(chosen.problem.bounded.any()),
+    )

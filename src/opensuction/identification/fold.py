@@ -1,0 +1,160 @@
+"""How a recording is cut for cross-validation: blocks between reversals, and parts that are apart.
+
+A block is what lies between reversals of the input, or a piece of it where there are few: what one
+stroke shows is then predicted from the others, and not from its own neighbours. Parts that are
+apart, for what is to be transferred, are the slow blocks against the fast ones, or, at one speed,
+the first half against the second.
+Source: [Racine-2000] for blocks where neighbours are alike; [Breiman-1984] sec. 3.4.3 for the rule
+of one standard error.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from opensuction.identification.record import REVERSAL_SHARE, find_turns
+from opensuction.kernel.record import Array
+
+BLOCKS = 20
+"""Most blocks: short enough that what one holds is seen elsewhere too."""
+
+FEWEST_STROKES = 10
+"""With fewer strokes between reversals they are cut into pieces, as many as `BLOCKS` in all: what
+one of so few strokes shows cannot be predicted from the others."""
+
+APART = 1.5
+"""Ratio of the speeds of fast and slow blocks from which they are told apart."""
+
+ENDS = (0.1, 0.9)
+"""Quantiles of the blocks' speeds between which, at their geometric mean, slow ends and fast
+begins."""
+
+LEAST_SHARE = 1e-6
+"""A block's error is not taken for smaller than this share of the mean: below it is rounding."""
+
+
+class Folds(NamedTuple):
+    """A cut of a recording."""
+
+    edges: NDArray[np.int64]
+    """First sample of each block, and the end; shape (blocks + 1,)."""
+    parts: NDArray[np.int64]
+    """Of each block, which of two parts it belongs to, 0 or 1; shape (blocks,)."""
+    by_speed: bool
+    """Whether the parts differ in speed, or only in time."""
+    reversals: tuple[int, int]
+    """Reversals of the input in either part."""
+
+    @property
+    def cuts(self) -> list[slice]:
+        """The blocks."""
+        return [slice(int(a), int(b)) for a, b in zip(self.edges[:-1], self.edges[1:], strict=True)]
+
+    @property
+    def blocks(self) -> int:
+        """How many there are."""
+        return self.edges.size - 1
+
+
+class Scores(NamedTuple):
+    """How well what was left out was predicted: sums of squared errors, in units of the output."""
+
+    blocks: Array
+    """Of each block, predicted from all others; shape (blocks,)."""
+    parts: Array
+    """Of each of the two parts, predicted from the other one; shape (2,)."""
+    samples: int
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square error of the blocks left out."""
+        return math.sqrt(float(self.blocks.sum()) / self.samples)
+
+    @property
+    def apart_rmse(self) -> float:
+        """Root mean square error of the parts, each predicted from the other."""
+        return math.sqrt(float(self.parts.sum()) / self.samples)
+
+
+def cut_evenly(samples: int) -> Folds:
+    """Folds of a recording of which no input is known: neighbouring blocks of equal length."""
+    edges = np.linspace(0, samples, min(BLOCKS, samples) + 1).astype(np.int64)
+    parts = (np.arange(edges.size - 1) >= (edges.size - 1) // 2).astype(np.int64)
+    return Folds(edges, parts, by_speed=False, reversals=(0, 0))
+
+
+def cut(input_: Array, time_s: Array | None = None) -> Folds:
+    """Folds of a recording. input_: shape (n,); time_s: likewise, None: evenly sampled."""
+    turns = find_turns(input_, REVERSAL_SHARE * float(np.ptp(input_)))
+    edges = _edges(turns, input_.size)
+    marks = np.concatenate([[0], turns, [input_.size - 1]])
+    clock = np.arange(input_.size, dtype=np.float64) if time_s is None else time_s
+    path = np.append(0.0, np.cumsum(np.abs(np.diff(input_))))
+    speeds = np.diff(path[marks]) / np.maximum(np.diff(clock[marks]), 1e-300)
+    middles = (edges[:-1] + edges[1:]) // 2
+    of_blocks = speeds[np.searchsorted(turns, middles, side="right")]
+    low, high = np.quantile(of_blocks, ENDS)
+    parts = (of_blocks > math.sqrt(float(low * high))).astype(np.int64)
+    fast, slow = of_blocks[parts == 1], of_blocks[parts == 0]
+    by_speed = bool(
+        fast.size and slow.size and float(np.median(fast)) > APART * float(np.median(slow)) > 0.0
+    )
+    if not by_speed:
+        parts = (middles > input_.size // 2).astype(np.int64)
+    of_turns = parts[np.searchsorted(edges, turns, side="right") - 1]
+    counts = (int(np.sum(of_turns == 0)), int(np.sum(of_turns == 1)))
+    return Folds(edges, parts, by_speed, counts)
+
+
+def _edges(turns: NDArray[np.int64], samples: int) -> NDArray[np.int64]:
+    """Edges of the blocks: some of the turns, or all of them and places between."""
+    marks = np.unique(np.concatenate([[0], turns, [samples]]))
+    if marks.size - 1 > BLOCKS:
+        even = np.linspace(0, samples, BLOCKS + 1)
+        marks = np.unique(marks[np.abs(marks[:, None] - even).argmin(axis=0)])
+    usual = samples / BLOCKS if marks.size - 1 < FEWEST_STROKES else samples
+    edges = [0]
+    for first, end in pairwise(marks.tolist()):
+        pieces = max(round((end - first) / usual), 1)
+        edges += [int(first + (end - first) * (k + 1) // pieces) for k in range(pieces)]
+    return np.array(edges, dtype=np.int64)
+
+
+def list_parts(folds: Folds) -> list[list[int]]:
+    """The blocks of each of the two parts."""
+    return [np.flatnonzero(folds.parts == part).tolist() for part in (0, 1)]
+
+
+def standard_error(differences: Array) -> float:
+    """Standard error of a sum over blocks, from their scatter. differences: shape (blocks,)."""
+    if differences.size < 2:
+        return math.inf
+    return math.sqrt(differences.size) * float(differences.std(ddof=1))
+
+
+def choose_simplest(squares: Sequence[Array]) -> int:
+    """The first of candidates, simplest first, that is not surely worse than the best of them.
+
+    squares: of each candidate, sums of squared errors of the blocks left out, shape (blocks,).
+    Not surely worse: by no more than one standard error of the difference, block by block. That is
+    asked twice: of the squares, and, among those that pass, of their logarithms. A block that holds
+    what is seen nowhere else, as the end of a range, outweighs all others in the one; in the other
+    every block counts alike.
+    """
+    totals = np.array([float(each.sum()) for each in squares])
+    least = squares[int(np.argmin(totals))]
+    passed = [place for place, each in enumerate(squares) if not is_surely_worse(each, least)]
+    floor = max(LEAST_SHARE * float(least.mean()), 1e-300)
+    logs = {place: np.log(np.maximum(squares[place], floor)) for place in passed}
+    best = min(passed, key=lambda place: float(logs[place].sum()))
+    return next(place for place in passed if not is_surely_worse(logs[place], logs[best]))
+
+
+def is_surely_worse(one: Array, other: Array) -> bool:
+    """Whether errors are larger than others by more than one standard error; shape (blocks,)."""
+    gap = one - other
+    return float(gap.sum()) > standard_error(gap)
