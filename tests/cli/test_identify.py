@@ -253,3 +253,22 @@ def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:
     recording(tmp_path)
     arguments = ("identify", "bench.csv", *COLUMNS, "--out", ".", "--json")
     assert_refused(opensuction(*arguments, cwd=tmp_path), "--force", tmp_path, left=1)
+
+
+def test_a_second_input_is_asked_for_and_taken(tmp_path: Path) -> None:
+    time_s, head, tip = motion()
+    bend = 9.0 * np.sin(1.3 * time_s)
+    rows = np.column_stack([time_s, head, bend, tip + 0.2 * bend]).tolist()
+    lines = ["time_s,head_mm,bend_deg,tip_mm", *(",".join(map(repr, row)) for row in rows)]
+    (tmp_path / "bent.csv").write_text("\n".join(lines) + "\n")
+    ran = opensuction("identify", "bent.csv", *COLUMNS, "--time", "time_s", "--json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert any("add --input bend_deg" in said for said in json.loads(ran.stdout)["warnings"])
+    both = ("identify", "bent.csv", *COLUMNS, "--input", "bend_deg", "--json")
+    ran = opensuction(*both, "--model", "play-readout", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["rmse_percent_of_range"] < 0.5
+    assert data["recording"]["other_inputs"] == ["bend_deg"]
+    assert data["coupling_percent_of_range"].keys() == {"head_mm", "bend_deg"}
+    assert_refused(opensuction(*both, cwd=tmp_path), "add --model play-readout", tmp_path, left=2)

@@ -183,3 +183,51 @@ def test_a_time_that_goes_back_is_refused() -> None:
 def test_too_little_left_to_fit_is_refused() -> None:
     with pytest.raises(InputError, match="leaves 20 of 200 samples to fit, at least 40"):
         identify(HEAD[:200], TIP[:200], holdout_ratio=0.9)
+
+
+OTHER = 12.0 * np.sin(np.linspace(0.0, 31.0, HEAD.size))
+COUPLED = TIP - 0.3 * OTHER + NOISE
+NAMED = Labels("head_mm", "tip_mm", other_names=("bend_deg",))
+
+
+def test_several_inputs_are_followed_together_and_what_each_adds_is_told() -> None:
+    one, *_ = compare(HEAD, COUPLED, TIME_S, 0.25, NAMED)
+    found, *rest = compare(np.array([HEAD, OTHER]), COUPLED, TIME_S, 0.25, NAMED)
+    assert found.model == "play-readout"
+    assert found.recommended
+    assert found.holdout_rmse_percent_of_range < 0.3 * one.holdout_rmse_percent_of_range
+    assert list(found.coupling_percent_of_range) == ["head_mm", "bend_deg"]
+    percent = 100.0 * float((0.3 * OTHER).std()) / float(np.ptp(COUPLED))
+    assert found.coupling_percent_of_range["bend_deg"] == pytest.approx(percent, rel=0.15)
+    assert any(name.startswith("bend_deg: gain_") for name in found.parameters)
+    assert all(each.coupling_percent_of_range == {} for each in rest)
+
+
+def test_another_column_that_explains_what_is_left_is_named() -> None:
+    beside = {"bend_deg": OTHER, "noise": NOISE[::-1], "constant": np.ones(HEAD.size)}
+    found = identify(HEAD, COUPLED, TIME_S, beside=beside)
+    said = [warning for warning in found.warnings if warning.startswith("Another input")]
+    assert len(said) == 1
+    assert "column 'bend_deg' explains 9" in said[0]
+    assert not any(
+        warning.startswith("Another input")
+        for warning in identify(HEAD, TIP + NOISE, TIME_S, beside=beside).warnings
+    )
+
+
+@pytest.mark.parametrize(
+    ("others", "model", "says"),
+    [
+        (
+            [OTHER],
+            "bouc-wen",
+            "model 'bouc-wen' follows one input, not 2: take model 'play-readout'",
+        ),
+        ([OTHER[:-1]], "play-readout", "bend_deg has 1199 samples, tip_mm 1200"),
+        ([np.full(HEAD.size, 3.0)], "play-readout", "bend_deg: constant at 3, should move"),
+    ],
+)
+def test_inputs_that_do_not_do_are_refused(others: list[Array], model: str, says: str) -> None:
+    with pytest.raises(InputError, match=says) as refused:
+        identify([HEAD, *others], COUPLED, model=model, labels=NAMED)
+    assert "\n" not in str(refused.value)

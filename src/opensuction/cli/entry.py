@@ -9,6 +9,9 @@ import typer
 from opensuction.cli import exit_status
 from opensuction.cli.option import OPTIONS
 
+MAYBE: Any = list[str] | None
+"""What typer takes for an option that may be given many times, or not at all."""
+
 
 class Command(NamedTuple):
     """What the application knows of a command."""
@@ -61,7 +64,7 @@ def _list_parameters(record: Any) -> Iterator[Parameter]:
             continue
         kind, default = hint, record._field_defaults.get(name, Parameter.empty)
         if _is_repeated(hint):
-            kind, default = list[str] | None, None
+            kind, default = (list[str], default) if default is Parameter.empty else (MAYBE, None)
         yield Parameter(
             name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, OPTIONS[name]]
         )

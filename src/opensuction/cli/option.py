@@ -167,7 +167,12 @@ OPTIONS: dict[str, Any] = {
     "file": typer.Argument(
         metavar="FILE", help="The recording: CSV or Parquet.", show_default=False
     ),
-    "input": typer.Option(metavar="COL", help="Column of what drives: the head."),
+    "input": typer.Option(
+        metavar="COL",
+        help="Column of what drives: the head. Given again: what drives too, such as another "
+        "joint; play-readout follows several.",
+        show_default=False,
+    ),
     "output": typer.Option(metavar="COL", help="Column of what follows: the tip."),
     "time": typer.Option(metavar="COL", help="Column of time. Default: samples evenly spaced."),
     "negate_output": typer.Option(
@@ -175,8 +180,8 @@ OPTIONS: dict[str, Any] = {
     ),
     "model": _take_name(
         "Model of the hysteresis: modified-dahl (the paper's; the only one that a cycle can be "
-        "compensated with), dahl, bouc-wen, prandtl-ishlinskii, preisach or generalised. Default: "
-        "modified-dahl.",
+        "compensated with), dahl, bouc-wen, prandtl-ishlinskii, preisach, play-readout (of one "
+        "or several inputs) or generalised. Default: modified-dahl.",
         completion.MODELS,
     ),
     "method": _take_name(

@@ -5,7 +5,8 @@ carry them say how they are called, so that every unit and every message speaks 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -19,14 +20,16 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     write_unit,
 )
 from opensuction.identification import fold
+from opensuction.identification.bank import readout_fit
 from opensuction.identification.estimator import nonlinear, superposition
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.search import SEARCHES, search
 from opensuction.identification.fold import Folds
-from opensuction.identification.judgement import diagnosis
+from opensuction.identification.judgement import coupling, diagnosis
 from opensuction.identification.judgement.candidate import (
     Candidate,
     Estimate,
+    judge_readout,
     judge_superposition,
     judge_vector,
 )
@@ -47,6 +50,9 @@ METHODS = {
     "regularised": "least squares with a penalty, complexity by cross-validation",
 }
 """Ways to identify them, and what they are."""
+
+COUPLED = "play-readout"
+"""The model that follows several inputs."""
 
 LEAST_SAMPLES = 40
 """Fewest samples to fit: two for each block of a cross-validation."""
@@ -90,6 +96,9 @@ class FittedModel(NamedTuple):
     output_unit: str
     recommended: bool
     """Whether cross-validation prefers this model to the others compared with it."""
+    coupling_percent_of_range: dict[str, float]
+    """What each of several inputs adds, root mean square about its mean in percent of the output's
+    range; empty for a model of one."""
 
 
 @single_threaded
@@ -101,25 +110,33 @@ def identify(
     method: str | None = None,
     holdout_ratio: float = 0.0,
     labels: Labels = Labels(),  # noqa: B008 - immutable
+    beside: Mapping[str, ArrayLike] = MappingProxyType({}),
 ) -> FittedModel:
     """Identify one model from a recording.
 
     input_, output: the driven and the following position at the same instants, shape (n,), in any
-    units. time_s: when they were taken; None: evenly. model, method: names of ``MODELS`` and
-    ``METHODS``; None: the model's default. holdout_ratio: share of the recording, from its end,
-    that is not fitted but predicted, from 0 to 0.9.
+    units; of several inputs, shape (inputs, n), the one that drives first. time_s: when they were
+    taken; None: evenly. model, method: names of ``MODELS`` and ``METHODS``; None: the model's
+    default. holdout_ratio: share of the recording, from its end, that is not fitted but predicted,
+    from 0 to 0.9. beside: other columns of the recording, which may explain what the model leaves.
 
     Raises InputError, in one line, for what cannot be identified.
     """
     chosen = _choose_method(model, method)
     recording = _check(input_, output, time_s, holdout_ratio, labels)
-    return _fit(recording, MODELS[model], chosen)
+    if len(recording.inputs) > 1 and model != COUPLED:
+        raise InputError(
+            f"model '{model}' follows one input, not {len(recording.inputs)}: take model "
+            f"'{COUPLED}', or one input"
+        )
+    return _warn_of_others(recording, _fit(recording, MODELS[model], chosen), beside)
 
 
 class _Recording(NamedTuple):
     """A checked recording."""
 
-    input_: Array
+    inputs: Array
+    """Shape (inputs, n)."""
     output: Array
     fitted_samples: int
     labels: Labels
@@ -136,7 +153,11 @@ def _check(
     labels: Labels,
 ) -> _Recording:
     """The recording, fit to be fitted. Raises InputError."""
-    driven, answer = read_pair(labels[:2], input_, output, LEAST_SAMPLES)
+    first, *others = _split_inputs(input_)
+    driven, answer = read_pair(labels[:2], first, output, LEAST_SAMPLES)
+    inputs, names = [driven], _name_others(labels, len(others))
+    for name, values in zip(names, others, strict=True):
+        inputs.append(read_pair((name, labels.output_name), values, output, LEAST_SAMPLES)[0])
     check_holdout(holdout_ratio)
     fitted_samples = driven.size - int(driven.size * holdout_ratio)
     if fitted_samples < LEAST_SAMPLES:
@@ -156,7 +177,24 @@ def _check(
         begin_in, begin_out, None if time is None else time[:fitted_samples], labels
     )
     folds = fold.cut(begin_in, None if time is None else time[:fitted_samples])
-    return _Recording(driven, answer, fitted_samples, labels, warnings, folds)
+    for name, values in zip(names, inputs[1:], strict=True):
+        if not np.ptp(values[:fitted_samples]) > 0.0:
+            raise InputError(f"{name}: constant at {values[0]:g}, should move; leave it out")
+    return _Recording(np.array(inputs), answer, fitted_samples, labels, warnings, folds)
+
+
+def _split_inputs(input_: ArrayLike) -> Sequence[ArrayLike]:
+    """Each input; one that is no row of rows is the only one."""
+    if isinstance(input_, np.ndarray):
+        return list(input_) if input_.ndim == 2 and len(input_) else [input_]
+    rows = [*input_] if isinstance(input_, list | tuple) else []
+    return rows if rows and all(np.ndim(row) == 1 for row in rows) else [input_]
+
+
+def _name_others(labels: Labels, count: int) -> list[str]:
+    """Names of the inputs after the first, unlike one another."""
+    given = labels.other_names[:count]
+    return [*given, *(f"input {place + 2}" for place in range(len(given), count))]
 
 
 def methods_of(model: HysteresisModel) -> tuple[str, ...]:
@@ -173,7 +211,11 @@ def methods_of(model: HysteresisModel) -> tuple[str, ...]:
 def _candidate(recording: _Recording, model: HysteresisModel, method: str) -> Candidate:
     """The model fitted to the first part of the recording."""
     count = recording.fitted_samples
-    input_, output = recording.input_[:count], recording.output[:count]
+    inputs, output = recording.inputs[:, :count], recording.output[:count]
+    input_ = np.ascontiguousarray(inputs[0])
+    if model.name == COUPLED and len(inputs) > 1:
+        names = _name_others(recording.labels, len(inputs) - 1)
+        return judge_readout(readout_fit.fit(inputs, output, recording.folds), names)
     if not isinstance(model.form, VectorForm):
         return judge_superposition(superposition.fit(model, input_, output, recording.folds))
     if method in SEARCHES:
@@ -187,7 +229,7 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
     """The fitted model with its scores, intervals and warnings."""
     found = _candidate(recording, model, method)
     labels, count, output = recording.labels, recording.fitted_samples, recording.output
-    fitted = found.simulate(recording.input_)
+    fitted = found.simulate(recording.inputs)
     rest = output - fitted
     range_ = float(np.ptp(output))
     correlations = diagnosis.autocorrelation(rest[:count])
@@ -214,7 +256,30 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
         autocorrelation=correlations,
         output_unit=labels.output_unit,
         recommended=False,
+        coupling_percent_of_range=_share(recording, found, range_),
     )
+
+
+def _share(recording: _Recording, found: Candidate, range_: float) -> dict[str, float]:
+    """What each input adds, of a model of several."""
+    if found.parts is None:
+        return {}
+    names = [recording.labels.input_name]
+    names += _name_others(recording.labels, len(recording.inputs) - 1)
+    parts = found.parts(recording.inputs)
+    return coupling.measure_shares(dict(zip(names, parts, strict=True)), range_)
+
+
+def _warn_of_others(
+    recording: _Recording, found: FittedModel, beside: Mapping[str, ArrayLike]
+) -> FittedModel:
+    """The model with a warning where another column explains what it leaves."""
+    count = recording.fitted_samples
+    columns = {name: np.asarray(values, dtype=np.float64) for name, values in beside.items()}
+    usable = {name: each[:count] for name, each in columns.items() if each.size >= count}
+    rest = (recording.output - found.fitted)[:count]
+    said = coupling.find_missing(rest, usable, recording.folds)
+    return found._replace(warnings=(*found.warnings, *said))
 
 
 @single_threaded
@@ -225,10 +290,12 @@ def compare(
     holdout_ratio: float = 0.0,
     labels: Labels = Labels(),  # noqa: B008 - immutable
     progress: Progress | None = None,
+    beside: Mapping[str, ArrayLike] = MappingProxyType({}),
 ) -> list[FittedModel]:
     """Identify every model from the same recording, best first; one is recommended.
 
-    Arguments as `identify`; progress is called before each model. The order is that of the error in
+    Arguments as `identify`; of several inputs, models of one take the first. progress is called
+    before each model. The order is that of the error in
     cross-validation, on the fitted samples alone. A model that cannot be identified from this
     recording is left out. Raises InputError where none can.
     """
@@ -248,7 +315,7 @@ def compare(
     good = [each for each in results if each.cross_validation_percent_of_range <= bound]
     chosen = min(good or results, key=lambda each: len(each.parameters))
     rest = [each for each in results if each is not chosen]
-    return [chosen._replace(recommended=True), *rest]
+    return [_warn_of_others(recording, chosen._replace(recommended=True), beside), *rest]
 
 
 def _choose_method(model: str, method: str | None) -> str:

@@ -23,6 +23,8 @@ class Pair(NamedTuple):
     answer: Array
     time_s: Array | None
     """Rising; None where the recording has no time, and its samples count as evenly spaced."""
+    others: tuple[Array, ...] = ()
+    """Further quantities that drive."""
 
 
 def check_time(name: str, time_s: Array) -> None:
@@ -55,15 +57,17 @@ def cut(pair: Pair, from_s: float | None, to_s: float | None) -> Pair:
             f"no sample is from {low:g} to {high:g} s; the recording is from "
             f"{pair.time_s[0]:g} to {pair.time_s[-1]:g} s"
         )
-    return Pair(pair.driven[inside], pair.answer[inside], pair.time_s[inside])
+    others = tuple(other[inside] for other in pair.others)
+    return Pair(pair.driven[inside], pair.answer[inside], pair.time_s[inside], others)
 
 
-def check(pair: Pair, input_name: str, output_name: str) -> None:
+def check(pair: Pair, input_name: str, output_name: str, other_names: tuple[str, ...] = ()) -> None:
     """Refuse what cannot show how one follows the other: too few samples, or a constant."""
     if pair.driven.size < LEAST_SAMPLES:
         samples = f"{pair.driven.size} sample{'s' if pair.driven.size > 1 else ''}"
         raise InputError(f"{samples}, at least {LEAST_SAMPLES} are needed; record several cycles")
-    for name, values in ((input_name, pair.driven), (output_name, pair.answer)):
+    others = zip(other_names, pair.others, strict=False)
+    for name, values in ((input_name, pair.driven), (output_name, pair.answer), *others):
         if not np.ptp(values) > 0.0:
             raise InputError(
                 f"column {name!r} is constant at {values[0]:g} in all {values.size} samples; "

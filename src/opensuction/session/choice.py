@@ -74,7 +74,8 @@ class RecordingChoice(NamedTuple):
     """A recording, its columns, and the part of it that is used."""
 
     file: Path
-    input: str
+    input: tuple[str, ...]
+    """Columns of what drives, the one that a machine moves first; at least one."""
     output: str
     time: str | None = None
     """Column of time; None: samples are evenly spaced."""

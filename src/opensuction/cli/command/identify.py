@@ -48,8 +48,8 @@ def _compute(
 
     sign = "-" if recording.negate_output else ""
     progress.tell(
-        f"Identifying {model or 'every model'} on {recording.file}: {recording.input} to "
-        f"{sign}{recording.output}"
+        f"Identifying {model or 'every model'} on {recording.file}: "
+        f"{', '.join(recording.input)} to {sign}{recording.output}"
     )
     loaded = identification_run.load(recording, model, method)
     began_s = time.perf_counter()

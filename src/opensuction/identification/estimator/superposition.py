@@ -10,12 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     LinearForm,
+    Ranges,
     Record,
     ranges_of,
 )
+from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
 from opensuction.identification import fold
 from opensuction.identification.bank import preisach_fit, readout_fit
 from opensuction.identification.bank.bank_trial import PASTS
@@ -96,6 +99,21 @@ def fit(
         scores=scores,
         freedom=freedom,
     )
+
+
+def list_readout(record: PlayReadout) -> dict[str, tuple[float, str]]:
+    """Name, value and unit of a readout's factors, those of 0 left out but the offset."""
+    form = PLAY_READOUT.form
+    if not isinstance(form, LinearForm):
+        raise TypeError(f"{PLAY_READOUT.name} is not linear in its parameters")
+    ranges = Ranges(record.low_mm, record.high_mm, 0.0, 1.0, 0.0)
+    factors = [*record.gains.ravel().tolist(), *record.lags.tolist(), record.offset_mm]
+    named = zip(form.parameters(record, ranges), factors, strict=True)
+    return {
+        parameter.name: (factor, parameter.unit)
+        for parameter, factor in named
+        if factor != 0.0 or parameter.name == "offset"
+    }
 
 
 def _in_triangle(weights: Array) -> Array:

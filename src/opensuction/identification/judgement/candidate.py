@@ -1,7 +1,7 @@
 """A fitted model of any kind, with its intervals: what the workbench scores and compares."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,9 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     VectorForm,
     ranges_of,
 )
-from opensuction.identification.estimator import linear
+from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
+from opensuction.identification.bank.readout_fit import ReadoutFit
+from opensuction.identification.estimator import linear, superposition
 from opensuction.identification.estimator.nonlinear import NonlinearFit
 from opensuction.identification.estimator.superposition import Superposition
 from opensuction.identification.fold import Folds, Scores
@@ -50,13 +52,15 @@ class Candidate(NamedTuple):
 
     parameters: dict[str, Estimate]
     simulate: Callable[[Array], Array]
-    """Output for a record that begins as the fitted one did."""
+    """Output for a record that begins as the fitted one did: of the inputs, shape (inputs, n)."""
     scores: Scores
     """Errors of what was left out, in units of the output."""
     freedom: float
     """Effective number of parameters."""
     well_posed: bool
     warnings: tuple[str, ...]
+    parts: Callable[[Array], list[Array]] | None = None
+    """What each of several inputs adds to it; None for a model of one."""
 
 
 def judge_superposition(found: Superposition) -> Candidate:
@@ -68,11 +72,42 @@ def judge_superposition(found: Superposition) -> Candidate:
             name: Estimate(value, unit, math.nan, math.nan)
             for name, (value, unit) in found.factors.items()
         },
-        simulate=found.simulate,
+        simulate=lambda inputs: found.simulate(inputs[0]),
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
         warnings=() if well_posed else (refusal,),
+    )
+
+
+def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
+    """A candidate of several inputs; its inverse is that of the first, the others held.
+
+    names: of the inputs after the first; a parameter of theirs begins with it.
+    """
+
+    def parts(inputs: Array) -> list[Array]:
+        """What each input adds."""
+        return [
+            PLAY_READOUT.simulate(
+                record, input_, PLAY_READOUT.memory(record, float(input_[0]), past)
+            )
+            for record, input_, past in zip(found.records, inputs, found.pasts, strict=True)
+        ]
+
+    parameters = {}
+    for prefix, record in zip(("", *(f"{name}: " for name in names)), found.records, strict=True):
+        for name, (value, unit) in superposition.list_readout(record).items():
+            parameters[prefix + name] = Estimate(value, unit, math.nan, math.nan)
+    well_posed = bool(PLAY_READOUT.is_monotone(found.records[0]))
+    return Candidate(
+        parameters=parameters,
+        simulate=lambda inputs: np.sum(parts(inputs), axis=0),
+        scores=found.scores,
+        freedom=found.freedom,
+        well_posed=well_posed,
+        warnings=() if well_posed else (GAP if found.bounded else NOT_INVERTIBLE,),
+        parts=parts,
     )
 
 
@@ -104,7 +139,7 @@ def judge_vector(
     well_posed = bool(model.is_monotone(form.record(vector)))
     return Candidate(
         parameters=parameters,
-        simulate=lambda record: form.simulate(vector, record),
+        simulate=lambda inputs: form.simulate(vector, inputs[0]),
         # Without the memory at the first sample, which the first block alone knows.
         scores=linear.estimate_left_out(rows[:-1], rest, folds),
         freedom=float(vector.size),

@@ -58,6 +58,8 @@ class Labels(NamedTuple):
     input_unit: str = "mm"
     output_unit: str = "mm"
     time_name: str = "time"
+    other_names: tuple[str, ...] = ()
+    """Of further inputs; those without one are numbered."""
 
 
 def check_recording(input_: Array, output: Array, labels: Labels) -> None:

@@ -115,7 +115,17 @@ def sentences(summary: Summary) -> list[str]:
         samples = int((number(found, "samples") or 0) - (number(found, "fitted_samples") or 0))
         said.append(f"On the last {samples} samples, which it has not seen, it is {percent(held)}.")
     said.extend(_gap(found))
+    said.extend(_coupling(found))
     return said
+
+
+def _coupling(model: Summary) -> list[str]:
+    """What each of several inputs adds to the output."""
+    shares = value(model, "coupling_percent_of_range") or {}
+    if not shares:
+        return []
+    listed = ", ".join(f"{name} {percent(share)}" for name, share in shares.items())
+    return [f"Of the output's range the inputs add, RMS: {listed}."]
 
 
 def _gap(model: Summary) -> list[str]:

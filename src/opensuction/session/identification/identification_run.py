@@ -1,14 +1,17 @@
 """Identification of a recording, from names of columns to results: the workbench's two commands."""
 
 import math
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
 from opensuction.identification import workbench
+from opensuction.identification.judgement.coupling import MOST_COLUMNS
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Progress
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 from opensuction.recording import pair as recorded
 from opensuction.recording import table
 from opensuction.recording.pair import Pair
@@ -37,6 +40,8 @@ class LoadedRecording(NamedTuple):
     pair: Pair
     labels: Labels
     """Names and units, ``input`` and ``output`` for units that are not known."""
+    beside: dict[str, Array]
+    """Columns of the file that were not named, as far as they are numbers."""
 
 
 def check(choice: RecordingChoice, model: str | None, method: str | None) -> None:
@@ -47,10 +52,18 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
         choose(method, METHODS, "method")
     workbench.check_holdout(choice.holdout, "--holdout")
     _check_span(choice)
-    if choice.input == choice.output:
+    for name in choice.input:
+        if choice.input.count(name) > 1:
+            raise InputError(f"--input '{name}' is given twice; name each column once")
+    if choice.output in choice.input:
         raise InputError(
-            f"--input and --output are both '{choice.input}'; name the column that drives and the "
+            f"--input and --output are both '{choice.output}'; name the column that drives and the "
             "one that follows"
+        )
+    if len(choice.input) > 1 and model is not None and model != workbench.COUPLED:
+        raise InputError(
+            f"model '{model}' follows one --input, not {len(choice.input)}: add --model "
+            f"{workbench.COUPLED}, or leave out the others"
         )
 
 
@@ -73,7 +86,7 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
     check(choice, model, method)
     found = table.open_table(choice.file)
     known = dict.fromkeys(found.names)
-    wanted = [choice.input, choice.output]
+    wanted = [*choice.input, choice.output]
     if choice.time is not None:
         wanted.append(choice.time)
     for name in wanted:
@@ -85,18 +98,33 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
             time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
             recorded.check_time(choice.time, time_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
-        pair = Pair(columns[choice.input], answer, time_s)
+        driven, *others = (columns[name] for name in choice.input)
+        beside = _read_beside(found, wanted)
+        pair = Pair(driven, answer, time_s, (*others, *beside.values()))
         pair = recorded.cut(pair, choice.from_s, choice.to_s)
-        recorded.check(pair, choice.input, choice.output)
-    return LoadedRecording(choice, model, method, found, pair, name_columns(choice))
+        rest = dict(zip(beside, pair.others[len(others) :], strict=True))
+        pair = pair._replace(others=pair.others[: len(others)])
+        recorded.check(pair, choice.input[0], choice.output, choice.input[1:])
+    return LoadedRecording(choice, model, method, found, pair, name_columns(choice), rest)
+
+
+def _read_beside(found: RecordedTable, wanted: list[str]) -> dict[str, Array]:
+    """The other columns of the file, those that are not all numbers left out."""
+    columns: dict[str, Array] = {}
+    for name in found.names:
+        if name not in wanted and len(columns) < MOST_COLUMNS:
+            with suppress(InputError):
+                columns |= table.read_columns(found, [name])
+    return columns
 
 
 def name_columns(choice: RecordingChoice) -> Labels:
     """Names and units of the columns, as estimators and reports call them."""
     return Labels(
-        input_name=choice.input,
+        input_name=choice.input[0],
+        other_names=choice.input[1:],
         output_name=f"-{choice.output}" if choice.negate_output else choice.output,
-        input_unit=choose_unit(choice.input_unit, choice.input) or UNKNOWN_UNITS[0],
+        input_unit=choose_unit(choice.input_unit, choice.input[0]) or UNKNOWN_UNITS[0],
         output_unit=choose_unit(choice.output_unit, choice.output) or UNKNOWN_UNITS[1],
     )
 
@@ -113,11 +141,18 @@ def fit(loaded: LoadedRecording, progress: Progress | None = None) -> list[Fitte
     """
     choice, labels = loaded.choice, loaded.labels
     _check_direction(loaded)
+    pair = loaded.pair
+    inputs = np.array([pair.driven, *pair.others]) if pair.others else pair.driven
+    recording = inputs, pair.answer, pair.time_s
     with name_source(choice.file):
         if loaded.model is None:
-            return workbench.compare(*loaded.pair, choice.holdout, labels, progress)
+            return workbench.compare(
+                *recording, choice.holdout, labels, progress, beside=loaded.beside
+            )
         return [
-            workbench.identify(*loaded.pair, loaded.model, loaded.method, choice.holdout, labels)
+            workbench.identify(
+                *recording, loaded.model, loaded.method, choice.holdout, labels, loaded.beside
+            )
         ]
 
 
@@ -128,8 +163,8 @@ def _check_direction(loaded: LoadedRecording) -> None:
         choice = loaded.choice
         remedy = "leave out" if choice.negate_output else "add"
         raise InputError(
-            f"{choice.file}: '{loaded.labels.output_name}' falls where '{choice.input}' rises, and "
-            f"should follow it: {remedy} --negate-output"
+            f"{choice.file}: '{loaded.labels.output_name}' falls where '{choice.input[0]}' rises, "
+            f"and should follow it: {remedy} --negate-output"
         )
 
 

@@ -50,6 +50,7 @@ def _figures(result: FittedModel) -> Json:
         "cross_validation_percent_of_range": result.cross_validation_percent_of_range,
         "well_posed": result.well_posed,
         "recommended": result.recommended,
+        "coupling_percent_of_range": result.coupling_percent_of_range or None,
         "warnings": list(result.warnings),
         "samples": result.samples,
         "fitted_samples": result.fitted_samples,
@@ -71,6 +72,7 @@ def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Json:
             "from_s": None if pair.time_s is None else float(pair.time_s[0]),
             "to_s": None if pair.time_s is None else float(pair.time_s[-1]),
             "input": _quantity(loaded, output=False)._asdict(),
+            "other_inputs": list(choice.input[1:]),
             "output": _quantity(loaded, output=True)._asdict(),
             "time": choice.time,
         },
@@ -85,7 +87,7 @@ def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Json:
 def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
     choice = loaded.choice
     values = loaded.pair.answer if output else loaded.pair.driven
-    column = choice.output if output else choice.input
+    column = choice.output if output else choice.input[0]
     given = choice.output_unit if output else choice.input_unit
     return Quantity(
         column=column,
