@@ -8,6 +8,7 @@ from opensuction.cli import completion
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence.trial.cohort import COHORTS
 from opensuction.evidence.trial.draw import FAULT_COUNTS
+from opensuction.identification.judgement.recommendation import PURPOSES
 from opensuction.identification.workbench import METHODS, MODELS
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
@@ -45,6 +46,7 @@ def completed(
         (completion.COMPENSATIONS, KIND_OF_NAME),
         (completion.MODELS, MODELS),
         (completion.METHODS, METHODS),
+        (completion.PURPOSES, PURPOSES),
         (completion.PREOXYGENATION, ANSWERS),
         (completion.COHORTS, COHORTS),
         (completion.FAULT_COUNTS, FAULT_COUNTS),

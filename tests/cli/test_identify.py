@@ -138,6 +138,18 @@ def test_compare_ranks_models_and_recommends_one(tmp_path: Path) -> None:
     assert (tmp_path / "found" / "report.html").is_file()
 
 
+def test_a_purpose_is_taken_and_its_reason_told(tmp_path: Path) -> None:
+    arguments = ("compare", str(EXAMPLE), *COLUMNS, "--time", "time_s", "--json")
+    ran = opensuction(*arguments, "--purpose", "compensate", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    best, *others = json.loads(ran.stdout)["models"]
+    assert best["model"] == "modified-dahl"
+    assert any("no compensator takes it yet" in reason for reason in best["reasons"])
+    assert all(other["reasons"] == [] for other in others)
+    ran = opensuction(*arguments, "--purpose", "drive", cwd=tmp_path)
+    assert_refused(ran, "purpose 'drive' is not known", tmp_path, left=1)
+
+
 def test_parquet_and_csv_give_the_same(
     finished: tuple[dict[str, Any], Path, str], tmp_path: Path
 ) -> None:

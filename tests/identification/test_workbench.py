@@ -118,7 +118,7 @@ UNEVEN_S = TIME_S + np.where(np.arange(HEAD.size) > 600, 0.5, 0.0)
 @pytest.mark.parametrize(
     ("head", "tip", "time_s", "says"),
     [
-        (HEAD[:400], TIP[:400], None, "Too few reversals: input turns 2 times"),
+        (HEAD[:400], TIP[:400], None, "Too few reversals: input turns twice by"),
         (np.round(HEAD / 4.0), TIP, None, "Range too small: input covers 25 steps"),
         (HEAD, np.minimum(TIP, 60.0), None, "Clipped: output stays at its highest value"),
         (HEAD, TIP, UNEVEN_S, "Uneven sampling: intervals from 0.01 to 0.51 s"),

@@ -30,8 +30,10 @@ MODELS = (
     "bouc-wen",
     "prandtl-ishlinskii",
     "preisach",
+    "play-readout",
     "generalised",
 )
+PURPOSES = ("predict", "compensate", "transfer")
 METHODS = (
     "variable-projection",
     "genetic-algorithm",

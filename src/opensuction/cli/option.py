@@ -184,6 +184,11 @@ OPTIONS: dict[str, Any] = {
         "or several inputs) or generalised. Default: modified-dahl.",
         completion.MODELS,
     ),
+    "purpose": _take_name(
+        "What the recommended model is for: predict, compensate (only what a compensator takes) or "
+        "transfer (to another speed or time). Default: predict.",
+        completion.PURPOSES,
+    ),
     "method": _take_name(
         "Way to fit it: variable-projection, genetic-algorithm (the paper's), "
         "differential-evolution, non-negative or regularised. Default: the model's own.",

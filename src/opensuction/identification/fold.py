@@ -29,6 +29,9 @@ one of so few strokes shows cannot be predicted from the others."""
 APART = 1.5
 """Ratio of the speeds of fast and slow blocks from which they are told apart."""
 
+LEAST_TURNS = 2
+"""Reversals that a fast and a slow part must each have to be told apart: a whole loop."""
+
 ENDS = (0.1, 0.9)
 """Quantiles of the blocks' speeds between which, at their geometric mean, slow ends and fast
 begins."""
@@ -66,7 +69,7 @@ class Scores(NamedTuple):
     blocks: Array
     """Of each block, predicted from all others; shape (blocks,)."""
     parts: Array
-    """Of each of the two parts, predicted from the other one; shape (2,)."""
+    """Of each block, predicted from the blocks of the other part alone; shape (blocks,)."""
     samples: int
 
     @property
@@ -100,14 +103,20 @@ def cut(input_: Array, time_s: Array | None = None) -> Folds:
     low, high = np.quantile(of_blocks, ENDS)
     parts = (of_blocks > math.sqrt(float(low * high))).astype(np.int64)
     fast, slow = of_blocks[parts == 1], of_blocks[parts == 0]
-    by_speed = bool(
-        fast.size and slow.size and float(np.median(fast)) > APART * float(np.median(slow)) > 0.0
-    )
+    medians = [float(np.median(each)) if each.size else 0.0 for each in (fast, slow)]
+    by_speed = medians[0] > APART * medians[1] > 0.0
+    by_speed = by_speed and min(_count_turns(turns, edges, parts)) >= LEAST_TURNS
     if not by_speed:
         parts = (middles > input_.size // 2).astype(np.int64)
+    return Folds(edges, parts, by_speed, _count_turns(turns, edges, parts))
+
+
+def _count_turns(
+    turns: NDArray[np.int64], edges: NDArray[np.int64], parts: NDArray[np.int64]
+) -> tuple[int, int]:
+    """Reversals in either part; one between blocks belongs to the block that it begins."""
     of_turns = parts[np.searchsorted(edges, turns, side="right") - 1]
-    counts = (int(np.sum(of_turns == 0)), int(np.sum(of_turns == 1)))
-    return Folds(edges, parts, by_speed, counts)
+    return int(np.sum(of_turns == 0)), int(np.sum(of_turns == 1))
 
 
 def _edges(turns: NDArray[np.int64], samples: int) -> NDArray[np.int64]:

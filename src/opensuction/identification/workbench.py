@@ -34,6 +34,7 @@ from opensuction.identification.judgement.candidate import (
     judge_vector,
 )
 from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.judgement.recommendation import Aim, Rated, check_purpose, recommend
 from opensuction.identification.record import read_pair, read_samples
 from opensuction.identification.single_thread import single_threaded
 from opensuction.kernel.errors import InputError
@@ -56,10 +57,6 @@ COUPLED = "play-readout"
 
 LEAST_SAMPLES = 40
 """Fewest samples to fit: two for each block of a cross-validation."""
-
-AS_GOOD = 1.02
-"""Of models whose cross-validation error is within 2 % of the least, the one with the fewest
-parameters is recommended: such differences are chance."""
 
 MOST_HOLDOUT_RATIO = 0.9
 """Largest share that can be held out; the rest must still show the hysteresis."""
@@ -96,6 +93,13 @@ class FittedModel(NamedTuple):
     output_unit: str
     recommended: bool
     """Whether cross-validation prefers this model to the others compared with it."""
+    transfer_percent_of_range: float
+    """Root mean square error of two parts of the fitted samples, slow and fast strokes or both
+    halves, each predicted from the other alone."""
+    freedom: float
+    """Effective number of parameters: a penalty leaves less than there are."""
+    reasons: tuple[str, ...]
+    """Why it is recommended, a sentence each; empty where it is not."""
     coupling_percent_of_range: dict[str, float]
     """What each of several inputs adds, root mean square about its mean in percent of the output's
     range; empty for a model of one."""
@@ -129,7 +133,7 @@ def identify(
             f"model '{model}' follows one input, not {len(recording.inputs)}: take model "
             f"'{COUPLED}', or one input"
         )
-    return _warn_of_others(recording, _fit(recording, MODELS[model], chosen), beside)
+    return _warn_of_others(recording, _fit(recording, MODELS[model], chosen)[0], beside)
 
 
 class _Recording(NamedTuple):
@@ -225,9 +229,15 @@ def _candidate(recording: _Recording, model: HysteresisModel, method: str) -> Ca
     return judge_vector(model, model.form, found, (input_, output), recording.folds)
 
 
-def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedModel:
-    """The fitted model with its scores, intervals and warnings."""
+def _fit(recording: _Recording, model: HysteresisModel, method: str) -> tuple[FittedModel, Rated]:
+    """The fitted model with its scores, intervals and warnings, and what it is judged by."""
     found = _candidate(recording, model, method)
+    rated = Rated(model.name, found.scores, found.freedom, found.well_posed)
+    return _describe(recording, model.name, method, found), rated
+
+
+def _describe(recording: _Recording, model: str, method: str, found: Candidate) -> FittedModel:
+    """A candidate as it is reported."""
     labels, count, output = recording.labels, recording.fitted_samples, recording.output
     fitted = found.simulate(recording.inputs)
     rest = output - fitted
@@ -236,7 +246,7 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
     said = diagnosis.judge_residuals(output[:count], rest[:count], rest[count:], correlations)
     rmse = _rms(rest[:count])
     return FittedModel(
-        model=model.name,
+        model=model,
         method=method,
         parameters={
             name: estimate._replace(
@@ -256,6 +266,9 @@ def _fit(recording: _Recording, model: HysteresisModel, method: str) -> FittedMo
         autocorrelation=correlations,
         output_unit=labels.output_unit,
         recommended=False,
+        transfer_percent_of_range=100.0 * found.scores.apart_rmse / range_,
+        freedom=found.freedom,
+        reasons=(),
         coupling_percent_of_range=_share(recording, found, range_),
     )
 
@@ -291,31 +304,32 @@ def compare(
     labels: Labels = Labels(),  # noqa: B008 - immutable
     progress: Progress | None = None,
     beside: Mapping[str, ArrayLike] = MappingProxyType({}),
+    aim: Aim = Aim(),  # noqa: B008 - immutable
 ) -> list[FittedModel]:
-    """Identify every model from the same recording, best first; one is recommended.
+    """Identify every model from the same recording; the recommended one is the first.
 
     Arguments as `identify`; of several inputs, models of one take the first. progress is called
-    before each model. The order is that of the error in
-    cross-validation, on the fitted samples alone. A model that cannot be identified from this
-    recording is left out. Raises InputError where none can.
+    before each model. aim: what the recommended model is for. The others follow by their error for
+    it, on the fitted samples alone. A model that cannot be identified from this recording is left
+    out. Raises InputError where none can, and for a purpose that the recording cannot serve.
     """
     recording = _check(input_, output, time_s, holdout_ratio, labels)
-    results, refusals = [], []
+    check_purpose(aim.purpose, recording.folds)
+    results, rated, refusals = {}, [], []
     for done, model in enumerate(MODELS.values()):
         if progress is not None:
             progress(model.name, done, len(MODELS))
         try:
-            results.append(_fit(recording, model, methods_of(model)[0]))
+            results[model.name], judged = _fit(recording, model, methods_of(model)[0])
+            rated.append(judged)
         except InputError as refused:
             refusals.append(refused)
     if not results:
         raise refusals[0]
-    results.sort(key=lambda result: result.cross_validation_percent_of_range)
-    bound = AS_GOOD * results[0].cross_validation_percent_of_range
-    good = [each for each in results if each.cross_validation_percent_of_range <= bound]
-    chosen = min(good or results, key=lambda each: len(each.parameters))
-    rest = [each for each in results if each is not chosen]
-    return [_warn_of_others(recording, chosen._replace(recommended=True), beside), *rest]
+    advice = recommend(rated, aim, recording.folds)
+    chosen = results.pop(advice.model)._replace(recommended=True, reasons=advice.reasons)
+    rest = sorted(results.values(), key=lambda each: advice.errors[each.model])
+    return [_warn_of_others(recording, chosen, beside), *rest]
 
 
 def _choose_method(model: str, method: str | None) -> str:

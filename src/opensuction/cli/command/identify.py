@@ -30,6 +30,7 @@ class CompareOptions(NamedTuple):
     """What ``compare`` takes."""
 
     recording: RecordingChoice
+    purpose: str = "predict"
     results: OutputChoice = OutputChoice()
 
 
@@ -39,9 +40,12 @@ def _compute(
     """Fit one model, or every one to compare them."""
     from opensuction.session.identification import identification_run
 
-    recording, model, method = options.recording, None, None
+    recording, model, method, purpose = options.recording, None, None, "predict"
     if isinstance(options, IdentifyOptions):
         model, method = options.model, options.method
+    else:
+        purpose = options.purpose
+        identification_run.check_purpose(purpose)
 
     def tell(model: str, done: int, models: int) -> None:
         progress.tell(f"Identifying {model} ({done + 1} of {models})")
@@ -53,7 +57,7 @@ def _compute(
     )
     loaded = identification_run.load(recording, model, method)
     began_s = time.perf_counter()
-    found = identification_run.fit(loaded, tell)
+    found = identification_run.fit(loaded, tell, purpose)
     return _write_up(loaded, found, folder, time.perf_counter() - began_s)
 
 
@@ -136,8 +140,11 @@ Examples:
       --time time_s --holdout 0.3
   opensuction compare jaw.csv --input spindle_deg --output jaw_deg \\
       --negate-output --json | jq .models[0].model
+  opensuction compare bench.csv --input head_mm --output tip_mm \\
+      --purpose compensate
 
-The recommended model is the one that cross-validation prefers. Recordings and units are as in
-opensuction identify --help.""",
+The recommended model is the simplest that is not surely worse than the best, for its purpose, on
+strokes that were left out in turn; never one worse than modified-dahl. Recordings and units are as
+in opensuction identify --help.""",
     ends="0 compared",
 )

@@ -111,15 +111,16 @@ def fit(problem: BankProblem, penalty: Array, start: Mask | None = None) -> Bank
 def leave_out(
     problem: BankProblem, penalty: Array, groups: Sequence[Sequence[int]], start: Mask
 ) -> Array:
-    """Sums of squared errors of groups of blocks, each predicted from all others.
+    """Sum of squared errors of every block, predicted without the group that it is in.
 
     groups: places of the blocks in each. start: passive set of the whole recording.
     """
-    left = np.empty(len(groups))
-    for place, group in enumerate(groups):
+    left = np.empty(len(problem.sums))
+    for group in groups:
         part = problem.sums[group[0]] if len(group) == 1 else problem.sums[list(group)].sum(axis=0)
         found = solve(problem.whole, part, penalty, problem.bounded, start)
-        left[place] = squares_left(part, found)
+        for block in group:
+            left[block] = squares_left(problem.sums[block], found)
     return left
 
 

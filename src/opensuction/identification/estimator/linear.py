@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from opensuction.identification import fold
@@ -142,14 +141,16 @@ def fit(
 
 
 def _leave_out(sums: Products, gram: Array, solve: Solve, groups: Sequence[Sequence[int]]) -> Array:
-    """Sum of squared errors of every group of blocks, predicted from the others."""
+    """Sum of squared errors of every block, predicted without the group that it is in."""
     right = sums[1].sum(axis=0)
-    left = np.empty(len(groups))
-    for place, group in enumerate(groups):
-        part, aim, power = (each[list(group)].sum(axis=0) for each in sums)
+    left = np.empty(len(sums[0]))
+    for group in groups:
+        part, aim = (each[list(group)].sum(axis=0) for each in sums[:2])
         factors = solve(gram - part, right - aim)
-        error = float(power) - 2.0 * float(factors @ aim) + float(factors @ part @ factors)
-        left[place] = max(error, 0.0)
+        for block in group:
+            own, along, power = (each[block] for each in sums)
+            error = float(power) - 2.0 * float(factors @ along) + float(factors @ own @ factors)
+            left[block] = max(error, 0.0)
     return left
 
 
@@ -166,15 +167,16 @@ def estimate_left_out(jacobian: Array, rest: Array, folds: Folds | None = None) 
     gram: Array = columns @ columns.T
     owner = np.repeat(np.arange(cut.blocks), np.diff(cut.edges))
 
-    def leave_out(chosen: NDArray[np.bool_]) -> float:
-        """Sum of squared errors of some samples, predicted from the others."""
-        part = columns[:, chosen]
-        change = solve_free(gram - part @ part.T, part @ rest[chosen])
-        left = rest[chosen] + change @ part
-        return float(left @ left)
+    def leave_out(groups: Sequence[Sequence[int]]) -> Array:
+        """Sum of squared errors of every block, predicted without the group that it is in."""
+        squares = np.empty(rest.size)
+        for group in groups:
+            chosen = np.isin(owner, group)
+            part = columns[:, chosen]
+            change = solve_free(gram - part @ part.T, part @ rest[chosen])
+            squares[chosen] = (rest[chosen] + change @ part) ** 2
+        sums: Array = np.add.reduceat(squares, cut.edges[:-1])
+        return sums
 
-    return Scores(
-        blocks=np.array([leave_out(owner == block) for block in range(cut.blocks)]),
-        parts=np.array([leave_out(np.isin(owner, part)) for part in fold.list_parts(cut)]),
-        samples=rest.size,
-    )
+    single = [[block] for block in range(cut.blocks)]
+    return Scores(leave_out(single), leave_out(fold.list_parts(cut)), rest.size)

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.hysteresis.bank.play_readout import PlayReadout, is_rising
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
+    Record,
     VectorForm,
     ranges_of,
 )
@@ -28,7 +30,12 @@ NOT_DETERMINED = (
 )
 NOT_INVERTIBLE = (
     "Not invertible: right after a reversal the model's output moves the wrong way, so that its "
-    "inverse jumps. Cross the gap explicitly, or use a model with weights at least 0."
+    "inverse jumps. Cross the gap explicitly, as exact-inverse does, or use a model whose output "
+    "never does so (prandtl-ishlinskii, preisach)."
+)
+LAGGING = (
+    "Not invertible: its slow state lags by more than the play without width makes good, so that "
+    "right after a reversal the output may move the wrong way. Use it to predict."
 )
 
 GAP = (
@@ -66,7 +73,6 @@ class Candidate(NamedTuple):
 def judge_superposition(found: Superposition) -> Candidate:
     """A candidate without intervals: weights that were pulled to 0 or held there have none."""
     well_posed = bool(found.model.is_monotone(found.record))
-    refusal = GAP if found.nonnegative else NOT_INVERTIBLE
     return Candidate(
         parameters={
             name: Estimate(value, unit, math.nan, math.nan)
@@ -76,8 +82,16 @@ def judge_superposition(found: Superposition) -> Candidate:
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
-        warnings=() if well_posed else (refusal,),
+        warnings=() if well_posed else (_refuse(found.record, found.nonnegative),),
     )
+
+
+def _refuse(record: Record, nonnegative: bool) -> str:
+    """Why a superposition has no continuous inverse."""
+    if not nonnegative:
+        return NOT_INVERTIBLE
+    lags = isinstance(record, PlayReadout) and not is_rising(record)
+    return LAGGING if lags else GAP
 
 
 def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
@@ -106,7 +120,7 @@ def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
-        warnings=() if well_posed else (GAP if found.bounded else NOT_INVERTIBLE,),
+        warnings=() if well_posed else (_refuse(found.records[0], found.bounded),),
         parts=parts,
     )
 

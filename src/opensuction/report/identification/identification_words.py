@@ -106,10 +106,10 @@ def sentences(summary: Summary) -> list[str]:
         count = len(models(summary))
         said.insert(
             0,
-            f"{count} model{'s' if count > 1 else ''} compared on the same samples. Recommended is "
-            "the one that predicts best what it has not seen"
-            + ("." if validated is None else f": {percent(validated)} in cross-validation."),
+            f"{count} model{'s' if count > 1 else ''} compared on the same samples"
+            + ("." if validated is None else f"; this one: {percent(validated)} where left out."),
         )
+        said[:0] = value(found, "reasons") or []
     held = number(found, "holdout_rmse_percent_of_range")
     if held is not None:
         samples = int((number(found, "samples") or 0) - (number(found, "fitted_samples") or 0))

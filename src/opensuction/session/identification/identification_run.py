@@ -9,6 +9,7 @@ import numpy as np
 from opensuction.identification import workbench
 from opensuction.identification.judgement.coupling import MOST_COLUMNS
 from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.judgement.recommendation import PURPOSES, Aim
 from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Progress
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -18,6 +19,7 @@ from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
+from opensuction.settings.identification_file import COMPENSATORS
 from opensuction.settings.unit import unit_of_column
 from opensuction.settings.wording import name_source
 
@@ -65,6 +67,11 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
             f"model '{model}' follows one --input, not {len(choice.input)}: add --model "
             f"{workbench.COUPLED}, or leave out the others"
         )
+
+
+def check_purpose(purpose: str) -> None:
+    """Refuse an unknown purpose before a file is read; raises InputError."""
+    choose(purpose, PURPOSES, "purpose")
 
 
 def _check_span(choice: RecordingChoice) -> None:
@@ -134,8 +141,12 @@ def choose_unit(given: str | None, column: str) -> str:
     return unit_of_column(column) if given is None else given
 
 
-def fit(loaded: LoadedRecording, progress: Progress | None = None) -> list[FittedModel]:
-    """The chosen model, fitted, or every model, best first. progress: called before each of them.
+def fit(
+    loaded: LoadedRecording, progress: Progress | None = None, purpose: str = "predict"
+) -> list[FittedModel]:
+    """The chosen model, fitted, or every model, the recommended one first.
+
+    progress: called before each of them. purpose: what the recommended one is for.
 
     Raises InputError where the recording does not allow it.
     """
@@ -147,7 +158,12 @@ def fit(loaded: LoadedRecording, progress: Progress | None = None) -> list[Fitte
     with name_source(choice.file):
         if loaded.model is None:
             return workbench.compare(
-                *recording, choice.holdout, labels, progress, beside=loaded.beside
+                *recording,
+                choice.holdout,
+                labels,
+                progress,
+                loaded.beside,
+                Aim(purpose, tuple(COMPENSATORS)),
             )
         return [
             workbench.identify(

@@ -1,0 +1,164 @@
+"""Which of several identified models to take, by what it is for, with the reason in words.
+
+Models are ordered by their effective number of parameters; the simplest that is not surely worse
+than the best is taken (`fold.choose_simplest`), and never one that does worse than the modified
+Dahl model on what was left out. Nothing that was held out is looked at.
+Source: [Breiman-1984] sec. 3.4.3 for the rule of one standard error.
+"""
+
+import math
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+from opensuction.identification import fold
+from opensuction.identification.fold import LEAST_TURNS, Folds, Scores
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
+
+PURPOSES = {
+    "predict": "to know what the output does along motions like the recorded ones",
+    "compensate": "to drive a machine: only what a compensator takes",
+    "transfer": "to predict another speed or another time: one part of the recording from the "
+    "other alone",
+}
+"""What a model may be for."""
+
+SAFE = "modified-dahl"
+"""No model is recommended that does worse than this one."""
+
+
+class Aim(NamedTuple):
+    """What a model is wanted for."""
+
+    purpose: str = "predict"
+    """Of `PURPOSES`."""
+    drivable: tuple[str, ...] | None = None
+    """Models that a compensator takes; None: those with a continuous inverse, and `SAFE`, whose gap
+    is crossed."""
+
+
+class Rated(NamedTuple):
+    """What a recommendation knows of a model."""
+
+    model: str
+    scores: Scores
+    freedom: float
+    """Effective number of parameters."""
+    well_posed: bool
+
+
+class Recommendation(NamedTuple):
+    """A model, and why."""
+
+    model: str
+    reasons: tuple[str, ...]
+    errors: dict[str, float]
+    """Of every model, for the purpose: root mean square of what was left out, in units of the
+    output."""
+
+
+def check_purpose(purpose: str, folds: Folds) -> None:
+    """Refuse a purpose that is not known, or for which the recording holds too little.
+
+    Raises InputError.
+    """
+    if purpose not in PURPOSES:
+        raise InputError(f"purpose '{purpose}' is not known: one of {', '.join(PURPOSES)}")
+    if purpose == "transfer" and min(folds.reversals) < LEAST_TURNS:
+        parts = "slow and fast part" if folds.by_speed else "first and second half"
+        raise InputError(
+            f"purpose 'transfer': {parts} of what is fitted hold {folds.reversals[0]} and "
+            f"{folds.reversals[1]} reversals, at least {LEAST_TURNS} each are needed; record more "
+            "cycles, hold out less, or take purpose 'predict'"
+        )
+
+
+def recommend(rated: Sequence[Rated], aim: Aim, folds: Folds) -> Recommendation:
+    """The model to take.
+
+    rated: at least one. aim: as `check_purpose` allows it. Raises InputError for `compensate` where
+    none of them can be driven.
+    """
+    purpose = aim.purpose
+    squares = {
+        each.model: each.scores.parts if purpose == "transfer" else each.scores.blocks
+        for each in rated
+    }
+    errors = {
+        each.model: math.sqrt(float(squares[each.model].sum()) / each.scores.samples)
+        for each in rated
+    }
+    usable = [each for each in rated if purpose != "compensate" or _drives(each, aim.drivable)]
+    if not usable:
+        raise InputError(
+            "purpose 'compensate': no compensator takes any model that this recording identifies "
+            f"({', '.join(errors)}); take purpose 'predict', or record larger strokes"
+        )
+    ordered = sorted(usable, key=lambda each: each.freedom)
+    place = fold.choose_simplest([squares[each.model] for each in ordered])
+    chosen = ordered[place].model
+    reasons = [_reason(chosen, [each.model for each in ordered], errors, purpose, folds)]
+    if SAFE in (each.model for each in usable) and errors[chosen] > errors[SAFE]:
+        reasons = [
+            f"For {purpose}: {SAFE}. {chosen} is simpler, but does worse on what was left out."
+        ]
+        chosen = SAFE
+    reasons += _name_left_out(chosen, rated, usable, squares)
+    return Recommendation(chosen, tuple(reasons), errors)
+
+
+def _drives(each: Rated, drivable: Collection[str] | None) -> bool:
+    """Whether a model can drive."""
+    if drivable is None:
+        return each.well_posed or each.model == SAFE
+    return each.model in drivable
+
+
+def _reason(
+    chosen: str, ordered: list[str], errors: dict[str, float], purpose: str, folds: Folds
+) -> str:
+    """Why it was chosen among those that can be used, simplest first."""
+    asked = {
+        "transfer": "one half predicted from the other",
+    }.get(purpose, "strokes left out and predicted")
+    if purpose == "transfer" and folds.by_speed:
+        asked = "slow strokes predicted from fast ones and back"
+    best = min(ordered, key=lambda model: errors[model])
+    if len(ordered) == 1:
+        return f"For {purpose}: {chosen}, the only one that can be used for it."
+    if chosen == best:
+        return f"For {purpose}: {chosen} does best ({asked}); every simpler model is surely worse."
+    if errors[chosen] <= errors[best]:
+        return f"For {purpose}: {chosen} does as well as any ({asked})."
+    return (
+        f"For {purpose}: {chosen} ({asked}). {best} has a smaller error in all, but not surely: "
+        f"block by block {chosen} is within one standard error of the best, and "
+        f"{_compare_size(chosen, best, ordered)}."
+    )
+
+
+def _compare_size(chosen: str, best: str, ordered: list[str]) -> str:
+    if ordered.index(chosen) < ordered.index(best):
+        return "it is simpler"
+    return "better where most samples are"
+
+
+def _name_left_out(
+    chosen: str, rated: Sequence[Rated], usable: Sequence[Rated], squares: dict[str, Array]
+) -> list[str]:
+    """Models that do surely better but cannot be used."""
+    names = [each.model for each in usable]
+    better = [
+        each
+        for each in rated
+        if each.model not in names and fold.is_surely_worse(squares[chosen], squares[each.model])
+    ]
+    return [
+        f"{each.model} predicts surely better, but "
+        + (
+            "no compensator takes it yet."
+            if each.well_posed
+            else "no compensator takes it yet, and its inverse jumps at reversals."
+        )
+        for each in better
+    ]
