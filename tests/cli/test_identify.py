@@ -147,7 +147,7 @@ def test_a_purpose_is_taken_and_its_reason_told(tmp_path: Path) -> None:
     assert any("no compensator takes it yet" in reason for reason in best["reasons"])
     assert all(other["reasons"] == [] for other in others)
     ran = opensuction(*arguments, "--purpose", "drive", cwd=tmp_path)
-    assert_refused(ran, "purpose 'drive' is not known", tmp_path, left=1)
+    assert_refused(ran, "unknown purpose 'drive'", tmp_path, left=1)
 
 
 def test_parquet_and_csv_give_the_same(

@@ -55,14 +55,20 @@ class ReadoutFit(NamedTuple):
     """Whether the gains of the first input are held at 0 or above."""
 
 
+def _list_widths(inputs: int) -> list[Array]:
+    """Widths of each input's plays; those of inputs after the first are every second one."""
+    return [WIDTHS, *(WIDTHS[::2] for _ in range(inputs - 1))]
+
+
 def _bank(inputs: int) -> PlayBank:
-    rows = inputs * WIDTHS.size
+    widths = _list_widths(inputs)
+    whole = np.concatenate(widths)
     return PlayBank(
-        widths_mm=np.tile(WIDTHS, inputs),
-        lows_mm=np.zeros(rows),
+        widths_mm=whole,
+        lows_mm=np.zeros(whole.size),
         cell_mm=1.0 / CELLS,
-        cells=np.full(rows, CELLS),
-        inputs=np.repeat(np.arange(inputs), WIDTHS.size),
+        cells=np.full(whole.size, CELLS),
+        inputs=np.repeat(np.arange(inputs), [each.size for each in widths]),
         goes_on=True,
     )
 
@@ -153,20 +159,21 @@ def _write(
     scaled: Scaled, chosen: Trial, decays: Array, pasts: tuple[float, ...], folds: Folds
 ) -> ReadoutFit:
     """The candidate in the recording's own units."""
-    factors, inputs = scaled.range_ * chosen.solution.found.factors, len(scaled.inputs)
-    cells = WIDTHS.size * CELLS
-    records = []
-    for place, (low, range_) in enumerate(zip(scaled.lows, scaled.ranges, strict=True)):
-        gains = factors[place * cells : (place + 1) * cells].reshape(WIDTHS.size, CELLS)
+    factors = scaled.range_ * chosen.solution.found.factors
+    records, first = [], 0
+    for place, widths in enumerate(_list_widths(len(scaled.inputs))):
+        low, range_ = float(scaled.lows[place]), float(scaled.ranges[place])
+        gains = factors[first : first + widths.size * CELLS].reshape(widths.size, CELLS)
+        first += gains.size
         lengths = decays * range_ if place == 0 else np.empty(0)
         records.append(
             PlayReadout(
-                low_mm=float(low),
-                high_mm=float(low + range_),
-                widths_mm=WIDTHS * range_,
+                low_mm=low,
+                high_mm=low + range_,
+                widths_mm=widths * range_,
                 gains=gains * CELLS / range_,
                 decays_mm=lengths,
-                lags=factors[inputs * cells :][: lengths.size] / lengths,
+                lags=factors[chosen.penalty.shape[0] - decays.size :][: lengths.size] / lengths,
                 offset_mm=scaled.mean + scaled.range_ * chosen.solution.offset * (place == 0),
             )
         )
