@@ -311,3 +311,27 @@ def test_the_age_of_a_catheter_is_given_once() -> None:
     first = new()
     with pytest.raises(InputError, match="give one of the two"):
         Controller(configuration(), catheter_age_s=1.0, kept=first.state.core.upkeep)
+
+
+FLAGGED = {
+    "head_mm": "head_valid",
+    "carriage_mm": "carriage_valid",
+    "cam_rad": "cam_valid",
+    "line_vacuum_mmhg": "vacuum_valid",
+    "contact_closed": "contact_valid",
+}
+
+
+@pytest.mark.parametrize("name", FLAGGED)
+def test_a_number_behind_a_flag_changes_nothing(name: str) -> None:
+    pair: tuple[Any, Any] = (True, False) if name == "contact_closed" else (NAN, 40.0)
+    first, second = new(), new()
+    for one in (first, second):
+        one.step(readings(), START, DT_S)
+    for _ in range(200):
+        hidden: list[dict[str, Any]] = [{FLAGGED[name]: False, name: value} for value in pair]
+        said = [
+            each.step(readings()._replace(**one), NO_REQUESTS, DT_S)
+            for each, one in zip((first, second), hidden, strict=True)
+        ]
+        assert said[0] == said[1]
