@@ -295,7 +295,7 @@ def test_settings_alone_do_where_no_curves_are_needed() -> None:
 BAD: dict[str, tuple[Any, dict[str, Any]]] = {
     "settings is dict: should be a Configuration": ({"settings": {}}, {}),
     "catheter_age_s is 'new': should be a number": ({}, {"catheter_age_s": "new"}),
-    "off_s is -1 s: should be 0 or more": ({}, {"off_s": -1.0}),
+    "off_s goes with kept": ({}, {"off_s": 1.0}),
     "kept is int: should be Upkeep": ({}, {"kept": 3}),
 }
 
@@ -310,7 +310,15 @@ def test_a_controller_is_not_made_of_what_does_not_fit(words: str) -> None:
 def test_the_age_of_a_catheter_is_given_once() -> None:
     first = new()
     with pytest.raises(InputError, match="give one of the two"):
-        Controller(configuration(), catheter_age_s=1.0, kept=first.state.core.upkeep)
+        Controller(configuration(), catheter_age_s=1.0, kept=first.state.core.upkeep, off_s=1.0)
+
+
+@pytest.mark.parametrize("given", [{}, {"off_s": -1.0}, {"off_s": math.inf}])
+def test_how_long_no_controller_ran_must_be_known_where_something_was_kept(
+    given: dict[str, float],
+) -> None:
+    with pytest.raises(InputError, match=r"off_s is .* s: should be 0 or more"):
+        Controller(configuration(), kept=new().state.core.upkeep, **given)
 
 
 FLAGGED = {

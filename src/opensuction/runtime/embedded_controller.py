@@ -99,14 +99,15 @@ class Controller:
         *,
         catheter_age_s: float = math.nan,
         kept: Upkeep | None = None,
-        off_s: float = 0.0,
+        off_s: float = math.nan,
     ) -> None:
         """settings: as `controller_settings` makes them, or of one's own.
 
         catheter_age_s: since the catheter's first use, 0 for a new one. Not known (nan) counts as
         over its life, and starts are refused.
         kept: the upkeep of the controller before, from its state: passes, rest and lock-out then
-        go on, and so does the catheter's age. off_s: how long no controller ran since.
+        go on, and so does the catheter's age. off_s: how long no controller ran since; it goes
+        with what was kept.
         Raises InputError for settings with a number that is none, and curves that do not fit.
         """
         if isinstance(settings, Settings):
@@ -120,8 +121,10 @@ class Controller:
             _check_type("kept", kept, Upkeep)
         if kept is not None and not math.isnan(self._age_s):
             raise InputError("catheter_age_s is in what was kept: give one of the two")
-        if not 0.0 <= self._off_s < math.inf:
-            raise InputError(f"off_s is {self._off_s:g} s: should be 0 or more")
+        if kept is not None and not 0.0 <= self._off_s < math.inf:
+            raise InputError(f"off_s is {self._off_s:g} s: should be 0 or more, for what was kept")
+        if kept is None and not math.isnan(self._off_s):
+            raise InputError("off_s goes with kept: without it nothing is known of before")
         chosen = settings.settings
         self._call = RealTimeCall(*settings, self._begin(chosen.parked.head_mm))
         self._inputs, self._outputs = np.zeros(len(INPUT_COLUMNS)), np.zeros(len(OUTPUT_COLUMNS))
