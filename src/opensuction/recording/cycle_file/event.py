@@ -19,12 +19,12 @@ class Event(NamedTuple):
     tick: int
     """In which, or before which."""
     kind: str
-    """``phase``, ``trip``, ``alarm``, ``request``, ``fault``, ``start`` or ``gap``."""
+    """``phase``, ``trip``, ``alarm``, ``told``, ``request``, ``fault``, ``start`` or ``gap``."""
     name: str
     """Of the phase, trip, alarm, ..."""
     detail: str = ""
     who: str = ""
-    """A request's: who asked."""
+    """A request's: who asked; of what people were told: who raised it."""
     key: str = ""
     """A request's: by which its repetition is known."""
 

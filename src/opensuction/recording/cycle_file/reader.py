@@ -46,7 +46,7 @@ class RecordingReader:
 
         Raises InputError for what is no recording, is of a newer version, or has no heading.
         """
-        self._path = path
+        self.path = path
         self._file, self._size = _open(path)
         self._crc = self._offset = 0
         self._rows, self._span_ns = 0, (0, 0)
@@ -75,14 +75,14 @@ class RecordingReader:
     def _check_magic(self) -> None:
         found = self._file.read(len(MAGIC))
         if not found:
-            raise InputError(f"{self._path}: is empty; {WANTED}")
+            raise InputError(f"{self.path}: is empty; {WANTED}")
         if found != MAGIC:
             if found[:VERSION_AT] == MAGIC[:VERSION_AT] and len(found) == len(MAGIC):
                 raise InputError(
-                    f"{self._path}: is an MCAP file of version {found[VERSION_AT:][:1]!r}, not 0; "
+                    f"{self.path}: is an MCAP file of version {found[VERSION_AT:][:1]!r}, not 0; "
                     f"{WANTED}"
                 )
-            raise InputError(f"{self._path}: is no MCAP file; {WANTED}")
+            raise InputError(f"{self.path}: is no MCAP file; {WANTED}")
         self._offset, self._crc = len(MAGIC), zlib.crc32(found)
 
     def _walk(self) -> Iterator[_Record]:
@@ -138,14 +138,14 @@ class RecordingReader:
         first = parse(Header, self._next(Opcode.HEADER))
         if first.profile != heading.PROFILE:
             raise InputError(
-                f"{self._path}: is an MCAP file by {first.library!r}, no recording of "
+                f"{self.path}: is an MCAP file by {first.library!r}, no recording of "
                 f"opensuction; {WANTED}"
             )
         found = {}
         for _ in (heading.ABOUT, heading.SETTINGS):
             metadata = parse(Metadata, self._next(Opcode.METADATA))
             found[metadata.name] = metadata.metadata
-        return heading.from_metadata(str(self._path), found)
+        return heading.from_metadata(str(self.path), found)
 
     def contents(self) -> Iterator[Rows | Told]:
         """Rows and events in their order; `flaw` then says whether that was all."""
@@ -156,7 +156,7 @@ class RecordingReader:
                         self._note(one)
                         yield one
         except DamageError as damage:
-            self.flaw = f"{self._path}: {self._say(damage)}; {self._describe_read()}"
+            self.flaw = f"{self.path}: {self._say(damage)}; {self._describe_read()}"
         finally:
             self.close()
 

@@ -6,7 +6,7 @@ as it was after the last whole chunk; what could not be written is the caller's 
 
 import zlib
 from collections.abc import Mapping, Sequence
-from io import FileIO
+from io import BytesIO, FileIO
 from pathlib import Path
 from types import TracebackType
 
@@ -55,19 +55,22 @@ class RecordingWriter:
 
     def __init__(
         self,
-        path: Path,
+        target: Path | BytesIO,
         heading: Heading,
         tables: Mapping[str, Sequence[Column]],
         chunk_rows: int = FLUSHED_ROWS,
     ) -> None:
         """Create the file and write its heading.
 
-        tables: columns of the rows of each topic. chunk_rows: a chunk is written as soon as it has
-        so many; fewer lose less when power fails, more make a smaller file. Raises OSError where
-        the file cannot be written; FileExistsError where there is one.
+        target: a path, or a file in memory, which stays open. tables: columns of the rows of each
+        topic. chunk_rows: a chunk is written as soon as it has so many; fewer lose less when power
+        fails, more make a smaller file. Raises OSError where the file cannot be written,
+        FileExistsError where there is one.
         """
-        self._file = FileIO(path, "xb")
-        self._path = path
+        self._file = target if isinstance(target, BytesIO) else FileIO(target, "xb")
+        self._is_kept = isinstance(target, BytesIO)
+        self._name = str(target)
+        self.began_ns = heading.began_ns
         self._chunk_rows = chunk_rows
         self._offset = self._crc = 0
         self._pending: list[Batch] = []
@@ -113,7 +116,7 @@ class RecordingWriter:
         except OSError as error:
             self._file.seek(self._offset)
             self._file.truncate()
-            raise OSError(error.errno, error.strerror, str(self._path)) from None
+            raise OSError(error.errno, error.strerror, self._name) from None
         self._offset += len(data)
         self._crc = zlib.crc32(data, self._crc)
 
@@ -183,6 +186,10 @@ class RecordingWriter:
             self.flush()
             self._finish()
         finally:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        if not self._is_kept:
             self._file.close()
 
     def _finish(self) -> None:
@@ -232,4 +239,4 @@ class RecordingWriter:
         if kind is None:
             self.close()
         else:
-            self._file.close()
+            self._let_go()
