@@ -12,6 +12,9 @@ import pyarrow.parquet
 import pytest
 
 from opensuction.kernel import arithmetic_fingerprint
+from opensuction.recording.cycle_file.chunk_content import Rows
+from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file.writer import RecordingWriter
 from tests.cli.command import PROGRAM, Ran, opensuction
 
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none", "--seed", "5")
@@ -72,6 +75,21 @@ def test_another_arithmetic_and_another_version_are_said(
     assert "its arithmetic was another" in ran.stdout
     assert "here 0123456789abcdef" in ran.stdout
     assert "this is 9.9.9" in ran.stdout
+
+
+def test_names_in_a_recording_cannot_speak_to_the_terminal(recording: Path) -> None:
+    reader = RecordingReader(recording)
+    told = reader.heading._replace(
+        software_version="\x1b[2J9", about={"patient": "\x1b]0;x\x07", "notice": "\r"}
+    )
+    rows = [one for one in reader.contents() if isinstance(one, Rows)]
+    with RecordingWriter(recording.with_name("b.mcap"), told, reader.tables) as file:
+        for one in rows[:8]:
+            file.add_rows(one.topic, one.times_ns, one.table)
+    ran = opensuction("replay", "b.mcap", cwd=recording.parent)
+    assert ran.returncode == 0
+    assert "\\x1b[2J9" in ran.stdout
+    assert "\x1b" not in ran.stdout + ran.stderr
 
 
 def test_one_that_was_cut_off_is_replayed_to_there(recording: Path) -> None:

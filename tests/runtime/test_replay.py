@@ -156,7 +156,7 @@ def test_a_controller_with_other_fields_is_refused_by_name(
     columns = [*TICK_COLUMNS[:-1], Column("state.alarms.of_tomorrow", float)]
     heading = original.heading._replace(software_version="9.9.9")
     reader = original.write(tmp_path / "a", original.ticks, heading=heading, columns=columns)
-    with pytest.raises(InputError, match=r"opensuction 9\.9\.9, .* with state\.alarms\.of_tom"):
+    with pytest.raises(InputError, match=r"opensuction '9\.9\.9', .* with 'state\.alarms\.of_tom"):
         replay(reader)
 
 

@@ -176,10 +176,10 @@ def _check_columns(reader: RecordingReader, topic: str, columns: tuple[Column, .
         return
     theirs, ours = ({column.name for column in one} for one in (found, columns))
     missing, unknown = sorted(ours - theirs), sorted(theirs - ours)
-    what = [f"without {missing[0]}"] if missing else []
-    what += [f"with {unknown[0]}"] if unknown else []
+    what = [f"without {missing[0]!r}"] if missing else []
+    what += [f"with {unknown[0]!r}"] if unknown else []
     raise InputError(
-        f"{reader.path}: was recorded by opensuction {reader.heading.software_version}, whose "
+        f"{reader.path}: was recorded by opensuction {reader.heading.software_version!r}, whose "
         f"controller has other fields ({', '.join(what) or 'in another order'}); replay it with "
         "that version"
     )

@@ -136,7 +136,7 @@ def test_a_newer_version_is_refused_by_name(
         newer.setattr(heading, "FORMAT", heading.FORMAT + 1)
         path = example.write(tmp_path / "a.mcap")
     with pytest.raises(
-        InputError, match=r"of format 2, written by opensuction 1\.2\.3; .* up to 1"
+        InputError, match=r"of format 2, written by opensuction '1\.2\.3'; .* up to 1"
     ):
         RecordingReader(path)
 

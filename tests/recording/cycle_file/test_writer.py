@@ -73,6 +73,30 @@ def test_at_most_a_chunk_of_rows_waits_and_flush_leaves_none(tmp_path: Path, add
         assert _rows_in(path) == added
 
 
+def test_nothing_waits_longer_than_a_tenth_of_a_second(tmp_path: Path) -> None:
+    path, tables, step_s = tmp_path / "a.mcap", {"/tick": example.COLUMNS}, 0.02
+    with RecordingWriter(path, example.HEADING, tables) as file:
+        added_at_s: list[float] = []
+        for step in range(40):
+            now_s = 5.0 + step * step_s
+            if step % 3 == 0:  # a row now and then: a chunk never fills
+                first = len(added_at_s)
+                file.add_rows("/tick", example.times_ns(1, first), example.rows(1, first))
+                added_at_s.append(now_s)
+            file.keep_up(now_s)
+            due = sum(at_s <= now_s - 0.1 for at_s in added_at_s)
+            assert _rows_in(path) >= due
+
+
+def test_what_comes_soon_shares_a_chunk(tmp_path: Path) -> None:
+    path, tables = tmp_path / "a.mcap", {"/tick": example.COLUMNS}
+    with RecordingWriter(path, example.HEADING, tables) as file:
+        for row in range(4):
+            file.add_rows("/tick", example.times_ns(1, row), example.rows(1, row))
+            file.keep_up(7.0 + 0.01 * row)
+            assert _rows_in(path) == 0
+
+
 def _rows_in(path: Path) -> int:
     reader = RecordingReader(path)
     return sum(len(one.table) for one in reader.contents() if isinstance(one, Rows))

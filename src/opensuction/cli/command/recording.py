@@ -51,7 +51,14 @@ def _tell_flaw(data: Json, progress: "ProgressTeller") -> None:
         progress.tell(data["flaw"])
 
 
+def _value(number: float | None) -> str:
+    """A number of a recording in words; JSON has none for those that are not finite."""
+    return "no finite number" if number is None else repr(number)
+
+
 def _summarise_replay(console: "Console", data: Json) -> None:
+    from opensuction.settings import wording
+
     ticks, first, recorded = data["ticks"], data["first_difference"], data["recorded"]
     if data["identical"]:
         console.print(f"Identical: every output and state of {ticks} ticks, bit for bit.")
@@ -60,22 +67,20 @@ def _summarise_replay(console: "Console", data: Json) -> None:
         console.print(
             f"{kind}; {data['differing_ticks']} of {ticks} ticks have another bit. The first is "
             f"tick {first['tick']} ({first['time_s']:.3f} s), {first['field']}: recorded "
-            f"{first['recorded']!r}, replayed {first['replayed']!r}.",
+            f"{_value(first['recorded'])}, replayed {_value(first['replayed'])}.",
             soft_wrap=True,
         )
     if data["gaps"]:
         console.print(f"Ticks are missing in {data['gaps']} places; it went on after them.")
     for note in data["notes"]:
-        console.print(f"Note: {note}.", soft_wrap=True)
+        console.print(wording.one_line(f"Note: {note}."), soft_wrap=True)
     about = ", ".join(
         f"{name} {recorded[name]}"
         for name in ("machine", "patient", "protocol", "seed")
         if name in recorded
     )
-    console.print(
-        f"Recorded {recorded['began_utc']} by opensuction {recorded['software_version']}: {about}",
-        soft_wrap=True,
-    )
+    by = f"by opensuction {recorded['software_version']}: {about}"
+    console.print(wording.one_line(f"Recorded {recorded['began_utc']} {by}"), soft_wrap=True)
 
 
 def _export(options: ExportOptions) -> int:

@@ -78,7 +78,7 @@ def from_metadata(name: str, metadata: Metadata) -> Heading:
     if written.isdecimal() and int(written) > FORMAT:
         raise InputError(
             f"{name}: is a recording of format {written}, written by opensuction "
-            f"{about.get('software_version', '(unknown)')}; this version reads up to {FORMAT}: "
+            f"{about.get('software_version', '(unknown)')!r}; this version reads up to {FORMAT}: "
             "take a newer one"
         )
     settings = metadata.get(SETTINGS, {}).get("json", "")

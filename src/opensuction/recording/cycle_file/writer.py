@@ -41,6 +41,9 @@ EVENTS = "/event"
 """Topic of the events; those of rows are named by whoever writes them."""
 FLUSHED_ROWS = 50
 """Rows of a chunk while a machine runs: 50 ms of them."""
+WAITED_S = 0.05
+"""How long anything may wait for its chunk to fill, as whoever asks finds it: asked every 50 ms,
+nothing waits longer than 100 ms."""
 PACKED_ROWS = 250
 """Rows that are packed at once: table and messages fit into a processor's second cache."""
 
@@ -75,6 +78,7 @@ class RecordingWriter:
         self._offset = self._crc = 0
         self._pending: list[Batch] = []
         self._pending_rows = 0
+        self._waits_since_s: float | None = None
         self._chunks: list[ChunkIndex] = []
         self._numbers: dict[int, int] = {}
         self._written: dict[int, int] = {}
@@ -169,12 +173,25 @@ class RecordingWriter:
         self._numbers[channel] = first + messages
         return np.arange(first, first + messages, dtype=np.uint64)
 
+    def keep_up(self, now_s: float) -> None:
+        """Flush what has waited for `WAITED_S`; to be called every 50 ms or more often.
+
+        now_s: of a clock that only goes on. Raises OSError as `flush`.
+        """
+        if not self._pending:
+            self._waits_since_s = None
+        elif self._waits_since_s is None:
+            self._waits_since_s = now_s
+        elif now_s - self._waits_since_s >= WAITED_S:
+            self.flush()
+
     def flush(self) -> None:
         """Hand all that was added to the system: from then on only a loss of power loses it.
 
         Raises OSError where it cannot be written; it is lost then, and the file goes on after it.
         """
         batches, self._pending, self._pending_rows = self._pending, [], 0
+        self._waits_since_s = None
         if batches:
             self._write_chunk(b"", batches)
 

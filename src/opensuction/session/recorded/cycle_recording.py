@@ -76,7 +76,7 @@ def heading(prepared: Prepared, began_ns: int) -> Heading:
         began_ns=began_ns,
         about={
             "machine": str(equipment.machine_name),
-            "patient": str(equipment.patient_name),
+            "patient": str(equipment.patient_name or "none"),
             "protocol": str(prepared.resolved.protocol_name),
             "approach": choice.approach,
             "compensation": str(choice.compensation),
