@@ -15,7 +15,8 @@ from opensuction.kernel import arithmetic_fingerprint
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.writer import RecordingWriter
-from tests.cli.command import PROGRAM, Ran, opensuction
+from tests.cli.command import PROGRAM, Ran, opensuction, opensuction_process
+from tests.kernel.another_arithmetic import ANOTHER_WAY, takes_another_way
 
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none", "--seed", "5")
 HEAD = "inputs.readings.head_mm"
@@ -75,6 +76,20 @@ def test_another_arithmetic_and_another_version_are_said(
     assert "its arithmetic was another" in ran.stdout
     assert "here 0123456789abcdef" in ran.stdout
     assert "this is 9.9.9" in ran.stdout
+
+
+@pytest.mark.sweep
+@pytest.mark.skipif(
+    not takes_another_way(), reason="needs glibc and a processor that has AVX2 and FMA"
+)
+def test_a_library_that_takes_another_way_gives_what_is_equivalent(folder: Path) -> None:
+    arguments = ("replay", "run/recording.mcap", "--json")
+    done = opensuction_process(*arguments, cwd=folder, environment=ANOTHER_WAY)
+    assert done.returncode == 0, done.stderr
+    data = json.loads(done.stdout)
+    assert data["equivalent"] is True
+    assert data["recorded"]["fingerprint"] != data["here"]["fingerprint"]
+    assert "its arithmetic was another" in data["notes"][0]
 
 
 def test_names_in_a_recording_cannot_speak_to_the_terminal(recording: Path) -> None:

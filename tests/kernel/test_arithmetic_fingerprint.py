@@ -1,15 +1,14 @@
 import os
-import platform
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from opensuction.kernel import arithmetic_fingerprint, compiled
 from opensuction.kernel.arithmetic_fingerprint import FUNCTIONS, POINTS, fingerprint
+from tests.kernel.another_arithmetic import ANOTHER_WAY, takes_another_way
 
 EXACT = {
     *("ceil", "copysign", "fabs", "floor", "fmod", "isclose", "isfinite", "isinf", "isnan"),
@@ -56,18 +55,9 @@ def _elsewhere(**environment: str) -> str:
     return ran.stdout.strip()
 
 
-def _has_fma() -> bool:
-    try:
-        return " fma " in Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return False
-
-
 @pytest.mark.skipif(
-    platform.libc_ver()[0] != "glibc" or not _has_fma(),
-    reason="needs glibc, and a processor whose instructions it takes another way for",
+    not takes_another_way(), reason="needs glibc and a processor that has AVX2 and FMA"
 )
 def test_a_library_that_takes_another_way_is_known_by_it() -> None:
-    hidden = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable,-FMA4"
     assert _elsewhere() == fingerprint()
-    assert _elsewhere(GLIBC_TUNABLES=hidden) != fingerprint()
+    assert _elsewhere(**ANOTHER_WAY) != fingerprint()

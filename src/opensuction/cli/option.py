@@ -201,7 +201,7 @@ OPTIONS: dict[str, Any] = {
     ),
     "unrecorded": typer.Option(
         "--no-recording",
-        help="Write no recording.mcap: it has every tick, .23 MB a second of the run.",
+        help="Write no recording.mcap: it has every tick, .22 MB a second of the run.",
     ),
     "format": typer.Option(
         help="csv, or parquet (needs pip install 'opensuction[parquet]'). Default: csv.",

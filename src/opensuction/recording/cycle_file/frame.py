@@ -34,8 +34,8 @@ RECORD_HEAD = struct.Struct("<BQ")
 OF_MESSAGE = MESSAGE_HEAD.itemsize - RECORD_HEAD.size
 """Bytes of the head that the record's length counts."""
 COMPRESSION = "zstd"
-LEVEL = 1
-"""[computed] Level 3 makes a cycle's file 2 % smaller and takes half as long again."""
+LEVEL = 3
+"""[computed] A cycle's rows take .157 s and 23.2 MB by level 3, .153 s and 23.7 MB by level 1."""
 
 
 class Batch(NamedTuple):
