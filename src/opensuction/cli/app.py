@@ -14,6 +14,7 @@ from opensuction.cli.command import (
     calibrate,
     cycle,
     identify,
+    recording,
     reproduce,
     safety_case,
     trial,
@@ -31,6 +32,8 @@ COMMANDS = (
     trial.COMMAND,
     identify.IDENTIFY,
     identify.COMPARE,
+    recording.REPLAY,
+    recording.EXPORT,
     cache.COMMAND,
 )
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES)

@@ -43,6 +43,7 @@ FAULTS = tuple(BY_NAME)
 COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
 PREOXYGENATION = ("confirmed", "skipped")
+FORMATS = ("csv", "parquet")
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:

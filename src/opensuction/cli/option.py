@@ -196,6 +196,25 @@ OPTIONS: dict[str, Any] = {
     "to_s": typer.Option("--to", metavar="S", help="Leave out what lies after this time, in s."),
     "input_unit": typer.Option(metavar="UNIT", help="Unit of the input, if its name has none."),
     "output_unit": typer.Option(metavar="UNIT", help="Unit of the output, if its name has none."),
+    "recording": typer.Argument(
+        metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
+    ),
+    "unrecorded": typer.Option(
+        "--no-recording",
+        help="Write no recording.mcap: it has every tick, .22 MB a second of the run.",
+    ),
+    "format": typer.Option(
+        help="csv, or parquet (needs pip install 'opensuction[parquet]'). Default: csv.",
+        metavar="csv|parquet",
+        autocompletion=completion.complete_from(completion.FORMATS),
+        show_default=False,
+    ),
+    "columns": typer.Option(
+        help="Columns that are wanted, such as inputs.readings.head_mm or 'outputs.*'; may be "
+        "given many times. Default: all.",
+        metavar="NAME",
+        show_default=False,
+    ),
     "clear": typer.Option("--clear", help="Remove what is kept; it is compiled anew when needed."),
     "out": typer.Option(
         help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"

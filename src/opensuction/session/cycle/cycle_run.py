@@ -22,10 +22,12 @@ from opensuction.procedure.planning.protocol import Protocol
 from opensuction.report.moment import Moment
 from opensuction.session.cycle import compensation_choice, fault_choice, preoxygenation
 from opensuction.session.cycle.resolution import ResolvedCycle
-from opensuction.simulation import closed_loop, self_calibration, trace
+from opensuction.simulation import closed_loop, input_log, self_calibration, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.injection.injection import InjectedRun
+from opensuction.simulation.input_log import InputSpan
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns, Watcher
@@ -194,6 +196,22 @@ def played(
         return state, columns
     state, after = trace.record(prepared.loop, state, NO_REQUESTS, AFTERMATH_S)
     return state, trace.join([columns, after])
+
+
+def run(
+    prepared: Prepared, state: LoopState, requests: Requests, watch: Watch | None = None
+) -> InjectedRun:
+    """As `played`, with what the controller got in it."""
+    after, columns = played(prepared, state, requests, watch)
+    span = InputSpan(
+        first=0,
+        ticks=columns["time_s"].size,
+        tick=state.tick,
+        requests=requests,
+        set_by=input_log.BEGUN,
+        state=state.controller,
+    )
+    return InjectedRun(after, columns, (), columns, spans=(span,))
 
 
 _WATCHED = tuple(

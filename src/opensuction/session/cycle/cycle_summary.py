@@ -9,6 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from opensuction import __version__
+from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
@@ -246,6 +247,7 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
     data: Json = {
         "outcome": "completed" if result.completed else "aborted",
         "version": __version__,
+        "arithmetic_fingerprint": arithmetic_fingerprint.fingerprint(),
         "in_silico": True,
         **_asked(prepared),
         "phases": [

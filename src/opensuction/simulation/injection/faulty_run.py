@@ -13,7 +13,7 @@ from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.safety.head import head_vote
-from opensuction.simulation import closed_loop, wiring
+from opensuction.simulation import closed_loop, input_log, wiring
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
 from opensuction.simulation.injection.faulty_machine import (
@@ -22,6 +22,7 @@ from opensuction.simulation.injection.faulty_machine import (
     next_change_s,
 )
 from opensuction.simulation.injection.room import PIECE_ROWS, Room
+from opensuction.simulation.input_log import InputLog, InputSpan
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
@@ -76,6 +77,8 @@ class FaultyRun:
         """First tick of each phase that a fault waits for, once it has come."""
         self._noted = 0
         """Rows that have been looked through for them."""
+        self.inputs = InputLog()
+        """What the controller got beside its readings, since the rows began."""
         self._messages: Messages | None = None
         """Of a run whose link is played."""
         if is_linked(injections):
@@ -138,6 +141,7 @@ class FaultyRun:
         self._next_course = {i: max(at - passed, 0) for i, at in self._next_course.items()}
         self._began, self._noted, self.done = {}, 0, 0
         self.state, self.requests = state, requests
+        self.inputs = InputLog()
         self._loop = controls._replace(machine=self._loop.machine)
         oxygen_ratio = controls.machine.patient.ventilator.oxygen_ratio
         self._sound = preset.ventilate(self._sound, oxygen_ratio)
@@ -195,13 +199,24 @@ class FaultyRun:
         )
 
     def _play(self, ticks: int) -> None:
-        piece, first = self._room.piece(ticks), self.state.tick
+        piece, before = self._room.piece(ticks), self.state
+        first = before.tick
         self.state, ran = closed_loop.run(
             self._loop, self.state, self.requests, piece, self._wiring, self._messages
         )
         if self._messages is not None and self._commands.size:
             self._keep_sent(self._messages, first, ran)
         self._room.keep(self.done, ran)
+        wires = self._wiring.link
+        span = InputSpan(
+            first=self.done,
+            ticks=ran,
+            tick=first,
+            requests=self.requests,
+            late_until_tick=0 if self._messages is None else wires.late_until_tick,
+            runs=self._messages is None or wires.controller_runs,
+        )
+        self.inputs.note(span, before.controller)
         self.done, self.last_row = self.done + ran, piece[ran - 1]
 
     def _keep_sent(self, messages: Messages, first: int, ran: int) -> None:
@@ -304,6 +319,7 @@ class FaultyRun:
             self.state = self.state._replace(
                 controller=controller.with_upkeep(self.state.controller, kept)
             )
+            self.inputs.set_state(input_log.EXPIRED)
         else:
             raise InputError(
                 f"fault '{fault.title}' is one of the set-up: it is injected before the cycle is "
@@ -355,6 +371,7 @@ class FaultyRun:
         settings, kept = self._loop.controller, self.state.controller.core.upkeep
         fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
         self.state = self.state._replace(controller=fresh)
+        self.inputs.set_state(input_log.RESTARTED)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
         self._relink(self._wiring.link._replace(controller_runs=True, mains=True))
