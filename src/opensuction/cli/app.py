@@ -9,6 +9,7 @@ import typer
 from opensuction import __version__
 from opensuction.cli import entry, exit_status, interruption
 from opensuction.cli.command import (
+    audit,
     benchmark,
     cache,
     calibrate,
@@ -31,6 +32,7 @@ COMMANDS = (
     trial.COMMAND,
     identify.IDENTIFY,
     identify.COMPARE,
+    audit.COMMAND,
     cache.COMMAND,
 )
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES)
