@@ -36,11 +36,23 @@ def in_server(server: str, command: str) -> None:
 
 
 @pytest.fixture
-def postgresql_url(server: str) -> Iterator[str]:
-    name = f"records_{uuid4().hex}"
-    in_server(server, f"CREATE DATABASE {name} TEMPLATE template0 ENCODING 'UTF8'")
-    yield make_url(server).set(database=name).render_as_string(hide_password=False)
-    in_server(server, f"DROP DATABASE {name} WITH (FORCE)")
+def new_postgresql_url(server: str) -> Iterator[Callable[[], str]]:
+    """Makes databases that vanish after the test."""
+    names = []
+
+    def make() -> str:
+        names.append(f"records_{uuid4().hex}")
+        in_server(server, f"CREATE DATABASE {names[-1]} TEMPLATE template0 ENCODING 'UTF8'")
+        return make_url(server).set(database=names[-1]).render_as_string(hide_password=False)
+
+    yield make
+    for name in names:
+        in_server(server, f"DROP DATABASE {name} WITH (FORCE)")
+
+
+@pytest.fixture
+def postgresql_url(new_postgresql_url: Callable[[], str]) -> str:
+    return new_postgresql_url()
 
 
 @pytest.fixture(params=KINDS)

@@ -16,6 +16,7 @@ from opensuction.records.database import schema
 from opensuction.records.records import Records
 from opensuction.records.trail import check
 from opensuction.records.trail.chain import BEGINNING, to_canonical, to_hash
+from tests.cli.command import opensuction
 from tests.records.example import COMPLETED, Clock, fill, start, unguarded
 
 EVERY = (*schema.KEPT, schema.audit_head)
@@ -265,3 +266,15 @@ def test_any_change_behind_the_triggers_is_found(
         after = check_after(filled, statement, said=said, key=name)
         assert (after is None) == (said == before and type(said) is type(before))
     assert filled.audit().broken is None
+
+
+def test_the_command_audits_a_server_s_database(
+    tmp_path: Path, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Records.open(postgresql_url) as records:
+        fill(records, 1)
+    monkeypatch.setenv("OPENSUCTION_DATABASE", postgresql_url)
+    ran = opensuction("audit", cwd=tmp_path)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert ": OK: 10 entries" in ran.stdout
+    assert "postgresql://tester@" in ran.stdout, "and no password"

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import quote
 
 from sqlalchemy import Connection, Engine, create_engine, event, pool, text
 
@@ -69,6 +68,18 @@ class Database(NamedTuple):
                 self.address.shown, f"cannot be written ({error.strerror}); {NOTHING}"
             ) from None
 
+    def prepare(self) -> None:
+        """Have an SQLite file keep a log beside it, so that readers wait for nobody."""
+        file = self.address.file
+        if file is None:
+            return
+        with explaining(self.address.shown), self._turn():
+            connection = open_sqlite(file, "rw", self.wait_s)
+            try:
+                connection.execute("PRAGMA journal_mode = WAL")
+            finally:
+                connection.close()
+
     def close(self) -> None:
         """Let go of it. Whoever is the last writes SQLite's log back: nobody is beside it then."""
         self.engine.dispose()
@@ -98,7 +109,7 @@ def open_sqlite(file: Path, mode: str, wait_s: float) -> sqlite3.Connection:
     """A connection that begins no transaction by itself. mode: ``rw``, ``ro``, or ``immutable``."""
     wanted = "mode=ro&immutable=1" if mode == "immutable" else f"mode={mode}"
     return sqlite3.connect(
-        f"file:{quote(str(file.absolute()))}?{wanted}",
+        f"{file.absolute().as_uri()}?{wanted}",
         uri=True,
         timeout=wait_s,
         isolation_level=None,
@@ -106,30 +117,42 @@ def open_sqlite(file: Path, mode: str, wait_s: float) -> sqlite3.Connection:
     )
 
 
-def _mode(file: Path, read_only: bool) -> str:
-    """How to open a file; one that nobody can write needs no log to be read."""
-    if not read_only:
-        return "rw"
-    log = file.with_name(f"{file.name}-wal")
-    folder_writable = os.access(file.parent, os.W_OK)
-    return "ro" if folder_writable or (log.exists() and log.stat().st_size) else "immutable"
+def _open_for_reading(file: Path, wait_s: float) -> sqlite3.Connection:
+    """A connection that only reads, where nothing beside the file can be written, too."""
+    connection = open_sqlite(file, "ro", wait_s)
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.OperationalError as error:
+        connection.close()
+        log = file.with_name(f"{file.name}-wal")
+        unwritable = (error.sqlite_errorcode & 0xFF) in (
+            sqlite3.SQLITE_READONLY,
+            sqlite3.SQLITE_CANTOPEN,
+        )
+        if not unwritable or (log.exists() and log.stat().st_size):
+            raise
+        return open_sqlite(file, "immutable", wait_s)
+    return connection
 
 
 def _sqlite(file: Path, wait_s: float, read_only: bool) -> Engine:
-    mode = _mode(file, read_only)
+
+    def open_it() -> sqlite3.Connection:
+        if read_only:
+            return _open_for_reading(file, wait_s)
+        return open_sqlite(file, "rw", wait_s)
+
     engine = create_engine(
         "sqlite+pysqlite://",
-        creator=lambda: open_sqlite(file, mode, wait_s),
+        creator=open_it,
         poolclass=pool.QueuePool,
     )
 
     @event.listens_for(engine, "connect")
     def prepare(connection: Any, _record: Any) -> None:
         connection.execute("PRAGMA foreign_keys = ON")
-        if mode == "rw":
-            connection.execute("PRAGMA journal_mode = WAL")
-            # A commit is on the disk before the request is answered.
-            connection.execute("PRAGMA synchronous = FULL")
+        # A commit is on the disk before the request is answered.
+        connection.execute("PRAGMA synchronous = FULL")
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:

@@ -75,8 +75,10 @@ def bring_up_to_date(database: Database) -> Path | None:
     newest = list_versions()[-1]
     shown = database.address.shown
     with database.reading() as connection:
-        if find_version(connection, shown) == newest:
-            return None
+        version = find_version(connection, shown)
+    database.prepare()  # not before it is known to be one of records
+    if version == newest:
+        return None
     with database.writing() as connection:
         if connection.dialect.name == "postgresql":
             connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
