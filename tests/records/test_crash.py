@@ -11,7 +11,7 @@ from tests.records.test_two_writers import begin_writer
 DEAD = CycleEnd(Outcome.INTERRUPTED, "the program was killed", None)
 MAKING = (1, 5, 12, 30, 46, 66)
 """Statements while a new database is made, the commits among them (PostgreSQL 46, SQLite 66)."""
-WRITING = range(8, 44, 3)
+WRITING = range(8, 48, 5)
 """Statements while an old one is opened and cycles are begun and ended."""
 
 

@@ -43,6 +43,7 @@ ADDRESSES = [
     ("postgresql+psycopg2://anna:secret@host/records", "no kind of database"),
     ("sqlite://", "records in memory would be lost"),
     ("sqlite:///:memory:", "records in memory would be lost"),
+    ("sqlite:///ward.db?mode=ro", "a file takes no options"),
     ("postgresql://anna:secret@host", "names no database"),
     ("postgresql://anna:secret@host:port/records", "cannot be read"),
     ("://anna:secret@host", "cannot be read"),

@@ -43,6 +43,7 @@ class Life(RuleBasedStateMachine):
         self.running: dict[str, str] = {}
         self.ends: dict[str, CycleEnd | None] = {}
         self.used: dict[str, list[datetime]] = {}
+        self.begun: dict[str, list[datetime]] = {}
         self.catheter_of: dict[str, str] = {}
         self.said: dict[str, tuple[Any, str | None]] = {}
         self.heads = [self.records.head()]
@@ -78,6 +79,7 @@ class Life(RuleBasedStateMachine):
         if cycle is not None:
             self.running[machine], self.ends[cycle] = cycle, None
             self.used.setdefault(catheter, []).append(at)
+            self.begun.setdefault(catheter, []).append(at)
             self.catheter_of[cycle] = catheter
 
     @rule(pick=PICKS, end=ENDS, key=KEYS, hours=HOURS)
@@ -124,8 +126,8 @@ class Life(RuleBasedStateMachine):
         unfinished = {one.machine: one.id for one in self.records.unfinished_cycles()}
         assert unfinished == self.running
         for catheter, times in self.used.items():
-            age_s = (max(NOON, *times) - times[0]).total_seconds()
-            assert self.records.catheter_age_s(catheter, NOON) == max(age_s, 0.0)
+            age_s = (max(NOON, *times) - min(self.begun[catheter])).total_seconds()
+            assert self.records.catheter_age_s(catheter, NOON) == age_s
 
     def teardown(self) -> None:
         if hasattr(self, "records"):

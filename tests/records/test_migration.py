@@ -200,8 +200,12 @@ def test_an_older_database_is_not_changed_by_an_audit(
             "CREATE TABLE alembic_version (version_num TEXT)",
             "INSERT INTO alembic_version VALUES ('0001')",
         ],
+        [
+            "CREATE TABLE alembic_version (version_num TEXT)",
+            "INSERT INTO alembic_version VALUES ('0001'), ('0002')",
+        ],
     ],
-    ids=["tables", "no version", "a version of something else"],
+    ids=["tables", "no version", "a version of something else", "two versions"],
 )
 def test_a_database_of_something_else_is_refused_and_left_alone(
     url: str, statements: list[str]

@@ -1,7 +1,9 @@
 """What the runtime puts on record comes back as it was, once, and nothing of it is ever changed."""
 
+import json
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta, timezone
+from enum import StrEnum
 from typing import Any
 
 import pytest
@@ -136,6 +138,8 @@ def test_what_belongs_to_no_cycle_is_refused(records: Records, what: str) -> Non
 def test_an_action_of_a_machine_that_is_not_on_record_is_refused(records: Records) -> None:
     with pytest.raises(InputError, match="no machine 'M-9' is on record"):
         records.act(Action("nurse-7", "reset", machine="M-9"))
+    with pytest.raises(InputError, match="serial is 9, not a text"):
+        records.act(Action("nurse-7", "reset", machine=9))  # type: ignore[arg-type]
 
 
 def test_an_alarm_may_come_after_the_end(records: Records) -> None:
@@ -183,6 +187,32 @@ def test_times_are_kept_in_utc(records: Records) -> None:
     (cycle,) = records.unfinished_cycles()
     assert cycle.started_at == NOON
     assert cycle.started_at.tzinfo is UTC
+
+
+def test_an_entry_says_when_it_was_written(records: Records, clock: Clock) -> None:
+    clock.at = NOON + timedelta(days=1)
+    records.begin_cycle(start(), at=NOON)
+    entries = [json.loads(row["entry"]) for row in rows(records, schema.audit)]
+    assert {entry["at"] for entry in entries} == {"2026-11-24T12:00:01.000007Z"}
+    (cycle,) = [entry["row"] for entry in entries if entry["table"] == "cycle"]
+    assert cycle["started_at"] == "2026-11-23T12:00:00.000007Z"
+
+
+def test_a_cycle_that_is_told_of_late_makes_its_catheter_older(records: Records) -> None:
+    records.end_cycle(records.begin_cycle(start(), at=NOON), COMPLETED, at=NOON)
+    records.begin_cycle(start(), at=NOON - timedelta(hours=3))
+    assert records.catheter_age_s("C-1", NOON) == 3 * 3600.0
+
+
+class Approach(StrEnum):
+    BY_CONTACT = "contact"
+
+
+def test_an_enumeration_is_stored_by_its_value(records: Records) -> None:
+    records.begin_cycle(start()._replace(approach=Approach.BY_CONTACT))
+    (row,) = rows(records, schema.cycle)
+    assert row["approach"] == "contact"
+    assert records.audit().broken is None
 
 
 def test_a_time_without_a_zone_is_refused(records: Records) -> None:

@@ -49,6 +49,7 @@ Examples:
 \b
 Environment:
   OPENSUCTION_CACHE_DIR                where the compiled core is kept
+  OPENSUCTION_DATABASE                 where records are kept
 
 {exit_status.IN_FULL}"""
 

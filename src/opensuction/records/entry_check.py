@@ -115,3 +115,7 @@ def check_action(action: Action) -> None:
     check_name("who did it", action.done_by)
     check_name("what was done", action.what)
     check_detail("the action's detail", action.detail)
+    if action.machine is not None:
+        check_name("the machine's serial", action.machine)
+    if action.cycle_id is not None:
+        check_name("the cycle's id", action.cycle_id)

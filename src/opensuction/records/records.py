@@ -15,17 +15,10 @@ from sqlalchemy import func, select
 
 from opensuction.kernel.errors import InputError
 from opensuction.records import audit, entry_check
-from opensuction.records.database import address, schema
+from opensuction.records.database import address, schema, utc_time
 from opensuction.records.database.database import Database, connect, create_file
-from opensuction.records.database.utc_time import now, to_utc
-from opensuction.records.entry import (
-    Action,
-    Alarm,
-    CycleEnd,
-    CycleStart,
-    Outcome,
-    Unfinished,
-)
+from opensuction.records.database.utc_time import to_utc
+from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome, Unfinished
 from opensuction.records.migration import upgrade
 from opensuction.records.request import Request, begin_cycle, find_cycle
 from opensuction.records.trail.chain import Head, read_head, to_canonical, to_hash
@@ -41,13 +34,15 @@ Work = Callable[[Request], str]
 class Records:
     """The records of one database. May be used by several threads, and by several programs."""
 
-    def __init__(self, database: Database, clock: Clock = now) -> None:
+    def __init__(self, database: Database, clock: Clock = utc_time.now) -> None:
         """Of a database that `open` has brought up to date."""
         self.database = database
         self._clock = clock
 
     @classmethod
-    def open(cls, url: str | None = None, wait_s: float = WAIT_S, clock: Clock = now) -> Self:
+    def open(
+        cls, url: str | None = None, wait_s: float = WAIT_S, clock: Clock = utc_time.now
+    ) -> Self:
         """Open a database, make it where there is none, bring an older one up to date.
 
         url: a file's path, ``sqlite:///FILE`` or ``postgresql://...``; None: the default one.
@@ -159,12 +154,13 @@ class Records:
 
     def _store(self, kind: str, said: Any, key: str | None, at: datetime | None, work: Work) -> str:
         """Carry a request out once, whole."""
-        moment = self._clock() if at is None else to_utc(at)
+        now = self._clock()
+        happened = now if at is None else to_utc(at)
         if key is not None:
             entry_check.check_name("the key of the request", key)
         digest = to_hash(to_canonical([kind, said]))
         with self.database.writing() as connection:
-            request = Request(connection, moment)
+            request = Request(connection, happened, now)
             if key is None:
                 return work(request)
             known = request.find(schema.request, "key", key)
@@ -175,7 +171,7 @@ class Records:
             result = work(request)
             request.trail.store(
                 schema.request,
-                {"key": key, "digest": digest, "result": result, "taken_at": moment},
+                {"key": key, "digest": digest, "result": result, "taken_at": now},
             )
             return result
 
@@ -211,7 +207,7 @@ class Records:
             ]
 
     def find_end(self, cycle_id: str) -> CycleEnd | None:
-        """How a cycle ended; None: it has not."""
+        """How a cycle ended; None: it has not, or is not on record."""
         end = schema.cycle_end
         with self.database.reading() as connection:
             row = connection.execute(select(end).where(end.c.cycle_id == cycle_id)).one_or_none()
@@ -220,7 +216,7 @@ class Records:
         return CycleEnd(Outcome(row.outcome), row.detail, row.inside_at_end)
 
     def catheter_age_s(self, label: str, at: datetime | None = None) -> float | None:
-        """Time since a catheter's first use, in s; None: it is not on record, so never used.
+        """Time since a catheter's earliest cycle, in s; None: it is not on record, so never used.
 
         A computer's clock that was set back makes no catheter younger than its last cycle.
         """
@@ -228,6 +224,7 @@ class Records:
         query = (
             select(
                 schema.catheter.c.first_used_at,
+                func.min(cycle.c.started_at, type_=cycle.c.started_at.type).label("earliest_at"),
                 func.max(cycle.c.started_at, type_=cycle.c.started_at.type).label("started_at"),
                 func.max(end.c.ended_at, type_=end.c.ended_at.type).label("ended_at"),
             )
@@ -243,7 +240,8 @@ class Records:
             return None
         moment = self._clock() if at is None else to_utc(at)
         latest = max(filter(None, (moment, row.first_used_at, row.started_at, row.ended_at)))
-        return float((latest - row.first_used_at).total_seconds())
+        earliest = min(filter(None, (row.first_used_at, row.earliest_at)))
+        return float((latest - earliest).total_seconds())
 
     def head(self) -> Head:
         """Where the trail ends now: note it elsewhere, and a trail cut off later is found."""
@@ -251,5 +249,5 @@ class Records:
             return read_head(connection)
 
     def audit(self, expected: str | None = None) -> AuditReport:
-        """Read the whole trail (`audit_check`). expected: the hash of a head noted before."""
+        """Read the whole trail (`trail/check.py`). expected: the hash of a head noted before."""
         return audit.audit(self.database, expected)

@@ -16,10 +16,11 @@ from opensuction.records.trail.chain import Row, Trail
 class Request:
     """One transaction that stores something; whoever else writes waits until it has ended."""
 
-    def __init__(self, connection: Connection, at: datetime) -> None:
+    def __init__(self, connection: Connection, at: datetime, now: datetime) -> None:
+        """at: when what it tells of happened. now: when it is written."""
         self.connection = connection
         self.at = at
-        self.trail = Trail(connection, at)
+        self.trail = Trail(connection, now)
 
     def find(self, table: Table, key: str, value: str) -> dict[str, Any] | None:
         """A row by its key."""

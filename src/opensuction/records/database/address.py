@@ -50,6 +50,8 @@ def parse(text: str | None = None) -> Address:
     if url.drivername in ("sqlite", "sqlite+pysqlite"):
         if not url.database or url.database == ":memory:":
             raise RecordsError(f"records in memory would be lost; {FORMS}")
+        if url.query:
+            raise refused(url.database, f"a file takes no options ('?...'); {FORMS}")
         return _file(Path(url.database))
     if url.drivername not in POSTGRESQL_NAMES:
         raise refused(url.drivername, f"no kind of database that is known here; {FORMS}")

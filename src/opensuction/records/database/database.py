@@ -171,6 +171,7 @@ def _postgresql(address: Address, wait_s: float, read_only: bool) -> Engine:
     try:
         return create_engine(
             address.url,
+            isolation_level="READ COMMITTED",  # writers wait for each other, whatever the default
             connect_args={"connect_timeout": max(2, math.ceil(wait_s)), "options": options},
             pool_pre_ping=True,  # a server that was started anew is no failure
         )

@@ -23,7 +23,7 @@ def to_utc(instant: datetime) -> datetime:
 
 def to_text(instant: datetime) -> str:
     """As the trail holds it: ``2026-11-23T15:04:05.000001Z``."""
-    return to_utc(instant).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
+    return to_utc(instant).replace(tzinfo=None).isoformat(timespec="microseconds") + "Z"
 
 
 class UtcTime(TypeDecorator[datetime]):

@@ -1,11 +1,13 @@
 """From whatever version a database has to the one that this program knows."""
 
+from contextlib import suppress
 from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
+from alembic.util import CommandError
 from sqlalchemy import Connection, text
 
 from opensuction.records.database import schema
@@ -50,7 +52,8 @@ def find_version(connection: Connection, shown: str) -> str | None:
         return None
     version = None
     if VERSION_TABLE in tables:
-        version = MigrationContext.configure(connection).get_current_revision()
+        with suppress(CommandError):  # it names several
+            version = MigrationContext.configure(connection).get_current_revision()
     if version is None or schema.audit.name not in tables:
         some = ", ".join(sorted(tables)[:3])
         raise refused(

@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from datetime import datetime
+from enum import Enum
 from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Table, select, text
@@ -69,6 +70,11 @@ def read_head(connection: Connection) -> Head:
     return Head(row.sequence, row.hash)
 
 
+def _to_plain_text(value: Any) -> Value:
+    plain: Value = str(value.value) if isinstance(value, Enum) else value
+    return plain
+
+
 class Trail:
     """The trail within one transaction; whoever else writes waits until that has ended."""
 
@@ -81,7 +87,9 @@ class Trail:
 
     def store(self, table: Table, row: Row) -> None:
         """Insert a row and its entry. All columns that are not named are empty."""
-        self._connection.execute(table.insert().values(dict(row)))
+        # Drivers differ in what they make of an enumeration.
+        row = {name: _to_plain_text(value) for name, value in row.items()}
+        self._connection.execute(table.insert().values(row))
         sequence, previous = self._head.sequence + 1, self._head.hash
         entry = write_entry(sequence, previous, self._now, table.name, row)
         self._head = Head(sequence, to_hash(entry))

@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Table, func, select
+from sqlalchemy import Connection, Table, exc, func, select
 
 from opensuction.records.database import schema
 from opensuction.records.database.database import find_triggers
@@ -16,11 +16,15 @@ from opensuction.records.trail.chain import (
     to_hash,
     to_plain,
 )
+from opensuction.settings.wording import show
 
 KEYS = {"at", "previous", "row", "sequence", "table"}
 TABLES = {table.name: table for table in schema.AUDITED}
 AT_ONCE = 500
 """Entries that are held against their rows by one query; databases bound what one may ask."""
+
+UNREADABLE = (TypeError, ValueError, OverflowError, LookupError, exc.InvalidRequestError)
+"""Of a column that holds what its type cannot be, as SQLite allows, and of a head that is gone."""
 
 
 class AuditReport(NamedTuple):
@@ -105,11 +109,8 @@ class _Walk:
             raise _BrokenError(f"entry {due} is missing, {row.sequence} comes after it", due)
         if not isinstance(row.entry, str) or to_hash(row.entry) != row.hash:
             raise _BrokenError(f"entry {due} was changed: its hash is not that of its text", due)
-        try:
-            entry = json.loads(row.entry)
-        except (ValueError, RecursionError):
-            entry = None
-        if not isinstance(entry, dict) or entry.keys() != KEYS or to_canonical(entry) != row.entry:
+        entry = _parse(row.entry)
+        if entry is None:
             raise _BrokenError(f"entry {due} is not in the trail's form", due)
         if (entry["sequence"], entry["previous"]) != (due, self.head.hash) or (
             row.previous != self.head.hash
@@ -135,6 +136,16 @@ class _Walk:
             _compare(entry, stored)
 
 
+def _parse(content: str) -> dict[str, Any] | None:
+    """An entry's text as data; None for one that is not in canonical form."""
+    try:
+        entry = json.loads(content)
+        is_canonical = to_canonical(entry) == content
+    except (ValueError, RecursionError):
+        return None
+    return entry if is_canonical and isinstance(entry, dict) and entry.keys() == KEYS else None
+
+
 def _is_of_a_table(table: Any, row: Any) -> bool:
     if not isinstance(table, str) or table not in TABLES or not isinstance(row, dict):
         return False
@@ -150,7 +161,7 @@ def _key(table: Table) -> str:
 def _compare(entry: _Entry, stored: dict[tuple[str, Any], dict[str, Any]]) -> None:
     """Whether a row is what its entry says; columns that it does not name must be empty."""
     key = entry.row[_key(TABLES[entry.table])]
-    where = f"{entry.table} '{key}' of entry {entry.sequence}"
+    where = f"{entry.table} {show(key)} of entry {entry.sequence}"
     if (entry.table, key) not in stored:
         raise _BrokenError(f"{where} is missing", entry.sequence)
     row = to_plain(stored[entry.table, key])
@@ -161,7 +172,7 @@ def _compare(entry: _Entry, stored: dict[tuple[str, Any], dict[str, Any]]) -> No
                 f"{where} was changed: its {name} is not what it was", entry.sequence
             )
     if extra := entry.row.keys() - row.keys():
-        raise _BrokenError(f"{where} lacks its {min(extra)}", entry.sequence)
+        raise _BrokenError(f"{where} lacks its {show(min(extra))}", entry.sequence)
     content = row.get("content")
     if isinstance(content, str) and to_hash(content) != key:
         raise _BrokenError(f"{where} has another content than its hash", entry.sequence)
@@ -180,8 +191,8 @@ def check(
     except _BrokenError as broken:
         read = broken.at or walk.head.sequence
         return AuditReport(read, walk.head.hash, str(broken), broken.at)
-    except (TypeError, ValueError, OverflowError, LookupError) as error:
-        # A column that holds what its type cannot be: SQLite takes anything.
-        what = f"after entry {walk.head.sequence} there is what cannot be read ({error})"
+    except UNREADABLE as error:
+        said = show(str(error).partition("\n")[0])
+        what = f"after entry {walk.head.sequence} there is what cannot be read ({said})"
         return AuditReport(walk.head.sequence, walk.head.hash, what)
     return AuditReport(walk.head.sequence, walk.head.hash)
