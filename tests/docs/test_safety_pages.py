@@ -147,6 +147,13 @@ def test_nothing_opens_a_connection_or_listens() -> None:
     assert not {file: names & NETWORK for file, names in imported().items() if names & NETWORK}
 
 
+def test_only_the_records_speak_to_a_database() -> None:
+    """And so to a server, where a person names one."""
+    drivers = {"sqlalchemy", "alembic", "psycopg", "sqlite3"}
+    speaking = {file for file, names in imported().items() if names & drivers}
+    assert {file.split("/")[0] for file in speaking} == {"records"}
+
+
 def test_no_file_of_a_user_is_unpickled_or_evaluated() -> None:
     loading = {"pickle", "marshal", "shelve", "eval"}
     assert {file for file, names in imported().items() if names & loading} == UNPICKLING

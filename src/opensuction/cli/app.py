@@ -9,6 +9,7 @@ import typer
 from opensuction import __version__
 from opensuction.cli import entry, exit_status, interruption
 from opensuction.cli.command import (
+    audit,
     benchmark,
     cache,
     calibrate,
@@ -34,6 +35,7 @@ COMMANDS = (
     identify.COMPARE,
     recording.REPLAY,
     recording.EXPORT,
+    audit.COMMAND,
     cache.COMMAND,
 )
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES)
@@ -50,6 +52,7 @@ Examples:
 \b
 Environment:
   OPENSUCTION_CACHE_DIR                where the compiled core is kept
+  OPENSUCTION_DATABASE                 where records are kept
 
 {exit_status.IN_FULL}"""
 

@@ -215,6 +215,17 @@ OPTIONS: dict[str, Any] = {
         metavar="NAME",
         show_default=False,
     ),
+    "database": typer.Option(
+        help="Database of the records: a file, sqlite:///FILE or postgresql://USER@HOST/NAME. "
+        "Default: OPENSUCTION_DATABASE, else records.db in the user's data folder.",
+        metavar="FILE|URL",
+        show_default=False,
+    ),
+    "expect_head": typer.Option(
+        help="Last hash of an earlier audit, which the trail must still hold.",
+        metavar="HASH",
+        show_default=False,
+    ),
     "clear": typer.Option("--clear", help="Remove what is kept; it is compiled anew when needed."),
     "out": typer.Option(
         help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"
