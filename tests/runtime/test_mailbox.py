@@ -160,7 +160,7 @@ def fill(sender: Sender) -> int:
         try:
             sender.ask("acknowledge", f"k{sent}", AT)
         except InputError as error:
-            assert "timed out" in str(error)  # noqa: PT017 - of several that did not fail
+            assert "timed out" in str(error)
             return sent
     return 0
 
