@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.exchange import mailbox
+from opensuction.exchange.mailbox import Answer, Mailbox, Sender
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import ABORT, NO_REQUESTS
-from opensuction.runtime import mailbox
-from opensuction.runtime.mailbox import Answer, Mailbox, Sender
 
 AT = "2026-11-23T12:00:00Z"
 

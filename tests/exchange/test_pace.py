@@ -4,7 +4,7 @@ import subprocess
 import sys
 import time
 
-from opensuction.runtime.pace import Pace
+from opensuction.exchange.pace import Pace
 
 PERIOD_NS = 2_000_000
 
@@ -40,7 +40,7 @@ def test_a_missed_tick_is_skipped_and_never_caught_up() -> None:
 def test_a_signal_does_not_wake_it_early() -> None:
     code = (
         "import signal, time\n"
-        "from opensuction.runtime.pace import Pace\n"
+        "from opensuction.exchange.pace import Pace\n"
         "heard = []\n"
         "signal.signal(signal.SIGALRM, lambda *_: heard.append(1))\n"
         "signal.setitimer(signal.ITIMER_REAL, 0.02, 0.02)\n"
@@ -57,7 +57,7 @@ def test_what_the_kernel_does_not_grant_is_said() -> None:
     """As a user without rights: no priority, and a limit of locked memory that is too small."""
     code = (
         "import gc, os, resource\n"
-        "from opensuction.runtime.pace import harden\n"
+        "from opensuction.exchange.pace import harden\n"
         "resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))\n"
         "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))\n"
         "if os.getuid() == 0: os.setuid(65534)\n"
