@@ -8,6 +8,7 @@ from opensuction.controller.machine_profile import BENCH
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.compiler.dispatcher import CoreFunction
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated.row import Row
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
@@ -199,3 +200,10 @@ def test_no_ticks_change_nothing() -> None:
     before = chosen.state_row.copy()
     chosen.run(np.zeros((0, len(INPUT_COLUMNS))), outputs(0), states(0))
     assert chosen.state_row.tobytes() == before.tobytes()
+
+
+def test_curves_that_are_missing_are_refused_at_once() -> None:
+    chosen = settings(CompensationKind.LOOKUP_TABLE)
+    state = controller.start(chosen, chosen.parked.head_mm, 0.0)
+    with pytest.raises(InputError, match="needs curves"):
+        RealTimeCall(chosen, None, state)

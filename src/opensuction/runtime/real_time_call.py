@@ -9,7 +9,8 @@ instant: a recording keeps it by copying, and replay compares it bit for bit.
 import numpy as np
 
 from opensuction.control.compensation import Branches
-from opensuction.controller import controller
+from opensuction.controller import configuration, controller
+from opensuction.controller.configuration import Configuration
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.compiler.typed_call import TypedCall
@@ -86,8 +87,10 @@ class RealTimeCall:
     def __init__(self, settings: Settings, heads_mm: Branches | None, state: State) -> None:
         """heads_mm: branches of the compensation's curves; they go with the settings.
 
-        state: as `controller.start` gives it, which checks the settings too, or as it was read.
+        state: as `controller.start` gives it, or as it was read.
+        Raises InputError for settings that `configuration.check` refuses.
         """
+        configuration.check(Configuration(settings, heads_mm))
         self.state_row = plain_row.pack(State, state)
         """The state, by `STATE_COLUMNS`: changed by every tick. To write into it sets the state."""
         self._settings = plain_row.pack(Settings, settings)
