@@ -202,6 +202,16 @@ def test_no_ticks_change_nothing() -> None:
     assert chosen.state_row.tobytes() == before.tobytes()
 
 
+def test_curves_may_lie_in_memory_in_any_order() -> None:
+    kind = CompensationKind.LOOKUP_TABLE
+    chosen, heads_mm = settings(kind), setup.branches(kind, CALIBRATION)
+    assert heads_mm is not None
+    state = controller.start(chosen, chosen.parked.head_mm, 0.0)
+    turned = RealTimeCall(chosen, np.asfortranarray(heads_mm), state)
+    inputs = parked(chosen.parked.head_mm)
+    assert play(turned, inputs)[0].tobytes() == play(call(kind), inputs)[0].tobytes()
+
+
 def test_curves_that_are_missing_are_refused_at_once() -> None:
     chosen = settings(CompensationKind.LOOKUP_TABLE)
     state = controller.start(chosen, chosen.parked.head_mm, 0.0)

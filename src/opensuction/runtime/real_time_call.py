@@ -91,10 +91,9 @@ class RealTimeCall:
         Raises InputError for settings that `configuration.check` refuses.
         """
         configuration.check(Configuration(settings, heads_mm))
-        self.state_row = plain_row.pack(State, state)
-        """The state, by `STATE_COLUMNS`: changed by every tick. To write into it sets the state."""
+        self._state = plain_row.pack(State, state)
         self._settings = plain_row.pack(Settings, settings)
-        self._heads_mm = None if heads_mm is None else np.array(heads_mm, dtype=np.float64)
+        self._heads_mm = None if heads_mm is None else np.array(heads_mm, np.float64, order="C")
         self._play = TypedCall(_play, _kind)
         self._warm_up()
 
@@ -102,17 +101,22 @@ class RealTimeCall:
         """A tick on a copy: whatever must be compiled or loaded is."""
         inputs, outputs = np.zeros((1, *_INPUT_ROW)), np.zeros((1, *_OUTPUT_ROW))
         inputs[0, INPUT_COLUMNS.index("dt_s")] = WARM_UP_S
-        copy = self.state_row.copy()
+        copy = self._state.copy()
         self._play(self._settings, self._heads_mm, copy, inputs, outputs, _NO_STATES)
+
+    @property
+    def state_row(self) -> row.Row:
+        """The state, by `STATE_COLUMNS`: changed by every tick. To write into it sets the state."""
+        return self._state
 
     @property
     def state(self) -> State:
         """The state as a record."""
-        return plain_row.unpack(State, self.state_row)
+        return plain_row.unpack(State, self._state)
 
     @state.setter
     def state(self, state: State) -> None:
-        self.state_row[:] = plain_row.pack(State, state)
+        self._state[:] = plain_row.pack(State, state)
 
     def step(self, inputs: row.Row, outputs: row.Row) -> None:
         """One tick.
@@ -125,7 +129,7 @@ class RealTimeCall:
         self._play(
             self._settings,
             self._heads_mm,
-            self.state_row,
+            self._state,
             inputs[np.newaxis],
             outputs[np.newaxis],
             _NO_STATES,
@@ -144,4 +148,4 @@ class RealTimeCall:
         if states is not None:
             _check("states", states, (ticks, *_STATE_ROW), written=True)
         taken = _NO_STATES if states is None else states
-        self._play(self._settings, self._heads_mm, self.state_row, inputs, outputs, taken)
+        self._play(self._settings, self._heads_mm, self._state, inputs, outputs, taken)

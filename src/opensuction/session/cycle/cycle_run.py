@@ -87,7 +87,7 @@ def teach(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> float:
     return found.taught_mm
 
 
-def _fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol:
+def fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol:
     """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
     protocol, by_contact = resolved.protocol, resolved.by_contact
     able = setup.abilities(rig.profile, resolved.compensation, calibration, rig.site)
@@ -110,7 +110,7 @@ def _refuse_early(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -
     if isinstance(found, Template):
         least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
-    protocol = _fit(resolved, first, calibration)
+    protocol = fit(resolved, first, calibration)
     kind, by_contact = resolved.compensation, resolved.by_contact
     setup.plan_settings(first.profile, protocol, kind, calibration, by_contact, first.site)
 
@@ -153,7 +153,7 @@ def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: Non
 def assemble(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Prepared:
     """The cycle of a rig that is calibrated and taught; its gaps may be changed only now."""
     kind, by_contact = resolved.compensation, resolved.by_contact
-    protocol = _fit(resolved, rig, calibration)
+    protocol = fit(resolved, rig, calibration)
     rig = self_calibration.with_widths(rig, resolved.choice.gap_scale)
     loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(resolved, rig, protocol, calibration, None, None, loop, start)

@@ -1,0 +1,81 @@
+"""What the controller says in a tick, with the names that people and files use."""
+
+from enum import IntEnum
+from functools import lru_cache
+from typing import NamedTuple
+
+from opensuction.controller.record import Outputs
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.safety.condition import Condition
+from opensuction.safety.condition_mask import decode, decode_trips
+from opensuction.safety.priority import Priority
+
+
+def _name(member: IntEnum) -> str:
+    """A member as files and the command line write it: ``catheter-jammed``."""
+    return member.name.lower().replace("_", "-")
+
+
+class Alarm(NamedTuple):
+    """One alarm that is shown."""
+
+    name: str
+    priority: str
+    """``low``, ``medium`` or ``high``."""
+    sentence: str
+    """What is wrong."""
+    remedy: str
+    """What to do first."""
+
+
+@lru_cache(maxsize=1024)
+def _trips(mask: int) -> tuple[str, ...]:
+    return tuple(_name(condition) for condition in decode_trips(mask))
+
+
+@lru_cache(maxsize=1024)
+def _alarms(mask: int, escalated: int) -> tuple[Alarm, ...]:
+    found = [Condition(number) for number in decode(mask)]
+    return tuple(_alarm(condition, bool(escalated >> condition & 1)) for condition in found)
+
+
+def _alarm(condition: Condition, is_escalated: bool) -> Alarm:
+    sentence, remedy, handling = condition.row
+    priority = handling.priority + is_escalated
+    return Alarm(_name(condition), _name(Priority(min(priority, Priority.HIGH))), sentence, remedy)
+
+
+class Decision(NamedTuple):
+    """What the controller says in a tick."""
+
+    outputs: Outputs
+    """All of it, as numbers."""
+
+    @property
+    def commands(self) -> Commands:
+        """What the drives shall do until the next tick."""
+        return self.outputs.commands
+
+    @property
+    def phase(self) -> str:
+        """Phase of the cycle, such as ``inserting``."""
+        return _name(Phase(self.outputs.phase))
+
+    @property
+    def trips(self) -> tuple[str, ...]:
+        """Names of the conditions for which the governor holds, withdraws or lets go now."""
+        return _trips(self.outputs.verdict.trips)
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """Alarms that are shown, those that have ended and wait for a reset among them."""
+        signals = self.outputs.signals
+        return _alarms(signals.present | signals.latched, signals.escalated)
+
+    @property
+    def refusal(self) -> str | None:
+        """Why the last start was refused; None where none was."""
+        refusal = Refusal(self.outputs.counters.refusal)
+        return None if refusal == Refusal.NONE else _name(refusal)
