@@ -10,6 +10,7 @@ import json
 import mmap
 import os
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -59,6 +60,17 @@ def _place(words: int) -> int:
     return -(-(HEADER_WORDS * WORD + words) // PAGE) * PAGE
 
 
+@cache
+def _warm_up() -> None:
+    """Load the machine code of a slot, before anybody waits for it: it takes some ten ticks."""
+    slots = np.zeros((2, 1 + slot.AROUND), np.uint64)
+    row, rows, first = np.zeros(1, np.uint64), np.zeros((1, 1), np.uint64), np.uint64(1)
+    slot.write(slots, first, row)
+    slot.read(slots, first, row)
+    slot.read_many(slots, first, rows)
+    slot.find_newest(slots)
+
+
 class RingWriter:
     """The one that writes."""
 
@@ -69,6 +81,7 @@ class RingWriter:
 
         slots: how many rows are kept. told: see `Facts.told`.
         """
+        _warm_up()
         self._lock = path.with_name(path.name + ".lock").open("ab")
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -114,6 +127,7 @@ class RingReader:
 
     def __init__(self, path: Path) -> None:
         """Open a ring; raises InputError where there is none, or one of another version."""
+        _warm_up()
         try:
             with path.open("rb") as file:
                 self._memory = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
