@@ -16,12 +16,12 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
 from opensuction.controller.configuration import Configuration
+from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs
 from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import START
 from opensuction.runtime.embedded_controller import Controller
-from opensuction.runtime.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from opensuction import NO_MONITOR, NO_REQUESTS, Controller, InputError, Readings
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import controller, setup
+from opensuction.controller import controller, real_time_call, setup
 from opensuction.controller.calibration import Feedforward, assume_nominal
 from opensuction.controller.configuration import Configuration
 from opensuction.controller.machine_profile import BENCH
+from opensuction.controller.real_time_call import OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs, Outputs, State
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.compiler.dispatcher import CoreFunction
@@ -22,8 +23,6 @@ from opensuction.kernel.generated import plain_row
 from opensuction.kernel.requests import Host
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE
-from opensuction.runtime import real_time_call
-from opensuction.runtime.real_time_call import OUTPUT_COLUMNS, RealTimeCall
 
 DT_S = 0.001
 NAN = math.nan

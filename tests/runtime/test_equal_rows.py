@@ -12,6 +12,12 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
+from opensuction.controller.real_time_call import (
+    INPUT_COLUMNS,
+    OUTPUT_COLUMNS,
+    STATE_COLUMNS,
+    RealTimeCall,
+)
 from opensuction.controller.record import State
 from opensuction.kernel.generated import plain_row
 from opensuction.kernel.phase import Phase
@@ -19,12 +25,6 @@ from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.planning import clinical
 from opensuction.procedure.planning.protocol import PAPER
-from opensuction.runtime.real_time_call import (
-    INPUT_COLUMNS,
-    OUTPUT_COLUMNS,
-    STATE_COLUMNS,
-    RealTimeCall,
-)
 from opensuction.session.cycle import fault_choice
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation import rig as rigs

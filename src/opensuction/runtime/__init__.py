@@ -1,1 +1,1 @@
-"""The controller against the clock: the call that a tick is, and all that stands on it."""
+"""The controller against the clock: its loop, what it publishes, what it is asked, who watches."""

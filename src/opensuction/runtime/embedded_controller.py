@@ -14,6 +14,7 @@ import numpy as np
 
 from opensuction.controller import controller
 from opensuction.controller.configuration import Configuration
+from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
@@ -22,7 +23,6 @@ from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle.upkeep import Upkeep
 from opensuction.runtime.decision import Decision
-from opensuction.runtime.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import encode
 from opensuction.safety.head import head_vote

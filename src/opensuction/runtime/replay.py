@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.controller import configuration
+from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row
@@ -28,7 +29,6 @@ from opensuction.recording.cycle_file.tick_table import (
     TICK_COLUMNS,
     TICKS,
 )
-from opensuction.runtime.real_time_call import RealTimeCall
 
 Table = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from opensuction import __version__
+from opensuction.controller.real_time_call import OUTPUT_COLUMNS
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.phase import Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.runtime.real_time_call import OUTPUT_COLUMNS
 from opensuction.runtime.replay import replay
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution

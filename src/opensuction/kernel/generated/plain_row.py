@@ -10,17 +10,26 @@ from typing import Any
 import numpy as np
 
 from opensuction.kernel.generated import row
-from opensuction.kernel.record import Record
+from opensuction.kernel.record import Array, Record
 
 _reader = cache(row.reader)
 
 
 def numbers(record: tuple[Any, ...]) -> Iterator[Any]:
-    """Every scalar of a record without arrays, in the order of `row.columns`."""
+    """Every scalar of a record, in the order of `row.columns`; arrays are left out."""
     for value in record:
         if isinstance(value, tuple):
             yield from numbers(value)
-        else:
+        elif not isinstance(value, np.ndarray):
+            yield value
+
+
+def arrays(record: tuple[Any, ...]) -> Iterator[Array]:
+    """Every array of a record, in the order in which `row.reader_with_arrays` takes them."""
+    for value in record:
+        if isinstance(value, tuple):
+            yield from arrays(value)
+        elif isinstance(value, np.ndarray):
             yield value
 
 

@@ -129,10 +129,17 @@ def table_writer(record_type: type) -> Callable[[Array, int, Any], None]:
     return write
 
 
-def _rebuilt(record_type: type, scope: dict[str, Any], first: int, at: str = "") -> tuple[str, int]:
+def _rebuilt(
+    record_type: type,
+    scope: dict[str, Any],
+    first: int,
+    at: str = "",
+    arrays: list[str] | None = None,
+) -> tuple[str, int]:
     """Source that builds a record from the columns from ``first`` on, and the column after it.
 
-    at: what stands before a column's number.
+    at: what stands before a column's number. arrays: takes the names of arguments that hold the
+    record's arrays; without it a record with one is refused.
     """
     constructor = f"record_{len(scope)}"
     scope[constructor] = record_type
@@ -151,8 +158,12 @@ def _rebuilt(record_type: type, scope: dict[str, Any], first: int, at: str = "")
             first += length
             continue
         elif hasattr(kind, "_fields"):
-            inner, first = _rebuilt(kind, scope, first, at)
+            inner, first = _rebuilt(kind, scope, first, at, arrays)
             parts.append(f"{name}={inner}")
+            continue
+        elif arrays is not None and get_origin(kind) is np.ndarray:
+            arrays.append(f"array_{len(arrays)}")
+            parts.append(f"{name}={arrays[-1]}")
             continue
         else:
             raise TypeError(f"{record_type.__name__}.{name} is {kind}: a row does not hold it")
@@ -174,6 +185,21 @@ def reader(record_type: type, *, checked: bool = True) -> Callable[[Row], Any]:
     ]
     read: Callable[[Row], Any] = straight_line.define(
         lines, f"record {record_type.__name__}", **scope
+    )
+    return read
+
+
+def reader_with_arrays(record_type: type) -> Callable[..., Any]:
+    """Compiled ``read(row, *arrays)`` for a record that has arrays, too: they become its own.
+
+    Unchecked, as for `reader`.
+    """
+    scope: dict[str, Any] = {}
+    arrays: list[str] = []
+    built, _ = _rebuilt(record_type, scope, 0, arrays=arrays)
+    lines = [f"def read({', '.join(['row', *arrays])}):", f"    return {built}"]
+    read: Callable[..., Any] = straight_line.define(
+        lines, f"record with arrays {record_type.__name__}", **scope
     )
     return read
 

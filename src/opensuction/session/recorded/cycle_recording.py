@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from opensuction import __version__
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
+from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.controller.record import State
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.commands import Commands
@@ -23,7 +24,6 @@ from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.recording.cycle_file.row_schema import Column
 from opensuction.recording.cycle_file.tick_table import INPUT_PART, OUTPUT_PART, STATE_PART, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
-from opensuction.runtime.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS, RealTimeCall
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.recorded import run_event
 from opensuction.simulation.closed_loop import DT_S

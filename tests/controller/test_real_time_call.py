@@ -2,9 +2,15 @@ import numpy as np
 import pytest
 
 from opensuction.control.compensation import CompensationKind
-from opensuction.controller import controller, setup
+from opensuction.controller import controller, real_time_call, setup
 from opensuction.controller.calibration import Feedforward, assume_nominal
 from opensuction.controller.machine_profile import BENCH
+from opensuction.controller.real_time_call import (
+    INPUT_COLUMNS,
+    OUTPUT_COLUMNS,
+    STATE_COLUMNS,
+    RealTimeCall,
+)
 from opensuction.controller.record import Settings
 from opensuction.hysteresis.modified_dahl import PUBLISHED
 from opensuction.kernel.compiler.dispatcher import CoreFunction
@@ -14,13 +20,6 @@ from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.procedure.planning.site import BENCH_SITE
-from opensuction.runtime import real_time_call
-from opensuction.runtime.real_time_call import (
-    INPUT_COLUMNS,
-    OUTPUT_COLUMNS,
-    STATE_COLUMNS,
-    RealTimeCall,
-)
 
 CALIBRATION = assume_nominal(PUBLISHED, Feedforward(velocity_v_s_per_mm=1.28, friction_v=0.5))
 TICKS = 50

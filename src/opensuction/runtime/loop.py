@@ -1,0 +1,176 @@
+"""The control loop: read, step, command, publish, once a period; all but the clock.
+
+It calls the same core as the simulation, through `RealTimeCall`. A row of the ring is a tick: when
+it was, what went in, what came out, and all that the controller remembers.
+"""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.controller.real_time_call import (
+    INPUT_COLUMNS,
+    OUTPUT_COLUMNS,
+    STATE_COLUMNS,
+    RealTimeCall,
+)
+from opensuction.devices.ports import Port
+from opensuction.exchange.event_ring import EventWriter
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.mailbox import Mailbox
+from opensuction.exchange.ring import RingWriter
+from opensuction.kernel.phase import RESTING
+from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.safety.condition import Condition
+from opensuction.simulation.machine_side import SENT_COLUMNS
+
+TIMING_COLUMNS = ("loop.time_s", "loop.late_s", "loop.computed_s", "loop.skipped")
+"""Monotonic time of the tick's deadline; how long after it the tick began; what the tick before
+took, until its commands were out and until its row was; ticks that were missed before it."""
+ROW_COLUMNS = (
+    *TIMING_COLUMNS,
+    *(f"inputs.{name}" for name in INPUT_COLUMNS),
+    *(f"outputs.{name}" for name in OUTPUT_COLUMNS),
+    *(f"state.{name}" for name in STATE_COLUMNS),
+)
+"""Columns of a row of the ring."""
+SLOTS_S = 10.0
+"""How much the ring keeps."""
+RELEASED_S = 0.2
+"""For how long a controller says that it has just started: whoever drives the machine looks for a
+new one now and then."""
+STALE_TICKS = 3
+"""For so many ticks the same readings may come: the machine has a clock of its own, and one of both
+may be late. Then they are no readings."""
+MISSED_S = 0.5
+"""Without a sign of life for longer than this a process is lost."""
+LOOK_TICKS = 100
+"""How often their signs are looked for."""
+WATCHED = {
+    Process.RECORDER: 1 << Condition.RECORDER_LOST,
+    Process.CONSOLE: 1 << Condition.CONSOLE_LOST,
+}
+
+_TIMING = len(TIMING_COLUMNS)
+_INPUTS = slice(_TIMING, _TIMING + len(INPUT_COLUMNS))
+_OUTPUTS = slice(_INPUTS.stop, _INPUTS.stop + len(OUTPUT_COLUMNS))
+_STATE = slice(_OUTPUTS.stop, _OUTPUTS.stop + len(STATE_COLUMNS))
+
+
+def _places(columns: tuple[str, ...], head: str) -> slice:
+    """Where the columns of a record lie within a row."""
+    found = [i for i, name in enumerate(columns) if name.startswith(f"{head}.")]
+    return slice(found[0], found[-1] + 1)
+
+
+_READINGS = _places(INPUT_COLUMNS, "readings")
+_REQUESTS = _places(INPUT_COLUMNS, "requests")
+_TICK, _DT, _OVERRUN, _CONDITIONS = (
+    INPUT_COLUMNS.index(name) for name in ("tick", "dt_s", "host.overrun", "host.conditions")
+)
+_VALID = [i for i, name in enumerate(INPUT_COLUMNS) if name.endswith("_valid")]
+_PHASE = OUTPUT_COLUMNS.index("phase")
+_COMMANDS = _places(OUTPUT_COLUMNS, "commands")
+_PRESENT, _LATCHED = (OUTPUT_COLUMNS.index(name) for name in ("signals.present", "signals.latched"))
+_SENT_COMMANDS = _places(SENT_COLUMNS, "commands")
+_SENT_WANTED, _SENT_RESET, _SENT_RELEASED = (
+    SENT_COLUMNS.index(name) for name in ("wanted", "reset", "released")
+)
+
+
+class Around(NamedTuple):
+    """What the loop talks to. None of it ever makes it wait."""
+
+    port: Port
+    mailbox: Mailbox
+    ring: RingWriter
+    events: EventWriter
+    heartbeat: Heartbeat
+
+
+class ControlLoop:
+    """A tick after the other."""
+
+    def __init__(self, call: RealTimeCall, around: Around, period_s: float) -> None:
+        """call: the controller, started with the head where it is."""
+        self._call, self._around, self._period_s = call, around, period_s
+        self._row = np.zeros(len(ROW_COLUMNS))
+        self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
+        self._readings = self._inputs[_READINGS]
+        self._sent = np.zeros(len(SENT_COLUMNS))
+        self._sent[_SENT_RELEASED] = 1.0
+        self._number, self._same = 0, 0
+        self._pressed = False
+        self._computed_s = 0.0
+        self.tick = 0
+        """Number of the next one."""
+        self.stopping = False
+        """Whoever runs it wants to end: the catheter comes out first."""
+
+    @property
+    def is_resting(self) -> bool:
+        """Whether it waits for a person."""
+        return self.tick > 0 and self._outputs[_PHASE] in RESTING
+
+    def step(self, deadline_ns: int, skipped: int) -> None:
+        """One tick. deadline_ns: when it was due. skipped: how many were missed before it."""
+        begun_ns = time.monotonic_ns()
+        inputs, row = self._inputs, self._row
+        row[0] = deadline_ns * 1e-9
+        row[1] = (begun_ns - deadline_ns) * 1e-9
+        row[2] = self._computed_s
+        row[3] = skipped
+        inputs[_TICK] = self.tick
+        inputs[_DT] = self._period_s
+        inputs[_OVERRUN] = skipped > 0
+        self._read()
+        requests = self._hear()
+        if self.tick % LOOK_TICKS == 0:
+            self._look_around()
+        self._call.step(inputs, self._outputs)
+        self._send(requests)
+        row[_STATE] = self._call.state_row
+        self._around.ring.write(row)
+        self.tick += 1
+        self._computed_s = (time.monotonic_ns() - begun_ns) * 1e-9
+
+    def _read(self) -> None:
+        """The newest readings; none where the same have come for too long."""
+        number = self._around.port.read(self._readings)
+        self._same = 0 if number != self._number else self._same + 1
+        self._number = number
+        if self._same > STALE_TICKS:
+            self._inputs[_VALID] = 0.0
+
+    def _hear(self) -> Requests:
+        """What people ask for in this tick."""
+        requests, answers = self._around.mailbox.receive()
+        if self.stopping:
+            requests = requests._replace(abort=True)
+        if requests is not NO_REQUESTS or self._pressed:
+            self._inputs[_REQUESTS] = requests
+            self._pressed = requests is not NO_REQUESTS
+        for answer in answers:
+            self._around.events.write("request", self.tick, **answer._asdict())
+        return requests
+
+    def _look_around(self) -> None:
+        """Give a sign of life, and look who else does."""
+        heartbeat = self._around.heartbeat
+        heartbeat.beat(Process.CONTROL)
+        lost = 0
+        for process, condition in WATCHED.items():
+            if heartbeat.is_expected(process) and heartbeat.age_s(process) > MISSED_S:
+                lost |= condition
+        self._inputs[_CONDITIONS] = lost
+
+    def _send(self, requests: Requests) -> None:
+        """Command the drives, and tell the bedside what shall be shown."""
+        sent, outputs = self._sent, self._outputs
+        sent[_SENT_COMMANDS] = outputs[_COMMANDS]
+        sent[_SENT_WANTED] = int(outputs[_PRESENT]) | int(outputs[_LATCHED])
+        sent[_SENT_RESET] = requests.reset
+        if self.tick * self._period_s > RELEASED_S:
+            sent[_SENT_RELEASED] = 0.0
+        self._around.port.write(sent)
