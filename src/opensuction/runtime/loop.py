@@ -40,9 +40,10 @@ SLOTS_S = 10.0
 RELEASED_S = 0.2
 """For how long a controller says that it has just started: whoever drives the machine looks for a
 new one now and then."""
-STALE_TICKS = 3
-"""For so many ticks the same readings may come: the machine has a clock of its own, and one of both
-may be late. Then they are no readings."""
+STALE_TICKS = 20
+"""For so many ticks the same readings may come, as long as the drives wait for a command: the
+machine has a clock of its own, and may be late. Then they are no readings; by its own watch the
+core would tell after 50 [design]."""
 MISSED_S = 0.5
 """Without a sign of life for longer than this a process is lost."""
 LOOK_TICKS = 100
