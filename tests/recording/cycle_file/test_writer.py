@@ -173,6 +173,17 @@ def test_a_full_disk_loses_a_chunk_and_nothing_that_was_written(
     assert summary.statistics.message_count == 100
 
 
+def test_a_disk_that_is_full_from_the_start_is_said_and_the_file_let_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer, "FileIO", _SmallDisk)
+    _SmallDisk.room = 20
+    path = tmp_path / "a.mcap"
+    with pytest.raises(OSError, match=r"No space left on device.*a\.mcap"):
+        RecordingWriter(path, example.HEADING, {"/tick": example.COLUMNS})
+    assert path.stat().st_size == 0
+
+
 def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     path = example.write(tmp_path / "a.mcap")
     with pytest.raises(FileExistsError):

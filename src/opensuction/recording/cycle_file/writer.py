@@ -99,7 +99,11 @@ class RecordingWriter:
             for i, topic in enumerate(self._topics, start=1)
         ]
         self._metadata: list[MetadataIndex] = []
-        self._begin(heading)
+        try:
+            self._begin(heading)
+        except OSError:
+            self._let_go()
+            raise
 
     def _begin(self, heading: Heading) -> None:
         library = f"opensuction {heading.software_version}"
