@@ -145,6 +145,20 @@ def test_a_damaged_page_is_refused_or_found_or_of_no_matter(
     database.close()
 
 
+def test_an_index_that_lost_its_entries_is_found(filled_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "damaged.db"
+    content = bytearray(filled_file.read_bytes())
+    connection = sqlite3.connect(filled_file)
+    query = "SELECT rootpage FROM sqlite_master WHERE name = 'ix_alarm_cycle_id'"
+    at = (connection.execute(query).fetchone()[0] - 1) * 4096
+    connection.close()
+    content[at + 3 : at + 5] = b"\0\0"  # how many cells the page has
+    file.write_bytes(content)
+    database = audit.open_for_audit(str(file))
+    assert "the file is damaged: " in str(audit.audit(database).broken)
+    database.close()
+
+
 def test_a_full_disk_is_one_line_and_what_was_stored_stays(tmp_path: Path) -> None:
     with Records.open(str(tmp_path / "records.db")) as records:
         cycle = records.begin_cycle(start())
