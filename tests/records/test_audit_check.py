@@ -183,7 +183,7 @@ def test_a_guard_that_is_gone_is_found(filled: Records) -> None:
     assert "the trigger 'alarm_" in str(filled.audit().broken)
 
 
-FORGED: dict[str, Callable[[dict[str, object]], str]] = {
+FORGED: dict[str, Callable[[dict[str, Any]], str]] = {
     "no JSON": lambda _: "{",
     "no object": lambda _: "[]",
     "deeply nested": lambda _: "[" * 100_000,
@@ -192,6 +192,10 @@ FORGED: dict[str, Callable[[dict[str, object]], str]] = {
     "another number": lambda entry: to_canonical({**entry, "sequence": 7}),
     "another table": lambda entry: to_canonical({**entry, "table": "audit_head"}),
     "no row": lambda entry: to_canonical({**entry, "row": []}),
+    "a column less": lambda entry: to_canonical(
+        {**entry, "row": {name: entry["row"][name] for name in entry["row"] if name != "what"}}
+    ),
+    "a column more": lambda entry: to_canonical({**entry, "row": {**entry["row"], "by": "me"}}),
     "a row without its key": lambda entry: to_canonical({**entry, "row": {}}),
     "a key that is a list": lambda entry: to_canonical({**entry, "row": {"key": [], "id": {}}}),
     "a number that is none": lambda entry: to_canonical({**entry, "sequence": float("nan")}),

@@ -18,6 +18,7 @@ from opensuction.records import audit
 from opensuction.records.database import address
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
+from tests.records.conftest import in_server
 from tests.records.example import CLOGGED, COMPLETED, count_entries, fill, start
 from tests.records.test_two_writers import begin_writer
 
@@ -41,6 +42,8 @@ ADDRESSES = [
     ("mysql://anna:secret@host/records", "mysql: no kind of database that is known here"),
     ("http://anna:secret@host/records", "http: no kind"),
     ("postgresql+psycopg2://anna:secret@host/records", "no kind of database"),
+    ("a" * 5000, "is no name of a file"),
+    ("\ud800.db", "is no name of a file"),
     ("sqlite://", "records in memory would be lost"),
     ("sqlite:///:memory:", "records in memory would be lost"),
     ("sqlite:///ward.db?mode=ro", "a file takes no options"),
@@ -50,7 +53,7 @@ ADDRESSES = [
 ]
 
 
-@pytest.mark.parametrize(("url", "words"), ADDRESSES, ids=[url for url, _ in ADDRESSES])
+@pytest.mark.parametrize(("url", "words"), ADDRESSES, ids=[ascii(url[:60]) for url, _ in ADDRESSES])
 def test_an_address_that_is_none_is_refused(url: str, words: str) -> None:
     line = refusal(lambda: Records.open(url))
     assert words in line
@@ -58,10 +61,12 @@ def test_an_address_that_is_none_is_refused(url: str, words: str) -> None:
     assert "secret" not in line
 
 
-@given(st.text(max_size=30))
+@given(st.text(st.characters(codec=None, exclude_categories=[]), max_size=30))
 def test_any_address_is_one_or_one_line(url: str) -> None:
-    with contextlib.suppress(RecordsError, OSError):
+    try:
         address.parse(url)
+    except RecordsError as refused:
+        assert len(str(refused).splitlines()) == 1
 
 
 def test_no_password_is_ever_shown() -> None:
@@ -142,6 +147,20 @@ def test_a_damaged_page_is_refused_or_found_or_of_no_matter(
         report = audit.audit(database)
         if report.broken is None:  # the damage lay where nothing is, or was none
             assert report.entries == 5 * 6 + 4
+    database.close()
+
+
+def test_an_index_that_lost_its_entries_is_found(filled_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "damaged.db"
+    content = bytearray(filled_file.read_bytes())
+    connection = sqlite3.connect(filled_file)
+    query = "SELECT rootpage FROM sqlite_master WHERE name = 'ix_alarm_cycle_id'"
+    at = (connection.execute(query).fetchone()[0] - 1) * 4096
+    connection.close()
+    content[at + 3 : at + 5] = b"\0\0"  # how many cells the page has
+    file.write_bytes(content)
+    database = audit.open_for_audit(str(file))
+    assert "the file is damaged: " in str(audit.audit(database).broken)
     database.close()
 
 
@@ -236,10 +255,27 @@ def test_a_folder_that_may_not_be_written_is_one_line() -> None:
 def test_an_audit_needs_no_right_to_write(postgresql_url: str) -> None:
     with Records.open(postgresql_url) as records:
         fill(records, 1)
-    database = audit.open_for_audit(postgresql_url)
-    assert audit.audit(database).broken is None
+    whole = make_url(postgresql_url)
+    in_server(postgresql_url, "CREATE ROLE auditor LOGIN PASSWORD 'auditing'")
+    in_server(postgresql_url, "GRANT SELECT ON ALL TABLES IN SCHEMA public TO auditor")
+    try:
+        url = whole.set(username="auditor", password="auditing")
+        database = audit.open_for_audit(url.render_as_string(hide_password=False))
+        assert audit.audit(database).broken is None
+        database.close()
+        with Records.open(url.render_as_string(hide_password=False)) as records:
+            assert "the user lacks the right" in refusal(lambda: records.begin_cycle(start()))
+    finally:
+        in_server(postgresql_url, "DROP OWNED BY auditor")
+        in_server(postgresql_url, "DROP ROLE auditor")
+
+
+def test_an_audit_cannot_write(url: str) -> None:
+    with Records.open(url) as records:
+        fill(records, 1)
+    database = audit.open_for_audit(url)
     with (
-        pytest.raises(RecordsError, match="may only be read"),
+        pytest.raises(RecordsError, match=r"may only be read|may not be written"),
         database.writing() as connection,
     ):
         connection.execute(text("DELETE FROM alarm"))

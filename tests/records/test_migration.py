@@ -17,7 +17,7 @@ from opensuction.records.records import Records
 from tests.records.example import COMPLETED, fill, start
 
 HERE = Path(__file__).parent
-SHIPPED = (upgrade.FOLDER / "versions",)
+SHIPPED = upgrade.STEPS
 
 
 def step(monkeypatch: pytest.MonkeyPatch, *folders: str) -> None:

@@ -65,6 +65,21 @@ def test_who_waits_too_long_is_told_in_a_line_and_nothing_is_stored(url: str) ->
         assert first.audit().broken is None
 
 
+def test_what_is_written_during_an_audit_does_not_disturb_it(url: str) -> None:
+    with Records.open(url) as reader, Records.open(url) as writer:
+        cycle = writer.begin_cycle(start())
+        before = count_entries(writer)
+
+        def write(_connection: object, _cursor: object, statement: str, *_: object) -> None:
+            if "FROM audit_head" in statement:  # all entries have been read
+                writer.add_alarm(cycle, CLOGGED)
+
+        event.listen(reader.database.engine, "before_cursor_execute", write)
+        report = reader.audit()
+        assert report.broken is None
+        assert report.entries == before < count_entries(writer)
+
+
 def test_a_foreign_program_that_locks_the_file_is_waited_for(tmp_path: Path) -> None:
     import sqlite3
 

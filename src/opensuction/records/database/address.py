@@ -13,6 +13,8 @@ from opensuction.records.database.failure import RecordsError, refused
 VARIABLE = "OPENSUCTION_DATABASE"
 """Environment variable that names a database where no option does."""
 FORMS = "write a file's path, sqlite:///FILE or postgresql://USER@HOST/NAME"
+LONGEST_SHOWN = 60
+"""Characters of a name that cannot be one."""
 POSTGRESQL_NAMES = ("postgresql", "postgres", "postgresql+psycopg")
 
 
@@ -59,7 +61,12 @@ def parse(text: str | None = None) -> Address:
 
 
 def _file(path: Path) -> Address:
-    if path.is_dir():
+    try:
+        is_folder = path.is_dir()
+        os.fsencode(path)
+    except (OSError, ValueError):  # too long, or with half a character in it
+        raise refused(str(path)[:LONGEST_SHOWN], f"is no name of a file; {FORMS}") from None
+    if is_folder:
         raise refused(str(path), "is a folder; name a file")
     return Address(str(path), path, None)
 

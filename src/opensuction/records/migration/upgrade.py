@@ -2,10 +2,11 @@
 
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from alembic import command
 from alembic.config import Config
 from alembic.migration import MigrationContext
+from alembic.runtime.environment import EnvironmentContext
 from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection, text
@@ -15,8 +16,8 @@ from opensuction.records.database.database import Database, find_tables, open_sq
 from opensuction.records.database.failure import NOTHING, explaining, refused
 from opensuction.records.database.utc_time import now
 
-FOLDER = Path(__file__).parent / "script"
-STEPS = (FOLDER / "versions",)
+FOLDER = Path(__file__).parent
+STEPS = (FOLDER / "version",)
 """Where the steps from version to version are."""
 VERSION_TABLE = "alembic_version"
 LOCK = 5_837_104_219
@@ -99,8 +100,14 @@ def bring_up_to_date(database: Database) -> Path | None:
 def _upgrade(connection: Connection, version: str) -> None:
     """Carry out the steps, within the caller's transaction."""
     config = _configure()
-    config.attributes["connection"] = connection
-    command.upgrade(config, version)
+    scripts = ScriptDirectory.from_config(config)
+
+    def list_steps(present: Any, _context: Any) -> Any:
+        return scripts._upgrade_revs(version, present)
+
+    with EnvironmentContext(config, scripts, fn=list_steps, destination_rev=version) as environment:
+        environment.configure(connection=connection)
+        environment.run_migrations()
 
 
 def _check_encoding(connection: Connection, shown: str) -> None:

@@ -66,6 +66,10 @@ class _Walk:
 
     def check(self, triggers: frozenset[str]) -> None:
         """Raises _BrokenError for the first thing that is wrong."""
+        if self._connection.dialect.name == "sqlite":
+            said = self._connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar_one()
+            if said != "ok":
+                raise _BrokenError(f"the file is damaged: {' '.join(str(said).split())}")
         while some := self._read_some():
             self._hold_against_rows(some)
         end = read_head(self._connection)
@@ -86,10 +90,6 @@ class _Walk:
                 f"no entry has the expected hash {str(self._expected)[:12]}...: the trail was "
                 "written anew, was cut off before it, or is another one"
             )
-        if self._connection.dialect.name == "sqlite":
-            said = self._connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar_one()
-            if said != "ok":
-                raise _BrokenError(f"the file is damaged: {' '.join(str(said).split())}")
         if missing := triggers - find_triggers(self._connection):
             raise _BrokenError(
                 f"the trigger '{min(missing)}' of the database is missing or off: since when, "
