@@ -24,6 +24,7 @@ from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.upkeep import Service, Upkeep
 from opensuction.safety.alarm import alarm, alarm_state
 from opensuction.safety.alarm.alarm_state import SILENT, Signals
+from opensuction.safety.condition import Condition
 from opensuction.safety.governor import governor
 from opensuction.safety.governor.governor import Verdict
 from opensuction.safety.handling import Reaction
@@ -77,19 +78,28 @@ def with_upkeep(state: State, kept: Upkeep) -> State:
 
 
 @compiled
+def _pulls_only(verdict: Verdict) -> bool:
+    """Whether the insertion motor may pull and never push.
+
+    Drawn out by sensors that do not tell where the head is, or tell it late: a servo on those
+    swings, and drives the head in half of the time. Without volts the motor brakes.
+    """
+    doubtful = verdict.trips >> Condition.HEAD_SENSORS_DISAGREE & 1 == 1
+    return doubtful and verdict.reaction == Reaction.WITHDRAW
+
+
+@compiled
 def _actuate(
     settings: Settings,
     state: CoreState,
     allowed: Setpoints,
-    insertion_on: bool,
-    turned: bool,
-    valve_on: bool,
+    verdict: Verdict,
     seen: Watch,
     dt_s: float,
 ) -> tuple[ServoState, ServoState, Commands]:
     """Servos of both axes on the setpoints that were let through.
 
-    insertion_on, valve_on: which may have torque. turned: the insertion drive is told the opposite.
+    verdict: which may have torque, and whether the insertion drive is told the opposite.
     """
     cam, cam_speed = valve.step(settings.valve_motion, state.cam_rad, allowed.valve_open, dt_s)
     insertion, insertion_v = servo.step(
@@ -100,18 +110,20 @@ def _actuate(
         seen.head_mm,
         dt_s,
     )
-    if turned:
+    if _pulls_only(verdict):
+        insertion_v = min(insertion_v, 0.0)
+    if verdict.turned:
         insertion_v = -insertion_v
     valve_state, valve_v = servo.step(
         settings.valve_servo, state.valve_servo, cam, cam_speed, seen.cam_rad, dt_s
     )
     commands = Commands(
         head_mm=allowed.head_mm,
-        insertion_v=insertion_v if insertion_on else 0.0,
-        insertion_on=insertion_on,
+        insertion_v=insertion_v if verdict.insertion_on else 0.0,
+        insertion_on=verdict.insertion_on,
         cam_rad=cam,
-        valve_v=valve_v if valve_on else 0.0,
-        valve_on=valve_on,
+        valve_v=valve_v if verdict.valve_on else 0.0,
+        valve_on=verdict.valve_on,
         pump_on=allowed.pump_on,
         vacuum_mmhg=allowed.vacuum_mmhg,
     )
@@ -312,8 +324,9 @@ def control_step(
     in_service = procedure.phase != Phase.OUT_OF_SERVICE
     powered = verdict.insertion_on and in_service
     valve_on = verdict.valve_on and demand.valve_on and in_service
+    driving = verdict._replace(insertion_on=powered, valve_on=valve_on)
     insertion, valve_state, commands = _actuate(
-        settings, state, allowed, powered, verdict.turned, valve_on, watch.watch, dt_s
+        settings, state, allowed, driving, watch.watch, dt_s
     )
     kept = upkeep.step(service, heard, before, procedure.phase, asked, refused, requests, dt_s)
     granted = resets and requests.reset

@@ -286,3 +286,40 @@ def test_one_that_goes_on_pushing_after_five_ticks_is_let_go(force_n: float, obe
 def test_a_drive_that_is_told_the_opposite_by_no_runaway_is_not_turned() -> None:
     calm = changed(running_away(3.0, -3.0), {"watch.runaway_ticks": 0})
     assert not running(calm, 50.0)[2].turned
+
+
+@pytest.mark.requirement("OS-R10", "OS-R45")
+@pytest.mark.parametrize(
+    ("forced_s", "trips", "believed_at_once"),
+    [
+        (0.05, 1 << Condition.HEAD_SENSORS_DISAGREE, False),
+        (0.11, 1 << Condition.HEAD_SENSORS_DISAGREE, True),
+        (0.05, 1 << Condition.HEAD_NOT_FOLLOWING, True),
+    ],
+)
+def test_what_late_readings_tell_of_before_a_withdrawal_is_no_runaway_of_it(
+    forced_s: float, trips: int, believed_at_once: bool
+) -> None:
+    """Readings 56 ms old, a servo that swings on them, and the current of the swing before.
+
+    Believed, the drive was told the opposite of what brought it out, and let go: left inside.
+    """
+    before = changed(
+        running_away(3.0, -3.0),
+        {"trips": trips, "withdrawal.forced_s": forced_s},
+    )
+    state, _, verdict = running(before, 50.0)
+    assert verdict.turned == believed_at_once
+    assert verdict.reaction == Reaction.WITHDRAW
+    if not believed_at_once:
+        # A motor that pushes for good is told the opposite a little later.
+        pushed = changed(
+            state,
+            {
+                "withdrawal.forced_s": 0.2,
+                "watch.runaway_ticks": 4,
+                "watch.drive.force_n": 3.0,
+                "watch.drive.borne_n": -3.0,
+            },
+        )
+        assert running(pushed, 50.0)[2].turned

@@ -27,9 +27,13 @@ from opensuction.safety.watch.watch_state import Watch
 
 RUNAWAY = 1 << Condition.HEAD_RUNAWAY
 NOT_FOLLOWING = 1 << Condition.HEAD_NOT_FOLLOWING
+DISAGREEING = 1 << Condition.HEAD_SENSORS_DISAGREE
 TURNED_TICKS = 5
 """How soon a drive that is told the opposite must pull: its current follows at once, averaged over
 10 ms; at 17 mm/s the head goes 0.1 mm meanwhile [computed]."""
+SWINGING_S = 0.1
+"""For how long after a withdrawal has begun what the head does may still be what it did before:
+readings up to .06 s old are told as a head whose sensors disagree with its motor [in-silico]."""
 ANSWERED_TICKS = 20
 """Until when that is looked at: later it pushes where it brakes at home, as any drive does."""
 
@@ -130,6 +134,18 @@ def _is_coasting(state: GovernorState, seen: Watch, trips: int) -> bool:
 
 
 @compiled
+def _is_swinging(state: GovernorState, seen: Watch, trips: int) -> bool:
+    """Whether a head that seems to run away was driven in before it was told to come out.
+
+    Both its sensors were found to differ from the motor: they may be late, and the servo on them
+    swings. From then on it only pulls; if the head goes on inwards it runs away anew.
+    """
+    began = trips & ~state.trips & RUNAWAY != 0
+    doubtful = state.trips & DISAGREEING != 0 and seen.durations.disagreeing_s == 0.0
+    return began and doubtful and state.withdrawal.forced_s < SWINGING_S
+
+
+@compiled
 def _is_obeying(state: GovernorState, seen: Watch) -> bool:
     """Whether a drive that is told the opposite does so: it pulls, and the head comes."""
     answering = TURNED_TICKS <= state.turned_ticks <= ANSWERED_TICKS
@@ -149,7 +165,7 @@ def _answer(trips: int, turned: bool) -> int:
 @compiled
 def _look_at_drive(state: GovernorState, seen: Watch, trips: int) -> tuple[Watch, int, bool]:
     """What a runaway is by the motor's current: watch and trips then, and whether it is turned."""
-    coasting = _is_coasting(state, seen, trips)
+    coasting = _is_coasting(state, seen, trips) or _is_swinging(state, seen, trips)
     if coasting:
         trips = trips & ~RUNAWAY | NOT_FOLLOWING
     turning = _is_turning(state, seen, trips)
