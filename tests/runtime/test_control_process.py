@@ -12,32 +12,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from opensuction.control.compensation import CompensationKind
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.event_ring import EventReader
 from opensuction.exchange.mailbox import Sender
 from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import CYCLE, Phase
-from opensuction.procedure.planning.protocol import PAPER
 from opensuction.runtime import launch
 from opensuction.runtime.control_process import ASK, EVENTS, RING
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.controller.bedside import at_bed
 
-OUT_MM = 1.0
-"""On the bench the tip is out at the reference."""
-PROTOCOL = PAPER._replace(travel_mm=30.0, cap_mm=35.0, dwell_s=3.0, withdrawal_mm_per_s=15.0)
+ATTEMPTS = 4
+"""A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
+then, as it should be: it is begun again."""
+INSIDE_MM = 3.0
+"""Below the tube's end."""
 
 
 class Room:
     """Both processes, and who asks and looks."""
 
     def __init__(self, folder: Path) -> None:
-        rig = rigs.rig("bench", 1)
-        known = rigs.uncalibrated(rig.profile)
-        loop, state = rigs.assemble(rig, PROTOCOL, CompensationKind.NONE, known, 2)
-        self.folder = folder
+        loop, state = at_bed("neonate")
+        self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         launch.configure(folder, loop)
         self.twin = launch.start_twin(folder, loop, state, seed=1)
         self.control: subprocess.Popen[bytes] | None = None
@@ -77,9 +75,26 @@ class Room:
     def ask(self, ask: str, key: str) -> None:
         self.person.ask(ask, key, "2026-11-23T12:00:00Z")
 
-    def start(self) -> None:
-        self.ask("oxygen_skipped", "skip")
-        self.ask("start", "go")
+    def press(self, *buttons: str) -> None:
+        """One after the other, each with a key of its own."""
+        for button in buttons:
+            self.asked += 1
+            self.ask(button, f"key {self.asked}")
+            time.sleep(0.05)
+
+    def is_out(self) -> bool:
+        return self.truth("truth.tip_mm") < self.mouth_mm
+
+    def reach(self, there: Callable[[], bool]) -> None:
+        """Begin cycles until one has come so far; each that was broken off has come out."""
+        for _ in range(ATTEMPTS):
+            self.press("oxygen_skipped", "start")
+            assert wait(lambda: self.phase() in CYCLE, 2.0)
+            if wait(lambda: there() or self.phase() == Phase.HALTED, 60.0) and there():
+                return
+            assert wait(self.is_out)
+            self.press("reset", "assessed")
+        raise AssertionError(f"no cycle came so far: {self.phase().name}")
 
 
 @pytest.fixture
@@ -104,43 +119,51 @@ def wait(holds: Callable[[], bool], seconds: float = 30.0) -> bool:
 
 
 def test_a_person_starts_a_cycle_and_it_is_done(room: Room) -> None:
-    room.start()
-    assert wait(lambda: room.phase() in CYCLE)
-    assert wait(lambda: room.phase() not in CYCLE, 60.0)
-    read = room.rows.read().rows
-    phases = [Phase(int(value)) for value in read[:, ROW_COLUMNS.index("outputs.phase")]]
-    events = EventReader(room.folder / EVENTS).read()[0]
-    told = [(one.fields["kind"], one.fields.get("verdict")) for one in events]
-    assert told == [("began", None), ("request", "pressed"), ("request", "pressed")]
-    assert room.phase() == Phase.PARKED, set(phases)
-    assert Phase.SUCTIONING in phases
+    seen: list[Phase] = []
+
+    def is_done() -> bool:
+        rows = room.rows.read().rows
+        seen.extend(Phase(int(value)) for value in rows[:, ROW_COLUMNS.index("outputs.phase")])
+        return Phase.CLOSING in seen and seen[-1] == Phase.PARKED
+
+    room.reach(is_done)
+    assert Phase.SUCTIONING in seen
     assert room.truth("truth.secretion_removed_ml") > 0.0
-    assert room.truth("truth.tip_mm") < OUT_MM
+    assert room.is_out()
+    events = EventReader(room.folder / EVENTS).read()[0]
+    told = [
+        (one.fields["kind"], one.fields.get("ask"), one.fields.get("verdict")) for one in events
+    ]
+    assert told[:3] == [
+        ("began", None, None),
+        ("request", "oxygen_skipped", "pressed"),
+        ("request", "start", "pressed"),
+    ]
 
 
 def test_killed_in_the_airway_the_drives_bring_it_out_and_the_next_one_waits_for_a_person(
     room: Room,
 ) -> None:
-    room.start()
-    assert wait(lambda: room.truth("truth.tip_mm") > 5.0, 60.0)
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    passes = room.now("outputs.counters.passes")
     room.stop()
     assert wait(lambda: room.truth("annunciator.watchdog_fired") == 1.0, 1.0)
     room.begin()
-    assert wait(lambda: room.truth("truth.tip_mm") < OUT_MM)
+    assert wait(room.is_out)
     assert wait(lambda: room.phase() in (Phase.HALTED, Phase.PARKED))
     first = EventReader(room.folder / EVENTS).read()[0][0]
     assert first.fields["recovered"] == "yes"
+    assert room.now("outputs.counters.passes") >= passes  # the plug undoes no limit
     # Whoever had been told stays told until a person resets it.
     assert room.truth("annunciator.watchdog_fired") == 1.0
 
 
 def test_told_to_end_in_a_cycle_it_comes_out_first(room: Room) -> None:
-    room.start()
-    assert wait(lambda: room.truth("truth.tip_mm") > 5.0, 60.0)
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     assert room.control is not None
     room.control.send_signal(signal.SIGTERM)
     assert room.control.wait(20.0) == 0
-    assert room.truth("truth.tip_mm") < OUT_MM
+    assert room.is_out()
     assert EventReader(room.folder / EVENTS).read()[0][-1].fields["kind"] == "ended"
 
 
