@@ -43,6 +43,8 @@ CONFIGURATION, RING, EVENTS, ASK = (
     "control.ask",
 )
 PERIOD_NS = 1_000_000
+STARTED_FROM = "state"
+"""What the ring tells of the state before its first row: the bytes of its numbers."""
 READINGS = row.columns(Readings)
 AT_ONCE = 2
 """Told so often to end it ends, wherever the catheter is: the drives bring it out."""
@@ -115,6 +117,7 @@ def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
         "settings": configuration.hash_of(chosen),
         "machine": json.dumps(port.facts._asdict()),
         "period_ns": str(period_ns),
+        STARTED_FROM: call.state_row.tobytes().hex(),
     }
     ending: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))

@@ -12,6 +12,7 @@ from pathlib import Path
 from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
+from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.runtime.control_process import CONFIGURATION, PERIOD_NS, RING
@@ -67,6 +68,24 @@ def start_control(folder: Path, period_ns: int = PERIOD_NS) -> subprocess.Popen[
     process.kill()
     said = process.communicate()[1].decode(errors="replace").strip()
     raise InputError(f"the controller does not run: {said or 'it took too long'}")
+
+
+def start_recorder(folder: Path, out: Path) -> subprocess.Popen[bytes]:
+    """The recorder of a folder's controller; returns once it has given a sign of life.
+
+    Raises InputError where it does not.
+    """
+    command = [sys.executable, "-m", "opensuction.runtime.recorder_process", str(folder), str(out)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE)
+    heartbeat, ends = Heartbeat(folder), time.monotonic() + BEGINS_S
+    before = time.monotonic_ns()
+    while time.monotonic() < ends and process.poll() is None:
+        if heartbeat.age_s(Process.RECORDER) < (time.monotonic_ns() - before) * 1e-9:
+            return process
+        time.sleep(0.005)
+    process.kill()
+    said = process.communicate()[1].decode(errors="replace").strip()
+    raise InputError(f"the recorder does not run: {said or 'it took too long'}")
 
 
 def _inode(path: Path) -> int:

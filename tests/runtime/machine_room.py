@@ -1,0 +1,114 @@
+"""A twin and a controller as processes, and who asks them and looks."""
+
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.mailbox import Sender
+from opensuction.exchange.ring import RingReader
+from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.runtime import launch
+from opensuction.runtime.control_process import ASK, RING
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.controller.bedside import at_bed
+
+ATTEMPTS = 4
+"""A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
+then, as it should be: it is begun again."""
+INSIDE_MM = 3.0
+"""Below the tube's end."""
+
+
+class Room:
+    """Both processes, and who asks and looks."""
+
+    def __init__(self, folder: Path) -> None:
+        loop, state = at_bed("neonate")
+        self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
+        launch.configure(folder, loop)
+        self.twin = launch.start_twin(folder, loop, state, seed=1)
+        self.control: subprocess.Popen[bytes] | None = None
+        self.person = Sender(folder / ASK, "nurse")
+
+    def begin(self) -> None:
+        """Start a controller."""
+        self.control = launch.start_control(self.folder)
+        self.rows = RingReader(self.folder / RING)
+
+    def stop(self) -> None:
+        """Kill the controller."""
+        assert self.control is not None
+        self.control.kill()
+        self.control.communicate()
+
+    def close(self) -> None:
+        self.person.close()
+        for process in (self.control, self.twin):
+            if process is not None:
+                process.kill()
+                process.communicate()
+
+    def now(self, name: str) -> float:
+        newest = self.rows.snapshot()
+        assert newest is not None
+        return float(newest[1][ROW_COLUMNS.index(name)])
+
+    def phase(self) -> Phase:
+        return Phase(int(self.now("outputs.phase")))
+
+    def truth(self, name: str) -> float:
+        newest = RingReader(self.folder / SHOWN).snapshot()
+        assert newest is not None
+        return float(newest[1][SHOWN_COLUMNS.index(name)])
+
+    def ask(self, ask: str, key: str) -> None:
+        self.person.ask(ask, key, "2026-11-23T12:00:00Z")
+
+    def press(self, *buttons: str) -> None:
+        """One after the other, each with a key of its own."""
+        for button in buttons:
+            self.asked += 1
+            self.ask(button, f"key {self.asked}")
+            time.sleep(0.05)
+
+    def is_out(self) -> bool:
+        return self.truth("truth.tip_mm") < self.mouth_mm
+
+    def reach(self, there: Callable[[], bool]) -> None:
+        """Begin cycles until one has come so far; each that was broken off has come out."""
+        for _ in range(ATTEMPTS):
+            self.press("oxygen_skipped", "start")
+            assert wait(lambda: self.phase() in CYCLE, 2.0)
+            if wait(lambda: there() or self.phase() == Phase.HALTED, 60.0) and there():
+                return
+            assert wait(self.is_out)
+            self.press("reset", "assessed")
+        raise AssertionError(f"no cycle came so far: {self.phase().name}")
+
+
+@contextmanager
+def running() -> Iterator[Room]:
+    """Both of them, in a folder of their own."""
+    folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
+    made = Room(folder)
+    try:
+        made.begin()
+        yield made
+    finally:
+        made.close()
+        shutil.rmtree(folder)
+
+
+def wait(holds: Callable[[], bool], seconds: float = 30.0) -> bool:
+    ends = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > ends:
+            return False
+        time.sleep(0.005)
+    return True
