@@ -13,8 +13,8 @@ from opensuction.exchange.mailbox import Sender
 from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.runtime import launch
-from opensuction.runtime.control_process import ASK, RING
 from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.room import ASK, RING
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import at_bed
 

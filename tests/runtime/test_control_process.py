@@ -11,8 +11,8 @@ import pytest
 
 from opensuction.exchange.event_ring import EventReader
 from opensuction.kernel.phase import Phase
-from opensuction.runtime.control_process import EVENTS
 from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.room import EVENTS
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 
 

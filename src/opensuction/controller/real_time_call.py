@@ -14,6 +14,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.compiler.typed_call import TypedCall
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.record import Array
 
@@ -96,6 +97,21 @@ class RealTimeCall:
         self._heads_mm = None if heads_mm is None else np.array(heads_mm, np.float64, order="C")
         self._play = TypedCall(_play, _kind)
         self._warm_up()
+
+    def configure(self, settings: Settings, heads_mm: Branches | None, state: State) -> None:
+        """Go by other settings from the next tick on, in another state.
+
+        Raises InputError for settings that are refused, and for curves where there were none or
+        none where there were some: those have other machine code. Then nothing has changed.
+        """
+        configuration.check(Configuration(settings, heads_mm))
+        if (heads_mm is None) != (self._heads_mm is None):
+            raise InputError("a compensation by curves is begun and ended with the controller")
+        row_of_settings = plain_row.pack(Settings, settings)
+        self.state = state
+        self._settings = row_of_settings
+        if heads_mm is not None:
+            self._heads_mm = np.array(heads_mm, np.float64, order="C")
 
     def _warm_up(self) -> None:
         """A tick on a copy: whatever must be compiled or loaded is."""

@@ -29,9 +29,9 @@ class Event(NamedTuple):
 class EventWriter:
     """Who tells them."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, before: Path | None = None) -> None:
         """See `RingWriter`."""
-        self._ring = RingWriter(path, COLUMNS, SLOTS, {})
+        self._ring = RingWriter(path, COLUMNS, SLOTS, {}, before)
 
     def write(self, kind: str, tick: int, **fields: str) -> None:
         """Tell that something happened in a tick, now."""
@@ -54,6 +54,10 @@ class EventReader:
     def __init__(self, path: Path) -> None:
         """See `RingReader`."""
         self._ring = RingReader(path)
+
+    def go_on_after(self, number: int) -> None:
+        """Read on after this event."""
+        self._ring.next = number + 1
 
     def read(self) -> tuple[list[Event], int]:
         """What has been told since the last call, and how many were missed before it."""

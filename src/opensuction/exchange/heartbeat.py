@@ -18,6 +18,8 @@ class Process(IntEnum):
     CONTROL = 1
     RECORDER = 2
     CONSOLE = 3
+    KEEPING = 4
+    """The recorder too, as long as it keeps what it hears."""
 
 
 FILE = "heartbeat"

@@ -8,6 +8,7 @@ Every datagram is answered among the loop's events.
 
 import json
 import os
+import re
 import socket
 import time
 from collections import OrderedDict, deque
@@ -35,7 +36,11 @@ SENDERS_KEPT = 64
 NAME_MOST = 64
 """Letters of a name or a key."""
 STOP = "abort"
-ASKS = frozenset(Requests._fields)
+SET_PROTOCOL = "set_protocol"
+"""No button: the controller shall go by other settings, which lie in a file named by the key."""
+ASKS = frozenset((*Requests._fields, SET_PROTOCOL))
+KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+"""What the key of such a request looks like."""
 
 
 class Answer(NamedTuple):
@@ -50,14 +55,15 @@ class Answer(NamedTuple):
     verdict: str
     """``pressed``: the button went down in this tick, and the machine's phase and counters say what
     came of it. ``twice``, ``stale``, ``early``, ``out of order``, ``nobody``, ``unknown``,
-    ``too many`` or ``malformed``: not done, for that reason."""
+    ``too many`` or ``malformed``: not done, for that reason. Of other settings: ``set``, or why
+    not."""
 
 
 def _stop_path(path: Path) -> Path:
     return path.with_name(path.name + ".stop")
 
 
-class _Asked(NamedTuple):
+class Asked(NamedTuple):
     """A datagram that was understood."""
 
     ask: str
@@ -68,17 +74,18 @@ class _Asked(NamedTuple):
     sent_ns: int
 
 
-def _answer(asked: _Asked, verdict: str) -> Answer:
+def answer(asked: Asked, verdict: str) -> Answer:
+    """What became of it."""
     return Answer(asked.key, asked.who, asked.ask, asked.at, verdict)
 
 
-def _understand(data: bytes) -> _Asked | None:
+def _understand(data: bytes) -> Asked | None:
     """The datagram as it should be; None for any other."""
     if len(data) > LARGEST:
         return None
     try:
         told: Any = json.loads(data)
-        found = _Asked(**told)
+        found = Asked(**told)
     except (ValueError, TypeError, RecursionError):
         return None
     words = (found.ask, found.who, found.key, found.at)
@@ -111,8 +118,10 @@ class Mailbox:
             os.umask(before)
         self._seen: OrderedDict[str, None] = OrderedDict()
         self._last: OrderedDict[str, int] = OrderedDict()
-        self._waiting: deque[_Asked] = deque()
+        self._waiting: deque[Asked] = deque()
         self._down: frozenset[str] = frozenset()
+        self.setting: Asked | None = None
+        """A request of other settings, for the loop to take and to answer."""
 
     def close(self) -> None:
         """Stop listening."""
@@ -149,12 +158,17 @@ class Mailbox:
             answers.append(Answer("", "", "", "", "malformed"))
             return
         reason = self._refuse(asked)
+        if not reason and asked.ask == SET_PROTOCOL:
+            if self.setting is None:
+                self.setting = asked
+                return
+            reason = "too many"
         if reason:
-            answers.append(_answer(asked, reason))
+            answers.append(answer(asked, reason))
         else:
             self._press(asked, down, answers)
 
-    def _press(self, asked: _Asked, down: set[str], answers: list[Answer]) -> None:
+    def _press(self, asked: Asked, down: set[str], answers: list[Answer]) -> None:
         """Put its button down, or keep it for the next tick."""
         if asked.ask in self._down or asked.ask in down:
             if len(self._waiting) < WAITING_MOST:
@@ -164,15 +178,17 @@ class Mailbox:
         else:
             down.add(asked.ask)
             verdict = "pressed"
-        answers.append(_answer(asked, verdict))
+        answers.append(answer(asked, verdict))
 
-    def _refuse(self, asked: _Asked) -> str:
+    def _refuse(self, asked: Asked) -> str:
         """Why it is not obeyed; empty where it is."""
         now_ns = time.monotonic_ns()
         if asked.key in self._seen:
             return "twice"
         if asked.ask not in ASKS:
             return "unknown"
+        if asked.ask == SET_PROTOCOL and not KEY.fullmatch(asked.key):
+            return "malformed"
         late = asked.number <= self._last.get(asked.who, -1)
         if asked.ask != STOP:
             if not asked.who.strip():
@@ -215,7 +231,7 @@ class Sender:
         Raises InputError where nobody listens, or does not come round to it.
         """
         self._number += 1
-        asked = _Asked(ask, self._who, key, at, self._number, time.monotonic_ns())
+        asked = Asked(ask, self._who, key, at, self._number, time.monotonic_ns())
         data = json.dumps(asked._asdict()).encode()
         path = _stop_path(self._path) if ask == STOP else self._path
         try:

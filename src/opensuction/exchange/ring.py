@@ -75,11 +75,17 @@ class RingWriter:
     """The one that writes."""
 
     def __init__(
-        self, path: Path, columns: Sequence[str], slots: int, told: Mapping[str, str]
+        self,
+        path: Path,
+        columns: Sequence[str],
+        slots: int,
+        told: Mapping[str, str],
+        before: Path | None = None,
     ) -> None:
         """Make the file anew, or refuse where another process writes it; raises InputError.
 
-        slots: how many rows are kept. told: see `Facts.told`.
+        slots: how many rows are kept. told: see `Facts.told`. before: where the file goes that was
+        there; None: it goes.
         """
         _warm_up()
         self._lock = path.with_name(path.name + ".lock").open("ab")
@@ -101,6 +107,8 @@ class RingWriter:
         self._words[1:HEADER_WORDS] = (VERSION, slots, len(columns), len(text), 0, 0, 0)
         self.slots = self._words[start // WORD :].reshape(slots, width)
         self._words[0] = MAGIC
+        if before is not None and path.exists():
+            path.replace(before)
         new.replace(path)
         self._number = 0
 

@@ -11,8 +11,10 @@ import json
 import signal
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
+from uuid import uuid4
 
 import numpy as np
 
@@ -23,29 +25,34 @@ from opensuction.controller.real_time_call import RealTimeCall
 from opensuction.controller.record import State
 from opensuction.devices.ports import Port
 from opensuction.devices.twin_machine import TwinMachine
-from opensuction.exchange.event_ring import EventWriter
+from opensuction.exchange.event_ring import EventReader, EventWriter
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mailbox import Mailbox
 from opensuction.exchange.pace import NS_PER_S, Pace, harden
 from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
-from opensuction.runtime.loop import ROW_COLUMNS, SLOTS_S, Around, ControlLoop
+from opensuction.runtime.loop import ROW_COLUMNS, SET, SLOTS_S, Around, ControlLoop
+from opensuction.runtime.room import (
+    ASK,
+    CONFIGURATION,
+    CONTROLS,
+    EVENTS,
+    EVENTS_BEFORE,
+    RING,
+    RING_BEFORE,
+)
 from opensuction.safety.head import head_vote
 
-CONFIGURATION, RING, EVENTS, ASK = (
-    "configuration.json",
-    "control.ring",
-    "control.events",
-    "control.ask",
-)
 PERIOD_NS = 1_000_000
 STARTED_FROM = "state"
 """What the ring tells of the state before its first row: the bytes of its numbers."""
 READINGS = row.columns(Readings)
+ENDED = "ended"
 AT_ONCE = 2
 """Told so often to end it ends, wherever the catheter is: the drives bring it out."""
 ANSWERS_S = 2.0
@@ -59,6 +66,8 @@ class Before(NamedTuple):
     kept: Upkeep
     off_s: float
     """How long none has run."""
+    died: bool
+    """It did not end as it should."""
 
 
 def read_before(folder: Path) -> Before | None:
@@ -75,7 +84,16 @@ def read_before(folder: Path) -> Before | None:
         return None
     state = plain_row.unpack(State, np.ascontiguousarray(left[-1, STATE_PLACES]))
     since_s = time.monotonic() - float(left[-1, 0])
-    return Before(state.core.upkeep, since_s if since_s >= 0.0 else off_s)
+    return Before(state.core.upkeep, since_s if since_s >= 0.0 else off_s, _has_died(folder))
+
+
+def _has_died(folder: Path) -> bool:
+    """Whether the last controller did not say that it ended."""
+    try:
+        told = EventReader(folder / EVENTS).read()[0]
+    except InputError:
+        return True
+    return not told or told[-1].fields["kind"] != ENDED
 
 
 def _first_readings(port: Port) -> Readings:
@@ -97,6 +115,43 @@ def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
     return controller.restart(chosen.settings, head_mm, before.kept, before.off_s)
 
 
+class Setting:
+    """Other settings for a controller that runs: files that whoever asks for them has written."""
+
+    def __init__(self, folder: Path, call: RealTimeCall) -> None:
+        self._folder, self._call = folder, call
+
+    def set(self, key: str, readings: Array) -> str:
+        """Go by those of a key; what becomes of it. Takes a millisecond, of a machine at rest."""
+        file = self._folder / settings_file(key)
+        try:
+            chosen = configuration.from_json(file.read_text(encoding="utf-8"))
+            head_mm = head_vote.first_mm(plain_row.unpack(Readings, readings))
+            kept = self._call.state.core.upkeep
+            state = controller.restart(chosen.settings, head_mm, kept, 0.0)
+            self._call.configure(*chosen, state)
+            file.replace(self._folder / CONFIGURATION)
+        except InputError as error:
+            return f"refused: {error}"
+        except (OSError, UnicodeDecodeError):
+            return "refused: no settings of this key"
+        return SET
+
+
+def settings_file(key: str) -> str:
+    """Name of the file with the settings that a request with this key is about."""
+    return f"settings-{key}.json"
+
+
+def _read_configuration(folder: Path) -> Configuration:
+    """What the controller shall be set to. Raises InputError where there is nothing."""
+    try:
+        text = (folder / CONFIGURATION).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"no configuration to run: {error}") from None
+    return configuration.from_json(text)
+
+
 def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
     """Control the machine of a folder until the process is told to end.
 
@@ -104,49 +159,56 @@ def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
 
     Raises InputError where it cannot begin.
     """
-    try:
-        text = (folder / CONFIGURATION).read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"no configuration to run: {error}") from None
-    chosen = configuration.from_json(text)
-    before = read_before(folder)
-    port = TwinMachine(folder)
-    call = RealTimeCall(chosen.settings, chosen.heads_mm, begin(chosen, port, before))
-    told = {
-        "version": __version__,
-        "settings": configuration.hash_of(chosen),
-        "machine": json.dumps(port.facts._asdict()),
-        "period_ns": str(period_ns),
-        STARTED_FROM: call.state_row.tobytes().hex(),
-    }
-    ending: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    slots = round(SLOTS_S * NS_PER_S / period_ns)
-    mailbox, heartbeat = Mailbox(folder / ASK), Heartbeat(folder)
-    with (
-        EventWriter(folder / EVENTS) as events,
-        RingWriter(folder / RING, ROW_COLUMNS, slots, told) as ring,
-    ):
-        around = Around(port, mailbox, ring, events, heartbeat)
-        loop = ControlLoop(call, around, period_ns / NS_PER_S)
-        allowed = harden()
-        events.write(
-            "began",
-            0,
-            scheduler=allowed.scheduler,
-            memory_locked=str(allowed.memory_locked).lower(),
-            refusals="; ".join(allowed.refusals),
-            recovered="no" if before is None else "yes",
-        )
-        pace = Pace(period_ns)
-        while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
-            loop.stopping = bool(ending) and not loop.is_resting
-            skipped = pace.wait()
-            loop.step(pace.deadline_ns, skipped)
-        events.write("ended", loop.tick)
-    heartbeat.end(Process.CONTROL)
-    mailbox.close()
-    port.close()
+    with Sole(folder / CONTROLS, "a controller runs"):
+        chosen = _read_configuration(folder)
+        before = read_before(folder)
+        port = TwinMachine(folder)
+        call = RealTimeCall(chosen.settings, chosen.heads_mm, begin(chosen, port, before))
+        told = {
+            "version": __version__,
+            "run": f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{uuid4().hex[:8]}",
+            "settings": configuration.hash_of(chosen),
+            "machine": json.dumps(port.facts._asdict()),
+            "period_ns": str(period_ns),
+            # Of the monotonic clock's zero: the only time that anybody takes from the wall clock.
+            "began_utc_ns": str(time.time_ns() - time.monotonic_ns()),
+            STARTED_FROM: call.state_row.tobytes().hex(),
+        }
+        ending: list[int] = []
+        signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
+        slots = round(SLOTS_S * NS_PER_S / period_ns)
+        with (
+            closing(Mailbox(folder / ASK)) as mailbox,
+            EventWriter(folder / EVENTS, folder / EVENTS_BEFORE) as events,
+            RingWriter(folder / RING, ROW_COLUMNS, slots, told, folder / RING_BEFORE) as ring,
+        ):
+            heartbeat, setting = Heartbeat(folder), Setting(folder, call)
+            around = Around(port, mailbox, ring, events, heartbeat, setting.set)
+            loop = ControlLoop(call, around, period_ns / NS_PER_S)
+            _run(loop, events, period_ns, ending, before)
+        heartbeat.end(Process.CONTROL)
+        port.close()
+
+
+def _run(
+    loop: ControlLoop, events: EventWriter, period_ns: int, ending: list[int], before: Before | None
+) -> None:
+    """Tick until told to end, and what that takes."""
+    allowed = harden()
+    events.write(
+        "began",
+        0,
+        scheduler=allowed.scheduler,
+        memory_locked=str(allowed.memory_locked).lower(),
+        refusals="; ".join(allowed.refusals),
+        recovered="yes" if before is not None and before.died else "no",
+    )
+    pace = Pace(period_ns)
+    while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
+        loop.stopping = bool(ending) and not loop.is_resting
+        skipped = pace.wait()
+        loop.step(pace.deadline_ns, skipped)
+    events.write(ENDED, loop.tick)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""A machine's processes: started in a folder that they share, and found there.
+"""A machine's processes: started in the folder that they share, and found there.
 
-The folder holds rings that are written each millisecond, so it lies in memory (`/dev/shm`): a page
-of a file that a disk is just writing out makes a tick wait.
+They belong to no terminal and to no parent: whoever started them may die, and they go on.
 """
 
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from opensuction.controller import configuration
@@ -15,7 +15,8 @@ from opensuction.devices import twin_machine
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.ring import RingReader
 from opensuction.kernel.errors import InputError
-from opensuction.runtime.control_process import CONFIGURATION, PERIOD_NS, RING
+from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.room import CONFIGURATION, RING
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.simulation.wiring import Wiring
@@ -26,6 +27,8 @@ from opensuction.twin.plant import PlantState
 
 BEGINS_S = 180.0
 """Longest time until a process does its work: it may have to compile first."""
+LOOKS_S = 0.005
+CONTROL, RECORDER = "control_process", "recorder_process"
 
 
 def side_of(loop: Loop, seed: int) -> MachineSide:
@@ -51,6 +54,32 @@ def configure(folder: Path, loop: Loop) -> None:
     (folder / CONFIGURATION).write_text(text, encoding="utf-8")
 
 
+def spawn(folder: Path, name: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a process of this room's; what it says goes into its log in the folder."""
+    command = [sys.executable, "-m", f"opensuction.runtime.{name}", str(folder), *arguments]
+    with _log(folder, name).open("ab") as log:
+        return subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=log,
+            start_new_session=True,
+        )
+
+
+def _log(folder: Path, name: str) -> Path:
+    return folder / f"{name}.log"
+
+
+def last_words(folder: Path, name: str) -> str:
+    """What a process said last; empty where it has said nothing."""
+    try:
+        lines = _log(folder, name).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return lines[-1].removeprefix("opensuction: ") if lines else ""
+
+
 def start_control(folder: Path, period_ns: int = PERIOD_NS) -> subprocess.Popen[bytes]:
     """The control process on the machine of a folder; returns once it ticks.
 
@@ -58,16 +87,10 @@ def start_control(folder: Path, period_ns: int = PERIOD_NS) -> subprocess.Popen[
     """
     ring = folder / RING
     before = _inode(ring)
-    command = [sys.executable, "-m", "opensuction.runtime.control_process", str(folder)]
-    process = subprocess.Popen([*command, str(period_ns)], stderr=subprocess.PIPE)
-    ends = time.monotonic() + BEGINS_S
-    while time.monotonic() < ends and process.poll() is None:
-        if _inode(ring) not in (0, before) and RingReader(ring).newest():
-            return process
-        time.sleep(0.005)
-    process.kill()
-    said = process.communicate()[1].decode(errors="replace").strip()
-    raise InputError(f"the controller does not run: {said or 'it took too long'}")
+    process = spawn(folder, CONTROL, str(period_ns))
+    return _wait(
+        folder, CONTROL, process, lambda: _inode(ring) not in (0, before) and _has_rows(ring)
+    )
 
 
 def start_recorder(folder: Path, out: Path) -> subprocess.Popen[bytes]:
@@ -75,19 +98,37 @@ def start_recorder(folder: Path, out: Path) -> subprocess.Popen[bytes]:
 
     Raises InputError where it does not.
     """
-    command = [sys.executable, "-m", "opensuction.runtime.recorder_process", str(folder), str(out)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE)
-    heartbeat, ends = Heartbeat(folder), time.monotonic() + BEGINS_S
-    before = time.monotonic_ns()
-    while time.monotonic() < ends and process.poll() is None:
-        if heartbeat.age_s(Process.RECORDER) < (time.monotonic_ns() - before) * 1e-9:
+    heartbeat, before_ns = Heartbeat(folder), time.monotonic_ns()
+    process = spawn(folder, RECORDER, str(out))
+    return _wait(
+        folder,
+        RECORDER,
+        process,
+        lambda: heartbeat.age_s(Process.RECORDER) < (time.monotonic_ns() - before_ns) * 1e-9,
+    )
+
+
+def _wait(
+    folder: Path, name: str, process: subprocess.Popen[bytes], works: Callable[[], bool]
+) -> subprocess.Popen[bytes]:
+    ends_s = time.monotonic() + BEGINS_S
+    while time.monotonic() < ends_s and process.poll() is None:
+        if works():
             return process
-        time.sleep(0.005)
+        time.sleep(LOOKS_S)
     process.kill()
-    said = process.communicate()[1].decode(errors="replace").strip()
-    raise InputError(f"the recorder does not run: {said or 'it took too long'}")
+    process.wait()
+    words = last_words(folder, name) or "it took too long"
+    raise InputError(f"the {name.replace('_', ' ')} does not run: {words}")
+
+
+def _has_rows(path: Path) -> bool:
+    return RingReader(path).newest() > 0
 
 
 def _inode(path: Path) -> int:
     """Which file it is; 0 of none. A controller's ring is a new one."""
-    return path.stat().st_ino if path.exists() else 0
+    try:
+        return path.stat().st_ino
+    except OSError:
+        return 0

@@ -5,6 +5,7 @@ it was, what went in, what came out, and all that the controller remembers.
 """
 
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,18 +17,28 @@ from opensuction.controller.real_time_call import (
     RealTimeCall,
 )
 from opensuction.devices.ports import Port
+from opensuction.exchange import mailbox
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mailbox import Mailbox
 from opensuction.exchange.ring import RingWriter
-from opensuction.kernel.phase import RESTING
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 from opensuction.safety.condition import Condition
 from opensuction.simulation.machine_side import SENT_COLUMNS
 
-TIMING_COLUMNS = ("loop.time_s", "loop.late_s", "loop.computed_s", "loop.skipped")
+TIMING_COLUMNS = (
+    "loop.time_s",
+    "loop.late_s",
+    "loop.computed_s",
+    "loop.skipped",
+    "loop.left_rest",
+)
 """Monotonic time of the tick's deadline; how long after it the tick began; what the tick before
-took, until its commands were out and until its row was; ticks that were missed before it."""
+took, until its commands were out and until its row was; ticks that were missed before it; tick in
+which the machine left its rest, and `AT_REST` while it rests."""
+AT_REST = -1.0
 ROW_COLUMNS = (
     *TIMING_COLUMNS,
     *(f"inputs.{name}" for name in INPUT_COLUMNS),
@@ -48,12 +59,21 @@ MISSED_S = 0.5
 """Without a sign of life for longer than this a process is lost."""
 LOOK_TICKS = 100
 """How often their signs are looked for."""
+SET, CONFIGURED = "set", "configured"
+"""Verdict on other settings that were taken, and the event: from this tick on the controller goes
+by them, and from another state."""
+LOST_S = 3.0
+"""Lost it counts for at least so long: of every loss somebody is told, for something may not have
+been kept, however soon it is there again."""
 WATCHED = {
+    Process.SUPERVISOR: 1 << Condition.RECORDER_LOST,
     Process.RECORDER: 1 << Condition.RECORDER_LOST,
+    Process.KEEPING: 1 << Condition.RECORDER_LOST,
     Process.CONSOLE: 1 << Condition.CONSOLE_LOST,
 }
 
 _TIMING = len(TIMING_COLUMNS)
+_LEFT_REST = TIMING_COLUMNS.index("loop.left_rest")
 _INPUTS = slice(_TIMING, _TIMING + len(INPUT_COLUMNS))
 _OUTPUTS = slice(_INPUTS.stop, _INPUTS.stop + len(OUTPUT_COLUMNS))
 _STATE = slice(_OUTPUTS.stop, _OUTPUTS.stop + len(STATE_COLUMNS))
@@ -88,6 +108,9 @@ class Around(NamedTuple):
     ring: RingWriter
     events: EventWriter
     heartbeat: Heartbeat
+    configure: Callable[[str, Array], str]
+    """Have the controller go by the settings of this key; takes the newest readings. What becomes
+    of it."""
 
 
 class ControlLoop:
@@ -101,9 +124,11 @@ class ControlLoop:
         self._readings = self._inputs[_READINGS]
         self._sent = np.zeros(len(SENT_COLUMNS))
         self._sent[_SENT_RELEASED] = 1.0
+        self._row[_LEFT_REST] = AT_REST
         self._number, self._same = 0, 0
         self._pressed = False
         self._computed_s = 0.0
+        self._lost_until = dict.fromkeys(WATCHED, 0)
         self.tick = 0
         """Number of the next one."""
         self.stopping = False
@@ -131,6 +156,10 @@ class ControlLoop:
             self._look_around()
         self._call.step(inputs, self._outputs)
         self._send(requests)
+        if self._outputs[_PHASE] in RESTING:
+            row[_LEFT_REST] = AT_REST
+        elif row[_LEFT_REST] == AT_REST:
+            row[_LEFT_REST] = self.tick
         row[_STATE] = self._call.state_row
         self._around.ring.write(row)
         self.tick += 1
@@ -152,9 +181,22 @@ class ControlLoop:
         if requests is not NO_REQUESTS or self._pressed:
             self._inputs[_REQUESTS] = requests
             self._pressed = requests is not NO_REQUESTS
+        asked = self._around.mailbox.setting
+        if asked is not None:
+            self._around.mailbox.setting = None
+            answers.append(mailbox.answer(asked, self._set(asked.key, requests)))
         for answer in answers:
             self._around.events.write("request", self.tick, **answer._asdict())
         return requests
+
+    def _set(self, key: str, requests: Requests) -> str:
+        """Go by other settings, while nothing moves and nobody wants anything else."""
+        if self._outputs[_PHASE] != Phase.PARKED or requests is not NO_REQUESTS:
+            return "not at rest"
+        verdict = self._around.configure(key, self._readings)
+        if verdict == SET:
+            self._around.events.write(CONFIGURED, self.tick)
+        return verdict
 
     def _look_around(self) -> None:
         """Give a sign of life, and look who else does."""
@@ -163,6 +205,8 @@ class ControlLoop:
         lost = 0
         for process, condition in WATCHED.items():
             if heartbeat.is_expected(process) and heartbeat.age_s(process) > MISSED_S:
+                self._lost_until[process] = self.tick + round(LOST_S / self._period_s)
+            if self.tick < self._lost_until[process]:
                 lost |= condition
         self._inputs[_CONDITIONS] = lost
 

@@ -1,10 +1,12 @@
 """The recorder as a process: ``python -m opensuction.runtime.recorder_process DIR OUT``.
 
-It reads what the control loop publishes in DIR and writes recordings to OUT. Where a controller
-died it takes what that left in its ring, and goes on with the next one. Its sign of life is missing
-while rows are not kept, so that the controller raises the alarm.
+It reads what the control loop publishes in DIR, writes recordings to OUT and puts on record what
+happened. How far everything is kept it notes in DIR: another one that begins after its death goes
+on there, and takes first what a controller that died has left. While something is not kept a sign
+of life is missing, so that the controller raises the alarm.
 """
 
+import contextlib
 import signal
 import sys
 import time
@@ -15,108 +17,224 @@ import numpy as np
 from opensuction.controller import configuration
 from opensuction.exchange.event_ring import Event, EventReader
 from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.mark import Mark, Place
 from opensuction.exchange.ring import Read, RingReader
+from opensuction.exchange.sole import Sole, holder
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
-from opensuction.runtime.control_process import CONFIGURATION, EVENTS, RING, STARTED_FROM
-from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime import about, recorder
+from opensuction.runtime.clerk import Clerk, Context
+from opensuction.runtime.control_process import STARTED_FROM
+from opensuction.runtime.journal import Journal, Run
+from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.runtime.recorder import Recorder
+from opensuction.runtime.room import (
+    CONFIGURATION,
+    CONTROLS,
+    EVENTS,
+    EVENTS_BEFORE,
+    MARK,
+    RECORDS,
+    RING,
+    RING_BEFORE,
+)
 
 EVERY_S = 0.02
 """How often it looks: well before the ring of 10 s comes round."""
 QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
+PATIENCE_S = 5.0
+"""How long an end waits for a database that is away."""
+_LEFT = ROW_COLUMNS.index("loop.left_rest")
+_STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
 class Source:
-    """The ring and the events of the controller that runs, or ran last."""
+    """The ring and the events of one controller."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, rows: Path, events: Path) -> None:
         """Raises InputError where there is none yet, or one of another version."""
-        self._folder = folder
-        self._inode = (folder / RING).stat().st_ino
-        self._rows, self._events = RingReader(folder / RING), EventReader(folder / EVENTS)
+        self._path, self._inode = rows, rows.stat().st_ino
+        self._rows, self._events = RingReader(rows), EventReader(events)
         if self._rows.facts.columns != ROW_COLUMNS:
-            raise InputError(f"{folder / RING} is of another version of the controller")
+            raise InputError(f"{rows} is of another version of the controller")
         told = self._rows.facts.told
-        self.version = told["version"]
-        self.started_from = np.frombuffer(bytes.fromhex(told[STARTED_FROM]))
+        self.run = Run(told["run"], int(told["began_utc_ns"]))
+        self.settings_hash, self.version = told["settings"], told["version"]
+        self._first = np.frombuffer(bytes.fromhex(told[STARTED_FROM]))
+        self.event = 0
+        """Number of the last event that was read."""
+
+    def begin(self, place: Place) -> tuple[Array | None, Array | None]:
+        """Go on after a place, or begin; the row before, and the state before, where known."""
+        if place.row == 0:
+            return None, self._first
+        self._rows.next, self.event = place.row, place.event
+        self._events.go_on_after(place.event)
+        found = self._rows.read(1)
+        if found.missed or not len(found.rows):
+            return None, None
+        return found.rows[0], found.rows[0][_STATE]
 
     def read(self) -> tuple[Read, list[Event]]:
         """What has come since the last call."""
-        return self._rows.read(), self._events.read()[0]
+        return self._rows.read(), self._hear()
 
     def drain(self) -> tuple[Read, list[Event]]:
         """All that a controller left that writes no more."""
-        return self._rows.drain(), self._events.read()[0]
+        return self._rows.drain(), self._hear()
+
+    def _hear(self) -> list[Event]:
+        events = self._events.read()[0]
+        self.event = events[-1].number if events else self.event
+        return events
+
+    def go_back(self, row: int) -> None:
+        """Read on after this row."""
+        self._rows.next = row + 1
 
     def is_replaced(self) -> bool:
         """Whether another controller writes by now."""
         try:
-            return (self._folder / RING).stat().st_ino != self._inode
+            return self._path.stat().st_ino != self._inode
         except OSError:
             return False
 
 
-def _heading(folder: Path, version: str) -> Heading:
-    """What recordings of this controller say of themselves."""
-    text = (folder / CONFIGURATION).read_text(encoding="utf-8")
-    chosen = configuration.from_json(text)
-    return Heading(
-        software_version=version,
-        settings=configuration.to_json(chosen),
-        settings_hash=configuration.hash_of(chosen),
-        fingerprint=arithmetic_fingerprint.fingerprint(),
-        began_ns=time.time_ns() - time.monotonic_ns(),
-        about={"notice": NOTICE},
-    )
+class Desk:
+    """Where everything goes that one controller publishes."""
+
+    def __init__(self, folder: Path, out: Path, source: Source, clerk: Clerk, mark: Mark) -> None:
+        self._folder, self._source, self._clerk, self._mark = folder, source, clerk, mark
+        run = source.run.name
+        self._place = mark.find(run) or Place(0, 0)
+        before, state = source.begin(self._place)
+        self._recorder = Recorder(out, run, self._describe, state, self._place.row)
+        left_rest = AT_REST if before is None else float(before[_LEFT])
+        goes_on = None if left_rest == AT_REST else recorder.name_of(run, left_rest)
+        clerk.adopt(self._about.machine.serial, goes_on)
+        self._journal = Journal(source.run, before, resumed=goes_on is not None)
+        self._followed = self._place.row
+
+    @property
+    def lost(self) -> str:
+        """Why something is not kept; empty where all is."""
+        return self._recorder.lost or self._clerk.lost
+
+    def _describe(self) -> Heading:
+        """What recordings of this controller say of themselves."""
+        text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
+        chosen = configuration.from_json(text)
+        self._about = about.read(self._folder)
+        self._context = Context(self._about, configuration.hash_of(chosen))
+        return Heading(
+            software_version=self._source.version,
+            settings=configuration.to_json(chosen),
+            settings_hash=self._context.settings_hash,
+            fingerprint=arithmetic_fingerprint.fingerprint(),
+            began_ns=self._source.run.began_utc_ns,
+            about={"notice": NOTICE, **self._about.heading},
+        )
+
+    def take(self, found: Read, happened: list[Event]) -> None:
+        """What the controller has published."""
+        self._recorder.take(found, happened)
+        kept = self._recorder.kept
+        last = found.first + len(found.rows) - 1
+        if self._recorder.lost:
+            self._source.go_back(kept)
+        # Rows that are given again have been followed before.
+        new = found.rows[max(self._followed - found.first + 1, 0) :]
+        for entry in self._journal.follow(new, happened):
+            self._clerk.put(entry, self._context)
+        self._followed = max(self._followed, last)
+        self._clerk.reach(kept)
+        event = self._source.event if self._clerk.is_idle else self._place.event
+        self._place = Place(min(kept, self._clerk.stored), event)
+        self._mark.set(self._source.run.name, self._place)
+
+    def end(self, died: bool) -> None:
+        """No more comes. died: its writer is dead."""
+        self._recorder.close()
+        if died:
+            for entry in self._journal.end():
+                self._clerk.put(entry, self._context)
 
 
-def _wait_for(folder: Path, ending: list[int]) -> Source | None:
-    """The controller, once there is one; None where the process is told to end before."""
-    while not ending:
-        try:
-            return Source(folder)
-        except (InputError, OSError):
+class Office:
+    """The recorder: a desk after the other."""
+
+    def __init__(self, folder: Path, out: Path) -> None:
+        self._folder, self._out = folder, out
+        self._heartbeat, self._mark = Heartbeat(folder), Mark(folder / MARK)
+        self._clerk = Clerk(about.read(folder).database)
+        self._ending: list[int] = []
+        signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
+
+    def serve(self) -> None:
+        """Record until the process is told to end."""
+        self._finish_before()
+        while (source := self._wait()) is not None:
+            desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
+            self._follow(desk, source)
+            desk.take(*source.drain())
+            desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
+            if self._ending:
+                break
+        if not self._clerk.close(PATIENCE_S):
+            sys.stderr.write(f"opensuction: not all was put on record: {self._clerk.lost}\n")
+        self._heartbeat.end(Process.RECORDER)
+        self._heartbeat.end(Process.KEEPING)
+
+    def _finish_before(self) -> None:
+        """What a controller left whose recorder died, too."""
+        with contextlib.suppress(InputError, OSError):
+            source = Source(self._folder / RING_BEFORE, self._folder / EVENTS_BEFORE)
+            if self._mark.find(source.run.name) is not None:
+                desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
+                desk.take(*source.drain())
+                desk.end(died=True)
+
+    def _wait(self) -> Source | None:
+        """The controller, once there is one; None where the process is told to end before."""
+        while not self._ending:
+            self._beat(self._clerk.lost)
+            try:
+                return Source(self._folder / RING, self._folder / EVENTS)
+            except (InputError, OSError):
+                time.sleep(EVERY_S)
+        return None
+
+    def _beat(self, lost: str) -> None:
+        self._heartbeat.beat(Process.RECORDER)
+        if not lost:
+            self._heartbeat.beat(Process.KEEPING)
+
+    def _follow(self, desk: Desk, source: Source) -> None:
+        """Record what one controller publishes, until it is replaced or the process shall end."""
+        came_s = time.monotonic()
+        while not self._ending:
+            found, happened = source.read()
+            desk.take(found, happened)
+            self._beat(desk.lost)
+            now_s = time.monotonic()
+            if len(found.rows):
+                came_s = now_s
+            elif now_s - came_s > QUIET_S and source.is_replaced():
+                return
             time.sleep(EVERY_S)
-    return None
 
 
 def serve(folder: Path, out: Path) -> None:
     """Record until the process is told to end. Raises InputError where it cannot begin."""
-    ending: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"no recordings can be kept in {out}: {error}") from None
-    heartbeat = Heartbeat(folder)
-    while (source := _wait_for(folder, ending)) is not None:
-        recorder = Recorder(out, _heading(folder, source.version), source.started_from)
-        _follow(source, recorder, heartbeat, ending)
-        found, happened = source.drain()
-        recorder.take(found.rows, found.missed, happened)
-        recorder.close()
-        if ending:
-            break
-    heartbeat.end(Process.RECORDER)
-
-
-def _follow(source: Source, recorder: Recorder, heartbeat: Heartbeat, ending: list[int]) -> None:
-    """Record what one controller publishes, until it is replaced or the process shall end."""
-    came_s = time.monotonic()
-    while not ending:
-        found, happened = source.read()
-        recorder.take(found.rows, found.missed, happened)
-        if not recorder.lost:
-            heartbeat.beat(Process.RECORDER)
-        now_s = time.monotonic()
-        if len(found.rows):
-            came_s = now_s
-        elif now_s - came_s > QUIET_S and source.is_replaced():
-            return
-        time.sleep(EVERY_S)
+    with Sole(folder / RECORDS, "a recorder runs"):
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"no recordings can be kept in {out}: {error.strerror}") from None
+        Office(folder, out).serve()
 
 
 if __name__ == "__main__":

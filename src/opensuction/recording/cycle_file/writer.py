@@ -78,6 +78,8 @@ class RecordingWriter:
         self._offset = self._crc = 0
         self._pending: list[Batch] = []
         self._pending_rows = 0
+        self.written_rows = 0
+        """Handed to the system so far; a row that was lost does not count."""
         self._waits_since_s: float | None = None
         self._chunks: list[ChunkIndex] = []
         self._numbers: dict[int, int] = {}
@@ -194,10 +196,12 @@ class RecordingWriter:
 
         Raises OSError where it cannot be written; it is lost then, and the file goes on after it.
         """
-        batches, self._pending, self._pending_rows = self._pending, [], 0
+        batches, self._pending = self._pending, []
+        rows, self._pending_rows = self._pending_rows, 0
         self._waits_since_s = None
         if batches:
             self._write_chunk(b"", batches)
+        self.written_rows += rows
 
     def close(self) -> None:
         """Write what is left, and what lets a reader find its way; nothing after an error."""
