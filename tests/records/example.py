@@ -58,7 +58,7 @@ def fill(records: Records, cycles: int = 3) -> None:
     """Some cycles with alarms, and actions."""
     for number in range(cycles):
         cycle = records.begin_cycle(start(catheter=f"C-{number}"), key=f"begin-{number}")
-        records.add_alarm(cycle, CLOGGED)
+        records.add_alarm(MACHINE, CLOGGED, cycle)
         records.end_cycle(cycle, COMPLETED)
         records.act(Action("nurse-7", "reset", "after a clog", "M-1", cycle))
 

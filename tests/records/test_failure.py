@@ -19,7 +19,7 @@ from opensuction.records.database import address
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
 from tests.records.conftest import in_server
-from tests.records.example import CLOGGED, COMPLETED, count_entries, fill, start
+from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, fill, start
 from tests.records.test_two_writers import begin_writer
 
 NOBODY = 65534
@@ -173,7 +173,7 @@ def test_a_full_disk_is_one_line_and_what_was_stored_stays(tmp_path: Path) -> No
             connection.exec_driver_sql("PRAGMA max_page_count = 1")  # type: ignore[attr-defined]
 
         before, long = count_entries(records), CLOGGED._replace(detail="x" * 4000)
-        line = refusal(lambda: [records.add_alarm(cycle, long) for _ in range(1000)])
+        line = refusal(lambda: [records.add_alarm(MACHINE, long, cycle) for _ in range(1000)])
         assert "the disk is full; nothing of this request was stored; make room and" in line
         report = records.audit()
         assert report.broken is None
@@ -193,7 +193,7 @@ def test_a_server_s_full_disk_is_one_line_and_what_was_stored_stays(postgresql_u
                 "CREATE TRIGGER full_disk BEFORE INSERT ON alarm "
                 "FOR EACH ROW EXECUTE FUNCTION fill_up()"
             )
-        line = refusal(lambda: records.add_alarm(cycle, CLOGGED))
+        line = refusal(lambda: records.add_alarm(MACHINE, CLOGGED, cycle))
         assert "the disk is full; nothing of this request was stored" in line
         assert records.head() == before
         records.end_cycle(cycle, COMPLETED)
@@ -339,11 +339,11 @@ def test_a_server_that_goes_away_within_a_request_is_one_line(postgresql_url: st
                 raw = connection.connection.dbapi_connection  # type: ignore[attr-defined]
                 raw.execute("SELECT pg_terminate_backend(pg_backend_pid())")
 
-        line = refusal(lambda: records.add_alarm(cycle, CLOGGED, key="k"))
+        line = refusal(lambda: records.add_alarm(MACHINE, CLOGGED, cycle, key="k"))
         assert "the server is not there or went away" in line
         event.remove(records.database.engine, "before_cursor_execute", go_away)
         assert records.head() == before
-        records.add_alarm(cycle, CLOGGED, key="k")
+        records.add_alarm(MACHINE, CLOGGED, cycle, key="k")
         assert records.audit().broken is None
 
 

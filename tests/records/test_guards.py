@@ -33,9 +33,12 @@ CONSTRAINTS = [
     "INSERT INTO catheter VALUES ('C-9', 99, 86400, '2026-11-23 12:00:00')",
     "INSERT INTO catheter VALUES ('C-9', 12, 86401, '2026-11-23 12:00:00')",
     "INSERT INTO protocol VALUES ('00', 'adult', '', '2026-11-23 12:00:00')",
-    "INSERT INTO alarm SELECT 'a', id, 'X', 'urgent', '', started_at FROM cycle",
-    "INSERT INTO alarm SELECT 'a', 'nowhere', 'X', 'high', '', started_at FROM cycle",
-    "INSERT INTO action SELECT 'a', '', 'reset', '', NULL, NULL, started_at FROM cycle",
+    "INSERT INTO alarm SELECT 'a', 'M-1', 9, id, 'X', 'urgent', '', started_at FROM cycle",
+    "INSERT INTO alarm SELECT 'a', 'M-1', 9, 'nowhere', 'X', 'high', '', started_at FROM cycle",
+    "INSERT INTO alarm SELECT 'a', 'nowhere', 9, id, 'X', 'high', '', started_at FROM cycle",
+    "INSERT INTO alarm SELECT 'a', 'M-1', 1, id, 'X', 'high', '', started_at FROM cycle",
+    "INSERT INTO action SELECT 'a', 9, '', 'reset', '', NULL, NULL, started_at FROM cycle",
+    "INSERT INTO action SELECT 'a', 1, 'anna', 'reset', '', NULL, NULL, started_at FROM cycle",
     "INSERT INTO cycle SELECT 'a', machine_serial, 7, catheter_label, patient_pseudonym, "
     "protocol_sha256, parameter_file_sha256, approach, requested_by, software, settings_sha256, "
     "recording, started_at FROM cycle",

@@ -19,7 +19,7 @@ from hypothesis.stateful import (
 from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.records import Records
-from tests.records.example import CLOGGED, NOON, start
+from tests.records.example import CLOGGED, MACHINE, NOON, start
 
 MACHINES = st.sampled_from(["M-1", "M-2"])
 CATHETERS = st.sampled_from(["C-1", "C-2", "C-3"])
@@ -45,6 +45,10 @@ class Life(RuleBasedStateMachine):
         self.used: dict[str, list[datetime]] = {}
         self.begun: dict[str, list[datetime]] = {}
         self.catheter_of: dict[str, str] = {}
+        self.machine_of: dict[str, str] = {}
+        self.cycles: dict[str, list[str]] = {}
+        self.alarms: dict[str, list[tuple[str, str | None]]] = {}
+        self.actions: list[tuple[str, str | None]] = []
         self.said: dict[str, tuple[Any, str | None]] = {}
         self.heads = [self.records.head()]
 
@@ -80,7 +84,8 @@ class Life(RuleBasedStateMachine):
             self.running[machine], self.ends[cycle] = cycle, None
             self.used.setdefault(catheter, []).append(at)
             self.begun.setdefault(catheter, []).append(at)
-            self.catheter_of[cycle] = catheter
+            self.catheter_of[cycle], self.machine_of[cycle] = catheter, machine
+            self.cycles.setdefault(machine, []).append(cycle)
 
     @rule(pick=PICKS, end=ENDS, key=KEYS, hours=HOURS)
     def end(self, pick: int, end: CycleEnd, key: str | None, hours: int) -> None:
@@ -98,17 +103,30 @@ class Life(RuleBasedStateMachine):
             self.used[self.catheter_of[cycle]].append(at)
             self.running = {name: one for name, one in self.running.items() if one != cycle}
 
+    def alarm(self, serial: str, cycle: str | None, key: str | None) -> None:
+        machine = MACHINE._replace(serial=serial)
+        said = (serial, cycle)
+        name = self.ask(key, said, lambda: self.records.add_alarm(machine, CLOGGED, cycle, key))
+        if name is not None:
+            self.alarms.setdefault(serial, []).append((name, cycle))
+
     @rule(pick=PICKS, key=KEYS)
-    def alarm(self, pick: int, key: str | None) -> None:
+    def alarm_in_a_cycle(self, pick: int, key: str | None) -> None:
         if self.ends:
             cycle = sorted(self.ends)[pick % len(self.ends)]
-            said = (cycle, CLOGGED)
-            self.ask(key, said, lambda: self.records.add_alarm(cycle, CLOGGED, key))
+            self.alarm(self.machine_of[cycle], cycle, key)
 
-    @rule(what=st.sampled_from(["reset", "assess"]), key=KEYS)
-    def act(self, what: str, key: str | None) -> None:
-        action = Action("nurse-7", what)
-        self.ask(key, action, lambda: self.records.act(action, key))
+    @rule(serial=MACHINES, key=KEYS)
+    def alarm_at_rest(self, serial: str, key: str | None) -> None:
+        self.alarm(serial, None, key)
+
+    @rule(pick=PICKS, what=st.sampled_from(["reset", "assess"]), key=KEYS)
+    def act(self, pick: int, what: str, key: str | None) -> None:
+        cycle = sorted(self.ends)[pick % len(self.ends)] if self.ends and pick % 2 else None
+        action = Action("nurse-7", what, cycle_id=cycle)
+        name = self.ask(key, action, lambda: self.records.act(action, key))
+        if name is not None:
+            self.actions.append((name, cycle and self.machine_of[cycle]))
 
     @rule()
     def reopen(self) -> None:
@@ -128,6 +146,21 @@ class Life(RuleBasedStateMachine):
         for catheter, times in self.used.items():
             age_s = (max(NOON, *times) - min(self.begun[catheter])).total_seconds()
             assert self.records.catheter_age_s(catheter, NOON) == age_s
+
+    @invariant()
+    def lists_what_was_stored(self) -> None:
+        history = self.records.history
+        for machine in ("M-1", "M-2"):
+            past = history.list_cycles(machine)
+            assert [one.id for one in past] == self.cycles.get(machine, [])[::-1]
+            assert [one.outcome for one in past] == [
+                end and end.outcome for end in (self.ends[one.id] for one in past)
+            ]
+            alarms = [(one.id, one.cycle_id) for one in history.list_alarms(machine)]
+            assert alarms == self.alarms.get(machine, [])[::-1]
+            acts = [one.id for one in history.list_actions(machine)]
+            assert acts == [name for name, serial in self.actions if serial == machine][::-1]
+        assert [(one.id, one.machine) for one in history.list_actions()] == self.actions[::-1]
 
     def teardown(self) -> None:
         if hasattr(self, "records"):

@@ -80,13 +80,13 @@ def test_records_are_there_when_opened_again(url: str) -> None:
 
 def test_the_same_key_changes_nothing(records: Records) -> None:
     cycle = records.begin_cycle(start(), key="begin")
-    alarm = records.add_alarm(cycle, CLOGGED, key="alarm")
+    alarm = records.add_alarm(MACHINE, CLOGGED, cycle, key="alarm")
     action = records.act(Action("nurse-7", "acknowledge", cycle_id=cycle), key="act")
     records.end_cycle(cycle, COMPLETED, key="end")
     before = records.head()
     later = NOON + timedelta(days=1)
     assert records.begin_cycle(start(), key="begin", at=later) == cycle
-    assert records.add_alarm(cycle, CLOGGED, key="alarm") == alarm
+    assert records.add_alarm(MACHINE, CLOGGED, cycle, key="alarm") == alarm
     assert records.act(Action("nurse-7", "acknowledge", cycle_id=cycle), key="act") == action
     records.end_cycle(cycle, COMPLETED, key="end")
     assert records.head() == before
@@ -127,7 +127,7 @@ def test_a_cycle_ends_once(records: Records) -> None:
 def test_what_belongs_to_no_cycle_is_refused(records: Records, what: str) -> None:
     calls: dict[str, Callable[[], object]] = {
         "end": lambda: records.end_cycle("nowhere", COMPLETED),
-        "alarm": lambda: records.add_alarm("nowhere", CLOGGED),
+        "alarm": lambda: records.add_alarm(MACHINE, CLOGGED, "nowhere"),
         "action": lambda: records.act(Action("nurse-7", "reset", cycle_id="nowhere")),
     }
     with pytest.raises(InputError, match="no cycle 'nowhere' is on record"):
@@ -145,7 +145,7 @@ def test_an_action_of_a_machine_that_is_not_on_record_is_refused(records: Record
 def test_an_alarm_may_come_after_the_end(records: Records) -> None:
     cycle = records.begin_cycle(start())
     records.end_cycle(cycle, COMPLETED)
-    records.add_alarm(cycle, CLOGGED)
+    records.add_alarm(MACHINE, CLOGGED, cycle)
     (alarm,) = rows(records, schema.alarm)
     assert (alarm["cycle_id"], alarm["condition"], alarm["priority"]) == (
         cycle,
@@ -256,9 +256,9 @@ def test_an_end_or_an_alarm_that_cannot_be_is_refused(records: Records) -> None:
     with pytest.raises(InputError, match="true, false or not known"):
         records.end_cycle(cycle, CycleEnd(Outcome.ABORTED, "", 1))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="none of low, medium, high"):
-        records.add_alarm(cycle, Alarm("LINE_CLOGGED", "urgent"))
+        records.add_alarm(MACHINE, Alarm("LINE_CLOGGED", "urgent"), cycle)
     with pytest.raises(InputError, match="has 4001 characters"):
-        records.add_alarm(cycle, CLOGGED._replace(detail="a" * 4001))
+        records.add_alarm(MACHINE, CLOGGED._replace(detail="a" * 4001), cycle)
     assert [one.id for one in records.unfinished_cycles()] == [cycle]
 
 

@@ -11,7 +11,7 @@ from sqlalchemy import event, text
 from opensuction.records.database import file_lock
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
-from tests.records.example import CLOGGED, COMPLETED, count_entries, start
+from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, start
 
 ROOT = Path(__file__).resolve().parents[2]
 CYCLES = 25
@@ -45,11 +45,17 @@ def test_threads_share_the_records(url: str) -> None:
     with Records.open(url) as records, ThreadPoolExecutor(4) as threads:
         cycle = records.begin_cycle(start())
         before = count_entries(records)
-        alarms = list(threads.map(lambda _: records.add_alarm(cycle, CLOGGED), range(20)))
-        keyed = set(threads.map(lambda _: records.add_alarm(cycle, CLOGGED, key="k"), range(8)))
+
+        def add(key: str | None) -> str:
+            return records.add_alarm(MACHINE, CLOGGED, cycle, key)
+
+        alarms = list(threads.map(lambda _: add(None), range(20)))
+        keyed = set(threads.map(lambda _: add("k"), range(8)))
         assert len(set(alarms)) == 20
         assert len(keyed) == 1
         assert count_entries(records) == before + 20 + 2
+        listed = records.history.list_alarms("M-1")
+        assert [one.number for one in listed] == list(range(21, 0, -1))
         assert records.audit().broken is None
 
 
@@ -72,7 +78,7 @@ def test_what_is_written_during_an_audit_does_not_disturb_it(url: str) -> None:
 
         def write(_connection: object, _cursor: object, statement: str, *_: object) -> None:
             if "FROM audit_head" in statement:  # all entries have been read
-                writer.add_alarm(cycle, CLOGGED)
+                writer.add_alarm(MACHINE, CLOGGED, cycle)
 
         event.listen(reader.database.engine, "before_cursor_execute", write)
         report = reader.audit()

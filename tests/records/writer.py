@@ -10,7 +10,7 @@ import sys
 from sqlalchemy import Engine, event
 
 from opensuction.records.records import Records
-from tests.records.example import CLOGGED, COMPLETED, start
+from tests.records.example import CLOGGED, COMPLETED, MACHINE, start
 
 
 def kill_before(statement: int) -> None:
@@ -36,7 +36,7 @@ def write(url: str, machine: str, cycles: int) -> None:
         for number in range(cycles):
             cycle = records.begin_cycle(start(machine=machine, catheter=f"{machine}-{number}"))
             print(cycle, flush=True)  # noqa: T201 - read by the test
-            records.add_alarm(cycle, CLOGGED)
+            records.add_alarm(MACHINE._replace(serial=machine), CLOGGED, cycle)
             records.end_cycle(cycle, COMPLETED)
 
 

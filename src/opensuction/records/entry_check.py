@@ -4,7 +4,7 @@ import re
 
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import schema
-from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, SettingsFile
+from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Machine, SettingsFile
 from opensuction.settings.wording import show
 
 PSEUDONYM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -56,9 +56,12 @@ def check_hash(what: str, value: object) -> None:
         raise InputError(f"{what} {show(value)} is no SHA-256 of 64 hexadecimal digits")
 
 
-def _check_whole(what: str, value: object, longest: int, unit: str) -> None:
+def check_whole(what: str, value: object, longest: int, unit: str) -> None:
+    """Raises InputError for what is no whole number from 1 on."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= longest:
-        raise InputError(f"{what} is {show(value)}; whole numbers from 1 to {longest} {unit}")
+        raise InputError(
+            f"{what} is {show(value)}; whole numbers from 1 to {longest}{unit and ' '}{unit}"
+        )
 
 
 def _check_choice(what: str, value: object, known: tuple[str, ...]) -> None:
@@ -72,15 +75,20 @@ def check_file(what: str, file: SettingsFile) -> None:
     _check_text(f"the {what}", file.content, schema.LONGEST_FILE, 0)
 
 
+def check_machine(machine: Machine) -> None:
+    """Raises InputError for what is no machine."""
+    check_name("the machine's serial", machine.serial)
+    check_name("the machine's kind", machine.kind)
+    if not isinstance(machine.is_twin, bool):
+        raise InputError("whether the machine is a twin must be true or false")
+
+
 def check_start(start: CycleStart) -> None:
     """Raises InputError for what is no cycle."""
-    check_name("the machine's serial", start.machine.serial)
-    check_name("the machine's kind", start.machine.kind)
-    if not isinstance(start.machine.is_twin, bool):
-        raise InputError("whether the machine is a twin must be true or false")
+    check_machine(start.machine)
     check_name("the catheter's label", start.catheter.label)
-    _check_whole("the catheter's size", start.catheter.size_fr, schema.LARGEST_FR, "Fr")
-    _check_whole("the catheter's life", start.catheter.life_s, schema.LONGEST_LIFE_S, "s")
+    check_whole("the catheter's size", start.catheter.size_fr, schema.LARGEST_FR, "Fr")
+    check_whole("the catheter's life", start.catheter.life_s, schema.LONGEST_LIFE_S, "s")
     check_file("protocol", start.protocol)
     _check_choice("the approach", start.approach, schema.APPROACHES)
     check_name("who requested it", start.requested_by)

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from datetime import datetime
 from types import TracebackType
 from typing import Any, Self
-from uuid import uuid4
 
 from sqlalchemy import func, select
 
@@ -18,9 +17,25 @@ from opensuction.records import audit, entry_check
 from opensuction.records.database import address, schema, utc_time
 from opensuction.records.database.database import Database, connect, create_file
 from opensuction.records.database.utc_time import to_utc
-from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome, Unfinished
+from opensuction.records.entry import (
+    Action,
+    Alarm,
+    CycleEnd,
+    CycleStart,
+    Machine,
+    Outcome,
+    Unfinished,
+)
+from opensuction.records.history import History
 from opensuction.records.migration import upgrade
-from opensuction.records.request import Request, begin_cycle, find_cycle
+from opensuction.records.request import (
+    Request,
+    act,
+    add_alarm,
+    begin_cycle,
+    find_cycle,
+    note_machine,
+)
 from opensuction.records.trail.chain import Head, read_head, to_canonical, to_hash
 from opensuction.records.trail.check import AuditReport
 
@@ -37,6 +52,7 @@ class Records:
     def __init__(self, database: Database, clock: Clock = utc_time.now) -> None:
         """Of a database that `open` has brought up to date."""
         self.database = database
+        self.history = History(database)
         self._clock = clock
 
     @classmethod
@@ -111,44 +127,49 @@ class Records:
 
         self._store("end-cycle", (cycle_id, end), key, at, work)
 
-    def add_alarm(
-        self, cycle_id: str, alarm: Alarm, key: str | None = None, at: datetime | None = None
-    ) -> str:
-        """Put an alarm of a cycle on record; returns its id. It may come after the cycle's end."""
-        entry_check.check_name("the cycle's id", cycle_id)
-        entry_check.check_alarm(alarm)
+    def note_machine(
+        self, machine: Machine, key: str | None = None, at: datetime | None = None
+    ) -> None:
+        """See that a machine is on record, before it has any cycle.
+
+        Raises InputError where one of its serial is on record as another one.
+        """
+        entry_check.check_machine(machine)
 
         def work(request: Request) -> str:
-            find_cycle(request, cycle_id)
-            name = str(uuid4())
-            row = {"id": name, "cycle_id": cycle_id, **alarm._asdict()}
-            request.trail.store(schema.alarm, {**row, "raised_at": request.at})
-            return name
+            return note_machine(request, machine)
 
-        return self._store("add-alarm", (cycle_id, alarm), key, at, work)
+        self._store("note-machine", machine, key, at, work)
+
+    def add_alarm(
+        self,
+        machine: Machine,
+        alarm: Alarm,
+        cycle_id: str | None = None,
+        key: str | None = None,
+        at: datetime | None = None,
+    ) -> str:
+        """Put an alarm of a machine on record, and the machine where it is new; returns its id.
+
+        cycle_id: the cycle that it belongs to, which may have ended; None: the machine was at rest.
+        Raises InputError for a cycle that is not on record, or is another machine's.
+        """
+        entry_check.check_machine(machine)
+        entry_check.check_alarm(alarm)
+        if cycle_id is not None:
+            entry_check.check_name("the cycle's id", cycle_id)
+
+        def work(request: Request) -> str:
+            return add_alarm(request, machine, alarm, cycle_id)
+
+        return self._store("add-alarm", (machine, alarm, cycle_id), key, at, work)
 
     def act(self, action: Action, key: str | None = None, at: datetime | None = None) -> str:
         """Put on record what a person did; returns its id."""
         entry_check.check_action(action)
 
         def work(request: Request) -> str:
-            if action.cycle_id is not None:
-                find_cycle(request, action.cycle_id)
-            if action.machine is not None and not request.find(
-                schema.machine, "serial", action.machine
-            ):
-                raise InputError(f"no machine '{action.machine}' is on record")
-            name = str(uuid4())
-            row = {
-                "id": name,
-                "done_by": action.done_by,
-                "what": action.what,
-                "detail": action.detail,
-                "machine_serial": action.machine,
-                "cycle_id": action.cycle_id,
-            }
-            request.trail.store(schema.action, {**row, "done_at": request.at})
-            return name
+            return act(request, action)
 
         return self._store("act", action, key, at, work)
 

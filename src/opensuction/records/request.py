@@ -9,8 +9,8 @@ from sqlalchemy import Connection, Table, func, select
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
 from opensuction.records.database import schema
-from opensuction.records.entry import CycleStart, SettingsFile
-from opensuction.records.trail.chain import Row, Trail
+from opensuction.records.entry import Action, Alarm, CycleStart, Machine, SettingsFile
+from opensuction.records.trail.chain import Row, Trail, Value
 
 
 class Request:
@@ -40,6 +40,13 @@ class Request:
                     f"{table.name} '{row[key]}' is on record with {name} {known[name]}, not {value}"
                 )
 
+    def count_up(self, table: Table, machine: str | None = None) -> int:
+        """The next number of a table, or of a machine in it; from 1 on."""
+        query = select(func.coalesce(func.max(table.c.number), 0))
+        if machine is not None:
+            query = query.where(table.c.machine_serial == machine)
+        return int(self.connection.execute(query).scalar_one()) + 1
+
 
 def find_cycle(request: Request, cycle_id: object) -> dict[str, Any]:
     """The row of a cycle. Raises InputError where there is none."""
@@ -58,25 +65,27 @@ def _note_file(request: Request, table: Table, file: SettingsFile) -> str:
     return file.sha256
 
 
+def note_machine(request: Request, machine: Machine) -> str:
+    """See that a machine is on record. Raises InputError where one of its serial is another."""
+    request.note(schema.machine, "serial", "known_since", machine._asdict())
+    return machine.serial
+
+
 def begin_cycle(request: Request, start: CycleStart) -> str:
     """Store a cycle and what is new of machine, catheter, patient and files."""
-    request.note(schema.machine, "serial", "known_since", start.machine._asdict())
+    note_machine(request, start.machine)
     request.note(schema.catheter, "label", "first_used_at", start.catheter._asdict())
     if start.patient is not None:
         request.note(schema.patient, "pseudonym", "known_since", {"pseudonym": start.patient})
     protocol = _note_file(request, schema.protocol, start.protocol)
     parameters = start.parameter_file
     name = str(uuid4())
-    cycle = schema.cycle
-    numbers = select(func.coalesce(func.max(cycle.c.number), 0)).where(
-        cycle.c.machine_serial == start.machine.serial
-    )
     request.trail.store(
-        cycle,
+        schema.cycle,
         {
             "id": name,
             "machine_serial": start.machine.serial,
-            "number": request.connection.execute(numbers).scalar_one() + 1,
+            "number": request.count_up(schema.cycle, start.machine.serial),
             "catheter_label": start.catheter.label,
             "patient_pseudonym": start.patient,
             "protocol_sha256": protocol,
@@ -94,3 +103,51 @@ def begin_cycle(request: Request, start: CycleStart) -> str:
         },
     )
     return name
+
+
+def add_alarm(request: Request, machine: Machine, alarm: Alarm, cycle_id: str | None) -> str:
+    """Store an alarm, and the machine where that is new."""
+    if cycle_id is not None:
+        _check_machine(find_cycle(request, cycle_id), machine.serial)
+    name = str(uuid4())
+    row: dict[str, Value] = {
+        "id": name,
+        "machine_serial": note_machine(request, machine),
+        "number": request.count_up(schema.alarm, machine.serial),
+        "cycle_id": cycle_id,
+        "condition": alarm.condition,
+        "priority": alarm.priority,
+        "detail": alarm.detail,
+    }
+    request.trail.store(schema.alarm, {**row, "raised_at": request.at})
+    return name
+
+
+def act(request: Request, action: Action) -> str:
+    """Store what a person did; in a cycle it was done on that cycle's machine."""
+    machine = action.machine
+    if machine is not None and not request.find(schema.machine, "serial", machine):
+        raise InputError(f"no machine '{machine}' is on record")
+    if action.cycle_id is not None:
+        cycle = find_cycle(request, action.cycle_id)
+        machine = cycle["machine_serial"] if machine is None else machine
+        _check_machine(cycle, machine)
+    name = str(uuid4())
+    row: dict[str, Value] = {
+        "id": name,
+        "number": request.count_up(schema.action),
+        "done_by": action.done_by,
+        "what": action.what,
+        "detail": action.detail,
+        "machine_serial": machine,
+        "cycle_id": action.cycle_id,
+    }
+    request.trail.store(schema.action, {**row, "done_at": request.at})
+    return name
+
+
+def _check_machine(cycle: dict[str, Any], machine: object) -> None:
+    if cycle["machine_serial"] != machine:
+        raise InputError(
+            f"the cycle {cycle['id']} is of machine '{cycle['machine_serial']}', not '{machine}'"
+        )

@@ -138,7 +138,9 @@ alarm = Table(
     "alarm",
     METADATA,
     Column("id", Text, primary_key=True),
-    Column("cycle_id", ForeignKey("cycle.id"), nullable=False),
+    Column("machine_serial", ForeignKey("machine.serial"), nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("cycle_id", ForeignKey("cycle.id")),
     Column("condition", Text, nullable=False),
     Column("priority", Text, nullable=False),
     Column("detail", Text, nullable=False),
@@ -147,12 +149,15 @@ alarm = Table(
     _bound("condition", LONGEST_NAME),
     _one_of("priority", PRIORITIES),
     _bound("detail", LONGEST_TEXT, 0),
+    CheckConstraint("number >= 1", name="number"),
+    UniqueConstraint("machine_serial", "number"),
     Index(None, "cycle_id"),
 )
 action = Table(
     "action",
     METADATA,
     Column("id", Text, primary_key=True),
+    Column("number", Integer, nullable=False),
     Column("done_by", Text, nullable=False),
     Column("what", Text, nullable=False),
     Column("detail", Text, nullable=False),
@@ -163,6 +168,9 @@ action = Table(
     _bound("done_by", LONGEST_NAME),
     _bound("what", LONGEST_NAME),
     _bound("detail", LONGEST_TEXT, 0),
+    CheckConstraint("number >= 1", name="number"),
+    UniqueConstraint("number"),
+    Index(None, "machine_serial"),
 )
 request = Table(
     "request",

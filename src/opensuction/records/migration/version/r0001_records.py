@@ -83,25 +83,31 @@ CREATE TABLE cycle_end (
     """
 CREATE TABLE alarm (
     id TEXT NOT NULL CONSTRAINT ck_alarm_id CHECK (length(id) BETWEEN 1 AND 64),
-    cycle_id TEXT NOT NULL CONSTRAINT fk_alarm_cycle_id REFERENCES cycle (id),
+    machine_serial TEXT NOT NULL
+        CONSTRAINT fk_alarm_machine_serial REFERENCES machine (serial),
+    number INTEGER NOT NULL CONSTRAINT ck_alarm_number CHECK (number >= 1),
+    cycle_id TEXT CONSTRAINT fk_alarm_cycle_id REFERENCES cycle (id),
     condition TEXT NOT NULL
         CONSTRAINT ck_alarm_condition CHECK (length(condition) BETWEEN 1 AND 64),
     priority TEXT NOT NULL
         CONSTRAINT ck_alarm_priority CHECK (priority IN ('low', 'medium', 'high')),
     detail TEXT NOT NULL CONSTRAINT ck_alarm_detail CHECK (length(detail) BETWEEN 0 AND 4000),
     raised_at {instant} NOT NULL,
-    CONSTRAINT pk_alarm PRIMARY KEY (id)
+    CONSTRAINT pk_alarm PRIMARY KEY (id),
+    CONSTRAINT uq_alarm_machine_serial UNIQUE (machine_serial, number)
 )""",
     """
 CREATE TABLE action (
     id TEXT NOT NULL CONSTRAINT ck_action_id CHECK (length(id) BETWEEN 1 AND 64),
+    number INTEGER NOT NULL CONSTRAINT ck_action_number CHECK (number >= 1),
     done_by TEXT NOT NULL CONSTRAINT ck_action_done_by CHECK (length(done_by) BETWEEN 1 AND 64),
     what TEXT NOT NULL CONSTRAINT ck_action_what CHECK (length(what) BETWEEN 1 AND 64),
     detail TEXT NOT NULL CONSTRAINT ck_action_detail CHECK (length(detail) BETWEEN 0 AND 4000),
     machine_serial TEXT CONSTRAINT fk_action_machine_serial REFERENCES machine (serial),
     cycle_id TEXT CONSTRAINT fk_action_cycle_id REFERENCES cycle (id),
     done_at {instant} NOT NULL,
-    CONSTRAINT pk_action PRIMARY KEY (id)
+    CONSTRAINT pk_action PRIMARY KEY (id),
+    CONSTRAINT uq_action_number UNIQUE (number)
 )""",
     """
 CREATE TABLE request (
@@ -131,6 +137,7 @@ CREATE TABLE audit_head (
 )""",
     "CREATE INDEX ix_cycle_catheter_label ON cycle (catheter_label)",
     "CREATE INDEX ix_alarm_cycle_id ON alarm (cycle_id)",
+    "CREATE INDEX ix_action_machine_serial ON action (machine_serial)",
     f"INSERT INTO audit_head (id, sequence, hash) VALUES (1, 0, '{'0' * 64}')",
 )
 KEYS = {
