@@ -12,12 +12,23 @@ from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.mailbox import Sender
 from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import CYCLE, Phase
-from opensuction.runtime import launch
+from opensuction.records.entry import Catheter, Machine, SettingsFile
+from opensuction.runtime import about, launch
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import ASK, RING
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import at_bed
 
+ABOUT = about.About(
+    machine=Machine("twin-1", "clinical", is_twin=True),
+    catheter=Catheter("c-1", 6, 86_400),
+    protocol=SettingsFile("neonate", "{}"),
+    approach="travel",
+    patient="P-1",
+    parameter_file=None,
+    database=None,
+    heading={"patient": "neonate"},
+)
 ATTEMPTS = 4
 """A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
 then, as it should be: it is begun again."""
@@ -32,8 +43,10 @@ class Room:
         loop, state = at_bed("neonate")
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         launch.configure(folder, loop)
+        about.write(folder, ABOUT._replace(database=str(folder / "records.db")))
         self.twin = launch.start_twin(folder, loop, state, seed=1)
         self.control: subprocess.Popen[bytes] | None = None
+        self.recorder: subprocess.Popen[bytes] | None = None
         self.person = Sender(folder / ASK, "nurse")
 
     def begin(self) -> None:
@@ -45,11 +58,22 @@ class Room:
         """Kill the controller."""
         assert self.control is not None
         self.control.kill()
-        self.control.communicate()
+        self.control.wait()
+
+    def record(self, out: Path) -> None:
+        """Start a recorder."""
+        self.recorder = launch.start_recorder(self.folder, out)
+
+    def end_recorder(self) -> None:
+        """As it should end, without a word."""
+        assert self.recorder is not None
+        self.recorder.terminate()
+        assert self.recorder.wait(10.0) == 0
+        assert launch.last_words(self.folder, launch.RECORDER) == ""
 
     def close(self) -> None:
         self.person.close()
-        for process in (self.control, self.twin):
+        for process in (self.control, self.recorder, self.twin):
             if process is not None:
                 process.kill()
                 process.communicate()

@@ -63,12 +63,26 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     return State(core=core, compensation=head, alarms=alarm_state.START)
 
 
-def restart(settings: Settings, head_mm: float, kept: Upkeep, off_s: float) -> State:
+def restart(
+    settings: Settings, head_mm: float, kept: Upkeep, off_s: float, broken_off: bool = False
+) -> State:
     """As `start`, with what the controller before had to remember: the plug undoes no limit.
 
     kept: its upkeep, from whoever kept it. off_s: how long no controller ran.
+    broken_off: the one before was not at rest when it ended. Then the drives may have brought the
+    head home, but nobody knows what the patient has been through: the machine halts, says so, and
+    waits for a person.
     """
     state = start(settings, head_mm, kept.catheter_age_s + off_s)
+    if broken_off and state.core.procedure.phase == Phase.PARKED:
+        core = state.core
+        state = state._replace(
+            core=core._replace(
+                procedure=cycle.begin(settings.plan, Phase.HALTED),
+                upkeep=upkeep.rest_first(core.upkeep, settings.service.passes),
+                reasons=alarm_source.STOPPED,
+            )
+        )
     return with_upkeep(state, upkeep.carry_over(state.core.upkeep, kept, off_s))
 
 

@@ -105,3 +105,4 @@ class Unfinished(NamedTuple):
     """Label."""
     patient: str | None
     started_at: datetime
+    recording: str | None

@@ -223,6 +223,7 @@ class Records:
                     catheter=row.catheter_label,
                     patient=row.patient_pseudonym,
                     started_at=row.started_at,
+                    recording=row.recording,
                 )
                 for row in connection.execute(query)
             ]

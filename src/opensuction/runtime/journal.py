@@ -22,7 +22,7 @@ from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
 
-MACHINE = "opensuction"
+MACHINE, SUPERVISOR = "opensuction", "opensuction supervisor"
 """Who acts where no person does."""
 NOBODY = "unknown"
 NS_PER_S = 1e9
@@ -170,6 +170,9 @@ class Journal:
             if ask == "start" and verdict == "pressed":
                 self._who = who
             yield Entry(key, at, Action(who, ask, verdict))
+        elif kind == "watch":
+            what, detail = in_words(str(fields["what"])), str(fields["detail"])
+            yield Entry(str(fields["key"]), at, Action(SUPERVISOR, what, detail))
         elif kind in ("began", "ended"):
             ask = "controller-" + ("restarted" if fields.get("recovered") == "yes" else kind)
             detail = "; ".join(

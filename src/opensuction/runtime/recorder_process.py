@@ -39,6 +39,7 @@ from opensuction.runtime.room import (
     RECORDS,
     RING,
     RING_BEFORE,
+    WATCH_EVENTS,
 )
 
 EVERY_S = 0.02
@@ -163,6 +164,22 @@ class Desk:
                 self._clerk.put(entry, self._context)
 
 
+class Watch:
+    """What the supervisor tells, whichever there is."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._inode = path, 0
+        self._events: EventReader | None = None
+
+    def hear(self) -> list[Event]:
+        """What has come since the last call, or since that supervisor began."""
+        with contextlib.suppress(InputError, OSError):
+            inode = self._path.stat().st_ino
+            if inode != self._inode:
+                self._events, self._inode = EventReader(self._path), inode
+        return [] if self._events is None else self._events.read()[0]
+
+
 class Office:
     """The recorder: a desk after the other."""
 
@@ -170,6 +187,7 @@ class Office:
         self._folder, self._out = folder, out
         self._heartbeat, self._mark = Heartbeat(folder), Mark(folder / MARK)
         self._clerk = Clerk(about.read(folder).database)
+        self._watch = Watch(folder / WATCH_EVENTS)
         self._ending: list[int] = []
         signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
 
@@ -217,7 +235,7 @@ class Office:
         came_s = time.monotonic()
         while not self._ending:
             found, happened = source.read()
-            desk.take(found, happened)
+            desk.take(found, [*happened, *self._watch.hear()])
             self._beat(desk.lost)
             now_s = time.monotonic()
             if len(found.rows):

@@ -79,8 +79,8 @@ def of_happening(happening: Happening) -> Event:
     return Event(
         int(fields.get("tick", 0)),
         str(fields["kind"]),
-        str(fields.get("ask", fields["kind"])),
-        str(fields.get("verdict", "")),
+        str(fields.get("ask", fields.get("what", fields["kind"]))),
+        str(fields.get("verdict", fields.get("detail", ""))),
         str(fields.get("who", "")),
         str(fields.get("key", "")),
     )

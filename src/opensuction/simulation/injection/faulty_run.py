@@ -368,8 +368,11 @@ class FaultyRun:
             self.state.tick,
         )
         head_mm = head_vote.first_mm(readings)
-        settings, kept = self._loop.controller, self.state.controller.core.upkeep
-        fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
+        settings, before = self._loop.controller, self.state.controller.core
+        broken_off = before.procedure.phase not in RESTING
+        fresh = controller.restart(
+            settings, head_mm, before.upkeep, self._restart_gap_s, broken_off
+        )
         self.state = self.state._replace(controller=fresh)
         self.inputs.set_state(input_log.RESTARTED)
         if self._messages is not None:

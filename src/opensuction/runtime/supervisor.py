@@ -1,0 +1,108 @@
+"""Starts controller and recorder of a machine, misses them, replaces them; one for each machine.
+
+A controller that is replaced never goes on where the other was: it finds out where the catheter is,
+brings it out, says so, and waits for a person. The supervisor's own death changes nothing but that
+people are told of it; the next one finds what runs.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple, Self
+
+from opensuction.exchange.event_ring import EventWriter
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.sole import Sole
+from opensuction.kernel.errors import InputError
+from opensuction.runtime import launch
+from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.room import (
+    CONTROLS,
+    RECORDS,
+    SUPERVISES,
+    WATCH_EVENTS,
+    WATCH_EVENTS_BEFORE,
+)
+from opensuction.runtime.ward import Ward
+
+LOOKS_S = 0.05
+"""How often it looks: a tenth of the time after which it is missed itself."""
+COMES_OUT_S = 120.0
+"""How long the end of a controller may take: the catheter comes out first."""
+WRITES_S = 20.0
+"""How long the end of a recorder may take."""
+
+
+class Notice(NamedTuple):
+    """Something that it did."""
+
+    what: str
+    detail: str
+
+
+class Supervisor:
+    """Of one machine."""
+
+    def __init__(self, folder: Path, out: Path, period_ns: int = PERIOD_NS) -> None:
+        """folder: the machine's. out: of its recordings.
+
+        Raises InputError where another one supervises it.
+        """
+        self._sole = Sole(folder / SUPERVISES, "a supervisor runs")
+        self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE)
+        self._heartbeat = Heartbeat(folder)
+        self._number = 0
+        self._run = f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.monotonic_ns():x}"
+        self.recorder = Ward(
+            folder, launch.RECORDER, folder / RECORDS, Process.RECORDER, (str(out),)
+        )
+        self.control = Ward(
+            folder, launch.CONTROL, folder / CONTROLS, Process.CONTROL, (str(period_ns),)
+        )
+
+    def begin(self, tell: Callable[[Notice], None] = lambda _: None) -> None:
+        """Start or find both; returns once they work. Raises InputError where they do not."""
+        self._heartbeat.beat(Process.SUPERVISOR)
+        # At once: where one has died in a cycle, the catheter is looked for now.
+        for ward in (self.control, self.recorder):
+            tell(self._note(ward.begin(), ""))
+        while not (self.control.works() and self.recorder.works()):
+            self._heartbeat.beat(Process.SUPERVISOR)
+            for ward in (self.control, self.recorder):
+                if not ward.is_alive():
+                    words = launch.last_words(ward.folder, ward.name) or "it was killed or crashed"
+                    self.end()
+                    raise InputError(f"the {ward.title} does not run: {words}")
+            time.sleep(LOOKS_S)
+
+    def look(self) -> list[Notice]:
+        """Give a sign of life and see to the others; to be called every `LOOKS_S`."""
+        self._heartbeat.beat(Process.SUPERVISOR)
+        done = [ward.look() for ward in (self.control, self.recorder)]
+        return [self._note(*one) for one in done if one is not None]
+
+    def _note(self, what: str, detail: str) -> Notice:
+        self._number += 1
+        self._events.write("watch", 0, what=what, detail=detail, key=f"{self._run}-{self._number}")
+        return Notice(what, detail)
+
+    def end(self, meanwhile: Callable[[], None] = lambda: None) -> bool:
+        """End both in order; whether they did. The catheter comes out first."""
+
+        def wait() -> None:
+            self._heartbeat.beat(Process.SUPERVISOR)
+            meanwhile()
+
+        ended = self.control.end(COMES_OUT_S, wait)
+        ended &= self.recorder.end(WRITES_S, wait)
+        self._heartbeat.end(Process.SUPERVISOR)
+        self._events.close()
+        self._sole.close()
+        return ended
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._events.close()
+        self._sole.close()
