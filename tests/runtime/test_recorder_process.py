@@ -181,14 +181,13 @@ def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
     room.ask("set_protocol", "k-1")
     assert wait(lambda: ("k-1", "set") in verdicts(room))
     (room.folder / settings_file("k-2")).write_text("{}")
-    room.ask("set_protocol", "k-2")
-    room.ask("set_protocol", "k-3")
-    room.ask("set_protocol", "../k")
-    assert wait(lambda: len(verdicts(room)) == 4)
+    for key in ("k-2", "k-3", "../k"):
+        room.ask("set_protocol", key)
+        assert wait(lambda key=key: key in dict(verdicts(room)))  # type: ignore[misc]
     said = dict(verdicts(room))
     assert said["k-2"].startswith("refused: controller settings")
     assert said["k-3"] == "refused: no settings of this key"
-    assert said[""] == "malformed" or said["../k"] == "malformed"
+    assert said["../k"] == "malformed"
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     (room.folder / settings_file("k-4")).write_text(text)
     room.ask("set_protocol", "k-4")

@@ -17,6 +17,7 @@ from opensuction.cli.command import (
     identify,
     recording,
     reproduce,
+    run,
     safety_case,
     trial,
 )
@@ -26,6 +27,9 @@ from opensuction.settings import wording
 
 COMMANDS = (
     cycle.COMMAND,
+    run.RUN,
+    run.SERVE,
+    run.ASK,
     reproduce.COMMAND,
     calibrate.COMMAND,
     benchmark.COMMAND,

@@ -227,6 +227,39 @@ OPTIONS: dict[str, Any] = {
         show_default=False,
     ),
     "clear": typer.Option("--clear", help="Remove what is kept; it is compiled anew when needed."),
+    "wanted": typer.Option(
+        "--cycles",
+        help="How many cycles; 0: none is started. Default: 1.",
+        min=0,
+        max=10_000,
+        metavar="N",
+        show_default=False,
+    ),
+    "apart_min": typer.Option(
+        "--every",
+        help="Minutes from the start of one cycle to the next, 1 to 1440; the patient's rest after "
+        "a pass may make it longer. Default: 30.",
+        min=1.0,
+        max=1440.0,
+        metavar="MIN",
+        show_default=False,
+    ),
+    "name": typer.Option(
+        help="Name of the machine: several may run side by side. Default: twin.",
+        metavar="NAME",
+        show_default=False,
+    ),
+    "anew": typer.Option(
+        "--anew", help="End what an earlier run of this name has left, its patient included."
+    ),
+    "request": typer.Argument(
+        help="The button. See below for names.", metavar="REQUEST", show_default=False
+    ),
+    "who": typer.Option(
+        help="Who asks, for the record. Default: the user's name.",
+        metavar="NAME",
+        show_default=False,
+    ),
     "out": typer.Option(
         help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"
     ),

@@ -37,7 +37,7 @@ def launch(folder: Path, side: MachineSide, plant: PlantState) -> subprocess.Pop
     np.savez(folder / BEGUN, **begun)
     (folder / SHOWN).unlink(missing_ok=True)
     command = [sys.executable, "-m", "opensuction.devices.twin_process", str(folder)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True)
     ends = time.monotonic() + BEGINS_S
     while time.monotonic() < ends and process.poll() is None:
         if (folder / SHOWN).exists() and RingReader(folder / SHOWN).newest():

@@ -19,6 +19,7 @@ import numpy as np
 from opensuction import __version__
 from opensuction.exchange.pace import NS_PER_S, Pace, harden
 from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
@@ -30,6 +31,8 @@ from opensuction.simulation.machine_side import (
     MachineSide,
 )
 
+PLAYS = "machine.lock"
+"""Held by the process that plays."""
 BEGUN, SHOWN, COMMANDS, CHANGE = "machine.npz", "machine.ring", "commands.ring", "machine.change"
 SLOTS = 20_000
 """Rows that are kept: 20 s."""
@@ -92,7 +95,11 @@ def serve(folder: Path) -> None:
     ending: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
     told = {"version": __version__, "most": json.dumps(_most(call))}
-    with changes, RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring:
+    with (
+        Sole(folder / PLAYS, "a twin plays"),
+        changes,
+        RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring,
+    ):
         harden()
         listener, pace = Listener(folder / COMMANDS), Pace(PERIOD_NS)
         while not ending:

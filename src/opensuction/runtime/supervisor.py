@@ -96,8 +96,6 @@ class Supervisor:
         ended = self.control.end(COMES_OUT_S, wait)
         ended &= self.recorder.end(WRITES_S, wait)
         self._heartbeat.end(Process.SUPERVISOR)
-        self._events.close()
-        self._sole.close()
         return ended
 
     def __enter__(self) -> Self:
