@@ -32,6 +32,8 @@ ABOUT = about.About(
 ATTEMPTS = 4
 """A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
 then, as it should be: it is begun again."""
+REST_S = 1.0
+"""Between passes."""
 INSIDE_MM = 3.0
 """Below the tube's end."""
 
@@ -41,6 +43,11 @@ class Room:
 
     def __init__(self, folder: Path) -> None:
         loop, state = at_bed("neonate")
+        # Or a campaign of two hundred deaths would last half a day.
+        service = loop.controller.service
+        rule = service.passes._replace(rest_s=REST_S)
+        settings = loop.controller._replace(service=service._replace(passes=rule))
+        loop = loop._replace(controller=settings)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         launch.configure(folder, loop)
         about.write(folder, ABOUT._replace(database=str(folder / "records.db")))
@@ -52,6 +59,10 @@ class Room:
     def begin(self) -> None:
         """Start a controller."""
         self.control = launch.start_control(self.folder)
+        self.reopen()
+
+    def reopen(self) -> None:
+        """Look at the controller that there is now."""
         self.rows = RingReader(self.folder / RING)
 
     def stop(self) -> None:

@@ -32,13 +32,24 @@ class Heartbeat:
 
     def __init__(self, folder: Path) -> None:
         """Made where it is not there yet. Raises InputError where it cannot be."""
-        size = WORD * len(Process)
+        size = 2 * WORD * len(Process)
         try:
             with (folder / FILE).open("a+b") as file:
                 os.posix_fallocate(file.fileno(), 0, size)
-                self._beats = np.frombuffer(mmap.mmap(file.fileno(), size), np.int64)
+                words = np.frombuffer(mmap.mmap(file.fileno(), size), np.int64)
         except OSError as error:
             raise InputError(f"no sign of life can be given in {folder}: {error}") from None
+        self._beats, self._deaths = words[: len(Process)], words[len(Process) :]
+
+    def begin(self, process: Process) -> None:
+        """The first sign of a process; the one before it has died where it never ended."""
+        if self.is_expected(process):
+            self._deaths[process] += 1
+        self.beat(process)
+
+    def deaths(self, process: Process) -> int:
+        """How many have died whose place another one has taken."""
+        return int(self._deaths[process])
 
     def beat(self, process: Process) -> None:
         """A sign of life, now."""

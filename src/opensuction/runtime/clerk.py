@@ -16,7 +16,7 @@ from opensuction.records.database.failure import RecordsError
 from opensuction.records.entry import Alarm, CycleEnd, CycleStart, Outcome
 from opensuction.records.records import Records
 from opensuction.runtime.about import About
-from opensuction.runtime.journal import Begun, Entry
+from opensuction.runtime.journal import SUPERVISOR, Begun, Entry
 
 AGAIN_S = 1.0
 """Between two tries."""
@@ -130,7 +130,9 @@ class Clerk:
             records.add_alarm(machine, what, self._cycle, key, at)
         else:
             records.note_machine(machine)
-            own = what._replace(machine=machine.serial, cycle_id=self._cycle)
+            # What a supervisor did is said again by a recorder that begins anew, maybe later.
+            cycle = None if what.done_by == SUPERVISOR else self._cycle
+            own = what._replace(machine=machine.serial, cycle_id=cycle)
             records.act(own, key, at)
 
     def _adopt(self, records: Records, machine: str, recording: str | None) -> None:

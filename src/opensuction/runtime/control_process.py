@@ -33,7 +33,6 @@ from opensuction.exchange.ring import RingReader, RingWriter
 from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
-from opensuction.kernel.phase import RESTING
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
@@ -69,8 +68,8 @@ class Before(NamedTuple):
     """How long none has run."""
     died: bool
     """It did not end as it should."""
-    broken_off: bool
-    """It was not at rest."""
+    phase: int
+    """What it was doing."""
 
 
 def read_before(folder: Path) -> Before | None:
@@ -91,7 +90,7 @@ def read_before(folder: Path) -> Before | None:
         kept=state.core.upkeep,
         off_s=since_s if since_s >= 0.0 else off_s,
         died=_has_died(folder),
-        broken_off=state.core.procedure.phase not in RESTING,
+        phase=state.core.procedure.phase,
     )
 
 
@@ -120,9 +119,7 @@ def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
     head_mm = head_vote.first_mm(_first_readings(port))
     if before is None:
         return controller.start(chosen.settings, head_mm, NEW_CATHETER_S)
-    return controller.restart(
-        chosen.settings, head_mm, before.kept, before.off_s, before.broken_off
-    )
+    return controller.restart(chosen.settings, head_mm, before.kept, before.off_s, before.phase)
 
 
 class Setting:

@@ -28,7 +28,7 @@ from opensuction.twin.plant import PlantState
 BEGINS_S = 180.0
 """Longest time until a process does its work: it may have to compile first."""
 LOOKS_S = 0.005
-CONTROL, RECORDER = "control_process", "recorder_process"
+CONTROL, RECORDER, SUPERVISOR = "control_process", "recorder_process", "supervisor"
 
 
 def side_of(loop: Loop, seed: int) -> MachineSide:

@@ -129,6 +129,7 @@ class ControlLoop:
         self._pressed = False
         self._computed_s = 0.0
         self._lost_until = dict.fromkeys(WATCHED, 0)
+        self._deaths = {process: around.heartbeat.deaths(process) for process in WATCHED}
         self.tick = 0
         """Number of the next one."""
         self.stopping = False
@@ -204,7 +205,10 @@ class ControlLoop:
         heartbeat.beat(Process.CONTROL)
         lost = 0
         for process, condition in WATCHED.items():
-            if heartbeat.is_expected(process) and heartbeat.age_s(process) > MISSED_S:
+            deaths = heartbeat.deaths(process)
+            silent = heartbeat.is_expected(process) and heartbeat.age_s(process) > MISSED_S
+            if silent or deaths != self._deaths[process]:
+                self._deaths[process] = deaths
                 self._lost_until[process] = self.tick + round(LOST_S / self._period_s)
             if self.tick < self._lost_until[process]:
                 lost |= condition

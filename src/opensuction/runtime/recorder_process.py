@@ -193,6 +193,7 @@ class Office:
 
     def serve(self) -> None:
         """Record until the process is told to end."""
+        self._heartbeat.begin(Process.RECORDER)
         self._finish_before()
         while (source := self._wait()) is not None:
             desk = Desk(self._folder, self._out, source, self._clerk, self._mark)

@@ -3,8 +3,13 @@
 A controller that is replaced never goes on where the other was: it finds out where the catheter is,
 brings it out, says so, and waits for a person. The supervisor's own death changes nothing but that
 people are told of it; the next one finds what runs.
+
+``python -m opensuction.runtime.supervisor DIR OUT`` does so for a machine that is set up in DIR,
+until it is told to end.
 """
 
+import signal
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -62,7 +67,7 @@ class Supervisor:
 
     def begin(self, tell: Callable[[Notice], None] = lambda _: None) -> None:
         """Start or find both; returns once they work. Raises InputError where they do not."""
-        self._heartbeat.beat(Process.SUPERVISOR)
+        self._heartbeat.begin(Process.SUPERVISOR)
         # At once: where one has died in a cycle, the catheter is looked for now.
         for ward in (self.control, self.recorder):
             tell(self._note(ward.begin(), ""))
@@ -104,3 +109,22 @@ class Supervisor:
     def __exit__(self, *_: object) -> None:
         self._events.close()
         self._sole.close()
+
+
+def serve(folder: Path, out: Path) -> None:
+    """Supervise until the process is told to end. Raises InputError where it cannot begin."""
+    ending: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
+    with Supervisor(folder, out) as supervisor:
+        supervisor.begin()
+        while not ending:
+            supervisor.look()
+            time.sleep(LOOKS_S)
+        supervisor.end()
+
+
+if __name__ == "__main__":
+    try:
+        serve(Path(sys.argv[1]), Path(sys.argv[2]))
+    except InputError as problem:
+        sys.exit(f"opensuction: {problem}")

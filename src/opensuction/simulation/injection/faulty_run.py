@@ -369,9 +369,8 @@ class FaultyRun:
         )
         head_mm = head_vote.first_mm(readings)
         settings, before = self._loop.controller, self.state.controller.core
-        broken_off = before.procedure.phase not in RESTING
         fresh = controller.restart(
-            settings, head_mm, before.upkeep, self._restart_gap_s, broken_off
+            settings, head_mm, before.upkeep, self._restart_gap_s, before.procedure.phase
         )
         self.state = self.state._replace(controller=fresh)
         self.inputs.set_state(input_log.RESTARTED)
