@@ -21,8 +21,8 @@ from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
-from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records

@@ -26,7 +26,7 @@ MACHINE, SUPERVISOR = "opensuction", "opensuction supervisor"
 """Who acts where no person does."""
 NOBODY = "unknown"
 NS_PER_S = 1e9
-_TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPPED, _HEAD = (
+_TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPS, _HEAD = (
     ROW_COLUMNS.index(name)
     for name in (
         "loop.time_s",
@@ -34,7 +34,7 @@ _TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPPED, _HEAD = (
         "inputs.tick",
         "outputs.phase",
         "outputs.cause",
-        "state.core.tripped",
+        "outputs.verdict.trips",
         "inputs.readings.head_mm",
     )
 )
@@ -82,7 +82,7 @@ class Journal:
         self._known = 0 if before is None else int(told(before[np.newaxis])[0])
         self._left_rest = AT_REST if before is None else float(before[_LEFT])
         self._on_record = resumed and self._left_rest != AT_REST
-        self._who, self._why = NOBODY, ""
+        self._who, self._why, self._trips = NOBODY, "", 0
         self._drawn_out = before is None
         """What began with the first row is a way out."""
         self._last = before
@@ -103,6 +103,7 @@ class Journal:
             (np.diff(rows[:, _LEFT], prepend=self._left_rest) != 0)
             | (np.diff(rows[:, _PHASE], prepend=-1.0) != 0)
             | (masks != np.concatenate(([self._known], masks[:-1])))
+            | (np.diff(rows[:, _TRIPS], prepend=-1.0) != 0)
         )
         for at in changed:
             yield from self._look(rows[at], int(masks[at]))
@@ -127,11 +128,12 @@ class Journal:
     def _look(self, row: Array, mask: int) -> Iterator[Entry]:
         """What is new in a row."""
         phase, left_rest = Phase(int(row[_PHASE])), float(row[_LEFT])
+        self._trips |= int(row[_TRIPS])
         if left_rest != self._left_rest and self._left_rest != AT_REST:
             yield from self._rest(row, phase)
         self._left_rest = left_rest
         if phase == Phase.CHECKING and not self._on_record:
-            self._on_record, self._why = True, ""
+            self._on_record, self._why, self._trips = True, "", 0
             yield self._entry(
                 "begin", row, Begun(self._who, name_of_file(self._run.name, left_rest))
             )
@@ -148,15 +150,15 @@ class Journal:
         """What ends as the machine comes to rest."""
         if self._on_record:
             self._on_record = False
-            yield self._entry("end", row, self._outcome(row, phase))
+            yield self._entry("end", row, self._outcome(phase))
         elif self._drawn_out and self._left_rest <= 1.0:
             detail = f"drawn out by itself after the start; now {name_of(phase)}"
             yield self._entry("drawn-out", row, Action(MACHINE, "drawn-out", detail))
 
-    def _outcome(self, row: Array, phase: Phase) -> CycleEnd:
+    def _outcome(self, phase: Phase) -> CycleEnd:
         if phase == Phase.PARKED:
             return CycleEnd(Outcome.COMPLETED, inside_at_end=False)
-        trips = [name_of(one) for one in condition_mask.decode_trips(int(row[_TRIPPED]))]
+        trips = [name_of(one) for one in condition_mask.decode_trips(self._trips)]
         return CycleEnd(Outcome.ABORTED, ", ".join(filter(None, (self._why, *trips))))
 
     def _hear(self, event: Event) -> Iterator[Entry]:

@@ -124,8 +124,12 @@ def _supervise(
     from opensuction.runtime.supervisor import Supervisor
     from opensuction.session.running import run
 
-    with Supervisor(running.folder, out) as supervisor:
-        return run.supervise(running, supervisor, rounds, run.Watch(progress.tell))
+    try:
+        with Supervisor(running.folder, out.absolute()) as supervisor:
+            return run.supervise(running, supervisor, rounds, run.Watch(progress.tell))
+    except Stopped as ending:
+        ending.add_note(f"the recordings are in {out}")
+        raise
 
 
 def _summarise(console: "Console", data: Json) -> None:

@@ -126,7 +126,7 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
         approach=choice.approach,
         patient=None if used.patient is None else f"twin-{used.patient_name}-{used.seed}",
         parameter_file=parameters,
-        database=database,
+        database=_absolute(database),
         heading={
             "machine": str(used.machine_name),
             "patient": str(used.patient_name or "none"),
@@ -136,6 +136,13 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
             "seed": str(used.seed),
         },
     )
+
+
+def _absolute(database: str | None) -> str | None:
+    """For processes that may be started anew from anywhere."""
+    if database is None or "://" in database:
+        return database
+    return str(Path(database).absolute())
 
 
 def end(folder: Path) -> None:
