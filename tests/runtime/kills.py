@@ -47,6 +47,8 @@ CYCLE_WITHIN_S = 40.0
 """Where the controller lives, the cycle ends as it would have."""
 TOLD_WITHIN_S = 5.0
 ON_RECORD_WITHIN_S = 15.0
+ATTEMPTS = 8
+"""A start may be refused for a moment: the machine may still be drawing out, or resting."""
 TIP, SAID, FIRED = (
     SHOWN_COLUMNS.index(name)
     for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired")
@@ -106,7 +108,9 @@ class Ward(Room):
     def begin_cycle(self) -> None:
         """From rest to the button of the start, whatever went on before."""
         assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
-        for _ in range(3):
+        for _ in range(ATTEMPTS):
+            if self.now("outputs.counters.locked_out"):
+                self.press("service", "return_to_service")
             self.press("reset", "assessed", "oxygen_skipped", "start")
             if wait(lambda: self.phase() in CYCLE, 2.0):
                 self.cycles += 1

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from opensuction.devices.ports import Facts
-from opensuction.devices.twin_process import BEGUN, CHANGE, COMMANDS, SHOWN
+from opensuction.devices.twin_faults import CHANGE
+from opensuction.devices.twin_process import BEGUN, COMMANDS, SHOWN
+from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.exchange.ring import RingReader, RingWriter
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row
@@ -19,37 +21,61 @@ from opensuction.kernel.record import Array
 from opensuction.simulation import machine_side
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineSide
+from opensuction.twin.fault import link
+from opensuction.twin.fault.bus import Bus
 from opensuction.twin.machine.drive_watchdog import SILENCE_S
 from opensuction.twin.plant import PlantState
 
 BEGINS_S = 120.0
 """Longest time until the twin plays: it may have to be compiled first."""
+LOG = "twin_process.log"
+"""What the process says."""
 COMMAND_SLOTS = 64
+LOOK_READS = 50
+"""How often a machine that is silent is looked for anew: it may have been started again."""
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
 
 
-def launch(folder: Path, side: MachineSide, plant: PlantState) -> subprocess.Popen[bytes]:
+def launch(
+    folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | None = None
+) -> subprocess.Popen[bytes]:
     """Start the twin in a folder; returns once it plays.
 
-    Raises InputError where it does not.
+    carrier: the bus between it and its controllers; None where messages are there at once. Raises
+    InputError where it does not play, or for what no bus does.
     """
+    if carrier is not None:
+        wires = link.on_bus(side.wiring.link, carrier, DT_S)
+        side = side._replace(wiring=side.wiring._replace(link=wires))
     begun: dict[str, Any] = {**machine_side.begin(side, plant)}
     np.savez(folder / BEGUN, **begun)
     (folder / SHOWN).unlink(missing_ok=True)
     command = [sys.executable, "-m", "opensuction.devices.twin_process", str(folder)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True)
+    with (folder / LOG).open("ab") as log:
+        # A process of its own, which outlives whoever started it.
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=log,
+            start_new_session=True,
+        )
     ends = time.monotonic() + BEGINS_S
     while time.monotonic() < ends and process.poll() is None:
         if (folder / SHOWN).exists() and RingReader(folder / SHOWN).newest():
             return process
         time.sleep(0.005)
     process.kill()
-    said = process.communicate()[1].decode(errors="replace").strip()
+    process.wait()
+    said = (folder / LOG).read_text(encoding="utf-8", errors="replace").strip()
     raise InputError(f"the twin does not play in {folder}: {said or 'it took too long'}")
 
 
 def change(folder: Path, side: MachineSide) -> None:
-    """Have the twin in a folder play another machine: the same one with a fault, or mended."""
+    """Have the twin in a folder play another machine, to which its faults come from now on.
+
+    For what no fault of the table does to it; see `twin_faults` for those.
+    """
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
         sender.sendto(plain_row.pack(MachineSide, side).tobytes(), str(folder / CHANGE))
 
@@ -59,26 +85,37 @@ class TwinMachine:
 
     def __init__(self, folder: Path) -> None:
         """Raises InputError where no twin plays there, or another controller has it."""
-        self._shown = RingReader(folder / SHOWN)
-        if self._shown.facts.columns != SHOWN_COLUMNS:
+        shown = RingReader(folder / SHOWN)
+        if shown.facts.columns != SHOWN_COLUMNS:
             raise InputError(f"{folder / SHOWN} is of another version of the twin")
+        self._ring = FollowedRing(folder / SHOWN, lambda columns: columns == SHOWN_COLUMNS)
+        self._ring.look()
+        self._before, self._number, self._same = 0, 0, 0
         self._commands = RingWriter(folder / COMMANDS, SENT_COLUMNS, COMMAND_SLOTS, {})
         self.facts = Facts(
             name="twin",
-            version=self._shown.facts.told["version"],
+            version=shown.facts.told["version"],
             in_silico=True,
             period_s=DT_S,
             watchdog_s=SILENCE_S,
-            most=json.loads(self._shown.facts.told["most"]),
+            most=json.loads(shown.facts.told["most"]),
         )
 
     def read(self, readings: Array) -> int:
-        """The newest readings; see `ports.Port.read`."""
-        newest = self._shown.snapshot()
+        """The newest readings; see `ports.Port.read`.
+
+        A twin that was started again is another machine, and its numbers go on from there.
+        """
+        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
         if newest is None:
-            return 0
-        number, row = newest
-        readings[:] = row[READINGS]
+            number = self._number
+        else:
+            number = self._before + newest[0]
+            readings[:] = newest[1][READINGS]
+        self._same = 0 if number != self._number else self._same + 1
+        self._number = number
+        if self._same and self._same % LOOK_READS == 0 and self._ring.look():
+            self._before = number
         return number
 
     def write(self, sent: Array) -> None:

@@ -22,6 +22,7 @@ from opensuction.simulation.machine_side import MachineSide
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
+from opensuction.twin.fault.bus import Bus
 from opensuction.twin.machine import drive_watchdog
 from opensuction.twin.plant import PlantState
 
@@ -41,11 +42,15 @@ def side_of(loop: Loop, seed: int) -> MachineSide:
     return MachineSide(machine, Wiring(link.healthy(seed), drive_watchdog.of(machine, home_mm)))
 
 
-def start_twin(folder: Path, loop: Loop, state: LoopState, seed: int) -> subprocess.Popen[bytes]:
-    """The twin's process with a machine at rest. Raises InputError where it does not play."""
-    return twin_machine.launch(
-        folder, side_of(loop, seed), PlantState(state.machine, state.bedside)
-    )
+def start_twin(
+    folder: Path, loop: Loop, state: LoopState, seed: int, carrier: Bus | None = None
+) -> subprocess.Popen[bytes]:
+    """The twin's process with a machine at rest. Raises InputError where it does not play.
+
+    carrier: the bus between it and its controllers; None where messages are there at once.
+    """
+    plant = PlantState(state.machine, state.bedside)
+    return twin_machine.launch(folder, side_of(loop, seed), plant, carrier)
 
 
 def configure(folder: Path, loop: Loop) -> None:

@@ -18,10 +18,10 @@ from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array, make_zero
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.wiring import SILENT, Wiring
+from opensuction.simulation.wiring import Wiring
 from opensuction.twin import plant
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import LinkState, Message, Ring
+from opensuction.twin.fault.link import SILENT, LinkState, Message, Ring
 from opensuction.twin.machine import annunciator, drive_watchdog, machine
 from opensuction.twin.machine.annunciator import Annunciator, Lines
 from opensuction.twin.machine.drive_watchdog import WatchdogState
