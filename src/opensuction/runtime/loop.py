@@ -40,13 +40,13 @@ SLOTS_S = 10.0
 RELEASED_S = 0.2
 """For how long a controller says that it has just started: whoever drives the machine looks for a
 new one now and then."""
-STALE_TICKS = 20
-"""For so many ticks the same readings may come, as long as the drives wait for a command: the
-machine has a clock of its own, and may be late. Then they are no readings; by its own watch the
-core would tell after 50 [design]."""
+STALE_S = 0.02
+"""For so long the same readings may come, as long as the drives wait for a command: the machine has
+a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell
+after 50 ticks [design]."""
 MISSED_S = 0.5
 """Without a sign of life for longer than this a process is lost."""
-LOOK_TICKS = 100
+LOOK_S = 0.1
 """How often their signs are looked for."""
 WATCHED = {
     Process.RECORDER: 1 << Condition.RECORDER_LOST,
@@ -96,6 +96,7 @@ class ControlLoop:
     def __init__(self, call: RealTimeCall, around: Around, period_s: float) -> None:
         """call: the controller, started with the head where it is."""
         self._call, self._around, self._period_s = call, around, period_s
+        self._stale_ticks, self._look_ticks = (round(s / period_s) for s in (STALE_S, LOOK_S))
         self._row = np.zeros(len(ROW_COLUMNS))
         self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
         self._readings = self._inputs[_READINGS]
@@ -127,7 +128,7 @@ class ControlLoop:
         inputs[_OVERRUN] = skipped > 0
         self._read()
         requests = self._hear()
-        if self.tick % LOOK_TICKS == 0:
+        if self.tick % self._look_ticks == 0:
             self._look_around()
         self._call.step(inputs, self._outputs)
         self._send(requests)
@@ -141,7 +142,7 @@ class ControlLoop:
         number = self._around.port.read(self._readings)
         self._same = 0 if number != self._number else self._same + 1
         self._number = number
-        if self._same > STALE_TICKS:
+        if self._same > self._stale_ticks:
             self._inputs[_VALID] = 0.0
 
     def _hear(self) -> Requests:
