@@ -38,8 +38,9 @@ ROW_COLUMNS = (
 SLOTS_S = 10.0
 """How much the ring keeps."""
 RELEASED_S = 0.2
-"""For how long a controller says that it has just started: whoever drives the machine looks for a
-new one now and then."""
+"""For how long a controller says that drives which act on their own shall obey it again: once it
+has started, and once a person has reset a machine at rest. Whoever drives the machine looks for a
+new controller now and then."""
 STALE_S = 0.02
 """For so long the same readings may come, as long as the drives wait for a command: the machine has
 a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell
@@ -101,8 +102,8 @@ class ControlLoop:
         self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
         self._readings = self._inputs[_READINGS]
         self._sent = np.zeros(len(SENT_COLUMNS))
-        self._sent[_SENT_RELEASED] = 1.0
         self._number, self._same = 0, 0
+        self._released_tick = 0
         self._pressed = False
         self._computed_s = 0.0
         self.tick = 0
@@ -153,6 +154,9 @@ class ControlLoop:
         if requests is not NO_REQUESTS or self._pressed:
             self._inputs[_REQUESTS] = requests
             self._pressed = requests is not NO_REQUESTS
+        if requests.reset and self.is_resting:
+            # It may have stood still for as long as the drives wait, and know nothing of it.
+            self._released_tick = self.tick
         for answer in answers:
             self._around.events.write("request", self.tick, **answer._asdict())
         return requests
@@ -173,6 +177,5 @@ class ControlLoop:
         sent[_SENT_COMMANDS] = outputs[_COMMANDS]
         sent[_SENT_WANTED] = int(outputs[_PRESENT]) | int(outputs[_LATCHED])
         sent[_SENT_RESET] = requests.reset
-        if self.tick * self._period_s > RELEASED_S:
-            sent[_SENT_RELEASED] = 0.0
+        sent[_SENT_RELEASED] = (self.tick - self._released_tick) * self._period_s <= RELEASED_S
         self._around.port.write(sent)
