@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import subprocess
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +17,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.records.records import Records
 from opensuction.runtime import room
 from opensuction.runtime.loop import ROW_COLUMNS
-from tests.cli.command import opensuction, opensuction_process
+from tests.cli.command import begun, opensuction
 from tests.runtime.machine_room import wait
 
 NEONATE = ("--patient", "neonate")
@@ -82,10 +81,9 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
 def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     name: str, tmp_path: Path
 ) -> None:
-    served = opensuction_process(
+    served = begun(
         *("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept"),
         cwd=tmp_path,
-        stderr=subprocess.PIPE,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
     assert wait(lambda: holder(room.of(name) / room.RECORDS) is not None)
@@ -94,8 +92,8 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     assert second.stderr.splitlines()[-1].startswith(
         f"opensuction: the machine '{name}' is run by another opensuction (process "
     )
-    assert ask(name, "oxygen-skipped")["verdict"] == "pressed"
-    assert ask(name, "start")["verdict"] == "pressed"
+    assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
+    assert ask(name, "start", tmp_path)["verdict"] == "pressed"
     assert wait(lambda: phase_of(name) == Phase.INSERTING)
     told = opensuction("ask", "abort", "--name", name, "--who", "nurse Kim", cwd=tmp_path)
     assert told.returncode == 0
@@ -111,8 +109,8 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         assert ("nurse Kim", "abort") in [(one.done_by, one.what) for one in acts]
 
 
-def ask(name: str, button: str) -> dict[str, str]:
-    ran = opensuction("ask", button, "--name", name, "--json")
+def ask(name: str, button: str, folder: Path) -> dict[str, str]:
+    ran = opensuction("ask", button, "--name", name, "--json", cwd=folder)
     assert ran.stderr == ""
     return dict(json.loads(ran.stdout))
 

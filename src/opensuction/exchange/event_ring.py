@@ -39,7 +39,8 @@ class EventWriter:
         text = json.dumps(told, ensure_ascii=False).encode()
         if len(text) > 8 * WORDS:
             text = CUT
-        self._ring.write(np.frombuffer(text.ljust(8 * WORDS), np.float64))
+        # Of numbers that may be written to, as any row is: others take machine code of their own.
+        self._ring.write(np.frombuffer(bytearray(text.ljust(8 * WORDS)), np.float64))
 
     def close(self) -> None:
         """Let another one tell; the file stays, with all that is in it."""

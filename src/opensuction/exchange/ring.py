@@ -66,6 +66,7 @@ def _warm_up() -> None:
     slots = np.zeros((2, 1 + slot.AROUND), np.uint64)
     row, rows, first = np.zeros(1, np.uint64), np.zeros((1, 1), np.uint64), np.uint64(1)
     slot.write(slots, first, row)
+    slots.flags.writeable = False  # as a reader has them: machine code of another kind
     slot.read(slots, first, row)
     slot.read_many(slots, first, rows)
     slot.find_newest(slots)

@@ -49,15 +49,16 @@ ROW_COLUMNS = (
 SLOTS_S = 10.0
 """How much the ring keeps."""
 RELEASED_S = 0.2
-"""For how long a controller says that it has just started: whoever drives the machine looks for a
-new one now and then."""
-STALE_TICKS = 20
-"""For so many ticks the same readings may come, as long as the drives wait for a command: the
-machine has a clock of its own, and may be late. Then they are no readings; by its own watch the
-core would tell after 50 [design]."""
+"""For how long a controller says that drives which act on their own shall obey it again: once it
+has started, and once a person has reset a machine at rest. Whoever drives the machine looks for a
+new controller now and then."""
+STALE_S = 0.02
+"""For so long the same readings may come, as long as the drives wait for a command: the machine has
+a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell
+after 50 ticks [design]."""
 MISSED_S = 0.5
 """Without a sign of life for longer than this a process is lost."""
-LOOK_TICKS = 100
+LOOK_S = 0.1
 """How often their signs are looked for."""
 SET, CONFIGURED = "set", "configured"
 """Verdict on other settings that were taken, and the event: from this tick on the controller goes
@@ -119,13 +120,14 @@ class ControlLoop:
     def __init__(self, call: RealTimeCall, around: Around, period_s: float) -> None:
         """call: the controller, started with the head where it is."""
         self._call, self._around, self._period_s = call, around, period_s
+        self._stale_ticks, self._look_ticks = (round(s / period_s) for s in (STALE_S, LOOK_S))
         self._row = np.zeros(len(ROW_COLUMNS))
         self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
         self._readings = self._inputs[_READINGS]
         self._sent = np.zeros(len(SENT_COLUMNS))
-        self._sent[_SENT_RELEASED] = 1.0
         self._row[_LEFT_REST] = AT_REST
         self._number, self._same = 0, 0
+        self._released_tick = 0
         self._pressed = False
         self._computed_s = 0.0
         self._lost_until = dict.fromkeys(WATCHED, 0)
@@ -153,7 +155,7 @@ class ControlLoop:
         inputs[_OVERRUN] = skipped > 0
         self._read()
         requests = self._hear()
-        if self.tick % LOOK_TICKS == 0:
+        if self.tick % self._look_ticks == 0:
             self._look_around()
         self._call.step(inputs, self._outputs)
         self._send(requests)
@@ -171,7 +173,7 @@ class ControlLoop:
         number = self._around.port.read(self._readings)
         self._same = 0 if number != self._number else self._same + 1
         self._number = number
-        if self._same > STALE_TICKS:
+        if self._same > self._stale_ticks:
             self._inputs[_VALID] = 0.0
 
     def _hear(self) -> Requests:
@@ -186,6 +188,9 @@ class ControlLoop:
         if asked is not None:
             self._around.mailbox.setting = None
             answers.append(mailbox.answer(asked, self._set(asked.key, requests)))
+        if requests.reset and self.is_resting:
+            # It may have stood still for as long as the drives wait, and know nothing of it.
+            self._released_tick = self.tick
         for answer in answers:
             self._around.events.write("request", self.tick, **answer._asdict())
         return requests
@@ -220,6 +225,5 @@ class ControlLoop:
         sent[_SENT_COMMANDS] = outputs[_COMMANDS]
         sent[_SENT_WANTED] = int(outputs[_PRESENT]) | int(outputs[_LATCHED])
         sent[_SENT_RESET] = requests.reset
-        if self.tick * self._period_s > RELEASED_S:
-            sent[_SENT_RELEASED] = 0.0
+        sent[_SENT_RELEASED] = (self.tick - self._released_tick) * self._period_s <= RELEASED_S
         self._around.port.write(sent)
