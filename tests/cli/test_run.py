@@ -119,7 +119,7 @@ def ask(name: str, button: str, folder: Path) -> dict[str, str]:
     ("arguments", "words"),
     [
         (("ask", "start", "--name", "nobodys"), "no ring at "),
-        (("ask", "jump"), "no request 'jump'"),
+        (("ask", "jump"), "unknown request 'jump'; known: start, "),
         (("ask", "start", "--name", "../x"), "a machine's name is 1 to 32 letters"),
         (("run", "--patient", "nobody"), "nobody"),
         (("run", "--every", "0"), "--every"),

@@ -21,7 +21,6 @@ from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
-from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
@@ -47,8 +46,6 @@ CYCLE_WITHIN_S = 40.0
 """Where the controller lives, the cycle ends as it would have."""
 TOLD_WITHIN_S = 5.0
 ON_RECORD_WITHIN_S = 15.0
-ATTEMPTS = 8
-"""A start may be refused for a moment: the machine may still be drawing out, or resting."""
 TIP, SAID, FIRED = (
     SHOWN_COLUMNS.index(name)
     for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired")
@@ -106,17 +103,10 @@ class Ward(Room):
         return self.now("inputs.tick") > first
 
     def begin_cycle(self) -> None:
-        """From rest to the button of the start, whatever went on before."""
+        """See `Room.begin_cycle`; counted."""
         assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
-        for _ in range(ATTEMPTS):
-            if self.now("outputs.counters.locked_out"):
-                self.press("service", "return_to_service")
-            self.press("reset", "assessed", "oxygen_skipped", "start")
-            if wait(lambda: self.phase() in CYCLE, 2.0):
-                self.cycles += 1
-                return
-        refused = Refusal(int(self.now("outputs.counters.refusal")))
-        raise AssertionError(f"no cycle begins: {self.phase().name}, {refused.name}")
+        super().begin_cycle()
+        self.cycles += 1
 
     def is_settled(self) -> bool:
         """Everybody works, the machine rests, and the tip is out."""

@@ -11,7 +11,8 @@ from pathlib import Path
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.mailbox import Sender
 from opensuction.exchange.ring import RingReader
-from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime import about, launch
 from opensuction.runtime.loop import ROW_COLUMNS
@@ -34,6 +35,8 @@ ATTEMPTS = 4
 then, as it should be: it is begun again."""
 REST_S = 1.0
 """Between passes."""
+STARTS = 8
+"""One may be refused for a moment: the machine may still be drawing out, or the patient resting."""
 INSIDE_MM = 3.0
 """Below the tube's end."""
 
@@ -115,15 +118,25 @@ class Room:
     def is_out(self) -> bool:
         return self.truth("truth.tip_mm") < self.mouth_mm
 
+    def begin_cycle(self) -> None:
+        """From rest to a cycle that has begun, whatever went on before."""
+        assert wait(lambda: self.phase() in RESTING, 60.0)
+        for _ in range(STARTS):
+            if self.now("outputs.counters.locked_out"):
+                self.press("service", "return_to_service")
+            self.press("reset", "assessed", "oxygen_skipped", "start")
+            if wait(lambda: self.phase() in CYCLE, 2.0):
+                return
+        refused = Refusal(int(self.now("outputs.counters.refusal")))
+        raise AssertionError(f"no cycle begins: {self.phase().name}, {refused.name}")
+
     def reach(self, there: Callable[[], bool]) -> None:
         """Begin cycles until one has come so far; each that was broken off has come out."""
         for _ in range(ATTEMPTS):
-            self.press("oxygen_skipped", "start")
-            assert wait(lambda: self.phase() in CYCLE, 2.0)
+            self.begin_cycle()
             if wait(lambda: there() or self.phase() == Phase.HALTED, 60.0) and there():
                 return
             assert wait(self.is_out)
-            self.press("reset", "assessed")
         raise AssertionError(f"no cycle came so far: {self.phase().name}")
 
 

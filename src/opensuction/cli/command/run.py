@@ -1,7 +1,7 @@
 """``run``, ``serve`` and ``ask``: a machine in real time."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -73,8 +73,8 @@ def run(options: RunOptions) -> int:
 
     every_s = 60.0 * options.apart_min
     with _machine(options.machine) as (running, out, progress):
-        made = rounds.Rounds(running, options.wanted, every_s, progress.tell)
-        done = _supervise(running, out, made, progress)
+        with closing(rounds.Rounds(running, options.wanted, every_s, progress.tell)) as made:
+            done = _supervise(running, out, made, progress)
         data = run.plain(running, done, out, options.machine.database)
     show(options.machine.as_json, data, lambda console: _summarise(console, data))
     good = done.ended and run.is_good(data, options.wanted)
@@ -103,19 +103,19 @@ def _machine(options: MachineOptions) -> Iterator[tuple["Running", Path, "Progre
     resolved = resolution.resolve(options.choice)
     shown = machine.check_records(options.database)
     out = output_folder.choose(options.out, options.name)
-    output_folder.check(out, force=True)
+    output_folder.make(out)
     prepared = progress.wait(lambda: cycle_run.prepare(resolved, progress.tell), "Preparing")
     running = progress.wait(
         lambda: machine.begin(options.name, prepared, options.database, options.anew),
         "Starting the twin",
     )
-    if running.found:
+    if running.twin is None:
         progress.tell("The twin of an earlier run still plays: it is taken up")
     progress.tell(f"Recordings: {out}; records: {shown}")
     try:
         yield running, out, progress
     finally:
-        machine.end(running.folder)
+        running.end()
 
 
 def _supervise(
@@ -157,7 +157,7 @@ def ask(options: AskOptions) -> int:
     from opensuction.session.running import asking
 
     who = options.who or getpass.getuser()
-    answer = asking.ask(options.name, options.request.replace("-", "_"), who)
+    answer = asking.ask(options.name, options.request, who)
     show(options.as_json, answer, lambda console: console.print(asking.say(answer)))
     return exit_status.DONE if answer["verdict"] == asking.PRESSED else exit_status.FAILED
 

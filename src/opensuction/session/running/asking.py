@@ -32,20 +32,21 @@ def ask(name: str, request: str, who: str) -> Json:
 
     Raises InputError for a button that there is not, and where no machine answers.
     """
-    choose(request, dict.fromkeys(Requests._fields, request), "request")
+    buttons = {button.replace("_", "-"): button for button in Requests._fields}
+    button = choose(request.replace("_", "-"), buttons, "request")
     folder, key = room.of(name), uuid4().hex
     events = EventReader(folder / room.EVENTS)
     events.read()
     sender = Sender(folder / room.ASK, who)
     try:
-        sender.ask(request, key, utc_time.now().isoformat())
+        sender.ask(button, key, utc_time.now().isoformat())
     finally:
         sender.close()
     ends_s = time.monotonic() + ANSWERS_S
     while time.monotonic() < ends_s:
         for one in events.read()[0]:
             if one.fields.get("key") == key:
-                return _plain(name, request, who, key, str(one.fields["verdict"]))
+                return _plain(name, button, who, key, str(one.fields["verdict"]))
         time.sleep(LOOKS_S)
     raise InputError(f"the machine '{name}' does not answer: does its controller run?")
 

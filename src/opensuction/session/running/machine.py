@@ -7,6 +7,7 @@ plays it is taken up as it is; a machine that is set otherwise is not.
 import json
 import os
 import signal
+import subprocess
 import time
 from datetime import UTC, datetime
 from pathlib import Path
@@ -43,13 +44,19 @@ class Running(NamedTuple):
     folder: Path
     prepared: Prepared
     about: About
-    found: bool
-    """It was played already: an earlier run left it."""
+    twin: subprocess.Popen[bytes] | None
+    """Process that plays it; None where an earlier run left it."""
 
     @property
     def side(self) -> MachineSide:
         """What is played."""
         return launch.side_of(self.prepared.loop, self.prepared.resolved.equipment.seed)
+
+    def end(self) -> None:
+        """The catheter comes out, and then the patient is gone. Raises InputError: it is not."""
+        end(self.folder)
+        if self.twin is not None:
+            self.twin.wait()
 
     def ventilate(self, full: bool) -> None:
         """What a person does at the ventilator: 100 % oxygen, or what it was before."""
@@ -80,7 +87,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
     if holder(folder / PLAYS) is not None:
         _check_same(name, folder, chosen)
-        return Running(name, folder, prepared, about.read(folder), found=True)
+        return Running(name, folder, prepared, about.read(folder), None)
     if holder(folder / room.CONTROLS) is not None:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
     for file in folder.iterdir():
@@ -88,8 +95,9 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
     about.write(folder, told)
-    launch.start_twin(folder, prepared.loop, prepared.start, prepared.resolved.equipment.seed)
-    return Running(name, folder, prepared, told, found=False)
+    seed = prepared.resolved.equipment.seed
+    twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
+    return Running(name, folder, prepared, told, twin)
 
 
 def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
