@@ -16,7 +16,7 @@ from opensuction.devices.ports import Facts
 from opensuction.devices.twin_machine import READINGS
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.heartbeat import Heartbeat
-from opensuction.exchange.mailbox import Answer, Mailbox
+from opensuction.exchange.mailbox import Answer, Asked, Mailbox
 from opensuction.exchange.pace import NS_PER_S
 from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.phase import RESTING, Phase
@@ -80,6 +80,7 @@ class Buttons:
     def __init__(self) -> None:
         self.pressed = NO_REQUESTS
         self.answers: list[Answer] = []
+        self.setting: Asked | None = None
 
     def receive(self) -> tuple[Requests, list[Answer]]:
         """See `Mailbox.receive`."""
@@ -102,7 +103,7 @@ class SteppedRoom:
         events = self._files.enter_context(EventWriter(folder / "stepped.events"))
         mailbox = cast(Mailbox, self.buttons)
         around = Around(
-            self.machine, mailbox, ring, events, Heartbeat(folder), lambda *_: "refused"
+            self.machine, mailbox, ring, events, Heartbeat(folder), lambda *_: iter(["refused"])
         )
         self.loop = ControlLoop(call, around, period * DT_S)
         self.rows: list[Array] = []

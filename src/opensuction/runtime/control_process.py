@@ -11,6 +11,7 @@ import json
 import signal
 import sys
 import time
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
@@ -125,24 +126,33 @@ def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
 class Setting:
     """Other settings for a controller that runs: files that whoever asks for them has written."""
 
-    def __init__(self, folder: Path, call: RealTimeCall) -> None:
+    def __init__(self, folder: Path, call: RealTimeCall, chosen: Configuration) -> None:
+        """chosen: what the controller goes by now; to read it once more warms up what reads."""
         self._folder, self._call = folder, call
+        configuration.from_json(configuration.to_json(chosen))
 
-    def set(self, key: str, readings: Array) -> str:
-        """Go by those of a key; what becomes of it. Takes a millisecond, of a machine at rest."""
+    def set(self, key: str, readings: Array) -> Iterator[str]:
+        """Go by those of a key, a piece of the work at a time; the last one says what became of it.
+
+        Each piece takes less than a tick or two, of a machine at rest.
+        """
         file = self._folder / settings_file(key)
         try:
-            chosen = configuration.from_json(file.read_text(encoding="utf-8"))
+            text = file.read_text(encoding="utf-8")
+            yield ""
+            chosen = configuration.from_json(text)
+            yield ""
             head_mm = head_vote.first_mm(plain_row.unpack(Readings, readings))
             kept = self._call.state.core.upkeep
             state = controller.restart(chosen.settings, head_mm, kept, 0.0)
+            yield ""
             self._call.configure(*chosen, state)
             file.replace(self._folder / CONFIGURATION)
+            yield SET
         except InputError as error:
-            return f"refused: {error}"
+            yield f"refused: {error}"
         except (OSError, UnicodeDecodeError):
-            return "refused: no settings of this key"
-        return SET
+            yield "refused: no settings of this key"
 
 
 def settings_file(key: str) -> str:
@@ -189,7 +199,7 @@ def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
             EventWriter(folder / EVENTS, folder / EVENTS_BEFORE) as events,
             RingWriter(folder / RING, ROW_COLUMNS, slots, told, folder / RING_BEFORE) as ring,
         ):
-            heartbeat, setting = Heartbeat(folder), Setting(folder, call)
+            heartbeat, setting = Heartbeat(folder), Setting(folder, call, chosen)
             around = Around(port, mailbox, ring, events, heartbeat, setting.set)
             loop = ControlLoop(call, around, period_ns / NS_PER_S)
             _run(loop, events, period_ns, ending, before)

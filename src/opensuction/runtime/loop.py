@@ -5,7 +5,7 @@ it was, what went in, what came out, and all that the controller remembers.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -109,9 +109,9 @@ class Around(NamedTuple):
     ring: RingWriter
     events: EventWriter
     heartbeat: Heartbeat
-    configure: Callable[[str, Array], str]
-    """Have the controller go by the settings of this key; takes the newest readings. What becomes
-    of it."""
+    configure: Callable[[str, Array], Iterator[str]]
+    """Have the controller go by the settings of this key, a piece of the work at a time; takes the
+    newest readings. The last piece says what becomes of it."""
 
 
 class ControlLoop:
@@ -129,6 +129,8 @@ class ControlLoop:
         self._number, self._same = 0, 0
         self._released_tick = 0
         self._pressed = False
+        self._pieces: Iterator[str] | None = None
+        """Of other settings that are being taken up."""
         self._computed_s = 0.0
         self._lost_until = dict.fromkeys(WATCHED, 0)
         self._deaths = {process: around.heartbeat.deaths(process) for process in WATCHED}
@@ -185,9 +187,9 @@ class ControlLoop:
             self._inputs[_REQUESTS] = requests
             self._pressed = requests is not NO_REQUESTS
         asked = self._around.mailbox.setting
-        if asked is not None:
-            self._around.mailbox.setting = None
-            answers.append(mailbox.answer(asked, self._set(asked.key, requests)))
+        if asked is not None and (verdict := self._set(asked.key, requests)):
+            self._around.mailbox.setting, self._pieces = None, None
+            answers.append(mailbox.answer(asked, verdict))
         if requests.reset and self.is_resting:
             # It may have stood still for as long as the drives wait, and know nothing of it.
             self._released_tick = self.tick
@@ -196,10 +198,15 @@ class ControlLoop:
         return requests
 
     def _set(self, key: str, requests: Requests) -> str:
-        """Go by other settings, while nothing moves and nobody wants anything else."""
+        """Go by other settings, a piece in each tick; what became of it, empty until it is done.
+
+        Only while nothing moves and nobody wants anything else.
+        """
         if self._outputs[_PHASE] != Phase.PARKED or requests is not NO_REQUESTS:
             return "not at rest"
-        verdict = self._around.configure(key, self._readings)
+        if self._pieces is None:
+            self._pieces = self._around.configure(key, self._readings)
+        verdict = next(self._pieces)
         if verdict == SET:
             self._around.events.write(CONFIGURED, self.tick)
         return verdict
