@@ -12,6 +12,7 @@ import signal
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -102,10 +103,10 @@ class Ward(Room):
         time.sleep(0.05)
         return self.now("inputs.tick") > first
 
-    def begin_cycle(self) -> None:
+    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
         """See `Room.begin_cycle`; counted."""
         assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
-        super().begin_cycle()
+        super().begin_cycle(meanwhile)
         self.cycles += 1
 
     def is_settled(self) -> bool:

@@ -118,14 +118,17 @@ class Room:
     def is_out(self) -> bool:
         return self.truth("truth.tip_mm") < self.mouth_mm
 
-    def begin_cycle(self) -> None:
-        """From rest to a cycle that has begun, whatever went on before."""
+    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """From rest to a cycle that has begun, whatever went on before.
+
+        meanwhile: done now and then.
+        """
         assert wait(lambda: self.phase() in RESTING, 60.0)
         for _ in range(STARTS):
             if self.now("outputs.counters.locked_out"):
                 self.press("service", "return_to_service")
             self.press("reset", "assessed", "oxygen_skipped", "start")
-            if wait(lambda: self.phase() in CYCLE, 2.0):
+            if wait(lambda: (meanwhile(), self.phase() in CYCLE)[1], 2.0):
                 return
         refused = Refusal(int(self.now("outputs.counters.refusal")))
         raise AssertionError(f"no cycle begins: {self.phase().name}, {refused.name}")
@@ -141,12 +144,13 @@ class Room:
 
 
 @contextmanager
-def running() -> Iterator[Room]:
-    """Both of them, in a folder of their own."""
+def running(begins: bool = True) -> Iterator[Room]:
+    """Both of them, in a folder of their own. begins: the controller, too."""
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
     made = Room(folder)
     try:
-        made.begin()
+        if begins:
+            made.begin()
         yield made
     finally:
         made.close()

@@ -9,16 +9,13 @@ import pytest
 from opensuction.controller import configuration
 from opensuction.exchange.event_ring import EventReader
 from opensuction.kernel.phase import RESTING, Phase
-from opensuction.recording.cycle_file.chunk_content import Rows, Told
 from opensuction.recording.cycle_file.reader import RecordingReader
-from opensuction.recording.cycle_file.tick_table import TICKS
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
-from opensuction.runtime import about, replay
+from opensuction.runtime import about
 from opensuction.runtime.control_process import settings_file
-from opensuction.runtime.replay import Replay
 from opensuction.runtime.room import CONFIGURATION, EVENTS
-from opensuction.safety.condition import Condition
+from tests.runtime.kept import is_recorder_missed, replayed, ticks_of, told_of
 from tests.runtime.machine_room import ABOUT, INSIDE_MM, Room, running, wait
 
 
@@ -26,31 +23,6 @@ from tests.runtime.machine_room import ABOUT, INSIDE_MM, Room, running, wait
 def room() -> Iterator[Room]:
     with running() as made:
         yield made
-
-
-def ticks_of(path: Path) -> np.ndarray:
-    reader = RecordingReader(path)
-    rows = [one.table for one in reader.contents() if isinstance(one, Rows) and one.topic == TICKS]
-    reader.close()
-    return np.concatenate(rows)
-
-
-def told_of(path: Path) -> list[tuple[str, str]]:
-    reader = RecordingReader(path)
-    found = [one.event for one in reader.contents() if isinstance(one, Told)]
-    reader.close()
-    return [(event.kind, event.name) for event in found]
-
-
-def is_recorder_missed(room: Room) -> bool:
-    return int(room.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
-
-
-def replayed(path: Path) -> Replay:
-    reader = RecordingReader(path)
-    verdict = replay.replay(reader)
-    reader.close()
-    return verdict
 
 
 def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path: Path) -> None:
