@@ -83,7 +83,8 @@ class Room:
         assert self.recorder is not None
         self.recorder.terminate()
         assert self.recorder.wait(10.0) == 0
-        assert launch.last_words(self.folder, launch.RECORDER) == ""
+        words = (self.folder / f"{launch.RECORDER}.log").read_text()
+        assert not words, words
 
     def close(self) -> None:
         self.person.close()

@@ -6,6 +6,7 @@ far they are stored, and keeps what comes after.
 
 import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
@@ -115,6 +116,10 @@ class Clerk:
         except InputError as error:
             # What the records do not take today they will not take tomorrow.
             sys.stderr.write(f"opensuction: not put on record: {error}\n")
+        except Exception as error:
+            self.lost = f"{type(error).__name__}: {error}"
+            sys.stderr.write(f"opensuction: not put on record: {self.lost}\n")
+            time.sleep(AGAIN_S)
         return True
 
     def _store(self, records: Records, entry: Entry, context: Context) -> None:

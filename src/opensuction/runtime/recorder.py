@@ -70,6 +70,8 @@ class Recorder:
         """What was told meanwhile."""
         self._last = state
         """The state before them; None where rows are missing there."""
+        self._missed = 0
+        """How many rows are missing there."""
         self._writer: RecordingWriter | None = None
         self._left = AT_REST
         """What of it has been written: when the machine left its rest."""
@@ -132,14 +134,18 @@ class Recorder:
     def _skip(self, found: Read) -> None:
         """Rows are missing before these."""
         self._before.clear()
-        self._last = None
+        self._last, self._missed = None, found.missed
         if self._writer is not None:
             self._writer.flush()
             self._offset += found.missed
-            if len(found.rows):
-                tick, time_ns = int(found.rows[0, _TICK]), int(self._utc_ns(found.rows[:1])[0])
-                lost = Event(tick, "gap", "rows-missed", f"{found.missed} ticks")
-                self._writer.add_event(time_ns, lost)
+            self._tell_missed(self._writer, found.rows)
+
+    def _tell_missed(self, writer: RecordingWriter, rows: Array) -> None:
+        """That rows are missing before these."""
+        if self._missed and len(rows):
+            tick, time_ns = int(rows[0, _TICK]), int(self._utc_ns(rows[:1])[0])
+            writer.add_event(time_ns, Event(tick, "gap", "rows-missed", f"{self._missed} ticks"))
+            self._missed = 0
 
     def _tell(self, happened: Sequence[Happening]) -> None:
         """What was told: now, or with the next recording."""
@@ -213,6 +219,8 @@ class Recorder:
             row = np.concatenate(([first[0, _TICK]], self._last))[np.newaxis]
             self._writer.add_rows(STARTS, np.array([began_ns], np.uint64), row)
             self._offset -= 1
+        else:
+            self._tell_missed(self._writer, first)
         before, self._before, self._last = list(self._before), deque(), None
         heard = [one for one in self._heard if one.fields["time_ns"] >= first[0, _TIME] * NS_PER_S]
         self._heard.clear()
