@@ -9,6 +9,7 @@ from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence.trial.cohort import COHORTS
 from opensuction.evidence.trial.draw import FAULT_COUNTS
 from opensuction.identification.workbench import METHODS, MODELS
+from opensuction.kernel.requests import Requests
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
 from opensuction.session.cycle.preoxygenation import ANSWERS
@@ -39,6 +40,7 @@ def completed(
         (completion.MACHINES, preset.MACHINE_TABLES),
         (completion.PROTOCOLS, {**TEMPLATES, **PROTOCOLS}),
         (completion.PATIENTS, PATIENT_TABLES),
+        (completion.REQUESTS, [name.replace("_", "-") for name in Requests._fields]),
         (completion.CATHETERS, CATHETERS),
         (completion.CONDUITS, ROUTES),
         (completion.APPROACHES, APPROACHES),

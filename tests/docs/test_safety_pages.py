@@ -142,7 +142,12 @@ def imported() -> dict[str, set[str]]:
     return found
 
 
-LOCAL = {"exchange/mailbox.py", "devices/twin_process.py", "devices/twin_machine.py"}
+LOCAL = {
+    "devices/faulty_twin.py",
+    "devices/twin_faults.py",
+    "devices/twin_machine.py",
+    "exchange/mailbox.py",
+}
 """Where processes of one machine send each other something."""
 
 

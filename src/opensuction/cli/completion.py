@@ -44,6 +44,24 @@ COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
 PREOXYGENATION = ("confirmed", "skipped")
 FORMATS = ("csv", "parquet")
+REQUESTS = (
+    "start",
+    "identify",
+    "abort",
+    "reset",
+    "teach",
+    "confirm",
+    "home",
+    "service",
+    "changed",
+    "return-to-service",
+    "not-needed",
+    "acknowledge",
+    "audio-pause",
+    "assessed",
+    "oxygenated",
+    "oxygen-skipped",
+)
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:

@@ -253,7 +253,10 @@ OPTIONS: dict[str, Any] = {
         "--anew", help="End what an earlier run of this name has left, its patient included."
     ),
     "request": typer.Argument(
-        help="The button. See below for names.", metavar="REQUEST", show_default=False
+        help="The button. See below for names.",
+        metavar="REQUEST",
+        autocompletion=completion.complete_from(completion.REQUESTS),
+        show_default=False,
     ),
     "who": typer.Option(
         help="Who asks, for the record. Default: the user's name.",

@@ -1,12 +1,11 @@
 """What the help of ``run``, ``serve`` and ``ask`` says."""
 
-from opensuction.kernel.requests import Requests
+from opensuction.cli.completion import REQUESTS
 
 NOTICE = (
     "In-silico: the machine and the patient are a digital twin. Research software, not a medical "
     "device: not for use on people or animals."
 )
-BUTTONS = ", ".join(name.replace("_", "-") for name in Requests._fields)
 
 RUN = (
     "The twin plays machine and patient in a process of its own, the controller runs beside it at "
@@ -40,8 +39,8 @@ Examples:
   opensuction ask abort"""
 
 ASK = (
-    f"REQUEST is one of: {BUTTONS}. It is answered in the next millisecond: the button went down, "
-    "or why not; what came of it, phase and alarms say. Who asked is put on record. Linux only."
+    f"REQUEST is one of: {', '.join(REQUESTS)}. It is answered in the next millisecond: the button "
+    "went down, or why not; what came of it, phase and alarms say. Who asked is put on record. Linux only."
 )
 ASK_EXAMPLES = """\b
 Examples:
