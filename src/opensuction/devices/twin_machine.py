@@ -26,6 +26,8 @@ BEGINS_S = 120.0
 """Longest time until the twin plays: it may have to be compiled first."""
 COMMAND_SLOTS = 64
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
+_READINGS = slice(READINGS[0], READINGS[-1] + 1)
+"""One after the other, as any record's columns."""
 
 
 def launch(folder: Path, side: MachineSide, plant: PlantState) -> subprocess.Popen[bytes]:
@@ -78,7 +80,7 @@ class TwinMachine:
         if newest is None:
             return 0
         number, row = newest
-        readings[:] = row[READINGS]
+        readings[:] = row[_READINGS]
         return number
 
     def write(self, sent: Array) -> None:

@@ -101,6 +101,7 @@ class ControlLoop:
         self._row = np.zeros(len(ROW_COLUMNS))
         self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
         self._readings = self._inputs[_READINGS]
+        self._decide = call.bind(self._inputs, self._outputs)
         self._sent = np.zeros(len(SENT_COLUMNS))
         self._number, self._same = 0, 0
         self._released_tick = 0
@@ -131,7 +132,7 @@ class ControlLoop:
         requests = self._hear()
         if self.tick % self._look_ticks == 0:
             self._look_around()
-        self._call.step(inputs, self._outputs)
+        self._decide()
         self._send(requests)
         row[_STATE] = self._call.state_row
         self._around.ring.write(row)
