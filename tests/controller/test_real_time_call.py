@@ -106,6 +106,22 @@ def test_many_ticks_at_once_equal_the_same_ticks_one_by_one(kind: CompensationKi
     assert chosen.state_row.tobytes() == kept[-1].tobytes()
 
 
+def test_rows_that_are_bound_are_played_as_any_others() -> None:
+    inputs = parked(settings().parked.head_mm)
+    whole, kept = play(call(), inputs)
+    chosen, read, said = call(), np.zeros(len(INPUT_COLUMNS)), np.zeros(len(OUTPUT_COLUMNS))
+    step = chosen.bind(read, said)
+    for tick, row in enumerate(inputs):
+        read[:] = row
+        step()
+        assert said.tobytes() == whole[tick].tobytes()
+        assert chosen.state_row.tobytes() == kept[tick].tobytes()
+        chosen.state = chosen.state  # what is set in between is what it goes on from
+    for wrong in (np.zeros(3), read[::-1]):
+        with pytest.raises(TypeError, match="inputs"):
+            chosen.bind(wrong, said)
+
+
 def test_a_state_that_is_read_and_set_again_goes_on_as_before() -> None:
     inputs = parked(settings().parked.head_mm)
     whole, _ = play(call(), inputs)

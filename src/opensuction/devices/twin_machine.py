@@ -34,6 +34,8 @@ COMMAND_SLOTS = 64
 LOOK_READS = 50
 """How often a machine that is silent is looked for anew: it may have been started again."""
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
+_READINGS = slice(READINGS[0], READINGS[-1] + 1)
+"""One after the other, as any record's columns."""
 
 
 def launch(
@@ -111,7 +113,7 @@ class TwinMachine:
             number = self._number
         else:
             number = self._before + newest[0]
-            readings[:] = newest[1][READINGS]
+            readings[:] = newest[1][_READINGS]
         self._same = 0 if number != self._number else self._same + 1
         self._number = number
         if self._same and self._same % LOOK_READS == 0 and self._ring.look():

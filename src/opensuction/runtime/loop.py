@@ -124,6 +124,7 @@ class ControlLoop:
         self._row = np.zeros(len(ROW_COLUMNS))
         self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
         self._readings = self._inputs[_READINGS]
+        self._decide = call.bind(self._inputs, self._outputs)
         self._sent = np.zeros(len(SENT_COLUMNS))
         self._row[_LEFT_REST] = AT_REST
         self._number, self._same = 0, 0
@@ -159,7 +160,7 @@ class ControlLoop:
         requests = self._hear()
         if self.tick % self._look_ticks == 0:
             self._look_around()
-        self._call.step(inputs, self._outputs)
+        self._decide()
         self._send(requests)
         if self._outputs[_PHASE] in RESTING:
             row[_LEFT_REST] = AT_REST
