@@ -142,6 +142,15 @@ def test_one_administrator_is_always_left(accounts: Accounts) -> None:
     assert [one.is_active for one in accounts.list_accounts()] == [False, True]
 
 
+def test_the_first_account_of_a_site_is_an_administrator(accounts: Accounts) -> None:
+    with pytest.raises(InputError, match="the first account must be one"):
+        accounts.add(None, "anna", "clinician")
+    made = accounts.add(None, "eva", "engineer", True)
+    accounts.add(None, "anna", "clinician")
+    assert accounts.first_start() is None
+    assert accounts.sign_in("eva", made.one_time_password, HERE)
+
+
 def test_two_administrators_cannot_end_each_other_at_once(accounts: Accounts) -> None:
     admin = begin(accounts)
     accounts.add(admin, "bert", "engineer", True)

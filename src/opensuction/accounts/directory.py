@@ -102,8 +102,11 @@ def add(
         done_by = _check_may(change, by)
         if change.rows.find_state(name) is not None:
             raise InputError(f"there is an account '{name}' already")
+        state = AccountState(name, wanted, is_administrator, True)
+        if not _has_administrator(change, state):
+            raise InputError("there is no administrator yet: the first account must be one")
         done = change.note(done_by, "add-account", f"{name}: {_describe(wanted, is_administrator)}")
-        store_state(change.request, done, AccountState(name, wanted, is_administrator, True))
+        store_state(change.request, done, state)
         return _give_password(change, name, made, password_hash)
 
 
@@ -198,9 +201,14 @@ def _find(change: Change, name: str) -> AccountState:
     return state
 
 
-def _check_administrators(change: Change, after: AccountState) -> None:
+def _has_administrator(change: Change, after: AccountState) -> bool:
+    """Whether there is one when an account has become this."""
     states = [one for one in change.rows.list_states() if one.account != after.account]
-    if not any(one.is_active and one.is_administrator for one in (*states, after)):
+    return any(one.is_active and one.is_administrator for one in (*states, after))
+
+
+def _check_administrators(change: Change, after: AccountState) -> None:
+    if not _has_administrator(change, after):
         raise InputError(f"'{after.account}' is the last administrator: make another one first")
 
 
