@@ -19,6 +19,7 @@ from opensuction.cli.command import (
     reproduce,
     safety_case,
     trial,
+    users,
 )
 from opensuction.evidence.crew import WorkerLostError
 from opensuction.kernel.errors import InputError
@@ -36,6 +37,7 @@ COMMANDS = (
     recording.REPLAY,
     recording.EXPORT,
     audit.COMMAND,
+    users.COMMAND,
     cache.COMMAND,
 )
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES)

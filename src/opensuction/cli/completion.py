@@ -44,6 +44,8 @@ COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
 PREOXYGENATION = ("confirmed", "skipped")
 FORMATS = ("csv", "parquet")
+ACTS_ON_USERS = ("list", "add", "role", "deactivate", "reset-password")
+ROLES = ("observer", "clinician", "engineer")
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:
