@@ -7,6 +7,7 @@ import pytest
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.refusal import NotAllowedError, NotSignedInError
 from opensuction.accounts.rule.right import Right
+from opensuction.accounts.session import require
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import Clock, begin, employ
@@ -29,6 +30,17 @@ def test_a_token_reads_what_it_was_given_for_until_it_is_over(
     with pytest.raises(NotSignedInError, match="unknown, revoked or over"):
         accounts.find_token(made.token)
     assert accounts.list_tokens() == []
+
+
+def test_a_program_may_read_what_it_was_given_for_and_stop_like_anybody(
+    accounts: Accounts,
+) -> None:
+    access = accounts.issue_token(begin(accounts), "display", ["see-history"], WEEK).access
+    require(access, Right.SEE_HISTORY)
+    require(access, Right.STOP)
+    for wanted in (Right.SEE_SIGNALS, Right.START, Right.CHANGE_OWN_PASSWORD):
+        with pytest.raises(NotAllowedError, match="the token 'display' may not"):
+            require(access, wanted)
 
 
 def test_a_clock_that_was_wrong_for_a_moment_ends_no_token(

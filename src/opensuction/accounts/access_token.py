@@ -1,7 +1,7 @@
 """Tokens for other programs: they read what they were given for, for a time, and change nothing."""
 
 from collections.abc import Iterable
-from datetime import datetime, timedelta
+from datetime import timedelta
 from typing import NamedTuple
 from uuid import uuid4
 
@@ -9,7 +9,7 @@ from opensuction.accounts import directory, secret
 from opensuction.accounts.refusal import NotSignedInError
 from opensuction.accounts.rule import lifetime, right
 from opensuction.accounts.rule.right import Right
-from opensuction.accounts.session import Session
+from opensuction.accounts.session import AccessToken, Session
 from opensuction.accounts.site import Site
 from opensuction.kernel.errors import InputError
 from opensuction.records import account_rows, entry_check
@@ -18,15 +18,6 @@ from opensuction.settings.wording import show, unknown
 
 PREFIX = "opensuction_"
 """So that a token that got into a public place is found by those who search for such."""
-
-
-class AccessToken(NamedTuple):
-    """What another program may read."""
-
-    id: str
-    label: str
-    rights: frozenset[Right]
-    expires_at: datetime
 
 
 class NewToken(NamedTuple):

@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from datetime import timedelta
 
 from opensuction.accounts import access_token, directory, session, sign_in
-from opensuction.accounts.access_token import AccessToken, NewToken
+from opensuction.accounts.access_token import NewToken
 from opensuction.accounts.directory import Account, NewPassword
 from opensuction.accounts.password_hash import PasswordHasher
-from opensuction.accounts.session import Session
+from opensuction.accounts.session import AccessToken, Session
 from opensuction.accounts.sign_in import SignedIn
 from opensuction.accounts.site import Site
 from opensuction.records.database import utc_time

@@ -1,4 +1,4 @@
-"""A session: who asks, and what that person may do now."""
+"""Who asks, and what that person, or that program, may do now."""
 
 from contextlib import suppress
 from datetime import datetime
@@ -29,6 +29,26 @@ class Session(NamedTuple):
     digest: str
     """Of what the person shows."""
 
+    @property
+    def shown(self) -> str:
+        """As messages name it."""
+        return self.account
+
+
+class AccessToken(NamedTuple):
+    """Another program, which may read something."""
+
+    id: str
+    label: str
+    rights: frozenset[Right]
+    """All of them read only."""
+    expires_at: datetime
+
+    @property
+    def shown(self) -> str:
+        """As messages name it."""
+        return f"the token '{self.label}'"
+
 
 def find(site: Site, token: str) -> Session:
     """Whose session this is. It goes on from now.
@@ -53,18 +73,19 @@ def check_csrf(token: str, shown: str) -> None:
         raise NotAllowedError("the request does not come from the page that was signed in")
 
 
-def require(session: Session | None, wanted: Right, reason: str | None = None) -> None:
+def require(holder: Session | AccessToken | None, wanted: Right, reason: str | None = None) -> None:
     """Raises an error where somebody may not do this; None: nobody signed in.
 
     reason: why it is done, for a right that needs one.
     """
     if wanted not in right.ANYBODY:
-        if session is None:
+        if holder is None:
             raise NotSignedInError("sign in first")
-        if session.must_change_password and wanted not in right.MUST_CHANGE:
+        is_new = isinstance(holder, Session) and holder.must_change_password
+        if is_new and wanted not in right.MUST_CHANGE:
             raise NotAllowedError("change the one-time password first")
-        if wanted not in session.rights:
-            raise NotAllowedError(f"{session.account} may not: {RIGHTS[wanted].sentence}")
+        if wanted not in holder.rights:
+            raise NotAllowedError(f"{holder.shown} may not: {RIGHTS[wanted].sentence}")
     if RIGHTS[wanted].needs_reason:
         check_reason(reason)
 

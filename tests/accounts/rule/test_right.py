@@ -1,5 +1,7 @@
 """Who may do what, in one table."""
 
+import json
+
 import pytest
 
 from opensuction.accounts.rule import right
@@ -56,3 +58,19 @@ def test_what_a_program_may_have_presses_no_button() -> None:
 
 def test_who_must_change_the_password_may_do_nothing_else_but_stop() -> None:
     assert {Right.CHANGE_OWN_PASSWORD} == right.MUST_CHANGE - right.ANYBODY
+
+
+def test_a_page_gets_the_same_table() -> None:
+    listed = {one["right"]: one for one in json.loads(json.dumps(right.list_plain()))}
+    assert list(listed) == [str(one) for one in RIGHTS]
+    for role in Role:
+        for is_administrator in (True, False):
+            may = {
+                name
+                for name, one in listed.items()
+                if one["by_anybody"]
+                or role in one["roles"]
+                or (is_administrator and one["by_administrator"])
+            }
+            assert may == rights_of(role, is_administrator)
+    assert listed["calibrate"]["needs_reason"] is True

@@ -134,3 +134,19 @@ def rights_of(role: Role, is_administrator: bool) -> frozenset[Right]:
         or role in permission.roles
         or (is_administrator and permission.by_administrator)
     )
+
+
+def list_plain() -> list[dict[str, str | bool | list[str]]]:
+    """The table as a page takes it, in its own order."""
+    return [
+        {
+            "right": str(right),
+            "sentence": permission.sentence,
+            "roles": [str(role) for role in Role if role in permission.roles],
+            "by_anybody": permission.by_anybody,
+            "by_administrator": permission.by_administrator,
+            "needs_reason": permission.needs_reason,
+            "is_read_only": permission.is_read_only,
+        }
+        for right, permission in RIGHTS.items()
+    ]
