@@ -27,8 +27,6 @@ COST = Cost()
 AT_ONCE = 2
 """Hashes that are made at the same time; more wait."""
 LONGEST_WAIT_S = 10.0
-LONGEST_TRIED = 1024
-"""Characters that are looked at; no password is so long."""
 
 
 class PasswordHasher:
@@ -77,4 +75,4 @@ class PasswordHasher:
 
 def _to_bytes(password: str) -> bytes:
     # Half a character, as a wrongly decoded form has, is a wrong password and no failure.
-    return password_rule.normalise(password)[:LONGEST_TRIED].encode("utf-8", "surrogatepass")
+    return password_rule.normalise(password).encode("utf-8", "surrogatepass")

@@ -13,6 +13,7 @@ REFUSED = {
     "": "has 0 characters",
     "velvet tractor": "has 14 characters; 15 to 128",
     "x7" * 65: "has 130 characters",
+    "nine walnuts under ice " * 100: "has 2300 characters",
     "Password1234567": "tried first",
     "passwordpassword": "tried first",
     "P@ssw0rd!P@ssw0rd!": "tried first",

@@ -13,6 +13,8 @@ from opensuction.kernel.errors import InputError
 SHORTEST = 15
 """Characters. Source: [NIST-800-63B]."""
 LONGEST = 128
+LONGEST_TYPED = 8 * LONGEST
+"""Characters that are looked at: a letter may be typed as several."""
 LEAST_OWN = 5
 """Characters that belong to nothing common. [assumed]"""
 LEAST_DIFFERENT = 6
@@ -27,8 +29,11 @@ HINT = "take several words that do not belong together"
 
 
 def normalise(password: str) -> str:
-    """As it is hashed: the same letters typed on another keyboard are the same password."""
-    return unicodedata.normalize("NFC", password)
+    """As it is hashed: the same letters typed on another keyboard are the same password.
+
+    What is far too long is cut: nobody's time is taken by it, and no password is so long.
+    """
+    return unicodedata.normalize("NFC", password[:LONGEST_TYPED])
 
 
 def check(password: str, name: str) -> None:
@@ -37,9 +42,10 @@ def check(password: str, name: str) -> None:
     name: of its account.
     """
     meant = normalise(password)
-    if not SHORTEST <= len(meant) <= LONGEST:
+    count = len(meant) if len(password) <= LONGEST_TYPED else len(password)
+    if not SHORTEST <= count <= LONGEST:
         raise InputError(
-            f"the password has {len(meant)} characters; {SHORTEST} to {LONGEST} are taken; {HINT}"
+            f"the password has {count} characters; {SHORTEST} to {LONGEST} are taken; {HINT}"
         )
     if not meant.isprintable():
         raise InputError("the password has characters that cannot be typed everywhere")
