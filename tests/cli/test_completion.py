@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from opensuction.accounts.rule.right import Role
 from opensuction.cli import completion
+from opensuction.cli.command.users import ACTS
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence.trial.cohort import COHORTS
 from opensuction.evidence.trial.draw import FAULT_COUNTS
@@ -44,6 +46,8 @@ def completed(
         (completion.CATHETERS, CATHETERS),
         (completion.CONDUITS, ROUTES),
         (completion.APPROACHES, APPROACHES),
+        (completion.ACTS_ON_USERS, ACTS),
+        (completion.ROLES, list(Role)),
         (completion.COMPENSATIONS, KIND_OF_NAME),
         (completion.MODELS, MODELS),
         (completion.METHODS, METHODS),

@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import Connection, text
 
+from opensuction.records.account_rows import AccessToken, AccountState, store_state, store_token
 from opensuction.records.entry import (
     Action,
     Alarm,
@@ -17,6 +18,8 @@ from opensuction.records.entry import (
     SettingsFile,
 )
 from opensuction.records.records import Records
+from opensuction.records.request import Request
+from opensuction.records.request import act as store_action
 
 MACHINE = Machine("M-1", "clinical", True)
 CATHETER = Catheter("C-1", 12, 86_400)
@@ -61,6 +64,17 @@ def fill(records: Records, cycles: int = 3) -> None:
         records.add_alarm(MACHINE, CLOGGED, cycle)
         records.end_cycle(cycle, COMPLETED)
         records.act(Action("nurse-7", "reset", "after a clog", "M-1", cycle))
+
+
+def fill_accounts(records: Records) -> None:
+    """An account and an access token, as the accounts put them on record."""
+    with records.database.writing() as connection:
+        request = Request(connection, NOON, NOON)
+        done = store_action(request, Action("anna", "add-account", "bert"))
+        store_state(request, done, AccountState("bert", "clinician", False, True))
+        done = store_action(request, Action("anna", "issue-token", "ward display"))
+        later = NOON + timedelta(days=30)
+        store_token(request, done, AccessToken("t-1", "ward display", "see-history", later))
 
 
 def count_entries(records: Records) -> int:

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from sqlalchemy import Column, Connection, select, text
 
 from opensuction.kernel.errors import InputError
-from opensuction.records.database import schema
+from opensuction.records.database import column, schema
 from opensuction.records.records import Records
 from opensuction.records.trail import check
 from opensuction.records.trail.chain import BEGINNING, to_canonical, to_hash
 from tests.cli.command import opensuction
-from tests.records.example import COMPLETED, Clock, fill, start, unguarded
+from tests.records.example import COMPLETED, Clock, fill, fill_accounts, start, unguarded
 
 EVERY = (*schema.KEPT, schema.audit_head)
 
@@ -26,6 +26,7 @@ EVERY = (*schema.KEPT, schema.audit_head)
 def filled(url: str) -> Iterator[Records]:
     with Records.open(url, clock=Clock()) as records:
         fill(records)
+        fill_accounts(records)
         yield records
 
 
@@ -142,7 +143,7 @@ def cut(records: Records, after: int) -> None:
             select(schema.audit.c.entry).where(schema.audit.c.sequence > after)
         ).scalars()
         for entry in map(json.loads, list(gone)):
-            table = schema.METADATA.tables[entry["table"]]
+            table = column.METADATA.tables[entry["table"]]
             (key,) = table.primary_key.columns
             connection.execute(table.delete().where(key == entry["row"][key.name]))
         run(connection, f"DELETE FROM audit WHERE sequence > {after}")
@@ -193,7 +194,7 @@ FORGED: dict[str, Callable[[dict[str, Any]], str]] = {
     "another table": lambda entry: to_canonical({**entry, "table": "audit_head"}),
     "no row": lambda entry: to_canonical({**entry, "row": []}),
     "a column less": lambda entry: to_canonical(
-        {**entry, "row": {name: entry["row"][name] for name in entry["row"] if name != "what"}}
+        {**entry, "row": {name: entry["row"][name] for name in entry["row"] if name != "scope"}}
     ),
     "a column more": lambda entry: to_canonical({**entry, "row": {**entry["row"], "by": "me"}}),
     "a row without its key": lambda entry: to_canonical({**entry, "row": {}}),

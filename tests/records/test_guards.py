@@ -7,7 +7,7 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import schema
 from opensuction.records.records import Records
-from tests.records.example import fill
+from tests.records.example import fill, fill_accounts
 
 CHANGES = [
     statement
@@ -39,6 +39,15 @@ CONSTRAINTS = [
     "INSERT INTO alarm SELECT 'a', 'M-1', 1, id, 'X', 'high', '', started_at FROM cycle",
     "INSERT INTO action SELECT 'a', 9, '', 'reset', '', NULL, NULL, started_at FROM cycle",
     "INSERT INTO action SELECT 'a', 1, 'anna', 'reset', '', NULL, NULL, started_at FROM cycle",
+    "INSERT INTO account_state SELECT id, 'bert', 1, 'clinician', FALSE, TRUE FROM action "
+    "WHERE number = 1",
+    "INSERT INTO account_state SELECT id, 'cora', 1, 'root', FALSE, TRUE FROM action "
+    "WHERE number = 1",
+    "INSERT INTO account_state VALUES ('nowhere', 'cora', 1, 'observer', FALSE, TRUE)",
+    "INSERT INTO bearer VALUES ('00', 'session', 'bert', NULL, '2026-11-23 12:00:00', "
+    "'2026-11-23 12:00:00', '2026-11-23 12:00:00')",
+    f"INSERT INTO bearer VALUES ('{'0' * 64}', 'token', NULL, 'nowhere', '2026-11-23 12:00:00', "
+    "'2026-11-23 12:00:00', '2026-11-23 12:00:00')",
     "INSERT INTO cycle SELECT 'a', machine_serial, 7, catheter_label, patient_pseudonym, "
     "protocol_sha256, parameter_file_sha256, approach, requested_by, software, settings_sha256, "
     "recording, started_at FROM cycle",
@@ -61,6 +70,7 @@ def refuse(records: Records, statement: str) -> str:
 def test_nothing_is_changed_or_removed(url: str) -> None:
     with Records.open(url) as records:
         fill(records, 1)
+        fill_accounts(records)
         before = records.head()
         for statement in CHANGES:
             assert len(refuse(records, statement).splitlines()) == 1
@@ -71,6 +81,7 @@ def test_nothing_is_changed_or_removed(url: str) -> None:
 def test_what_cannot_be_is_refused(url: str) -> None:
     with Records.open(url) as records:
         fill(records, 1)
+        fill_accounts(records)
         for statement in CONSTRAINTS:
             refuse(records, statement)
 
@@ -78,6 +89,7 @@ def test_what_cannot_be_is_refused(url: str) -> None:
 def test_the_server_refuses_to_empty_a_table(postgresql_url: str) -> None:
     with Records.open(postgresql_url) as records:
         fill(records, 1)
+        fill_accounts(records)
         for table in (*schema.KEPT, schema.audit_head):
             assert "never changed" in refuse(records, f"TRUNCATE {table.name} CASCADE")
         assert records.audit().broken is None
@@ -87,6 +99,7 @@ def test_sqlite_replaces_nothing(tmp_path: Path) -> None:
     """INSERT OR REPLACE removes a row without the trigger that guards it."""
     with Records.open(str(tmp_path / "records.db")) as records:
         fill(records, 1)
+        fill_accounts(records)
         for table in (*schema.KEPT, schema.audit_head):
             refuse(records, f"INSERT OR REPLACE INTO {table.name} SELECT * FROM {table.name}")
         assert records.audit().broken is None

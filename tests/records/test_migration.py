@@ -9,7 +9,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy import CheckConstraint, inspect, text
 
 from opensuction.records import audit
-from opensuction.records.database import address, schema
+from opensuction.records.database import address, column
 from opensuction.records.database.database import Database, connect, create_file, find_triggers
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.migration import guard, upgrade
@@ -18,6 +18,7 @@ from tests.records.example import COMPLETED, fill, start
 
 HERE = Path(__file__).parent
 SHIPPED = upgrade.STEPS
+NEWEST = "0002"
 
 
 def step(monkeypatch: pytest.MonkeyPatch, *folders: str) -> None:
@@ -50,11 +51,11 @@ def copies(url: str) -> list[Path]:
 def test_what_migrations_make_is_what_the_program_knows(url: str) -> None:
     with Records.open(url) as records, records.database.reading() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
-        differences = compare_metadata(context, schema.METADATA)
+        differences = compare_metadata(context, column.METADATA)
         assert differences == []
         assert find_triggers(connection) == guard.name_triggers(connection.dialect.name)
         seen = inspect(connection)
-        for table in schema.METADATA.tables.values():
+        for table in column.METADATA.tables.values():
             known = {
                 str(one.name): str(one.sqltext)
                 for one in table.constraints
@@ -102,7 +103,7 @@ def test_a_database_with_records_goes_to_a_later_version_and_keeps_them(
     kept = copies(url)
     assert len(kept) == (1 if address.parse(url).file else 0)
     for copy in kept:
-        assert ".0001-" in copy.name
+        assert f".{NEWEST}-" in copy.name
         monkeypatch.undo()
         with Records.open(str(copy)) as before:
             assert before.head() == head
@@ -127,7 +128,7 @@ def test_a_step_that_fails_leaves_the_database_as_it_was(
         Records.open(url)
     assert len(str(refused.value).splitlines()) == 1
     monkeypatch.undo()
-    assert version(url) == "0001"
+    assert version(url) == NEWEST
     with Records.open(url) as records:
         assert records.head() == head
         assert records.audit().broken is None
@@ -147,7 +148,7 @@ def test_a_file_that_cannot_be_copied_is_not_changed(
     with pytest.raises(RecordsError, match=r"cannot be copied \(full\); nothing"):
         Records.open(url)
     monkeypatch.undo()
-    assert version(url) == "0001"
+    assert version(url) == NEWEST
     assert {file.name for file in tmp_path.iterdir()} <= {
         "records.db",
         "records.db-lock",
@@ -185,10 +186,10 @@ def test_an_older_database_is_not_changed_by_an_audit(
         fill(records)
     step(monkeypatch, "next_version")
     database = audit.open_for_audit(url)
-    with pytest.raises(RecordsError, match=r"is of an older opensuction \(version 0001"):
+    with pytest.raises(RecordsError, match=rf"is of an older opensuction \(version {NEWEST}"):
         audit.audit(database)
     database.close()
-    assert version(url) == "0001"
+    assert version(url) == NEWEST
 
 
 @pytest.mark.parametrize(

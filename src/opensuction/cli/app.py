@@ -20,6 +20,7 @@ from opensuction.cli.command import (
     run,
     safety_case,
     trial,
+    users,
 )
 from opensuction.evidence.crew import WorkerLostError
 from opensuction.kernel.errors import InputError
@@ -40,6 +41,7 @@ COMMANDS = (
     recording.REPLAY,
     recording.EXPORT,
     audit.COMMAND,
+    users.COMMAND,
     cache.COMMAND,
 )
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES)

@@ -62,6 +62,8 @@ REQUESTS = (
     "oxygenated",
     "oxygen-skipped",
 )
+ACTS_ON_USERS = ("list", "add", "role", "deactivate", "reset-password")
+ROLES = ("observer", "clinician", "engineer")
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:

@@ -221,6 +221,20 @@ OPTIONS: dict[str, Any] = {
         metavar="FILE|URL",
         show_default=False,
     ),
+    "act": typer.Argument(
+        metavar="ACT",
+        help="list, add, role, deactivate or reset-password. Default: list.",
+        autocompletion=completion.complete_from(completion.ACTS_ON_USERS),
+        show_default=False,
+    ),
+    "account": typer.Argument(metavar="NAME", help="Whose account.", show_default=False),
+    "role": _take_name(
+        f"What the person is here for: {_join(completion.ROLES)}.", completion.ROLES
+    ),
+    "administrator": typer.Option(
+        "--administrator", help="May manage accounts, too. With role: no more, without it."
+    ),
+    "reason": typer.Option(help="Why; it is put on record.", metavar="TEXT", show_default=False),
     "expect_head": typer.Option(
         help="Last hash of an earlier audit, which the trail must still hold.",
         metavar="HASH",

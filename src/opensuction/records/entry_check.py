@@ -3,12 +3,12 @@
 import re
 
 from opensuction.kernel.errors import InputError
-from opensuction.records.database import schema
+from opensuction.records.database import column, schema
 from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Machine, SettingsFile
 from opensuction.settings.wording import show
 
 PSEUDONYM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-HASH = re.compile(rf"[0-9a-f]{{{schema.HASH_DIGITS}}}")
+HASH = re.compile(rf"[0-9a-f]{{{column.HASH_DIGITS}}}")
 
 
 def _check_text(what: str, value: object, longest: int, shortest: int) -> None:
@@ -30,14 +30,14 @@ def _is_torn(value: str) -> bool:
 
 def check_name(what: str, value: object) -> None:
     """Raises InputError for what is no name of 1 to 64 characters."""
-    _check_text(what, value, schema.LONGEST_NAME, 1)
+    _check_text(what, value, column.LONGEST_NAME, 1)
     if not str(value).isprintable() or str(value) != str(value).strip():
         raise InputError(f"{what} {show(value)} has spaces around it or invisible characters")
 
 
 def check_detail(what: str, value: object) -> None:
     """Raises InputError for what is no text of a few lines."""
-    _check_text(what, value, schema.LONGEST_TEXT, 0)
+    _check_text(what, value, column.LONGEST_TEXT, 0)
 
 
 def check_pseudonym(value: object) -> None:
@@ -100,7 +100,7 @@ def check_start(start: CycleStart) -> None:
     if start.settings_sha256 is not None:
         check_hash("the settings' hash", start.settings_sha256)
     if start.recording is not None:
-        _check_text("the recording", start.recording, schema.LONGEST_TEXT, 1)
+        _check_text("the recording", start.recording, column.LONGEST_TEXT, 1)
 
 
 def check_end(end: CycleEnd) -> None:

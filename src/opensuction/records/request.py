@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Any
 from uuid import uuid4
 
-from sqlalchemy import Connection, Table, func, select
+from sqlalchemy import ColumnElement, Connection, Table, func, select
 
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
@@ -40,11 +40,9 @@ class Request:
                     f"{table.name} '{row[key]}' is on record with {name} {known[name]}, not {value}"
                 )
 
-    def count_up(self, table: Table, machine: str | None = None) -> int:
-        """The next number of a table, or of a machine in it; from 1 on."""
-        query = select(func.coalesce(func.max(table.c.number), 0))
-        if machine is not None:
-            query = query.where(table.c.machine_serial == machine)
+    def count_up(self, table: Table, *of: ColumnElement[bool]) -> int:
+        """The next number of a table's rows, or of some of them; from 1 on."""
+        query = select(func.coalesce(func.max(table.c.number), 0)).where(*of)
         return int(self.connection.execute(query).scalar_one()) + 1
 
 
@@ -85,7 +83,9 @@ def begin_cycle(request: Request, start: CycleStart) -> str:
         {
             "id": name,
             "machine_serial": start.machine.serial,
-            "number": request.count_up(schema.cycle, start.machine.serial),
+            "number": request.count_up(
+                schema.cycle, schema.cycle.c.machine_serial == start.machine.serial
+            ),
             "catheter_label": start.catheter.label,
             "patient_pseudonym": start.patient,
             "protocol_sha256": protocol,
@@ -113,7 +113,7 @@ def add_alarm(request: Request, machine: Machine, alarm: Alarm, cycle_id: str | 
     row: dict[str, Value] = {
         "id": name,
         "machine_serial": note_machine(request, machine),
-        "number": request.count_up(schema.alarm, machine.serial),
+        "number": request.count_up(schema.alarm, schema.alarm.c.machine_serial == machine.serial),
         "cycle_id": cycle_id,
         "condition": alarm.condition,
         "priority": alarm.priority,

@@ -40,7 +40,8 @@ Examples:
 
 ASK = (
     f"REQUEST is one of: {', '.join(REQUESTS)}. It is answered in the next millisecond: the button "
-    "went down, or why not; what came of it, phase and alarms say. Who asked is put on record. Linux only."
+    "went down, or why not; what came of it, phase and alarms say. Who asked is put on record. "
+    "Linux only."
 )
 ASK_EXAMPLES = """\b
 Examples:

@@ -1,27 +1,31 @@
 """The tables. A migration makes them; a test holds both against each other."""
 
 from sqlalchemy import (
-    BigInteger,
     Boolean,
     CheckConstraint,
     Column,
     ForeignKey,
     Index,
     Integer,
-    MetaData,
     Table,
     Text,
     UniqueConstraint,
 )
 
+from opensuction.records.database import account_schema
+from opensuction.records.database.column import (
+    HASH_DIGITS,
+    LONGEST_NAME,
+    LONGEST_TEXT,
+    METADATA,
+    SEQUENCE,
+    bound,
+    one_of,
+)
 from opensuction.records.database.utc_time import UtcTime
 
-LONGEST_NAME = 64
-LONGEST_TEXT = 4000
 LONGEST_FILE = 1_000_000
 """Characters of a settings file, as `settings.toml_file` reads them."""
-HASH_DIGITS = 64
-"""Of SHA-256 in hexadecimal."""
 LONGEST_LIFE_S = 86_400
 """A catheter is never used for longer. Source: [paper] II-A."""
 LARGEST_FR = 30
@@ -29,26 +33,6 @@ OUTCOMES = ("completed", "aborted", "interrupted")
 """Interrupted: found without an end after a crash."""
 PRIORITIES = ("low", "medium", "high")
 APPROACHES = ("travel", "contact")
-
-METADATA = MetaData(
-    naming_convention={
-        "pk": "pk_%(table_name)s",
-        "fk": "fk_%(table_name)s_%(column_0_name)s",
-        "ck": "ck_%(table_name)s_%(constraint_name)s",
-        "uq": "uq_%(table_name)s_%(column_0_name)s",
-        "ix": "ix_%(table_name)s_%(column_0_name)s",
-    }
-)
-SEQUENCE = BigInteger().with_variant(Integer, "sqlite")
-"""SQLite counts by itself in columns of the plain kind only."""
-
-
-def _bound(name: str, longest: int, shortest: int = 1) -> CheckConstraint:
-    return CheckConstraint(f"length({name}) BETWEEN {shortest} AND {longest}", name=name)
-
-
-def _one_of(name: str, values: tuple[str, ...] | tuple[bool, ...]) -> CheckConstraint:
-    return CheckConstraint(f"{name} IN ({', '.join(map(repr, values))})", name=name)
 
 
 def _file_table(name: str) -> Table:
@@ -59,9 +43,9 @@ def _file_table(name: str) -> Table:
         Column("name", Text, nullable=False),
         Column("content", Text, nullable=False),
         Column("known_since", UtcTime, nullable=False),
-        _bound("sha256", HASH_DIGITS, HASH_DIGITS),
-        _bound("name", LONGEST_NAME),
-        _bound("content", LONGEST_FILE, 0),
+        bound("sha256", HASH_DIGITS, HASH_DIGITS),
+        bound("name", LONGEST_NAME),
+        bound("content", LONGEST_FILE, 0),
     )
 
 
@@ -72,9 +56,9 @@ machine = Table(
     Column("kind", Text, nullable=False),
     Column("is_twin", Boolean, nullable=False),
     Column("known_since", UtcTime, nullable=False),
-    _bound("serial", LONGEST_NAME),
-    _bound("kind", LONGEST_NAME),
-    _one_of("is_twin", (True, False)),
+    bound("serial", LONGEST_NAME),
+    bound("kind", LONGEST_NAME),
+    one_of("is_twin", (True, False)),
 )
 catheter = Table(
     "catheter",
@@ -83,7 +67,7 @@ catheter = Table(
     Column("size_fr", Integer, nullable=False),
     Column("life_s", Integer, nullable=False),
     Column("first_used_at", UtcTime, nullable=False),
-    _bound("label", LONGEST_NAME),
+    bound("label", LONGEST_NAME),
     CheckConstraint(f"size_fr BETWEEN 1 AND {LARGEST_FR}", name="size_fr"),
     CheckConstraint(f"life_s BETWEEN 1 AND {LONGEST_LIFE_S}", name="life_s"),
 )
@@ -92,7 +76,7 @@ patient = Table(
     METADATA,
     Column("pseudonym", Text, primary_key=True),
     Column("known_since", UtcTime, nullable=False),
-    _bound("pseudonym", LONGEST_NAME),
+    bound("pseudonym", LONGEST_NAME),
 )
 protocol = _file_table("protocol")
 parameter_file = _file_table("parameter_file")
@@ -112,12 +96,12 @@ cycle = Table(
     Column("settings_sha256", Text),
     Column("recording", Text),
     Column("started_at", UtcTime, nullable=False),
-    _bound("id", LONGEST_NAME),
-    _one_of("approach", APPROACHES),
-    _bound("requested_by", LONGEST_NAME),
-    _bound("software", LONGEST_NAME),
-    _bound("settings_sha256", HASH_DIGITS, HASH_DIGITS),
-    _bound("recording", LONGEST_TEXT),
+    bound("id", LONGEST_NAME),
+    one_of("approach", APPROACHES),
+    bound("requested_by", LONGEST_NAME),
+    bound("software", LONGEST_NAME),
+    bound("settings_sha256", HASH_DIGITS, HASH_DIGITS),
+    bound("recording", LONGEST_TEXT),
     CheckConstraint("number >= 1", name="number"),
     UniqueConstraint("machine_serial", "number"),
     Index(None, "catheter_label"),
@@ -130,9 +114,9 @@ cycle_end = Table(
     Column("detail", Text, nullable=False),
     Column("inside_at_end", Boolean),
     Column("ended_at", UtcTime, nullable=False),
-    _one_of("outcome", OUTCOMES),
-    _one_of("inside_at_end", (True, False)),
-    _bound("detail", LONGEST_TEXT, 0),
+    one_of("outcome", OUTCOMES),
+    one_of("inside_at_end", (True, False)),
+    bound("detail", LONGEST_TEXT, 0),
 )
 alarm = Table(
     "alarm",
@@ -145,10 +129,10 @@ alarm = Table(
     Column("priority", Text, nullable=False),
     Column("detail", Text, nullable=False),
     Column("raised_at", UtcTime, nullable=False),
-    _bound("id", LONGEST_NAME),
-    _bound("condition", LONGEST_NAME),
-    _one_of("priority", PRIORITIES),
-    _bound("detail", LONGEST_TEXT, 0),
+    bound("id", LONGEST_NAME),
+    bound("condition", LONGEST_NAME),
+    one_of("priority", PRIORITIES),
+    bound("detail", LONGEST_TEXT, 0),
     CheckConstraint("number >= 1", name="number"),
     UniqueConstraint("machine_serial", "number"),
     Index(None, "cycle_id"),
@@ -164,10 +148,10 @@ action = Table(
     Column("machine_serial", ForeignKey("machine.serial")),
     Column("cycle_id", ForeignKey("cycle.id")),
     Column("done_at", UtcTime, nullable=False),
-    _bound("id", LONGEST_NAME),
-    _bound("done_by", LONGEST_NAME),
-    _bound("what", LONGEST_NAME),
-    _bound("detail", LONGEST_TEXT, 0),
+    bound("id", LONGEST_NAME),
+    bound("done_by", LONGEST_NAME),
+    bound("what", LONGEST_NAME),
+    bound("detail", LONGEST_TEXT, 0),
     CheckConstraint("number >= 1", name="number"),
     UniqueConstraint("number"),
     Index(None, "machine_serial"),
@@ -179,9 +163,9 @@ request = Table(
     Column("digest", Text, nullable=False),
     Column("result", Text, nullable=False),
     Column("taken_at", UtcTime, nullable=False),
-    _bound("key", LONGEST_NAME),
-    _bound("digest", HASH_DIGITS, HASH_DIGITS),
-    _bound("result", LONGEST_NAME, 0),
+    bound("key", LONGEST_NAME),
+    bound("digest", HASH_DIGITS, HASH_DIGITS),
+    bound("result", LONGEST_NAME, 0),
 )
 AUDITED = (
     machine,
@@ -194,6 +178,8 @@ AUDITED = (
     alarm,
     action,
     request,
+    account_schema.account_state,
+    account_schema.access_token,
 )
 """Each row of these has its entry in the trail."""
 
@@ -205,8 +191,8 @@ audit = Table(
     Column("hash", Text, nullable=False, unique=True),
     Column("entry", Text, nullable=False),
     CheckConstraint("sequence >= 1", name="sequence"),
-    _bound("previous", HASH_DIGITS, HASH_DIGITS),
-    _bound("hash", HASH_DIGITS, HASH_DIGITS),
+    bound("previous", HASH_DIGITS, HASH_DIGITS),
+    bound("hash", HASH_DIGITS, HASH_DIGITS),
 )
 audit_head = Table(
     "audit_head",
@@ -215,7 +201,7 @@ audit_head = Table(
     Column("sequence", SEQUENCE, nullable=False),
     Column("hash", Text, nullable=False),
     CheckConstraint("id = 1", name="id"),
-    _bound("hash", HASH_DIGITS, HASH_DIGITS),
+    bound("hash", HASH_DIGITS, HASH_DIGITS),
 )
 """One row: where the trail ends, and what writers lock."""
 

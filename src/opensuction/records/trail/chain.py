@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Table, select, text
 
-from opensuction.records.database import schema
+from opensuction.records.database import column, schema
 from opensuction.records.database.utc_time import to_text
 
 Value = str | int | bool | datetime | None
 Row = Mapping[str, Value]
 
-BEGINNING = "0" * schema.HASH_DIGITS
+BEGINNING = "0" * column.HASH_DIGITS
 """What the first entry follows."""
 
 
