@@ -28,7 +28,7 @@ def name() -> Iterator[str]:
     """A machine's name of its own; whatever runs under it is gone afterwards."""
     made = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
     yield made
-    folder = room.of(made)
+    folder = room.make(made)
     for lock in (room.SUPERVISES, room.RECORDS, room.CONTROLS, PLAYS):
         pid = holder(folder / lock)
         if pid is not None:
@@ -40,7 +40,7 @@ def name() -> Iterator[str]:
 
 def phase_of(name: str) -> Phase | None:
     try:
-        newest = RingReader(room.of(name) / room.RING).snapshot()
+        newest = RingReader(room.find(name) / room.RING).snapshot()
     except InputError:
         return None
     return None if newest is None else Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")]))
@@ -48,7 +48,7 @@ def phase_of(name: str) -> Phase | None:
 
 def is_gone(name: str) -> bool:
     locks = (room.SUPERVISES, room.RECORDS, room.CONTROLS, PLAYS)
-    return not any(holder(room.of(name) / lock) for lock in locks)
+    return not any(holder(room.find(name) / lock) for lock in locks)
 
 
 def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Path) -> None:
@@ -59,6 +59,7 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
     data = json.loads(ran.stdout)
     assert "inserting" in ran.stderr
     assert is_gone(name)
+    assert not list(room.find(name).iterdir())
     cycle = data["cycles"][0]
     # On a machine that is busy with other things a cycle may be broken off, and then says so.
     assert (ran.returncode, data["reason"] is None) == (
@@ -86,7 +87,7 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
-    assert wait(lambda: holder(room.of(name) / room.RECORDS) is not None)
+    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
     second = opensuction("serve", *NEONATE, "--name", name, "--out", "other", cwd=tmp_path)
     assert (second.returncode, second.stdout) == (2, "")
     assert second.stderr.splitlines()[-1].startswith(
@@ -118,7 +119,7 @@ def ask(name: str, button: str, folder: Path) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("ask", "start", "--name", "nobodys"), "no ring at "),
+        (("ask", "start", "--name", "nobodys"), "no machine 'nobodys' runs here"),
         (("ask", "jump"), "unknown request 'jump'; known: start, "),
         (("ask", "start", "--name", "../x"), "a machine's name is 1 to 32 letters"),
         (("run", "--patient", "nobody"), "nobody"),

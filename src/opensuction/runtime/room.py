@@ -29,18 +29,23 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")
 """Of a machine: sockets lie in its folder, and their paths are short."""
 
 
-def of(name: str) -> Path:
-    """The folder of a machine with this name, for this user alone; made where there is none.
-
-    Raises InputError where it cannot be, or is somebody else's.
-    """
+def find(name: str) -> Path:
+    """The folder of a machine with this name, there or not. Raises InputError for what is none."""
     if not NAME.fullmatch(name):
         raise InputError(
             f"--name {name}: a machine's name is 1 to 32 letters, digits, '.', '_' and '-'"
         )
     if not MEMORY.is_dir():
         raise InputError(f"no {MEMORY} here: a machine in real time needs Linux")
-    folder = MEMORY / f"opensuction-{os.getuid()}" / name
+    return MEMORY / f"opensuction-{os.getuid()}" / name
+
+
+def make(name: str) -> Path:
+    """The same, for this user alone; made where there is none.
+
+    Raises InputError where it cannot be, or is somebody else's.
+    """
+    folder = find(name)
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         owners = {folder.stat().st_uid, folder.parent.stat().st_uid}
@@ -49,3 +54,9 @@ def of(name: str) -> Path:
     if owners != {os.getuid()}:
         raise InputError(f"{folder} belongs to another user")
     return folder
+
+
+def clear(folder: Path) -> None:
+    """Nobody needs it any more: what lies in memory is given back."""
+    for file in folder.iterdir():
+        file.unlink()

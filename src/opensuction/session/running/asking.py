@@ -34,7 +34,9 @@ def ask(name: str, request: str, who: str) -> Json:
     """
     buttons = {button.replace("_", "-"): button for button in Requests._fields}
     button = choose(request.replace("_", "-"), buttons, "request")
-    folder, key = room.of(name), uuid4().hex
+    folder, key = room.find(name), uuid4().hex
+    if not (folder / room.EVENTS).exists():
+        raise InputError(f"no machine '{name}' runs here: start one with opensuction serve")
     events = EventReader(folder / room.EVENTS)
     events.read()
     sender = Sender(folder / room.ASK, who)
@@ -52,7 +54,7 @@ def ask(name: str, request: str, who: str) -> Json:
 
 
 def _plain(name: str, request: str, who: str, key: str, verdict: str) -> Json:
-    newest = RingReader(room.of(name) / room.RING).snapshot()
+    newest = RingReader(room.find(name) / room.RING).snapshot()
     phase = None
     if newest is not None:
         phase = Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")])).name.lower()

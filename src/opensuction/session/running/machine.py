@@ -57,6 +57,7 @@ class Running(NamedTuple):
         end(self.folder)
         if self.twin is not None:
             self.twin.wait()
+        room.clear(self.folder)
 
     def ventilate(self, full: bool) -> None:
         """What a person does at the ventilator: 100 % oxygen, or what it was before."""
@@ -79,7 +80,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     anew: end what an earlier run has left, its twin included. Raises InputError where that is in
     the way, or where the twin does not play.
     """
-    folder = room.of(name)
+    folder = room.make(name)
     if (pid := holder(folder / room.SUPERVISES)) is not None:
         raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
     if anew:
@@ -90,8 +91,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
         return Running(name, folder, prepared, about.read(folder), None)
     if holder(folder / room.CONTROLS) is not None:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
-    for file in folder.iterdir():
-        file.unlink()
+    room.clear(folder)
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
     about.write(folder, told)

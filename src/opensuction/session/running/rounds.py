@@ -10,9 +10,8 @@ from enum import Enum, auto
 from typing import NamedTuple
 from uuid import uuid4
 
+from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.exchange.mailbox import Sender
-from opensuction.exchange.ring import RingReader
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.procedure.cycle import refusal
 from opensuction.procedure.cycle.refusal import Refusal
@@ -65,12 +64,10 @@ _COLUMNS = [
 ]
 
 
-def read(running: Running) -> Now | None:
+def _read(ring: FollowedRing) -> Now | None:
     """What the machine says now; None where no controller does."""
-    try:
-        newest = RingReader(running.folder / room.RING).snapshot()
-    except InputError:
-        return None
+    ring.look()
+    newest = None if ring.reader is None else ring.reader.snapshot()
     if newest is None:
         return None
     *numbers, rest_left_s = (float(newest[1][column]) for column in _COLUMNS)
@@ -86,6 +83,7 @@ class Rounds:
     ) -> None:
         """every_s: from start to start. tell: takes a line of what goes on."""
         self._running, self._left, self._every_s, self._tell = running, cycles, every_s, tell
+        self._ring = FollowedRing(running.folder / room.RING, lambda names: names == ROW_COLUMNS)
         self._sender = Sender(running.folder / room.ASK, WHO)
         self._rule = running.prepared.loop.controller.service.passes
         self.doing = Doing.WAITING
@@ -110,7 +108,7 @@ class Rounds:
 
     def look(self) -> None:
         """See how far things are, and do what is due; to be called every 50 ms or so."""
-        now = read(self._running)
+        now = _read(self._ring)
         if now is None:
             return
         if now.phase != self._phase:

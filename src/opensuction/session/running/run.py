@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.exchange.event_ring import EventReader
-from opensuction.exchange.ring import RingReader
-from opensuction.kernel.errors import InputError
+from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
@@ -40,23 +39,16 @@ class Tally:
     """How the control loop has kept time, from every row of it."""
 
     def __init__(self, folder: Path) -> None:
-        self._path = folder / room.RING
-        self._reader: RingReader | None = None
-        self._inode = 0
+        self._ring = FollowedRing(folder / room.RING, lambda columns: columns == ROW_COLUMNS)
         self.ticks = self.missed = 0
         self._slowest: list[float] = []
 
     def look(self) -> None:
         """Count what has come."""
-        try:
-            inode = self._path.stat().st_ino
-            if inode != self._inode:
-                self._reader, self._inode = RingReader(self._path), inode
-        except (OSError, InputError):
+        self._ring.look()
+        if self._ring.reader is None:
             return
-        if self._reader is None:
-            return
-        rows = self._reader.read().rows
+        rows = self._ring.reader.read().rows
         self.ticks += len(rows)
         self.missed += int(rows[:, _SKIPPED].sum())
         self._slowest.extend(rows[:, _COMPUTED].tolist())
