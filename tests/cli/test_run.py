@@ -57,7 +57,7 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
         cwd=tmp_path,
     )
     data = json.loads(ran.stdout)
-    assert "inserting" in ran.stderr
+    assert "  Inserting\n" in ran.stderr
     assert is_gone(name)
     assert not list(room.find(name).iterdir())
     cycle = data["cycles"][0]

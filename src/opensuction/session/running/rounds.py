@@ -6,6 +6,7 @@ start. A cycle that did not end as planned is for a real one: no other is starte
 
 import time
 from collections.abc import Callable
+from datetime import datetime
 from enum import Enum, auto
 from typing import NamedTuple
 from uuid import uuid4
@@ -16,6 +17,7 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.procedure.cycle import refusal
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.records.database import utc_time
+from opensuction.report import wording
 from opensuction.runtime import room
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.session.cycle import preoxygenation
@@ -113,7 +115,8 @@ class Rounds:
             return
         if now.phase != self._phase:
             self._phase = now.phase
-            self._tell(now.phase.name.lower().replace("_", " "))
+            words = wording.phase_words(now.phase.name.lower()).label
+            self._tell(f"{datetime.now().astimezone():%H:%M:%S}  {words}")
         step = {
             Doing.WAITING: self._wait,
             Doing.OXYGENATING: self._oxygenate,
