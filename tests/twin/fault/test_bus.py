@@ -78,12 +78,25 @@ def test_the_newest_that_has_come_is_obeyed_and_nothing_older_again() -> None:
 
 @pytest.mark.parametrize("latency_s", [0.0, 0.003])
 def test_so_many_are_lost_and_do_not_come_later(latency_s: float) -> None:
+    """Whoever gets none keeps the last, and no flag tells."""
     arrived, obeyed, news = sent_through(on(Bus(latency_s, 0.0, 0.05)), TICKS)
     tolerance = 4.0 * (0.05 * 0.95 / TICKS) ** 0.5
-    assert np.mean([not one.head_valid for one in arrived]) == pytest.approx(0.05, abs=tolerance)
+    assert all(one.head_valid for one in arrived)
+    head_mm = np.array([one.head_mm for one in arrived])
+    same = np.diff(head_mm) == 0.0
+    assert np.mean(same) == pytest.approx(0.05, abs=tolerance)
     assert np.mean([not new for new in news]) == pytest.approx(0.05, abs=tolerance)
+    assert np.mean(same & ~np.array(news)[1:]) < 0.01  # each way for itself
     late = {tick - one.number for tick, one in enumerate(obeyed) if news[tick]}
     assert late == {round(latency_s / DT_S)}
+    assert set((np.arange(TICKS) - head_mm)[1:][~same][10:]) == late
+
+
+def test_of_a_bus_that_loses_everything_nothing_comes() -> None:
+    arrived, obeyed, news = sent_through(on(Bus(0.001, 0.0005, 1.0)), 100)
+    assert arrived == [FIRST.readings] * 100
+    assert obeyed == [FIRST.message] * 100
+    assert not any(news)
 
 
 def test_a_controller_that_sends_at_half_the_rate_is_heard_as_well() -> None:
@@ -106,6 +119,13 @@ def test_faults_come_on_top_of_a_bus() -> None:
     joint = link.on_bus(late, Bus(0.002, 0.0, 0.0), DT_S)
     _, obeyed, _ = sent_through(joint, 100)
     assert [one.number for one in obeyed[20:]] == [tick - 7 for tick in range(20, 100)]
+    lost = faulty(Fault.MESSAGE_LOST, 0.5)
+    _, _, news = sent_through(link.on_bus(lost, Bus(0.002, 0.0, 0.1), DT_S), TICKS)
+    assert np.mean(news) == pytest.approx(0.45, abs=4.0 * 0.5 / TICKS**0.5)
+    flagged, _, _ = sent_through(
+        link.on_bus(faulty(Fault.READING_LOST, 0.5), Bus(0.002, 0.0, 0.0), DT_S), TICKS
+    )
+    assert np.mean([one.head_valid for one in flagged]) == pytest.approx(0.5, abs=0.04)
 
 
 @pytest.mark.parametrize(

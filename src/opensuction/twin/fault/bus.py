@@ -3,7 +3,8 @@
 How long a message takes is drawn evenly from latency less jitter to latency plus jitter, for each
 message by itself, and independently of the others [assumed]. Messages are sent at any instant of
 their tick, so that a latency of half a tick delays half of them by one. A later message may come
-before an earlier one; whoever gets them takes the newest, and one that was overtaken is none.
+before an earlier one; whoever gets them takes the newest, and one that was overtaken is none. Who
+gets none keeps the last: that a message was lost no flag tells.
 """
 
 import math
@@ -13,13 +14,14 @@ from opensuction.kernel import random_stream
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.random_stream import RandomStream
-from opensuction.kernel.record import make_zero
 
 LONGEST_S = 0.5
 """More is no bus."""
 READINGS, COMMANDS = 1 << 40, 1 << 41
 """Ticks that no run has: from there on the blocks of a stream are the chance of the times that
 messages take, one way and the other."""
+LOSSES = 1 << 42
+"""On top of these: the chance that they are lost."""
 
 
 class Bus(NamedTuple):
@@ -48,35 +50,53 @@ PLAUSIBLE = Bus(latency_s=0.0005, jitter_s=0.0003, lost_share=0.001)
 
 
 class Spread(NamedTuple):
-    """What a message takes, in ticks: evenly from the least to the most; 0 and 0 for no bus."""
+    """A bus in ticks: what a message takes, evenly from the least to the most, and its losses."""
 
     least_ticks: float
     most_ticks: float
-
-
-AT_ONCE = make_zero(Spread)
+    lost_share: float
 
 
 def spread_of(bus: Bus, dt_s: float) -> Spread:
-    """The times of a bus in ticks."""
-    return Spread((bus.latency_s - bus.jitter_s) / dt_s, (bus.latency_s + bus.jitter_s) / dt_s)
+    """A bus in ticks."""
+    least_s, most_s = bus.latency_s - bus.jitter_s, bus.latency_s + bus.jitter_s
+    return Spread(least_s / dt_s, most_s / dt_s, bus.lost_share)
 
 
 @compiled
 def is_there(spread: Spread) -> bool:
-    """Whether there is a bus that takes time."""
-    return spread.most_ticks > 0.0
+    """Whether there is a bus: a time, or a loss."""
+    return spread.most_ticks > 0.0 or spread.lost_share > 0.0
 
 
 @compiled
 def oldest_ticks(spread: Spread) -> int:
-    """A message is there after so many ticks, whatever it took."""
+    """After so many ticks a message has come that was not lost."""
     return math.floor(spread.most_ticks) + 1
 
 
 @compiled
 def taken_ticks(spread: Spread, source: RandomStream, way: int, tick: int) -> int:
     """After how many ticks a message comes that was sent in a tick. way: `READINGS`, `COMMANDS`."""
+    if spread.most_ticks == 0.0:
+        return 0
     first, within, _ = random_stream.uniform_pair(source._replace(counter=way + tick))
     taken = spread.least_ticks + (spread.most_ticks - spread.least_ticks) * first
     return math.floor(taken + within)
+
+
+@compiled
+def _is_lost(spread: Spread, source: RandomStream, way: int, tick: int) -> bool:
+    """Whether a message is lost that was sent in a tick."""
+    if spread.lost_share == 0.0:
+        return False
+    first, _, _ = random_stream.uniform_pair(source._replace(counter=LOSSES + way + tick))
+    return first < spread.lost_share
+
+
+@compiled
+def has_come(spread: Spread, source: RandomStream, way: int, tick: int, after: int) -> bool:
+    """Whether a message is there so many ticks after the one it was sent in; see `taken_ticks`."""
+    if taken_ticks(spread, source, way, tick) > after:
+        return False
+    return not _is_lost(spread, source, way, tick)

@@ -86,9 +86,8 @@ class Link(NamedTuple):
     mains: bool
     reserve: bool
     """Energy for the drives without the mains."""
-    reading_spread: Spread
-    command_spread: Spread
-    """What a bus takes, on top of the delays."""
+    carrier: Spread
+    """A bus under it: what messages take on top of the delays, and how many it loses."""
     stream: RandomStream
     """Chance of losses; block ``tick`` is drawn in each."""
 
@@ -109,10 +108,10 @@ class Past(NamedTuple):
 
     readings: Readings
     reading_ticks: int
-    """How old they are; 0: they are those that are sent in this tick."""
+    """How old they are; 0: they are those that are sent in this tick; -1: none has come."""
     message: Message
     command_ticks: int
-    """How old it is; 0 where a bus has brought none."""
+    """How old it is; 0 where none has come of those that were sent before this tick."""
     at_once: bool
     """What is sent in this tick comes in it, though there is a bus."""
     monitor: Monitor
@@ -146,13 +145,7 @@ def rings(state: LinkState) -> tuple[Ring, Ring, Ring]:
 def on_bus(link: Link, carrier: Bus, dt_s: float) -> Link:
     """The same link with a bus under it. Raises InputError for what no bus does."""
     carrier.check()
-    spread = bus.spread_of(carrier, dt_s)
-    return link._replace(
-        reading_spread=spread,
-        command_spread=spread,
-        reading_lost_share=carrier.lost_share,
-        command_lost_share=carrier.lost_share,
-    )
+    return link._replace(carrier=bus.spread_of(carrier, dt_s))
 
 
 def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
@@ -219,24 +212,23 @@ def _is_command_lost(link: Link, tick: int) -> bool:
 
 @compiled
 def _reading_ticks(link: Link, tick: int) -> int:
-    """How old the newest readings are that have come."""
+    """How old the newest readings are that have come; -1 where none have for long."""
     delay = link.reading_delay_ticks
-    if not bus.is_there(link.reading_spread):
+    if not bus.is_there(link.carrier):
         return delay
-    old = delay
-    for _ in range(bus.oldest_ticks(link.reading_spread)):
-        taken = bus.taken_ticks(link.reading_spread, link.stream, bus.READINGS, tick - old)
-        if delay + taken <= old:
+    for old in range(delay, delay + bus.oldest_ticks(link.carrier) + 1):
+        if bus.has_come(link.carrier, link.stream, bus.READINGS, tick - old, old - delay):
             return old
-        old += 1
-    return old
+    return -1
 
 
 @compiled
 def _takes_command(link: Link, tick: int, old: int) -> bool:
     """Whether a command of so many ticks ago has come over the bus by now."""
-    taken = bus.taken_ticks(link.command_spread, link.stream, bus.COMMANDS, tick - old)
-    return link.command_delay_ticks + taken <= old and not _is_command_lost(link, tick - old)
+    taken = old - link.command_delay_ticks
+    if not bus.has_come(link.carrier, link.stream, bus.COMMANDS, tick - old, taken):
+        return False
+    return not _is_command_lost(link, tick - old)
 
 
 @compiled
@@ -246,9 +238,9 @@ def _command_ticks(link: Link, sent: Ring, tick: int) -> int:
     0: over a bus none has, or there is no bus and no delay.
     """
     delay = link.command_delay_ticks
-    if not bus.is_there(link.command_spread):
+    if not bus.is_there(link.carrier):
         return delay
-    for old in range(max(delay, 1), delay + bus.oldest_ticks(link.command_spread) + 1):
+    for old in range(max(delay, 1), delay + bus.oldest_ticks(link.carrier) + 1):
         if sent[_ring_row(tick - old), _NUMBER] > SILENT and _takes_command(link, tick, old):
             return old
     return 0
@@ -265,7 +257,7 @@ def recall(link: Link, got: Ring, sent: Ring, shown: Ring, tick: int) -> Past:
         reading_ticks=reading_ticks,
         message=_read_message(sent, _ring_row(tick - command_ticks)),
         command_ticks=command_ticks,
-        at_once=bus.is_there(link.command_spread) and _takes_command(link, tick, 0),
+        at_once=bus.is_there(link.carrier) and _takes_command(link, tick, 0),
         monitor=_read_monitor(shown, _monitor_row(step - link.monitor_delay_steps)),
     )
 
@@ -291,6 +283,8 @@ def receive_readings(
     lost = _chances(link, tick)[0] < link.reading_lost_share
     if lost and _is_turn(link.reading_turns, tick):
         return _invalidate(state.readings)
+    if past.reading_ticks < 0:
+        return state.readings
     if past.reading_ticks == 0:
         return reported
     return past.readings
@@ -311,12 +305,12 @@ def receive_message(
     link: Link, state: LinkState, sent: Message, past: Past, tick: int
 ) -> tuple[Message, bool]:
     """What the drives go by in a tick, and whether it is new."""
-    spread = bus.is_there(link.command_spread)
-    lost = not spread and _is_command_lost(link, tick)  # of a bus each message for itself
+    carried = bus.is_there(link.carrier)
+    lost = not carried and _is_command_lost(link, tick)  # over a bus each message for itself
     if lost or link.commands_repeated or not link.controller_runs:
         return state.message, False
     arrived: Message = sent
-    earlier = spread and not (past.at_once and sent.number > SILENT)
+    earlier = carried and not (past.at_once and sent.number > SILENT)
     if earlier or link.command_delay_ticks > 0:
         arrived = past.message
     if arrived.number <= state.message.number or (earlier and past.command_ticks == 0):
