@@ -1,4 +1,4 @@
-"""Deaths of processes in the middle of cycles, and what is so afterwards: judged by the twin.
+"""Deaths of processes in the middle of cycles, and what is so afterwards: judged by the oracle.
 
 The twin survives all of it. Where the tip is, and whether somebody was told at the bedside, is its
 truth; what the dead had to say is looked for on disk and on record.
@@ -19,6 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.devices.twin_process import SHOWN
+from opensuction.devices.witness import Witness
+from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
@@ -46,7 +48,7 @@ suction still on or not, at the speed of a withdrawal."""
 CYCLE_WITHIN_S = 40.0
 """Where the controller lives, the cycle ends as it would have."""
 TOLD_WITHIN_S = 5.0
-ON_RECORD_WITHIN_S = 15.0
+ON_RECORD_WITHIN_S = 60.0
 TIP, SAID, FIRED = (
     SHOWN_COLUMNS.index(name)
     for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired")
@@ -81,6 +83,7 @@ class Ward(Room):
     def __init__(self, folder: Path, out: Path) -> None:
         super().__init__(folder)
         self.out, self.truths = out, RingReader(folder / SHOWN)
+        self.witness = Witness(folder, self.cap_mm)
         self.supervisor: subprocess.Popen[bytes] | None = None
         self.seen: list[np.ndarray] = []
         self.cycles = 0
@@ -91,7 +94,13 @@ class Ward(Room):
         """Start a supervisor, and wait until everything works."""
         self.supervisor = launch.spawn(self.folder, launch.SUPERVISOR, str(self.out))
         locks = (CONTROLS, RECORDS, SUPERVISES)
-        assert wait(lambda: self._is_ticking() and all(map(self.holder, locks)), 120.0)
+        assert wait(
+            lambda: self._is_ticking() and all(map(self.holder, locks)) and self._is_recording(),
+            120.0,
+        )
+
+    def _is_recording(self) -> bool:
+        return Heartbeat(self.folder).age_s(Process.RECORDER) < 0.5
 
     def _is_ticking(self) -> bool:
         self.meanwhile()
@@ -136,6 +145,7 @@ class Ward(Room):
 
     def meanwhile(self) -> None:
         """What the twin has shown since the last call."""
+        self.witness.look()
         found = self.truths.read()
         assert not found.missed, f"{found.missed} ticks of the twin were not looked at"
         self.seen.append(found.rows[:, [TIP, SAID, FIRED]])
@@ -143,6 +153,8 @@ class Ward(Room):
 
 def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
     """A cycle in which somebody dies."""
+    # The cycles of the campaign follow each other faster than any patient's.
+    ward.witness.begin()
     ward.begin_cycle()
     time.sleep(at_s)
     phase, depth_mm = ward.phase(), ward.truth("truth.tip_mm")
@@ -170,6 +182,7 @@ def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
         wrong.append(f"inside for {out_s:.1f} s")
     if told_s > TOLD_WITHIN_S:
         wrong.append("nobody was told")
+    wrong.extend(_judged(ward))
     return Fate(
         number=number,
         victim=victim,
@@ -183,6 +196,17 @@ def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
         recordings=recordings,
         wrong=tuple(wrong),
     )
+
+
+def _judged(ward: Ward) -> list[str]:
+    """What the oracle says of all that the twin has played so far."""
+    verdict = ward.witness.verdict()
+    wrong = [f"{one.name}: {one.worst:.3g}" for one in verdict.harm]
+    if verdict.inside_at_end:
+        wrong.append(f"inside at {verdict.end_mm:.1f} mm")
+    if verdict.missed_ticks:
+        wrong.append(f"{verdict.missed_ticks} ticks that nobody judged")
+    return wrong
 
 
 def _last_inside_s(rows: np.ndarray, mouth_mm: float) -> float:

@@ -52,6 +52,7 @@ class Room:
         settings = loop.controller._replace(service=service._replace(passes=rule))
         loop = loop._replace(controller=settings)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
+        self.cap_mm = loop.controller.limits.cap_mm
         launch.configure(folder, loop)
         about.write(folder, ABOUT._replace(database=str(folder / "records.db")))
         self.twin = launch.start_twin(folder, loop, state, seed=1)
