@@ -15,6 +15,7 @@ from opensuction.cli.command import (
     calibrate,
     cycle,
     identify,
+    inject,
     recording,
     reproduce,
     safety_case,
@@ -35,6 +36,7 @@ COMMANDS = (
     identify.COMPARE,
     recording.REPLAY,
     recording.EXPORT,
+    inject.COMMAND,
     audit.COMMAND,
     cache.COMMAND,
 )
