@@ -3,8 +3,11 @@
 Each is a process, or hardware, with a clock of its own.
 """
 
+import json
+import subprocess
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +17,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.devices import twin_machine
 from opensuction.devices.ports import Port
 from opensuction.devices.twin_machine import TwinMachine
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import row
 from opensuction.kernel.readings import Readings
 from opensuction.procedure.planning.protocol import PAPER
@@ -22,21 +26,32 @@ from opensuction.simulation.machine_side import SENT_COLUMNS, MachineSide
 from opensuction.simulation.wiring import Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
+from opensuction.twin.fault.bus import PLAUSIBLE
 from opensuction.twin.machine import drive_watchdog
 from opensuction.twin.plant import PlantState
 
 COLUMNS = row.columns(Readings)
 PATIENCE_S = 5.0
+GREETING_S = 0.2
+"""For so long a controller says that it has started anew; so does the control loop."""
+OBEYED = {"commands.insertion_v", "commands.valve_v", "commands.vacuum_mmhg"}
+"""What every machine must say a limit of."""
 
 
 class Machine(NamedTuple):
     """A machine that runs, and how a controller is put before it."""
 
     connect: Callable[[], Port]
+    stop: Callable[[], None]
+    """Its power goes."""
+    start: Callable[[], None]
+    """It is back, with the head at home."""
 
 
-@pytest.fixture(scope="module", params=["twin"])
-def machine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machine]:
+@pytest.fixture(scope="module", params=[None, PLAUSIBLE], ids=["twin", "twin-on-a-bus"])
+def machine(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Machine]:
     folder = tmp_path_factory.mktemp("twin")
     rig = rigs.rig("bench", 1)
     known = rigs.uncalibrated(rig.profile)
@@ -44,23 +59,38 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machine]:
     played = preset.limit_rack(loop.machine, loop.controller.limits.park_head_mm)
     watchdog = drive_watchdog.of(played, loop.controller.limits.park_head_mm)
     side = MachineSide(played, Wiring(link.healthy(1), watchdog))
-    process = twin_machine.launch(folder, side, PlantState(state.machine, state.bedside))
-    yield Machine(lambda: TwinMachine(folder))
-    process.terminate()
-    assert process.wait(5.0) == 0
-    assert (folder / twin_machine.LOG).read_text() == ""
+    plant = PlantState(state.machine, state.bedside)
+    processes: list[subprocess.Popen[bytes]] = []
+
+    def stop() -> None:
+        process = processes.pop()
+        process.terminate()
+        assert process.wait(5.0) == 0
+        assert (folder / twin_machine.LOG).read_text() == ""
+
+    def start() -> None:
+        processes.append(twin_machine.launch(folder, side, plant, request.param))
+
+    start()
+    yield Machine(lambda: TwinMachine(folder), stop, start)
+    stop()
 
 
 @pytest.fixture
 def port(machine: Machine) -> Iterator[Port]:
     """A controller's, that has just started; the head is home at the end."""
     made = machine.connect()
-    drive(made, 0.05, released=1.0)
+    greet(made)
     yield made
     made.close()
-    again = machine.connect()
-    assert wait(lambda: read(again, "head_mm") < 1.0)
-    again.close()
+    come_home(machine)
+
+
+def come_home(machine: Machine) -> None:
+    """Nobody commands it: it comes out by itself."""
+    made = machine.connect()
+    assert wait(lambda: read(made, "head_mm") < 1.0)
+    made.close()
 
 
 def sent(**values: float) -> np.ndarray:
@@ -76,6 +106,10 @@ def drive(port: Port, seconds: float, **values: float) -> None:
     while time.monotonic() < ends:
         port.write(made)
         time.sleep(port.facts.period_s)
+
+
+def greet(port: Port) -> None:
+    drive(port, GREETING_S, released=1.0)
 
 
 def read(port: Port, name: str) -> float:
@@ -97,8 +131,12 @@ def test_it_says_what_it_is(port: Port) -> None:
     facts = port.facts
     assert facts.name
     assert facts.version
+    assert isinstance(facts.in_silico, bool)
     assert 0.0 < facts.period_s < facts.watchdog_s < 0.1
-    assert facts.most["commands.insertion_v"] > 0.0
+    assert set(facts.most) >= OBEYED
+    assert set(facts.most) <= set(SENT_COLUMNS)
+    assert all(0.0 < most < np.inf for most in facts.most.values())
+    assert json.loads(json.dumps(facts._asdict())) == facts._asdict()  # it is kept as text
 
 
 def test_its_readings_are_new_with_each_of_its_periods(port: Port) -> None:
@@ -131,7 +169,7 @@ def test_once_it_acts_on_its_own_it_obeys_only_who_has_started_anew(port: Port) 
     assert wait(lambda: read(port, "head_mm") < 1.0)
     drive(port, 0.3, insertion_v=20.0, insertion_on=1.0)
     assert read(port, "head_mm") < 1.0
-    drive(port, 0.05, released=1.0)
+    greet(port)
     drive(port, 0.3, insertion_v=20.0, insertion_on=1.0)
     assert read(port, "head_mm") > 1.5
 
@@ -146,3 +184,96 @@ def test_reading_and_writing_never_wait(port: Port) -> None:
         port.write(made)
         taken.append(time.perf_counter() - begun)
     assert np.median(taken) < 0.2 * port.facts.period_s
+
+
+def speed_mm_per_s(port: Port, volts: float) -> float:
+    """Of the head under a voltage, once it has its speed; by the machine's own clock."""
+    drive(port, 0.3, insertion_v=volts, insertion_on=1.0)
+    readings, place = np.empty(len(COLUMNS)), COLUMNS.index("head_mm")
+    first = port.read(readings)
+    from_mm = readings[place]
+    drive(port, 0.3, insertion_v=volts, insertion_on=1.0)
+    last = port.read(readings)
+    return float((readings[place] - from_mm) / ((last - first) * port.facts.period_s))
+
+
+def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port) -> None:
+    most_v = port.facts.most["commands.insertion_v"]
+    usual = speed_mm_per_s(port, most_v)
+    assert usual > 5.0
+    for volts in (10.0 * most_v, 1e300):
+        port.close()
+        come_home(machine)
+        with closing(machine.connect()) as again:
+            greet(again)
+            # A speed over .3 s by an encoder, of a machine that may stand still for some ticks.
+            assert speed_mm_per_s(again, volts) == pytest.approx(usual, rel=0.1)
+            drive(again, 0.5, insertion_v=volts, insertion_on=1.0)
+            assert speed_mm_per_s(again, -volts) == pytest.approx(-usual, rel=0.1)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_command_with_anything_in_it_that_is_no_number_is_none(port: Port, value: float) -> None:
+    """Neither obeyed nor a sign of life, in whichever of its fields it is."""
+    for column in SENT_COLUMNS:
+        greet(port)
+        drive(port, 0.2, insertion_v=20.0, insertion_on=1.0)
+        before = read(port, "head_mm")
+        assert before > 1.0
+        bad = {"insertion_v": 20.0, "insertion_on": 1.0, "released": 1.0, column: value}
+        made, ends = sent(**bad), time.monotonic() + PATIENCE_S
+        while read(port, "head_mm") >= 1.0 and time.monotonic() < ends:
+            port.write(made)
+            time.sleep(port.facts.period_s)
+        assert read(port, "head_mm") < 1.0, column
+        readings = np.empty(len(COLUMNS))
+        port.read(readings)
+        assert np.isfinite(readings).all()
+
+
+def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
+    machine: Machine, port: Port
+) -> None:
+    drive(port, 0.5, insertion_v=20.0, insertion_on=1.0)
+    port.close()
+    with closing(machine.connect()) as after:
+        assert wait(lambda: read(after, "head_mm") < 1.0)
+        # Its numbers begin anew, and without a greeting it is not obeyed either.
+        drive(after, 0.3, insertion_v=20.0, insertion_on=1.0)
+        assert read(after, "head_mm") < 1.0
+        greet(after)
+        drive(after, 0.3, insertion_v=20.0, insertion_on=1.0)
+        assert read(after, "head_mm") > 1.5
+
+
+def test_a_second_controller_is_refused_and_the_first_one_goes_on(
+    machine: Machine, port: Port
+) -> None:
+    drive(port, 0.2, insertion_v=20.0, insertion_on=1.0)
+    for _ in range(3):
+        with pytest.raises(InputError, match="another process"):
+            machine.connect()
+        before = read(port, "head_mm")
+        drive(port, 0.2, insertion_v=20.0, insertion_on=1.0)
+        assert read(port, "head_mm") > before + 1.0
+
+
+def test_a_machine_that_was_started_again_is_read_again_and_obeys_who_starts_anew(
+    machine: Machine, port: Port
+) -> None:
+    drive(port, 0.5, insertion_v=20.0, insertion_on=1.0)
+    machine.stop()
+    readings = np.empty(len(COLUMNS))
+    gone = port.read(readings)
+    drive(port, 0.1, insertion_v=20.0, insertion_on=1.0)
+    assert port.read(readings) == gone  # nothing new, and nobody waits for it
+    machine.start()
+    drive(port, 0.5, insertion_v=20.0, insertion_on=1.0)
+    back = port.read(readings)
+    assert back > gone
+    assert readings[COLUMNS.index("head_mm")] < 1.0  # it takes nobody for one that knows it
+    drive(port, 0.1, insertion_v=20.0, insertion_on=1.0)
+    assert port.read(readings) > back
+    greet(port)
+    drive(port, 0.3, insertion_v=20.0, insertion_on=1.0)
+    assert read(port, "head_mm") > 1.5

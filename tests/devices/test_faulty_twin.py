@@ -27,7 +27,7 @@ from opensuction.simulation.trace import Columns
 from opensuction.twin.fault.bus import PLAUSIBLE, Bus
 from opensuction.twin.fault.fault import Fault
 from tests.controller.bedside import at_bed
-from tests.simulation.test_machine_side import PUSHING, call_of, side_of
+from tests.simulation.test_machine_side import PUSHING, bench, call_of, side_of
 
 NOTHING = np.zeros(len(SENT_COLUMNS))
 
@@ -270,6 +270,30 @@ def test_a_bus_is_put_in_while_nothing_is_broken(stand: Stand) -> None:
         stand.ask(lambda: twin_faults.ride(stand.folder, PLAUSIBLE))
     with pytest.raises(InputError, match="jitter"):
         twin_faults.ride(stand.folder, Bus(0.0, 0.1, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("carrier", "alone"),
+    [(Bus(0.015, 0.005, 0.0), False), (Bus(0.03, 0.0, 0.0), True), (Bus(0.0, 0.0, 1.0), True)],
+    ids=str,
+)
+def test_a_bus_that_is_silent_for_longer_than_the_watchdog_leaves_the_drives_to_themselves(
+    tmp_path: Path, carrier: Bus, alone: bool
+) -> None:
+    """The controller sends every tick, whatever comes of it; once they act alone they stay so."""
+    stand = Stand(tmp_path, call_of(*bench()))
+    with stand.twin:
+        for _ in range(1500):
+            stand.step(PUSHING)
+        inside_mm = stand.shown("truth.head_mm")
+        assert inside_mm > 15.0
+        stand.ask(lambda: twin_faults.ride(stand.folder, carrier))
+        for _ in range(1500):
+            stand.step(PUSHING)
+        assert stand.shown("alone") == alone
+        assert stand.shown("annunciator.watchdog_fired") == alone
+        assert stand.shown("annunciator.message_late") == 1.0
+        assert (stand.shown("truth.head_mm") < inside_mm - 5.0) == alone
 
 
 def test_where_no_twin_plays_or_it_does_not_answer_that_is_said(

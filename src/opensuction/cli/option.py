@@ -240,6 +240,21 @@ OPTIONS: dict[str, Any] = {
         metavar="HASH",
         show_default=False,
     ),
+    "folder": typer.Argument(
+        metavar="DIR", help="The folder that a machine's processes share.", show_default=False
+    ),
+    "mend": typer.Option(
+        "--mend", help="First mend all that is broken, and forget what was to come; the bus stays."
+    ),
+    "latency_ms": typer.Option(
+        help="What a message takes in the mean, 0 to 500 ms.", metavar="MS", show_default=False
+    ),
+    "jitter_ms": typer.Option(
+        help="It takes up to this more, or less.", metavar="MS", show_default=False
+    ),
+    "lost_percent": typer.Option(
+        help="Messages that never come.", metavar="PERCENT", show_default=False
+    ),
     "clear": typer.Option("--clear", help="Remove what is kept; it is compiled anew when needed."),
     "wanted": typer.Option(
         "--cycles",

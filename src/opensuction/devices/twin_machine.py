@@ -31,7 +31,7 @@ BEGINS_S = 120.0
 LOG = "twin_process.log"
 """What the process says."""
 COMMAND_SLOTS = 64
-LOOK_READS = 50
+LOOK_NS = 50_000_000
 """How often a machine that is silent is looked for anew: it may have been started again."""
 READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
 _READINGS = slice(READINGS[0], READINGS[-1] + 1)
@@ -92,7 +92,8 @@ class TwinMachine:
             raise InputError(f"{folder / SHOWN} is of another version of the twin")
         self._ring = FollowedRing(folder / SHOWN, lambda columns: columns == SHOWN_COLUMNS)
         self._ring.look()
-        self._before, self._number, self._same = 0, 0, 0
+        self._before, self._number = 0, 0
+        self._looked_ns = time.monotonic_ns()
         self._commands = RingWriter(folder / COMMANDS, SENT_COLUMNS, COMMAND_SLOTS, {})
         self.facts = Facts(
             name="twin",
@@ -108,17 +109,28 @@ class TwinMachine:
 
         A twin that was started again is another machine, and its numbers go on from there.
         """
+        number = self._take(readings)
+        if number == self._number and self._look():
+            self._before = number
+            number = self._take(readings)
+        self._number = number
+        return number
+
+    def _take(self, readings: Array) -> int:
+        """Write what the ring shows now; its number among all that were."""
         newest = None if self._ring.reader is None else self._ring.reader.snapshot()
         if newest is None:
-            number = self._number
-        else:
-            number = self._before + newest[0]
-            readings[:] = newest[1][_READINGS]
-        self._same = 0 if number != self._number else self._same + 1
-        self._number = number
-        if self._same and self._same % LOOK_READS == 0 and self._ring.look():
-            self._before = number
-        return number
+            return self._number
+        readings[:] = newest[1][_READINGS]
+        return self._before + newest[0]
+
+    def _look(self) -> bool:
+        """Look for another twin, now and then; whether there is one."""
+        now_ns = time.monotonic_ns()
+        if now_ns - self._looked_ns < LOOK_NS:
+            return False
+        self._looked_ns = now_ns
+        return self._ring.look()
 
     def write(self, sent: Array) -> None:
         """New commands; see `ports.Port.write`."""
