@@ -100,8 +100,9 @@ class Life(RuleBasedStateMachine):
 
     def charge(self, lanes: list[tuple[str, ...]]) -> None:
         for lane in lanes:
-            before = self.failed.get(lane, Attempt(0, self.clock.at)).failures
-            self.failed[lane] = Attempt(before + 1, self.clock.at)
+            before = self.failed.get(lane, Attempt(0, self.clock.at))
+            is_forgotten = self.clock.at - before.last_at >= back_off.MEMORY
+            self.failed[lane] = Attempt(1 if is_forgotten else before.failures + 1, self.clock.at)
 
     def forgive(self, lanes: list[tuple[str, ...]]) -> None:
         for lane in lanes:
@@ -231,10 +232,6 @@ class Life(RuleBasedStateMachine):
             with pytest.raises(WaitError):
                 call()
             return
-        if (attempt := self.failed.get(lanes[0])) and self.clock.at - attempt.last_at >= (
-            back_off.MEMORY
-        ):
-            del self.failed[lanes[0]]
         self.charge(lanes)
         if not is_right:
             with pytest.raises(WrongPasswordError):
