@@ -78,7 +78,7 @@ def test_bad_input_is_one_line(
 
 
 def test_where_no_twin_plays_that_is_said(tmp_path: Path) -> None:
-    for folder, what in (("nowhere", "is no folder"), (".", "no ring at")):
+    for folder, what in (("nowhere", "no machine plays in "), (".", "no ring at")):
         ran = opensuction("inject", folder, "--mend", cwd=tmp_path)
         assert (ran.returncode, ran.stdout) == (2, "")
         assert what in ran.stderr

@@ -241,7 +241,9 @@ OPTIONS: dict[str, Any] = {
         show_default=False,
     ),
     "folder": typer.Argument(
-        metavar="DIR", help="The folder that a machine's processes share.", show_default=False
+        metavar="NAME|DIR",
+        help="The machine, by its name or the folder that its processes share.",
+        show_default=False,
     ),
     "mend": typer.Option(
         "--mend", help="First mend all that is broken, and forget what was to come; the bus stays."

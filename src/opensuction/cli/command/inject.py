@@ -43,6 +43,17 @@ def _bus(options: InjectOptions) -> "Bus | None":
     return carrier
 
 
+def _find(machine: Path) -> Path:
+    """The folder of a machine that was named, or the one that was given."""
+    from opensuction.runtime import room
+
+    if machine.name == str(machine) and not machine.is_dir():
+        machine = room.find(str(machine))
+    if not machine.is_dir():
+        raise InputError(f"no machine plays in {machine}: name one that runs, or its folder")
+    return machine
+
+
 def run(options: InjectOptions) -> int:
     """Ask the twin; returns the exit status. Raises InputError where it refuses."""
     from opensuction.devices import twin_faults
@@ -51,16 +62,15 @@ def run(options: InjectOptions) -> int:
     faults = [fault_choice.parse(text) for text in options.faults]
     twin_faults.check(faults)
     carrier = _bus(options)
-    if not options.folder.is_dir():
-        raise InputError(f"{options.folder} is no folder: give the one that the twin plays in")
+    folder = _find(options.folder)
     if options.mend:
-        twin_faults.heal(options.folder)
+        twin_faults.heal(folder)
     if carrier is not None:
-        twin_faults.ride(options.folder, carrier)
+        twin_faults.ride(folder, carrier)
     if faults:
-        twin_faults.inject(options.folder, faults)
+        twin_faults.inject(folder, faults)
     data: Json = {
-        "folder": str(options.folder),
+        "folder": str(folder),
         "mended": options.mend,
         "bus": None if carrier is None else carrier._asdict(),
         "injected": [
@@ -69,7 +79,7 @@ def run(options: InjectOptions) -> int:
         ],
         "came": [
             {"name": one.fault.title, "strength": one.strength, "tick": one.tick}
-            for one in twin_faults.came(options.folder)
+            for one in twin_faults.came(folder)
         ],
     }
     show(options.as_json, data, lambda console: _summarise(console, data))
@@ -101,20 +111,21 @@ COMMAND = Command(
     options=InjectOptions,
     run=run,
     sentence="Let something go wrong in a twin that plays in real time.",
-    details="DIR is the folder that the processes of a machine share. Faults are those of "
-    "opensuction cycle, with their strengths; @S counts from now, @PHASE+S from the next time that "
-    "the controller's phase begins. At most two are there or to come until --mend. The bus between "
+    details="The machine is one that opensuction run or serve began, by its name, or the folder that "
+    "its processes share. Faults are those of "
+    "opensuction cycle, with their strengths; @S counts from now, @PHASE+S from the next time "
+    "that the controller's phase begins. At most two are there or to come until --mend. The bus between "
     "controller and machine is set while nothing is broken: each message takes the latency plus or "
     "minus up to the jitter, drawn evenly for each, both ways alike, and so many never come. "
     "Without an option it says what has come so far. All faults: docs/reference/faults.md. What is "
     "wrong with the controller is done to its process (kill, kill -STOP). Linux only.",
     examples="""\b
-Examples, DIR being the folder:
-  opensuction inject DIR --fault line-leak=0.5           now
-  opensuction inject DIR --fault valve-jammed@suctioning+2
-  opensuction inject DIR --fault encoder-frozen@12 --fault power-lost@20
-  opensuction inject DIR --mend                          all is well again
-  opensuction inject DIR --latency-ms 0.5 --jitter-ms 0.3 --lost-percent 0.1
-  opensuction inject DIR --json | jq .came""",
+Examples, twin being the usual name:
+  opensuction inject twin --fault line-leak=0.5           now
+  opensuction inject twin --fault valve-jammed@suctioning+2
+  opensuction inject twin --fault encoder-frozen@12 --fault power-lost@20
+  opensuction inject twin --mend                          all is well again
+  opensuction inject twin --latency-ms 0.5 --jitter-ms 0.3 --lost-percent 0.1
+  opensuction inject twin --json | jq .came""",
     ends="0 the twin has it",
 )
