@@ -111,14 +111,15 @@ COMMAND = Command(
     options=InjectOptions,
     run=run,
     sentence="Let something go wrong in a twin that plays in real time.",
-    details="The machine is one that opensuction run or serve began, by its name, or the folder that its"
-    " processes share. Faults are those of opensuction cycle, with their strengths; @S counts "
-    "from now, @PHASE+S from the next time that the controller's phase begins. At most two are "
-    "there or to come until --mend. The bus between controller and machine is set while nothing "
-    "is broken: each message takes the latency plus or minus up to the jitter, drawn evenly for "
-    "each, both ways alike, and so many never come. Without an option it says what has come so "
-    "far. All faults: docs/reference/faults.md. What is wrong with the controller is done to its"
-    " process (kill, kill -STOP). Linux only.",
+    details="The machine is one that opensuction run or serve began, by its name, or the folder "
+    "that its processes share. Faults are those of opensuction cycle, with their "
+    "strengths; @S counts from now, @PHASE+S from the next time that the controller's "
+    "phase begins. At most two are there or to come until --mend. The bus between "
+    "controller and machine is set while nothing is broken: each message takes the "
+    "latency plus or minus up to the jitter, drawn evenly for each, both ways alike, and "
+    "so many never come. Without an option it says what has come so far. All faults: "
+    "docs/reference/faults.md. What is wrong with the controller is done to its process "
+    "(kill, kill -STOP). Linux only.",
     examples="""\b
 Examples:
   opensuction inject twin --fault line-leak=0.5           now
