@@ -6,8 +6,11 @@ Whoever compiles, or loads what was compiled before, takes numba's lock: that is
 # numba is typed in parts only
 # mypy: disable-error-code="no-untyped-call"
 
+import ctypes
+import gc
 import math
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -118,6 +121,42 @@ def break_everything(room: SteppedRoom) -> None:
             for _ in range(EACH_TICKS):
                 room.step()
     room.machine.call.side_row[:] = sound_row
+
+
+class Heap(ctypes.Structure):
+    """What the C library has handed out: ``mallinfo2``."""
+
+    _fields_ = tuple((name, ctypes.c_size_t) for name in "abcdefghij")
+
+
+def taken_memory() -> tuple[int, int]:
+    """Blocks that Python has, and bytes that all have."""
+    heap = ctypes.CDLL(None).mallinfo2
+    heap.restype = Heap
+    return sys.getallocatedblocks(), heap().h
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "mallinfo2"), reason="another C library")
+def test_ten_thousand_ticks_leave_no_memory_behind(room: SteppedRoom) -> None:
+    """Without a collector, as in the process: what is not freed by its references alone stays."""
+    room.step(START)
+    room.run(1.0)
+
+    def play(ticks: int) -> None:
+        for _ in range(ticks):
+            room.loop.step(0, 0)
+
+    gc.collect()
+    gc.disable()
+    try:
+        play(1000)
+        blocks, held = taken_memory()
+        play(10_000)
+        more_blocks, more = taken_memory()
+    finally:
+        gc.enable()
+    assert more_blocks - blocks < 100  # a hundredth of a block a tick
+    assert more - held < 10_000
 
 
 def test_a_whole_cycle_with_every_request_fault_and_reading_compiles_nothing(

@@ -21,7 +21,8 @@ US = 1e6
 EDGES_US = (10, 20, 30, 50, 75, 100, 150, 200, 300, 500, 1000, 2000, 5000, 10_000, 100_000)
 """Between the bins of the histograms; what is longer is counted last."""
 SETTLED = 0.1
-"""Share of a run after which memory must have come to rest: a cycle has been done by then."""
+SETTLED_LOOKS = 10
+"""Share of a run, and least number of looks, after which memory must have come to rest."""
 
 
 class Spread(NamedTuple):
@@ -142,7 +143,7 @@ def find(run: TimingRun) -> Figures:
     phase, trips = ticks["outputs.phase"], ticks["outputs.verdict.trips"].astype(np.int64)
     harms, borne = judge(run)
     done = (phase[:-1] == Phase.CLOSING) & (phase[1:] == Phase.PARKED)
-    settled = max(round(len(run.resident_kb) * SETTLED), 1)
+    settled = max(round(len(run.resident_kb) * SETTLED), SETTLED_LOOKS)
     tripped = int(np.bitwise_or.reduce(trips))
     return Figures(
         period_ms=float(ticks["inputs.dt_s"][0]) * 1e3,

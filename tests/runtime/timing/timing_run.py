@@ -60,7 +60,6 @@ KEPT = (
 """Columns of the control loop that are kept."""
 TRUTH = ("tick", "alone", *(name for name in exposure.COLUMNS if name != "time_s"))
 """And of the machine."""
-PAGE_KB = 4
 
 
 class TimingRun(NamedTuple):
@@ -78,7 +77,7 @@ class TimingRun(NamedTuple):
     began: dict[str, Any]
     """The control process' first event: scheduler class, what the kernel refused."""
     resident_kb: list[int]
-    """Memory of the control process, each `SAMPLE_S`."""
+    """Memory of the control process that is no file's, each `SAMPLE_S`."""
     load: list[float]
     """Of the machine, averaged over a minute, each `SAMPLE_S`."""
     stolen_percent: float
@@ -137,7 +136,9 @@ class Person:
 
 
 def _resident_kb(pid: int) -> int:
-    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * PAGE_KB
+    """Memory of its own: the rings' pages are files, which come as they are first written."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("RssAnon"))
 
 
 def _processor_time() -> tuple[int, int]:
