@@ -38,11 +38,8 @@ def test_a_person_starts_a_cycle_and_it_is_done(room: Room) -> None:
     told = [
         (one.fields["kind"], one.fields.get("ask"), one.fields.get("verdict")) for one in events
     ]
-    assert told[:3] == [
-        ("began", None, None),
-        ("request", "oxygen_skipped", "pressed"),
-        ("request", "start", "pressed"),
-    ]
+    assert told[0] == ("began", None, None)
+    assert ("request", "start", "pressed") in told
 
 
 def test_killed_in_the_airway_the_drives_bring_it_out_and_the_next_one_waits_for_a_person(
@@ -86,7 +83,8 @@ def test_a_second_controller_is_refused_in_a_line(room: Room) -> None:
     command = [sys.executable, "-m", "opensuction.runtime.control_process", str(room.folder)]
     found = subprocess.run(command, capture_output=True, text=True, check=False)
     assert found.returncode == 1
-    assert "written by another process" in found.stderr
+    assert room.control is not None
+    assert f"a controller runs already: process {room.control.pid}, by " in found.stderr
     assert found.stderr.count("\n") == 1
     assert wait(lambda: room.phase() == Phase.PARKED, 1.0)
 
