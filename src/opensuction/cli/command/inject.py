@@ -109,7 +109,7 @@ COMMAND = Command(
     "Without an option it says what has come so far. All faults: docs/reference/faults.md. What is "
     "wrong with the controller is done to its process (kill, kill -STOP). Linux only.",
     examples="""\b
-Examples, DIR being the folder:
+Examples:
   opensuction inject DIR --fault line-leak=0.5           now
   opensuction inject DIR --fault valve-jammed@suctioning+2
   opensuction inject DIR --fault encoder-frozen@12 --fault power-lost@20
