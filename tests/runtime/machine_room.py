@@ -30,7 +30,7 @@ ABOUT = about.About(
     database=None,
     heading={"patient": "neonate"},
 )
-ATTEMPTS = 4
+ATTEMPTS = 8
 """A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
 then, as it should be: it is begun again."""
 REST_S = 1.0

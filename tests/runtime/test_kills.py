@@ -15,7 +15,7 @@ def test_of_twenty_deaths_none_leaves_the_tip_inside_or_the_record_without_an_en
     fates = campaign(20, seed=1)
     assert_all_well(fates)
     assert {fate.victim for fate in fates} == set(VICTIMS)
-    assert sum(fate.depth_mm > 0.0 for fate in fates) >= 5
+    assert any(fate.out_s > 0.5 for fate in fates), "nobody died with the tip in the airway"
 
 
 @pytest.mark.soak

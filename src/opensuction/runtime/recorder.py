@@ -67,7 +67,7 @@ class Recorder:
         self._before: deque[Array] = deque()
         """Rows of the last second at rest, in pieces."""
         self._heard: deque[Happening] = deque(maxlen=HEARD)
-        """What was told meanwhile."""
+        """What was told last."""
         self._last = state
         """The state before them; None where rows are missing there."""
         self._missed = 0
@@ -148,13 +148,15 @@ class Recorder:
             self._missed = 0
 
     def _tell(self, happened: Sequence[Happening]) -> None:
-        """What was told: now, or with the next recording."""
-        if self._writer is None:
-            self._heard.extend(happened)
-            return
+        """What was told: now, and with a recording that begins soon."""
+        self._heard.extend(happened)
+        if self._writer is not None:
+            self._add(self._writer, happened)
+
+    def _add(self, writer: RecordingWriter, happened: Sequence[Happening]) -> None:
         for one in happened:
             time_ns = self._heading.began_ns + int(one.fields.get("time_ns", 0))
-            self._writer.add_event(time_ns, row_event.of_happening(one))
+            writer.add_event(time_ns, row_event.of_happening(one))
 
     def _take(self, rows: Array) -> None:
         """Rows of one rest, or of one time between two."""
@@ -223,8 +225,7 @@ class Recorder:
             self._tell_missed(self._writer, first)
         before, self._before, self._last = list(self._before), deque(), None
         heard = [one for one in self._heard if one.fields["time_ns"] >= first[0, _TIME] * NS_PER_S]
-        self._heard.clear()
-        self._tell(heard)
+        self._add(self._writer, heard)
         for piece in before:
             self._number -= len(piece)
             self._write(piece)
