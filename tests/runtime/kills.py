@@ -32,6 +32,7 @@ from opensuction.runtime import launch, replay
 from opensuction.runtime.room import CONTROLS, RECORDS, SUPERVISES
 from opensuction.safety.condition import Condition
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.runtime.kept import is_recorder_missed
 from tests.runtime.machine_room import ABOUT, Room, wait
 
 VICTIMS = {
@@ -40,7 +41,7 @@ VICTIMS = {
     "supervisor": (SUPERVISES,),
     "all": (SUPERVISES, RECORDS, CONTROLS),
 }
-CYCLE_S = 13.0
+CYCLE_S = 10.5
 """How long the neonate's cycle takes: the kill comes at any instant of it."""
 OUT_WITHIN_S = 12.0
 """From the death of the controller to the tip out of the tube: the drives draw it out at once, with
@@ -115,6 +116,8 @@ class Ward(Room):
     def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
         """See `Room.begin_cycle`; counted."""
         assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
+        # Of the death before people have been told, and the lamp is out again.
+        assert wait(lambda: not is_recorder_missed(self), 10.0)
         super().begin_cycle(meanwhile)
         self.cycles += 1
 
@@ -219,7 +222,8 @@ def _first_told_s(rows: np.ndarray, victim: str) -> float:
     said = rows[:, 1].astype(np.int64)
     missed = (said >> Condition.RECORDER_LOST & 1).astype(bool)
     shown = rows[:, 2] == 1.0 if victim in ("control", "all") else missed
-    found = np.flatnonzero(shown)
+    # A lamp that was lit before tells nobody anything new.
+    found = np.flatnonzero(shown & ~np.concatenate((shown[:1], shown[:-1])))
     return float(found[0]) * 1e-3 if len(found) else float("inf")
 
 

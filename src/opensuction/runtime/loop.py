@@ -52,6 +52,11 @@ RELEASED_S = 0.2
 """For how long a controller says that drives which act on their own shall obey it again: once it
 has started, and once a person has reset a machine at rest. Whoever drives the machine looks for a
 new controller now and then."""
+RESET_S = 0.06
+"""For how long a person's reset is sent to the bedside: one that comes as the controller has just
+started would not be heard in its one tick. No longer, for what comes meanwhile is put out with it.
+"""
+NEVER = -1_000_000
 STALE_S = 0.02
 """For so long the same readings may come, as long as the drives wait for a command: the machine has
 a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell
@@ -128,7 +133,7 @@ class ControlLoop:
         self._sent = np.zeros(len(SENT_COLUMNS))
         self._row[_LEFT_REST] = AT_REST
         self._number, self._same = 0, 0
-        self._released_tick = 0
+        self._released_tick, self._reset_tick = 0, NEVER
         self._pressed = False
         self._pieces: Iterator[str] | None = None
         """Of other settings that are being taken up."""
@@ -232,6 +237,8 @@ class ControlLoop:
         sent, outputs = self._sent, self._outputs
         sent[_SENT_COMMANDS] = outputs[_COMMANDS]
         sent[_SENT_WANTED] = int(outputs[_PRESENT]) | int(outputs[_LATCHED])
-        sent[_SENT_RESET] = requests.reset
+        if requests.reset:
+            self._reset_tick = self.tick
+        sent[_SENT_RESET] = (self.tick - self._reset_tick) * self._period_s <= RESET_S
         sent[_SENT_RELEASED] = (self.tick - self._released_tick) * self._period_s <= RELEASED_S
         self._around.port.write(sent)
