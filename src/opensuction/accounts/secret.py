@@ -41,7 +41,7 @@ def csrf_token(session_token: str) -> str:
 
 
 def is_csrf_token(session_token: str, shown: str) -> bool:
-    """Whether it is that of this session."""
+    """Whether what was shown belongs to whoever is signed in with this token."""
     return hmac.compare_digest(_to_bytes(csrf_token(session_token)), _to_bytes(shown))
 
 

@@ -56,9 +56,9 @@ class EventWriter:
 class EventReader:
     """Who hears them."""
 
-    def __init__(self, path: Path) -> None:
-        """See `RingReader`."""
-        self._ring = RingReader(path)
+    def __init__(self, source: Path | RingReader) -> None:
+        """source: see `RingReader`; or one that was opened already."""
+        self._ring = source if isinstance(source, RingReader) else RingReader(source)
 
     def go_on_after(self, number: int) -> None:
         """Read on after this event."""

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from opensuction.controller import configuration
-from opensuction.exchange.event_ring import Event, EventReader
+from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
+from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mark import Mark, Place
 from opensuction.exchange.ring import Read, RingReader
@@ -164,22 +165,6 @@ class Desk:
                 self._clerk.put(entry, self._context)
 
 
-class Watch:
-    """What the supervisor tells, whichever there is."""
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._inode = path, 0
-        self._events: EventReader | None = None
-
-    def hear(self) -> list[Event]:
-        """What has come since the last call, or since that supervisor began."""
-        with contextlib.suppress(InputError, OSError):
-            inode = self._path.stat().st_ino
-            if inode != self._inode:
-                self._events, self._inode = EventReader(self._path), inode
-        return [] if self._events is None else self._events.read()[0]
-
-
 class Office:
     """The recorder: a desk after the other."""
 
@@ -187,7 +172,8 @@ class Office:
         self._folder, self._out = folder, out
         self._heartbeat, self._mark = Heartbeat(folder), Mark(folder / MARK)
         self._clerk = Clerk(about.read(folder).database)
-        self._watch = Watch(folder / WATCH_EVENTS)
+        self._watch = FollowedRing(folder / WATCH_EVENTS, lambda columns: columns == COLUMNS)
+        self._watched: EventReader | None = None
         self._ending: list[int] = []
         signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
 
@@ -231,12 +217,18 @@ class Office:
         if not lost:
             self._heartbeat.beat(Process.KEEPING)
 
+    def _hear_watch(self) -> list[Event]:
+        """What the supervisor has told since the last call, whichever there is."""
+        if self._watch.look() and self._watch.reader is not None:
+            self._watched = EventReader(self._watch.reader)
+        return [] if self._watched is None else self._watched.read()[0]
+
     def _follow(self, desk: Desk, source: Source) -> None:
         """Record what one controller publishes, until it is replaced or the process shall end."""
         came_s = time.monotonic()
         while not self._ending:
             found, happened = source.read()
-            desk.take(found, [*happened, *self._watch.hear()])
+            desk.take(found, [*happened, *self._hear_watch()])
             self._beat(desk.lost)
             now_s = time.monotonic()
             if len(found.rows):
