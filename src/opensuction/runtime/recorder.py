@@ -1,8 +1,9 @@
 """Rows of the control loop to files: one recording for each time that the machine is not at rest.
 
 A recording begins a second before the machine leaves its rest and ends a second after it is at rest
-again. The disk may be slow or full: then rows are asked for again as long as the ring has them, and
-what is missing in the end is told; who controls the machine waits for nobody.
+again. Where a person starts once more within that second, it is in both. The disk may be slow or
+full: then rows are asked for again as long as the ring has them, and what is missing in the end is
+told; who controls the machine waits for nobody.
 """
 
 import time
@@ -170,15 +171,18 @@ class Recorder:
                 self._begin(rows)
             self._left = left
             self._write(rows)
+            self._last = rows[-1, _STATE]
         elif self._writer is None:
+            self._number += len(rows)
+            self._seen = row_event.seen_in(rows[-1])
             self._remember(rows)
         else:
             self._write(rows)
+            self._remember(rows)
             if self._left != AT_REST:
                 self._rested_s += len(rows) * self._period_s(rows)
             if self._rested_s >= AROUND_S:
                 self._writer.flush()
-                self._last = rows[-1, _STATE]
                 self.close()
 
     def _period_s(self, rows: Array) -> float:
@@ -201,8 +205,6 @@ class Recorder:
     def _remember(self, rows: Array) -> None:
         """Keep the last second."""
         self._before.append(rows)
-        self._number += len(rows)
-        self._seen = row_event.seen_in(rows[-1])
         since_s = rows[-1, _TIME] - AROUND_S
         while len(self._before) > 1 and self._before[0][-1, _TIME] < since_s:
             self._last = self._before.popleft()[-1, _STATE]
