@@ -16,6 +16,7 @@ from opensuction.controller import settings_check
 from opensuction.controller.record import Settings
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
+from opensuction.kernel.name import name_of
 
 WHERE = "controller settings"
 """Opens every message."""
@@ -41,7 +42,7 @@ def check(configuration: Configuration) -> None:
     kind = settings.compensation.kind
     if kind not in list(CompensationKind):
         raise InputError(f"{WHERE}: compensation.kind is {kind}: no compensator has that number")
-    name = CompensationKind(kind).name.lower().replace("_", "-")
+    name = name_of(CompensationKind(kind))
     if (kind in ON_CURVES) != (heads_mm is not None):
         lacks = "needs curves, and there are none" if heads_mm is None else "goes by no curves"
         raise InputError(f"{WHERE}: compensation '{name}' {lacks}: see heads_mm")

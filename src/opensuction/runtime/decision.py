@@ -1,21 +1,16 @@
 """What the controller says in a tick, with the names that people and files use."""
 
-from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple
 
 from opensuction.controller.record import Outputs
 from opensuction.kernel.commands import Commands
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode, decode_trips
 from opensuction.safety.priority import Priority
-
-
-def _name(member: IntEnum) -> str:
-    """A member as files and the command line write it: ``catheter-jammed``."""
-    return member.name.lower().replace("_", "-")
 
 
 class Alarm(NamedTuple):
@@ -32,7 +27,7 @@ class Alarm(NamedTuple):
 
 @lru_cache(maxsize=1024)
 def _trips(mask: int) -> tuple[str, ...]:
-    return tuple(_name(condition) for condition in decode_trips(mask))
+    return tuple(name_of(condition) for condition in decode_trips(mask))
 
 
 @lru_cache(maxsize=1024)
@@ -44,7 +39,8 @@ def _alarms(mask: int, escalated: int) -> tuple[Alarm, ...]:
 def _alarm(condition: Condition, is_escalated: bool) -> Alarm:
     sentence, remedy, handling = condition.row
     priority = handling.priority + is_escalated
-    return Alarm(_name(condition), _name(Priority(min(priority, Priority.HIGH))), sentence, remedy)
+    shown = name_of(Priority(min(priority, Priority.HIGH)))
+    return Alarm(name_of(condition), shown, sentence, remedy)
 
 
 class Decision(NamedTuple):
@@ -61,7 +57,7 @@ class Decision(NamedTuple):
     @property
     def phase(self) -> str:
         """Phase of the cycle, such as ``inserting``."""
-        return _name(Phase(self.outputs.phase))
+        return name_of(Phase(self.outputs.phase))
 
     @property
     def trips(self) -> tuple[str, ...]:
@@ -78,4 +74,4 @@ class Decision(NamedTuple):
     def refusal(self) -> str | None:
         """Why the last start was refused; None where none was."""
         refusal = Refusal(self.outputs.counters.refusal)
-        return None if refusal == Refusal.NONE else _name(refusal)
+        return None if refusal == Refusal.NONE else name_of(refusal)

@@ -18,6 +18,7 @@ from opensuction.controller.real_time_call import INPUT_COLUMNS, OUTPUT_COLUMNS,
 from opensuction.controller.record import Inputs, Outputs, Settings, State
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
+from opensuction.kernel.name import by_name
 from opensuction.kernel.readings import NO_MONITOR, Monitor, Readings
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
@@ -41,7 +42,7 @@ _ASKED = [
 _OVERRUN = row.Column("overrun", "overrun", bool)
 _FIRST, _END = _ASKED[0][0], _ASKED[-1][0] + 1
 _KINDS = tuple(column.kind for _, column in _ASKED)
-_CONDITION_OF_NAME = {one.name.lower().replace("_", "-"): one for one in Condition}
+_CONDITION_OF_NAME = by_name(Condition)
 
 
 def _cast(column: row.Column, value: Any) -> float | bool:

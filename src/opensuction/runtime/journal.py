@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.exchange.event_ring import Event
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.runtime.recorder import name_of as name_of_file
-from opensuction.runtime.row_event import name_of, told
+from opensuction.runtime.row_event import told
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority

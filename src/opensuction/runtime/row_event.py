@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.exchange.event_ring import Event as Happening
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.transition import Event as Transition
@@ -37,11 +38,6 @@ class Seen(NamedTuple):
 
 
 NOTHING = Seen(-1, 0, 0)
-
-
-def name_of(member: Condition | Phase | Transition) -> str:
-    """As people and JSON read it."""
-    return member.name.lower().replace("_", "-")
 
 
 def told(rows: Array) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":

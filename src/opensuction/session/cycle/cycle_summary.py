@@ -4,13 +4,13 @@ Keys and units are a contract (docs/reference/results.md); ``null``: not simulat
 """
 
 from collections.abc import Iterable
-from enum import IntEnum
 
 import numpy as np
 
 from opensuction import __version__
 from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
@@ -181,11 +181,6 @@ def _check(columns: Columns) -> Json:
             for item in ORDER
         ],
     }
-
-
-def name_of(member: IntEnum) -> str:
-    """A member as the JSON writes it."""
-    return member.name.lower().replace("_", "-")
 
 
 def _asked(prepared: Prepared) -> Json:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle.transition import Event as Transition
@@ -12,7 +13,6 @@ from opensuction.safety import condition_mask
 from opensuction.safety.alarm.alarm_log import AlarmEvent
 from opensuction.safety.alarm.alarm_state import NOTHING
 from opensuction.safety.condition import Condition
-from opensuction.session.cycle.cycle_summary import name_of
 from opensuction.simulation import alarm_record, annunciation
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.injection.injection import InjectedRun
