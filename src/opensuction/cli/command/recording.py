@@ -71,7 +71,8 @@ def _summarise_replay(console: "Console", data: Json) -> None:
             soft_wrap=True,
         )
     if data["gaps"]:
-        console.print(f"Ticks are missing in {data['gaps']} places; it went on after them.")
+        places = "1 place" if data["gaps"] == 1 else f"{data['gaps']} places"
+        console.print(f"Ticks are missing in {places}; it went on after them.")
     for note in data["notes"]:
         console.print(wording.one_line(f"Note: {note}."), soft_wrap=True)
     about = ", ".join(

@@ -101,6 +101,7 @@ def _machine(options: MachineOptions) -> Iterator[tuple["Running", Path, "Progre
 
     progress = ProgressTeller()
     resolved = resolution.resolve(options.choice)
+    machine.check_free(options.name)
     shown = machine.check_records(options.database)
     out = output_folder.choose(options.out, options.name)
     output_folder.make(out)

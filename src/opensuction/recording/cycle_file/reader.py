@@ -1,4 +1,4 @@
-"""Reads a recording, whole or cut off at any byte: every chunk that is whole and sound.
+"""Reads a recording, whole, damaged or cut off at any byte: every chunk that is whole and sound.
 
 Whatever the file is, it ends in rows, or in one line that says what is wrong and how much was read.
 """
@@ -148,17 +148,28 @@ class RecordingReader:
         return heading.from_metadata(str(self.path), found)
 
     def contents(self) -> Iterator[Rows | Told]:
-        """Rows and events in their order; `flaw` then says whether that was all."""
+        """Rows and events in their order; `flaw` then says whether that was all.
+
+        A chunk that is damaged is left out: what lies behind it is none the worse.
+        """
+        said = ""
         try:
             for record in self._records:
                 if record.opcode == Opcode.CHUNK:
-                    for one in self._chunks.read(record.data):
+                    try:
+                        found = self._chunks.read(record.data)
+                    except DamageError as damage:
+                        said = said or self._say(damage)
+                        continue
+                    for one in found:
                         self._note(one)
                         yield one
         except DamageError as damage:
-            self.flaw = f"{self.path}: {self._say(damage)}; {self._describe_read()}"
+            said = said or self._say(damage)
         finally:
             self.close()
+        if said:
+            self.flaw = f"{self.path}: {said}; {self._describe_read()}"
 
     def _note(self, one: Rows | Told) -> None:
         if isinstance(one, Rows) and one.topic == next(iter(self.tables)):
@@ -167,8 +178,11 @@ class RecordingReader:
             self._rows += len(one.table)
 
     def _describe_read(self) -> str:
+        """What was read, and from which time: rows may be missing in between."""
         seconds = (self._span_ns[1] - self._span_ns[0]) / 1e9
-        return f"{self._rows} row{'' if self._rows == 1 else 's'}, {seconds:.3f} s, could be read"
+        rows = f"{self._rows} row{'' if self._rows == 1 else 's'}"
+        span = f" of {seconds:.3f} s" if self.is_damaged else f", {seconds:.3f} s,"
+        return f"{rows}{span} could be read"
 
 
 class _CutError(DamageError):

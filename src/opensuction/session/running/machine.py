@@ -74,15 +74,21 @@ def check_records(database: str | None) -> str:
         return records.database.address.shown
 
 
+def check_free(name: str) -> None:
+    """Whether a machine may have this name, and nobody runs it; raises InputError."""
+    pid = holder(room.find(name) / room.SUPERVISES)
+    if pid is not None:
+        raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
+
+
 def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Running:
     """Have the twin play in the machine's folder.
 
     anew: end what an earlier run has left, its twin included. Raises InputError where that is in
     the way, or where the twin does not play.
     """
+    check_free(name)
     folder = room.make(name)
-    if (pid := holder(folder / room.SUPERVISES)) is not None:
-        raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
     if anew:
         end(folder)
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
