@@ -79,13 +79,14 @@ class Room:
         """Start a recorder."""
         self.recorder = launch.start_recorder(self.folder, out)
 
-    def end_recorder(self) -> None:
-        """As it should end, without a word."""
+    def end_recorder(self, words: str = "") -> None:
+        """As it should end. words: with which what it has said begins; of a sound one nothing."""
         assert self.recorder is not None
         self.recorder.terminate()
         assert self.recorder.wait(10.0) == 0
-        words = (self.folder / f"{launch.RECORDER}.log").read_text()
-        assert not words, words
+        said = (self.folder / f"{launch.RECORDER}.log").read_text()
+        assert said.startswith(words), said
+        assert bool(said) == bool(words), said
 
     def close(self) -> None:
         self.person.close()
@@ -135,13 +136,22 @@ class Room:
         refused = Refusal(int(self.now("outputs.counters.refusal")))
         raise AssertionError(f"no cycle begins: {self.phase().name}, {refused.name}")
 
-    def reach(self, there: Callable[[], bool]) -> None:
-        """Begin cycles until one has come so far; each that was broken off has come out."""
+    def reach(
+        self, there: Callable[[], bool], meanwhile: Callable[[], object] = lambda: None
+    ) -> None:
+        """Begin cycles until one has come so far; each that was broken off has come out.
+
+        meanwhile: done now and then.
+        """
+
+        def looks(holds: Callable[[], bool]) -> Callable[[], bool]:
+            return lambda: (meanwhile(), holds())[1]
+
         for _ in range(ATTEMPTS):
-            self.begin_cycle()
-            if wait(lambda: there() or self.phase() == Phase.HALTED, 60.0) and there():
+            self.begin_cycle(meanwhile)
+            if wait(looks(lambda: there() or self.phase() == Phase.HALTED), 60.0) and there():
                 return
-            assert wait(self.is_out)
+            assert wait(looks(self.is_out))
         raise AssertionError(f"no cycle came so far: {self.phase().name}")
 
 

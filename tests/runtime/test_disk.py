@@ -36,7 +36,7 @@ def test_what_a_full_disk_refused_is_written_once_there_is_room(room: Room, tmp_
     limit(room, resource.RLIM_INFINITY)
     assert wait(lambda: not is_recorder_missed(room), 8.0)
     assert wait(lambda: room.phase() in RESTING)
-    room.end_recorder()
+    room.end_recorder("opensuction: not kept: ")
     kept = ticks_of(sorted(tmp_path.glob("*.mcap"))[-1])
     assert (np.diff(kept[:, 0]) == 1.0).all(), "the ring had what the disk did not take"
     assert replayed(sorted(tmp_path.glob("*.mcap"))[-1]).identical

@@ -1,6 +1,7 @@
 """Who looks after the processes: what stands still is replaced, what cannot start is said."""
 
 import os
+import resource
 import signal
 import time
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ from opensuction.kernel.phase import RESTING
 from opensuction.runtime.room import CONFIGURATION, CONTROLS, RECORDS
 from opensuction.runtime.supervisor import Notice, Supervisor
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
+from tests.runtime.test_disk import LARGEST_BYTES
 
 
 @pytest.fixture
@@ -46,8 +48,7 @@ def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
         with pytest.raises(InputError, match=f"a supervisor runs already: process {os.getpid()}"):
             # Of another process: a lock of one's own is no hindrance.
             _in_another_process(room.folder, tmp_path)
-        room.begin_cycle(supervisor.look)
-        assert wait(lambda: bool(supervisor.look()) or room.truth("truth.tip_mm") > INSIDE_MM)
+        room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM, supervisor.look)
         recorder, control = holder(room.folder / RECORDS), holder(room.folder / CONTROLS)
         assert recorder is not None
         assert control is not None
@@ -70,6 +71,27 @@ def _in_another_process(folder: Path, out: Path) -> None:
     process = launch.spawn(folder, launch.SUPERVISOR, str(out))
     assert process.wait(60.0) == 1
     raise InputError(launch.last_words(folder, launch.SUPERVISOR))
+
+
+def test_a_recorder_that_cannot_keep_anything_is_told_with_its_reason(
+    room: Room, tmp_path: Path
+) -> None:
+    """A disk that is full: nobody has died, and what is seen now will be missing."""
+    with Supervisor(room.folder, tmp_path) as supervisor:
+        supervisor.begin()
+        room.reopen()
+        recorder = holder(room.folder / RECORDS)
+        assert recorder is not None
+        resource.prlimit(recorder, resource.RLIMIT_FSIZE, (LARGEST_BYTES, resource.RLIM_INFINITY))
+        room.begin_cycle(supervisor.look)
+        notice = look(supervisor, 30.0, "recorder-keeps-nothing")
+        assert notice.detail.startswith("not kept: "), notice.detail
+        resource.prlimit(
+            recorder, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
+        )
+        look(supervisor, 5.0, "recorder-keeps")
+        assert wait(lambda: supervisor.look() == [] and room.phase() in RESTING)
+        assert supervisor.end()
 
 
 def test_a_controller_that_cannot_begin_is_said_and_nothing_is_left(

@@ -117,7 +117,7 @@ class Recorder:
                 self._writer.keep_up(time.monotonic())
             self.lost = ""
         except OSError as error:
-            self.lost = str(error)
+            self.lost = error.strerror or str(error)
             self._number = self.kept
             self._before.clear()
 
@@ -130,7 +130,7 @@ class Recorder:
         try:
             writer.close()
         except OSError as error:
-            self.lost = str(error)
+            self.lost = error.strerror or str(error)
 
     def _skip(self, found: Read) -> None:
         """Rows are missing before these."""

@@ -174,6 +174,8 @@ class Office:
         self._clerk = Clerk(about.read(folder).database)
         self._watch = FollowedRing(folder / WATCH_EVENTS, lambda columns: columns == COLUMNS)
         self._watched: EventReader | None = None
+        self._said = ""
+        """Why something was not kept, as it was said last."""
         self._ending: list[int] = []
         signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
 
@@ -186,6 +188,7 @@ class Office:
             self._follow(desk, source)
             desk.take(*source.drain())
             desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
+            self._beat(desk.lost)
             if self._ending:
                 break
         if not self._clerk.close(PATIENCE_S):
@@ -216,6 +219,10 @@ class Office:
         self._heartbeat.beat(Process.RECORDER)
         if not lost:
             self._heartbeat.beat(Process.KEEPING)
+        elif lost != self._said:
+            self._said = lost
+            sys.stderr.write(f"opensuction: not kept: {lost}\n")
+            sys.stderr.flush()
 
     def _hear_watch(self) -> list[Event]:
         """What the supervisor has told since the last call, whichever there is."""

@@ -21,6 +21,7 @@ from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
 from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.loop import MISSED_S
 from opensuction.runtime.room import (
     CONTROLS,
     RECORDS,
@@ -56,7 +57,7 @@ class Supervisor:
         self._sole = Sole(folder / SUPERVISES, "a supervisor runs")
         self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE)
         self._heartbeat = Heartbeat(folder)
-        self._number = 0
+        self._number, self._keeps_nothing = 0, False
         self._run = f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.monotonic_ns():x}"
         self.recorder = Ward(
             folder, launch.RECORDER, folder / RECORDS, Process.RECORDER, (str(out),)
@@ -84,7 +85,22 @@ class Supervisor:
         """Give a sign of life and see to the others; to be called every `LOOKS_S`."""
         self._heartbeat.beat(Process.SUPERVISOR)
         done = [ward.look() for ward in (self.control, self.recorder)]
-        return [self._note(*one) for one in done if one is not None]
+        told = [self._note(*one) for one in done if one is not None]
+        return [*told, *self._look_at_keeping()]
+
+    def _look_at_keeping(self) -> list[Notice]:
+        """Whether the recorder can keep what it hears: a disk may be full, a database gone."""
+        since_s = self._heartbeat.age_s(Process.KEEPING)
+        lives = self._heartbeat.age_s(Process.RECORDER) < MISSED_S
+        lives &= self._heartbeat.is_expected(Process.KEEPING)
+        if lives and not self._keeps_nothing and since_s > MISSED_S:
+            self._keeps_nothing = True
+            words = launch.last_words(self.recorder.folder, self.recorder.name)
+            return [self._note("recorder-keeps-nothing", words)]
+        if self._keeps_nothing and since_s < MISSED_S:
+            self._keeps_nothing = False
+            return [self._note("recorder-keeps", "")]
+        return []
 
     def _note(self, what: str, detail: str) -> Notice:
         self._number += 1

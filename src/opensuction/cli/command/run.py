@@ -136,9 +136,12 @@ def _supervise(
 def _summarise(console: "Console", data: Json) -> None:
     for one in data["cycles"]:
         detail = f" ({one['detail']})" if one["detail"] else ""
-        console.print(f"Cycle {one['number']}: {one['outcome']}{detail}, {one['recording']}")
+        outcome = one["outcome"] or "no end on record"
+        console.print(f"Cycle {one['number']}: {outcome}{detail}, {one['recording']}")
     if data["reason"]:
         console.print(f"No other cycle was started: {data['reason']}")
+    if data["not_kept"]:
+        console.print(f"The recorder: {data['not_kept']}")
     us, ticks = data["tick_us"], data["ticks"]
     share = 100.0 * data["missed_ticks"] / max(ticks + data["missed_ticks"], 1)
     console.print(

@@ -12,7 +12,7 @@ from opensuction.records.database import utc_time
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastAlarm, PastCycle
 from opensuction.records.records import Records
-from opensuction.runtime import room
+from opensuction.runtime import launch, room
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.supervisor import LOOKS_S, Notice, Supervisor
 from opensuction.session.plain import Json
@@ -30,6 +30,8 @@ SENTENCES = {
     "recorder-started": "The recorder has been started",
     "recorder-found": "The recorder of an earlier run still works",
     "recorder-restarted": "The recorder died and has been started anew",
+    "recorder-keeps-nothing": "The recorder lives, and keeps nothing of what it hears",
+    "recorder-keeps": "The recorder keeps what it hears again",
     "recorder-given-up": "The recorder dies again and again: nothing is recorded any more",
 }
 _SKIPPED, _COMPUTED = (ROW_COLUMNS.index(name) for name in ("loop.skipped", "loop.computed_s"))
@@ -140,6 +142,7 @@ def plain(running: Running, done: Done, out: Path, database: str | None) -> Json
         "cycles": [_cycle(one) for one in reversed(cycles)],
         "alarms": [_alarm(one) for one in reversed(alarms)],
         "reason": done.reason or None,
+        "not_kept": launch.last_words(running.folder, launch.RECORDER) or None,
         "notices": [one._asdict() for one in done.notices],
         "scheduler": began.get("scheduler"),
         "not_granted": list(filter(None, str(began.get("refusals", "")).split("; "))),
