@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from opensuction.exchange import mailbox
+from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.mailbox import Answer, Mailbox, Sender
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import ABORT, NO_REQUESTS
@@ -135,6 +136,24 @@ def test_to_stop_is_refused_to_nobody(path: Path, box: Mailbox) -> None:
     requests, answers = box.receive()
     assert requests == ABORT._replace(confirm=True)
     assert verdicts(answers) == ["pressed", "pressed"]
+
+
+def test_nor_is_it_with_a_key_that_was_there_before(path: Path, box: Mailbox) -> None:
+    """Of a start, or of another stop a while ago."""
+    send(path, asked(key="k"))
+    assert box.receive()[0].start
+    for number in (2, 3):
+        send(path, asked(key="k", ask="abort", number=number))
+        assert box.receive()[0] == ABORT
+        box.receive()
+
+
+def test_half_a_letter_can_be_answered_among_the_events(path: Path, box: Mailbox) -> None:
+    send(path, asked(who="nurse \ud800"))
+    requests, (told,) = box.receive()
+    assert requests.start
+    with EventWriter(path.with_name("events")) as events:
+        events.write("request", 1, **told._asdict())
 
 
 @given(data=st.binary(max_size=300))

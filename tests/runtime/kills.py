@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ from opensuction.records.records import Records
 from opensuction.runtime import launch, replay
 from opensuction.runtime.room import CONTROLS, RECORDS, SUPERVISES
 from opensuction.safety.condition import Condition
+from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.runtime.kept import is_recorder_missed
 from tests.runtime.machine_room import ABOUT, Room, wait
@@ -70,6 +72,8 @@ class Fate(NamedTuple):
     """From then until the tip was out for good."""
     told_s: float
     """From then until the bedside told somebody."""
+    lit: bool
+    """The lamp was lit by what the cycle had come to before; it has stayed lit then."""
     outcome: str
     detail: str
     recordings: int
@@ -87,7 +91,6 @@ class Ward(Room):
         self.witness = Witness(folder, self.cap_mm)
         self.supervisor: subprocess.Popen[bytes] | None = None
         self.seen: list[np.ndarray] = []
-        self.cycles = 0
         self.database = str(folder / "records.db")
         self.supervise()
 
@@ -114,12 +117,26 @@ class Ward(Room):
         return self.now("inputs.tick") > first
 
     def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
-        """See `Room.begin_cycle`; counted."""
+        """See `Room.begin_cycle`."""
         assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
         # Of the death before people have been told, and the lamp is out again.
-        assert wait(lambda: not is_recorder_missed(self), 10.0)
-        super().begin_cycle(meanwhile)
-        self.cycles += 1
+        assert wait(lambda: not self._is_missing_somebody(), 10.0)
+
+        def look() -> None:
+            self.meanwhile()
+            meanwhile()
+
+        super().begin_cycle(look)
+
+    def _is_missing_somebody(self) -> bool:
+        self.meanwhile()
+        return is_recorder_missed(self)
+
+    def last_on_record(self) -> int:
+        """Number of the machine's last cycle on record; 0 of none."""
+        with Records.open(self.database) as records:
+            last = records.history.list_cycles(ABOUT.machine.serial, 1)
+            return last[0].number if last else 0
 
     def is_settled(self) -> bool:
         """Everybody works, the machine rests, and the tip is out."""
@@ -158,11 +175,16 @@ def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
     """A cycle in which somebody dies."""
     # The cycles of the campaign follow each other faster than any patient's.
     ward.witness.begin()
+    before = ward.last_on_record()
     ward.begin_cycle()
-    time.sleep(at_s)
+    ends_s = time.monotonic() + at_s
+    while (left_s := ends_s - time.monotonic()) > 0.0:
+        time.sleep(min(left_s, 0.5))
+        ward.meanwhile()
     phase, depth_mm = ward.phase(), ward.truth("truth.tip_mm")
     in_cycle = phase in CYCLE or phase == Phase.ABORTING
-    ward.truths.read()
+    ward.meanwhile()
+    lit = bool(_shown(np.concatenate(ward.seen), victim)[-1])
     ward.seen.clear()
     ward.kill(victim)
     if victim in ("supervisor", "all"):
@@ -171,14 +193,19 @@ def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
     ends_s = time.monotonic() + bound_s + TOLD_WITHIN_S
     while time.monotonic() < ends_s:
         ward.meanwhile()
-        told_s = _first_told_s(np.concatenate(ward.seen), victim)
+        told_s = _first_told_s(np.concatenate(ward.seen), victim, lit)
         if told_s < math.inf and ward.is_settled():
             break
         time.sleep(0.05)
     ward.meanwhile()
     rows = np.concatenate(ward.seen)
-    out_s, told_s = _last_inside_s(rows, ward.mouth_mm), _first_told_s(rows, victim)
-    cycle, recordings, wrong = _look_at_what_is_kept(ward, victim, in_cycle)
+    out_s, told_s = _last_inside_s(rows, ward.mouth_mm), _first_told_s(rows, victim, lit)
+    with ThreadPoolExecutor(1) as aside:
+        looked = aside.submit(_look_at_what_is_kept, ward, victim, in_cycle, before)
+        while not looked.done():
+            ward.meanwhile()
+            time.sleep(0.05)
+    cycle, recordings, wrong = looked.result()
     if not ward.is_settled():
         wrong.append(f"not at rest: {ward.phase().name}")
     if out_s > bound_s:
@@ -194,6 +221,7 @@ def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
         depth_mm=depth_mm,
         out_s=out_s,
         told_s=told_s,
+        lit=lit,
         outcome=str(cycle.outcome),
         detail=cycle.detail,
         recordings=recordings,
@@ -217,29 +245,42 @@ def _last_inside_s(rows: np.ndarray, mouth_mm: float) -> float:
     return 0.0 if not len(inside) else float(inside[-1] + 1) * 1e-3
 
 
-def _first_told_s(rows: np.ndarray, victim: str) -> float:
-    """When the bedside first showed what it has to show of this death."""
-    said = rows[:, 1].astype(np.int64)
-    missed = (said >> Condition.RECORDER_LOST & 1).astype(bool)
-    shown = rows[:, 2] == 1.0 if victim in ("control", "all") else missed
-    # A lamp that was lit before tells nobody anything new.
+def _shown(rows: np.ndarray, victim: str) -> np.ndarray:
+    """Whether the bedside shows what it has to show of this death."""
+    if victim in ("control", "all"):
+        return np.asarray(rows[:, 2] == 1.0)
+    return (rows[:, 1].astype(np.int64) >> Condition.RECORDER_LOST & 1).astype(bool)
+
+
+def _first_told_s(rows: np.ndarray, victim: str, lit: bool) -> float:
+    """When the bedside first showed it.
+
+    lit: it did so before, in the same cycle. Then it must go on until people have been told.
+    """
+    shown = _shown(rows, victim)
+    if lit and shown[: round(TOLD_WITHIN_S / DT_S)].all():
+        return 0.0
+    # A lamp that was lit before and went out tells nobody anything new.
     found = np.flatnonzero(shown & ~np.concatenate((shown[:1], shown[:-1])))
     return float(found[0]) * 1e-3 if len(found) else float("inf")
 
 
 def _look_at_what_is_kept(
-    ward: Ward, victim: str, in_cycle: bool
+    ward: Ward, victim: str, in_cycle: bool, before: int
 ) -> tuple[PastCycle, int, list[str]]:
-    """The cycle on record, how many files it has, and what is wrong with them."""
+    """The cycle on record, how many files it has, and what is wrong with them.
+
+    before: number of the one before.
+    """
     wrong = []
     with Records.open(ward.database) as records:
 
         def has_ended() -> bool:
             last = records.history.list_cycles(ABOUT.machine.serial, 1)
-            return bool(last) and last[0].number == ward.cycles and last[0].outcome is not None
+            return bool(last) and last[0].number > before and last[0].outcome is not None
 
         if not wait(has_ended, ON_RECORD_WITHIN_S):
-            wrong.append(f"cycle {ward.cycles} has no end on record")
+            wrong.append(f"no end on record after cycle {before}")
         cycle = records.history.list_cycles(ABOUT.machine.serial, 1)[0]
         broken = records.audit().broken
     if broken is not None:

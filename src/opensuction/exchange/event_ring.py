@@ -13,10 +13,11 @@ import numpy as np
 from opensuction.exchange.ring import RingReader, RingWriter
 
 WORDS = 128
-"""Longest text, 8 bytes each; a longer one is cut, and says so."""
+"""Longest text, 8 bytes each; the longest words of a longer one are cut."""
 SLOTS = 4096
 COLUMNS = tuple(f"word.{i}" for i in range(WORDS))
-CUT = b'{"kind": "too long"}'
+CUT = "..."
+"""Ends words that were cut."""
 
 
 class Event(NamedTuple):
@@ -24,6 +25,11 @@ class Event(NamedTuple):
 
     number: int
     fields: dict[str, Any]
+
+
+def _write(told: dict[str, Any]) -> bytes:
+    # Half a surrogate pair is a letter to JSON, and none to anybody else.
+    return json.dumps(told, ensure_ascii=False).encode(errors="replace")
 
 
 class EventWriter:
@@ -35,10 +41,12 @@ class EventWriter:
 
     def write(self, kind: str, tick: int, **fields: str) -> None:
         """Tell that something happened in a tick, now."""
-        told = {"kind": kind, "tick": tick, "time_ns": time.monotonic_ns(), **fields}
-        text = json.dumps(told, ensure_ascii=False).encode()
-        if len(text) > 8 * WORDS:
-            text = CUT
+        told = {"kind": kind, "tick": tick, "time_ns": time.monotonic_ns()}
+        text = _write({**told, **fields})
+        while len(text) > 8 * WORDS:
+            longest = max(fields, key=lambda name: len(_write({name: fields[name]})))
+            fields[longest] = fields[longest].removesuffix(CUT)[: len(fields[longest]) // 2] + CUT
+            text = _write({**told, **fields})
         # Of numbers that may be written to, as any row is: others take machine code of their own.
         self._ring.write(np.frombuffer(bytearray(text.ljust(8 * WORDS)), np.float64))
 

@@ -183,7 +183,8 @@ class Mailbox:
     def _refuse(self, asked: Asked) -> str:
         """Why it is not obeyed; empty where it is."""
         now_ns = time.monotonic_ns()
-        if asked.key in self._seen:
+        # To stop once more harms nobody; a key that another request had must not prevent it.
+        if asked.key in self._seen and asked.ask != STOP:
             return "twice"
         if asked.ask not in ASKS:
             return "unknown"

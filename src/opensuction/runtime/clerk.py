@@ -67,12 +67,16 @@ class Clerk:
         else:
             self.stored = row
 
-    def adopt(self, machine: str, recording: str | None) -> None:
+    def adopt(
+        self, machine: str, recording: str | None, comes: Callable[[str | None], bool]
+    ) -> None:
         """Take up the machine's cycle that has no end.
 
-        recording: of the cycle that goes on; any other is ended, for nobody saw how.
+        recording: of the cycle that goes on. comes: whether a recording is of one whose beginning
+        will be handed over again, for a recorder that died had stored it and not yet said so. Any
+        other is ended: nobody saw how.
         """
-        self._hand(lambda records: self._adopt(records, machine, recording))
+        self._hand(lambda records: self._adopt(records, machine, recording, comes))
 
     def close(self, patience_s: float) -> bool:
         """Store what is left; whether it could be within this time."""
@@ -129,8 +133,7 @@ class Clerk:
             self._cycle = records.begin_cycle(_start_of(what, context), key, at)
         elif isinstance(what, CycleEnd):
             if self._cycle is not None:
-                records.end_cycle(self._cycle, what, key, at)
-                self._cycle = None
+                self._end(records, self._cycle, entry)
         elif isinstance(what, Alarm):
             records.add_alarm(machine, what, self._cycle, key, at)
         else:
@@ -140,14 +143,33 @@ class Clerk:
             own = what._replace(machine=machine.serial, cycle_id=cycle)
             records.act(own, key, at)
 
-    def _adopt(self, records: Records, machine: str, recording: str | None) -> None:
+    def _end(self, records: Records, cycle: str, entry: Entry) -> None:
+        """End a cycle; one that has ended already is the machine's no longer, either."""
+        assert isinstance(entry.what, CycleEnd)
+        try:
+            records.end_cycle(cycle, entry.what, entry.key, entry.at)
+        except RecordsError:
+            raise
+        except InputError:
+            self._cycle = None
+            raise
+        self._cycle = None
+
+    def _adopt(
+        self,
+        records: Records,
+        machine: str,
+        recording: str | None,
+        comes: Callable[[str | None], bool],
+    ) -> None:
         """See `adopt`."""
         for one in records.unfinished_cycles():
-            if one.machine == machine:
-                if recording is not None and one.recording == recording:
-                    self._cycle = one.id
-                else:
-                    records.end_cycle(one.id, UNSEEN)
+            if one.machine != machine or comes(one.recording):
+                continue
+            if recording is not None and one.recording == recording:
+                self._cycle = one.id
+            else:
+                records.end_cycle(one.id, UNSEEN)
 
 
 def _start_of(begun: Begun, context: Context) -> CycleStart:

@@ -46,6 +46,12 @@ def name_of(run: str, left_rest: float) -> str:
     return f"{run}-{int(left_rest):09d}.mcap"
 
 
+def is_after(recording: str | None, run: str, tick: float) -> bool:
+    """Whether it is of a cycle of this run that began after a tick."""
+    head, _, number = (recording or "").removesuffix(".mcap").rpartition("-")
+    return head == run and number.isdecimal() and int(number) > tick
+
+
 class Recorder:
     """Takes rows and events in their order; writes where there is something to keep."""
 

@@ -7,6 +7,7 @@ of life is missing, so that the controller raises the alarm.
 """
 
 import contextlib
+import math
 import signal
 import sys
 import time
@@ -49,7 +50,7 @@ QUIET_S = 0.5
 """Without rows for longer than this the controller may be another one by now."""
 PATIENCE_S = 5.0
 """How long an end waits for a database that is away."""
-_LEFT = ROW_COLUMNS.index("loop.left_rest")
+_LEFT, _TICK = (ROW_COLUMNS.index(name) for name in ("loop.left_rest", "inputs.tick"))
 _STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
@@ -116,7 +117,11 @@ class Desk:
         self._recorder = Recorder(out, run, self._describe, state, self._place.row)
         left_rest = AT_REST if before is None else float(before[_LEFT])
         goes_on = None if left_rest == AT_REST else recorder.name_of(run, left_rest)
-        clerk.adopt(self._about.machine.serial, goes_on)
+        # Where rows are missing nobody knows what comes again.
+        last = math.inf if state is None else -1.0 if before is None else float(before[_TICK])
+        clerk.adopt(
+            self._about.machine.serial, goes_on, lambda name: recorder.is_after(name, run, last)
+        )
         self._journal = Journal(source.run, before, resumed=goes_on is not None)
         self._followed = self._place.row
 
