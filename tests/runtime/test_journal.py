@@ -45,7 +45,7 @@ def started(who: str) -> Event:
 def follow(
     rows: np.ndarray, happened: Sequence[Event] = (), cuts: Sequence[int] = ()
 ) -> list[Entry]:
-    journal = Journal(RUN, None, resumed=False)
+    journal = Journal(RUN, None)
     entries: list[Entry] = []
     pieces = np.split(rows, sorted(cuts))
     for piece in pieces:
@@ -81,7 +81,7 @@ def test_why_it_was_aborted_is_said() -> None:
 
 
 def test_a_controller_that_writes_no_more_leaves_a_cycle_that_was_broken_off() -> None:
-    journal = Journal(RUN, None, resumed=False)
+    journal = Journal(RUN, None)
     rows = rows_of((Phase.PARKED, Phase.CHECKING, Phase.INSERTING))
     rows[:, ROW_COLUMNS.index("inputs.readings.head_mm")] = 12.25
     list(journal.follow(rows, ()))
@@ -111,9 +111,10 @@ def test_in_whatever_pieces_rows_come_the_entries_are_the_same(
 def test_a_reader_that_goes_on_anywhere_says_what_is_missing_and_nothing_else(at: int) -> None:
     rows = rows_of(COMPLETED)
     whole = follow(rows)
-    first = Journal(RUN, None, resumed=False)
+    first = Journal(RUN, None)
     said = list(first.follow(rows[:at], ()))
-    again = Journal(RUN, rows[at - 1], resumed=first.is_in_cycle)
+    goes_on = rows[at - 1, ROW_COLUMNS.index("loop.left_rest")] if first.is_in_cycle else AT_REST
+    again = Journal(RUN, rows[at - 1], goes_on)
     assert [*said, *again.follow(rows[at:], ())] == whole
     assert all(a.key != b.key for a, b in pairwise(whole))
 
@@ -124,3 +125,13 @@ def test_whatever_somebody_calls_himself_is_a_name(text: str) -> None:
     assert 1 <= len(name) <= 64
     assert name.isprintable()
     assert name == name.strip()
+
+
+def test_a_cycle_in_which_rows_are_missing_has_its_own_end() -> None:
+    """The recorder came back later than the ring goes: the cycle that goes on is the same one."""
+    rows = rows_of(COMPLETED)
+    at = 4 * 3
+    goes_on = rows[at, ROW_COLUMNS.index("loop.left_rest")]
+    (end,) = list(Journal(RUN, None, goes_on).follow(rows[at:], ()))
+    assert end.what == CycleEnd(Outcome.COMPLETED, inside_at_end=False)
+    assert end.key == follow(rows)[-1].key

@@ -128,7 +128,7 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     (tmp_path / "away").unlink()
     assert wait(lambda: not is_recorder_missed(room), 6.0)
     assert wait(lambda: room.phase() in RESTING)
-    room.end_recorder()
+    room.end_recorder("opensuction: not kept: ")
     with Records.open(str(database)) as records:
         assert records.history.list_cycles("twin-1", 1)[0].requested_by == "nurse"
         conditions = {one.condition for one in records.history.list_alarms("twin-1", 9)}

@@ -45,7 +45,9 @@ class Clerk:
         self._tasks: deque[Task] = deque()
         self._is_there, self._is_wanted = threading.Condition(), True
         self.stored = 0
-        """Rows up to this one are on record."""
+        """Rows up to this one are on record, of the controller that is followed."""
+        self._followed = 0
+        """How many were followed before it."""
         self.lost = ""
         """Why entries are not stored; empty where they are."""
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -60,11 +62,22 @@ class Clerk:
         """Whether everything is stored that was handed over."""
         return not self._tasks
 
+    def follow(self, row: int) -> None:
+        """Another controller is followed from now on; what it did until this row is on record."""
+        self._followed += 1
+        self.stored = row
+
     def reach(self, row: int) -> None:
         """Everything until this row has been handed over."""
+        followed = self._followed
         if self._tasks:
-            self._hand(lambda _: setattr(self, "stored", row))
+            self._hand(lambda _: self._reached(followed, row))
         else:
+            self.stored = row
+
+    def _reached(self, followed: int, row: int) -> None:
+        """Everything until this row is on record; of a controller before nobody asks any more."""
+        if followed == self._followed:
             self.stored = row
 
     def adopt(

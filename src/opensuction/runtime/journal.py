@@ -74,15 +74,15 @@ def in_words(text: str, most: int = 64) -> str:
 class Journal:
     """Follows one controller, row by row."""
 
-    def __init__(self, run: Run, before: Array | None, resumed: bool) -> None:
+    def __init__(self, run: Run, before: Array | None, goes_on: float = AT_REST) -> None:
         """before: the row before the first, where there is one.
 
-        resumed: a cycle that goes on in that row has been put on record.
+        goes_on: when the machine left its rest, of what goes on there and has been put on record.
         """
         self._run = run
         self._known = 0 if before is None else int(told(before[np.newaxis])[0])
-        self._left_rest = AT_REST if before is None else float(before[_LEFT])
-        self._on_record = resumed and self._left_rest != AT_REST
+        self._left_rest = goes_on if before is None else float(before[_LEFT])
+        self._on_record = goes_on != AT_REST
         self._who, self._why, self._trips = NOBODY, "", 0
         self._drawn_out = before is None
         """What began with the first row is a way out."""

@@ -12,6 +12,7 @@ import signal
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,6 +55,18 @@ _LEFT, _TICK = (ROW_COLUMNS.index(name) for name in ("loop.left_rest", "inputs.t
 _STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
+class Left(NamedTuple):
+    """What is known as a controller is followed from somewhere on."""
+
+    before: Array | None
+    """The row before the first; None of none, and where rows are missing."""
+    state: Array | None
+    """The controller's before the first row; None where rows are missing."""
+    goes_on: float
+    """When the machine left its rest, of what goes on there; `AT_REST` of nothing. Where rows are
+    missing, of what goes on behind them."""
+
+
 class Source:
     """The ring and the events of one controller."""
 
@@ -70,16 +83,22 @@ class Source:
         self.event = 0
         """Number of the last event that was read."""
 
-    def begin(self, place: Place) -> tuple[Array | None, Array | None]:
-        """Go on after a place, or begin; the row before, and the state before, where known."""
-        if place.row == 0:
-            return None, self._first
-        self._rows.next, self.event = place.row, place.event
-        self._events.go_on_after(place.event)
+    def begin(self, place: Place) -> Left:
+        """Go on after a place, or begin."""
+        if place.row:
+            self.event = place.event
+            self._events.go_on_after(place.event)
+        self._rows.next = max(place.row, 1)
         found = self._rows.read(1)
-        if found.missed or not len(found.rows):
-            return None, None
-        return found.rows[0], found.rows[0][_STATE]
+        goes_on = float(found.rows[0, _LEFT]) if len(found.rows) else AT_REST
+        self._rows.next = place.row + 1
+        if found.missed:
+            return Left(None, None, goes_on)
+        if place.row == 0:
+            return Left(None, self._first, AT_REST)
+        if not len(found.rows):
+            return Left(None, None, AT_REST)
+        return Left(found.rows[0], found.rows[0, _STATE], goes_on)
 
     def read(self) -> tuple[Read, list[Event]]:
         """What has come since the last call."""
@@ -113,16 +132,17 @@ class Desk:
         self._folder, self._source, self._clerk, self._mark = folder, source, clerk, mark
         run = source.run.name
         self._place = mark.find(run) or Place(0, 0)
-        before, state = source.begin(self._place)
-        self._recorder = Recorder(out, run, self._describe, state, self._place.row)
-        left_rest = AT_REST if before is None else float(before[_LEFT])
-        goes_on = None if left_rest == AT_REST else recorder.name_of(run, left_rest)
+        left = source.begin(self._place)
+        self._recorder = Recorder(out, run, self._describe, left.state, self._place.row)
+        goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
+        clerk.follow(self._place.row)
         # Where rows are missing nobody knows what comes again.
-        last = math.inf if state is None else -1.0 if before is None else float(before[_TICK])
+        last = -1.0 if left.before is None else float(left.before[_TICK])
+        last = math.inf if left.state is None else last
         clerk.adopt(
             self._about.machine.serial, goes_on, lambda name: recorder.is_after(name, run, last)
         )
-        self._journal = Journal(source.run, before, resumed=goes_on is not None)
+        self._journal = Journal(source.run, left.before, left.goes_on)
         self._followed = self._place.row
 
     @property

@@ -57,7 +57,7 @@ class Supervisor:
         self._sole = Sole(folder / SUPERVISES, "a supervisor runs")
         self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE)
         self._heartbeat = Heartbeat(folder)
-        self._number, self._keeps_nothing = 0, False
+        self._number, self._silent_looks, self._keeps_nothing = 0, 0, False
         self._run = f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.monotonic_ns():x}"
         self.recorder = Ward(
             folder, launch.RECORDER, folder / RECORDS, Process.RECORDER, (str(out),)
@@ -92,8 +92,10 @@ class Supervisor:
         """Whether the recorder can keep what it hears: a disk may be full, a database gone."""
         since_s = self._heartbeat.age_s(Process.KEEPING)
         lives = self._heartbeat.age_s(Process.RECORDER) < MISSED_S
-        lives &= self._heartbeat.is_expected(Process.KEEPING)
-        if lives and not self._keeps_nothing and since_s > MISSED_S:
+        silent = lives and since_s > MISSED_S and self._heartbeat.is_expected(Process.KEEPING)
+        # One that has just begun comes to it in a moment.
+        self._silent_looks = (self._silent_looks + 1) * silent
+        if not self._keeps_nothing and self._silent_looks * LOOKS_S > MISSED_S:
             self._keeps_nothing = True
             words = launch.last_words(self.recorder.folder, self.recorder.name)
             return [self._note("recorder-keeps-nothing", words)]

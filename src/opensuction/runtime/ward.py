@@ -12,8 +12,11 @@ from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.sole import holder
 from opensuction.runtime import launch
 
-HUNG_S = 1.0
+HUNG_S = {Process.CONTROL: 1.0}
 """Without a sign of life for longer than this it does nothing any more, and is ended."""
+PATIENCE_S = 3.0
+"""The same of everybody else. The rings keep what comes meanwhile, for longer than that and another
+start take; a machine that is busy may keep a process of the ordinary class waiting for a second."""
 TRIES = 5
 """So often it is replaced within `TRIES_S`; after that somebody has to look."""
 TRIES_S = 60.0
@@ -90,7 +93,8 @@ class Ward:
 
     def _end_when_hung(self) -> None:
         running_s = time.monotonic() - self._begun_s
-        allowed_s = HUNG_S if self.works() else launch.BEGINS_S
+        hung_s = HUNG_S.get(self._life, PATIENCE_S)
+        allowed_s = hung_s if self.works() else launch.BEGINS_S
         age_s = self._heartbeat.age_s(self._life)
         if running_s > allowed_s and age_s > allowed_s and self._heartbeat.is_expected(self._life):
             self._signal(signal.SIGKILL)
