@@ -1,6 +1,8 @@
 """A twin and a controller as processes, and who asks them and looks."""
 
+import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -11,12 +13,13 @@ from pathlib import Path
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.mailbox import Sender
 from opensuction.exchange.ring import RingReader
+from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime import about, launch
 from opensuction.runtime.loop import ROW_COLUMNS
-from opensuction.runtime.room import ASK, RING
+from opensuction.runtime.room import ASK, CONTROLS, RECORDS, RING
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.controller.bedside import at_bed
 
@@ -94,6 +97,11 @@ class Room:
             if process is not None:
                 process.kill()
                 process.communicate()
+        # What a supervisor of this folder has started, where a test has failed.
+        for lock in (RECORDS, CONTROLS):
+            pid = holder(self.folder / lock)
+            if pid is not None:
+                os.kill(pid, signal.SIGKILL)
 
     def now(self, name: str) -> float:
         newest = self.rows.snapshot()

@@ -10,8 +10,7 @@ from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.mark import Place
 from opensuction.exchange.ring import RingWriter
 from opensuction.recording.cycle_file.tick_table import STATE_PART
-from opensuction.runtime.control_process import STARTED_FROM
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, TIMING_COLUMNS
+from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
 from opensuction.runtime.recorder_process import Source
 
 SLOTS = 64

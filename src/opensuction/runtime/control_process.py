@@ -37,7 +37,14 @@ from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
-from opensuction.runtime.loop import ROW_COLUMNS, SET, SLOTS_S, Around, ControlLoop
+from opensuction.runtime.loop import (
+    ROW_COLUMNS,
+    SET,
+    SLOTS_S,
+    STARTED_FROM,
+    Around,
+    ControlLoop,
+)
 from opensuction.runtime.room import (
     ASK,
     CONFIGURATION,
@@ -50,8 +57,6 @@ from opensuction.runtime.room import (
 from opensuction.safety.head import head_vote
 
 PERIOD_NS = 1_000_000
-STARTED_FROM = "state"
-"""What the ring tells of the state before its first row: the bytes of its numbers."""
 READINGS = row.columns(Readings)
 ENDED = "ended"
 AT_ONCE = 2

@@ -57,6 +57,8 @@ RESET_S = 0.06
 started would not be heard in its one tick. No longer, for what comes meanwhile is put out with it.
 """
 NEVER = -1_000_000
+STARTED_FROM = "state"
+"""What the ring tells of the state before its first row: the bytes of its numbers."""
 STALE_S = 0.02
 """For so long the same readings may come, as long as the drives wait for a command: the machine has
 a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell

@@ -29,9 +29,8 @@ from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.runtime import about, recorder
 from opensuction.runtime.clerk import Clerk, Context
-from opensuction.runtime.control_process import STARTED_FROM
 from opensuction.runtime.journal import Journal, Run
-from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
+from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM
 from opensuction.runtime.recorder import Recorder
 from opensuction.runtime.room import (
     CONFIGURATION,
