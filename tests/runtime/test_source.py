@@ -11,7 +11,7 @@ from opensuction.exchange.mark import Place
 from opensuction.exchange.ring import RingWriter
 from opensuction.recording.cycle_file.tick_table import STATE_PART
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS, STARTED_FROM, TIMING_COLUMNS
-from opensuction.runtime.recorder_process import Source
+from opensuction.runtime.source import Source
 
 SLOTS = 64
 LEFT_AT = 30
