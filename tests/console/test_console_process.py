@@ -136,7 +136,7 @@ def test_killed_in_a_cycle_nothing_but_the_page_is_gone_for_a_moment(served: Ser
     assert beats.deaths(Process.CONSOLE) >= 1
     state = served.state()
     assert (state["connected"], state["phase"]) == (True, "parked")
-    names = [one["name"] for one in state["alarms"]]  # type: ignore[attr-defined, index]
+    names = [one["name"] for one in state["alarms"]]  # type: ignore[attr-defined]
     assert (
         "console-lost" in names
         or not int(room.now("outputs.signals.present")) >> int(Condition.CONSOLE_LOST) & 1

@@ -24,7 +24,7 @@ def make_pair(folder: Path, *protected: str) -> tuple[Path, Path]:
     subprocess.run(
         (
             *("openssl", "req", "-x509", "-newkey", "rsa:2048", "-days", "2", "-subj", "/CN=ward"),
-            *("-keyout", key, "-out", certificate, *(protected or ("-nodes",))),
+            *("-keyout", str(key), "-out", str(certificate), *(protected or ("-nodes",))),
         ),
         check=True,
         capture_output=True,
