@@ -87,7 +87,7 @@ class Room:
         assert self.recorder is not None
         self.recorder.terminate()
         assert self.recorder.wait(10.0) == 0
-        said = (self.folder / f"{launch.RECORDER}.log").read_text()
+        said = launch.log_of(self.folder, launch.RECORDER).read_text()
         assert said.startswith(words), said
         assert bool(said) == bool(words), said
 

@@ -22,7 +22,12 @@ ASK = "control.ask"
 """Where the control loop takes requests."""
 WATCH_EVENTS, WATCH_EVENTS_BEFORE = "supervisor.events", "supervisor.events.before"
 CONTROLS, RECORDS, SUPERVISES = "control.lock", "recorder.lock", "supervisor.lock"
-"""What the process that controls, records or supervises holds."""
+CONSOLES = "console.lock"
+"""What the process that controls, records, supervises or serves the console holds."""
+CONSOLE_ENDS_S = 10.0
+"""How long a console's end may take: pages are told of it."""
+CONSOLE = "console.json"
+"""What the console is set to, where there is one."""
 MARK = "recorder.mark"
 """How far everything is kept."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")

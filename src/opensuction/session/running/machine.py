@@ -5,10 +5,7 @@ plays it is taken up as it is; a machine that is set otherwise is not.
 """
 
 import json
-import os
-import signal
 import subprocess
-import time
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -17,9 +14,11 @@ from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.sole import holder
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.sole import end_holder, holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
+from opensuction.kernel.name import name_of
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
@@ -74,11 +73,12 @@ def check_records(database: str | None) -> str:
         return records.database.address.shown
 
 
-def check_free(name: str) -> None:
-    """Whether a machine may have this name, and nobody runs it; raises InputError."""
-    pid = holder(room.find(name) / room.SUPERVISES)
-    if pid is not None:
+def check_free(name: str) -> Path:
+    """The folder of a machine that nobody looks after; raises InputError where somebody does."""
+    folder = room.make(name)
+    if (pid := holder(folder / room.SUPERVISES)) is not None:
         raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
+    return folder
 
 
 def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Running:
@@ -87,8 +87,8 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     anew: end what an earlier run has left, its twin included. Raises InputError where that is in
     the way, or where the twin does not play.
     """
-    check_free(name)
-    folder = room.make(name)
+    folder = check_free(name)
+    _drop_console(folder)
     if anew:
         end(folder)
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
@@ -104,6 +104,13 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin)
+
+
+def _drop_console(folder: Path) -> None:
+    """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
+    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S)
+    (folder / room.CONSOLE).unlink(missing_ok=True)
+    Heartbeat(folder).end(Process.CONSOLE)
 
 
 def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
@@ -144,6 +151,8 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
         heading={
             "machine": str(used.machine_name),
             "patient": str(used.patient_name or "none"),
+            "age": name_of(site.age),
+            "carina_mm": f"{site.carina_mm:g}",
             "protocol": str(resolved.protocol_name),
             "approach": choice.approach,
             "compensation": str(choice.compensation),
@@ -166,15 +175,8 @@ def end(folder: Path) -> None:
     """
     for lock, seconds in (
         (room.CONTROLS, COMES_OUT_S),
+        (room.CONSOLES, room.CONSOLE_ENDS_S),
         (room.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        pid = holder(folder / lock)
-        if pid is None:
-            continue
-        os.kill(pid, signal.SIGTERM)
-        ends_s = time.monotonic() + seconds
-        while holder(folder / lock) == pid:
-            if time.monotonic() > ends_s:
-                raise InputError(f"process {pid} of {folder} does not end")
-            time.sleep(launch.LOOKS_S)
+        end_holder(folder / lock, seconds)
