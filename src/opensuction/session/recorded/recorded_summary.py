@@ -95,7 +95,8 @@ def _sucking(columns: Columns) -> npt.NDArray[np.bool_]:
     """Ticks with the valve perhaps open and vacuum in the line; the pre-use test's do not count."""
     drawing = columns["readings.line_vacuum_mmhg"] > VENTED_MMHG
     found: npt.NDArray[np.bool_] = (columns["durations.sucking_s"] > 0.0) & drawing
-    return found & (columns["phase"] != Phase.CHECKING)
+    found[columns["phase"] == Phase.CHECKING] = False
+    return found
 
 
 def _timing(cycle: RecordedCycle) -> Json:
