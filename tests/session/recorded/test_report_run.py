@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.cycle_file.chunk_content import Rows, Told
+from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
@@ -28,26 +28,9 @@ def cycle(tmp_path_factory: pytest.TempPathFactory) -> Played:
     return played.play(tmp_path_factory.mktemp("cycle") / "a.mcap", choice)
 
 
-def without_truth(recording: Path, to: Path, skip: slice = slice(0)) -> Path:
-    """The same as a machine in real time leaves it. skip: rows of the ticks that are lost."""
-    reader = RecordingReader(recording)
-    contents = list(reader.contents())
-    with RecordingWriter(to, reader.heading, TABLES) as file:
-        for one in contents:
-            if isinstance(one, Told):
-                file.add_event(one.time_ns, one.event)
-        for topic in TABLES:
-            rows = [one for one in contents if isinstance(one, Rows) and one.topic == topic]
-            times = np.concatenate([one.times_ns for one in rows])
-            table = np.concatenate([one.table for one in rows])
-            lost = range(*skip.indices(len(table))) if topic == TICKS else ()
-            file.add_rows(topic, np.delete(times, lost), np.delete(table, lost, axis=0))
-    return to
-
-
 @pytest.fixture(scope="module")
 def real(cycle: Played, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return without_truth(cycle.path, tmp_path_factory.mktemp("real") / "b.mcap")
+    return played.without_truth(cycle.path, tmp_path_factory.mktemp("real") / "b.mcap")
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +104,7 @@ def test_equal_recordings_give_equal_pages(real: Path) -> None:
 
 
 def test_missing_ticks_are_told_and_times_stay(cycle: Played, tmp_path: Path) -> None:
-    path = without_truth(cycle.path, tmp_path / "c.mcap", slice(5000, 5400))
+    path = played.without_truth(cycle.path, tmp_path / "c.mcap", slice(5000, 5400))
     found = recorded_cycle.read([path])
     assert found.missing == 400
     whole = recorded_cycle.read([cycle.path])
