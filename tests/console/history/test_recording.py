@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from opensuction.console.history import recording_file, report_page
@@ -149,14 +150,13 @@ def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_
     rows = [one for one in reader.contents() if isinstance(one, Rows)]
     column = [one.name for one in TICK_COLUMNS].index("outputs.commands.head_mm")
     changed = tmp_path / "changed.mcap"
-    done = False
     with RecordingWriter(changed, reader.heading, TABLES) as file:
-        for one in rows:
-            table = one.table.copy()
-            if one.topic == TICKS and not done and len(table) > 100:
+        for topic in TABLES:
+            table = np.concatenate([one.table for one in rows if one.topic == topic])
+            times = np.concatenate([one.times_ns for one in rows if one.topic == topic])
+            if topic == TICKS:
                 table[100, column] += 0.5
-                done = True
-            file.add_rows(one.topic, one.times_ns, table)
+            file.add_rows(topic, times, table)
     past = remember(console, changed)
     client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
     client.post(path)

@@ -30,7 +30,8 @@ def policy() -> str:
             "img-src data:",
             "base-uri 'none'",
             "form-action 'none'",
-            "frame-ancestors 'none'",
+            # It is shown within the console's page: STOP stays in reach.
+            "frame-ancestors 'self'",
         )
     )
 

@@ -97,7 +97,11 @@ def read_cycle(here: Here, _: Looks, id: Id) -> answer.Cycle:  # noqa: A002 - it
 def read_report(here: Here, _: Looks, id: Id) -> Response:  # noqa: A002
     """The report of a cycle: the page that the command line writes, from its recording."""
     _cycle, file = here.finished_file(id)
-    headers = {"Content-Security-Policy": report_page.policy(), "Cache-Control": "no-store"}
+    headers = {
+        "Content-Security-Policy": report_page.policy(),
+        "X-Frame-Options": "SAMEORIGIN",
+        "Cache-Control": "no-store",
+    }
     return HTMLResponse(here.desk.report(file), headers=headers)
 
 
