@@ -1,9 +1,11 @@
 """What has been, over the interface: narrowed, page by page, each to whom it may be shown."""
 
 from datetime import timedelta
+from typing import Any
 from urllib.parse import quote
 
 import pytest
+from starlette.testclient import TestClient
 
 from tests.console.history.past import ATTACK, NOON, fill, remember
 from tests.console.served import Served
@@ -149,12 +151,13 @@ def test_the_trail_is_read_in_a_thread_and_its_verdict_told(console: Served) -> 
     assert console.client("clinician").post(f"{V1}/audit", json={}).status_code == 403
 
 
-def wait(client: object) -> dict[str, object]:
+def wait(client: TestClient) -> dict[str, Any]:
+    """Until the trail has been read."""
     import time
 
     ends_s = time.monotonic() + 30.0
     while True:
-        found: dict[str, object] = client.get(f"{V1}/audit").json()  # type: ignore[attr-defined]
+        found: dict[str, Any] = client.get(f"{V1}/audit").json()
         if found["state"] != "running" or time.monotonic() > ends_s:
             return found
         time.sleep(0.02)

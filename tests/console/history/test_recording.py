@@ -93,8 +93,8 @@ def test_parts_that_recorders_left_belong_together(tmp_path: Path) -> None:
     assert found is not None
     assert [part.name for part in found.parts] == ["a.mcap", "a-2.mcap", "a-3.mcap"]
     assert found.size == 30
-    for name in (None, "", ".mcap", "A" * 200 + ".mcap", "a.mcap\n", "a.txt", "a\0.mcap"):
-        assert recording_file.find(tmp_path, name) is None
+    for other in (None, "", ".mcap", "A" * 200 + ".mcap", "a.mcap\n", "a.txt", "a\0.mcap"):
+        assert recording_file.find(tmp_path, other) is None
 
 
 def test_a_report_may_run_its_own_scripts_and_nothing_else(

@@ -12,6 +12,7 @@ from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
+from opensuction.report import series
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.recorded import recorded_cycle, report_run
 from tests.report.page_data import payload
@@ -97,6 +98,12 @@ def test_what_the_twin_wrote_beside_it_is_shown(cycle: Played) -> None:
         float(removed[-1] - removed[0]), abs=0.01
     )
     assert {"tip", "estimated", "removed"} <= set(payload(report.html)["series"])
+
+
+def test_every_reading_that_is_drawn_is_one_of_a_recording(real: Path) -> None:
+    every = (*series.MACHINE, *series.PATIENT)
+    drawn = {entry.measured for entry in every if entry.measured} | {"estimate.tip_mm"}
+    assert drawn <= set(recorded_cycle.read([real]).columns)
 
 
 def test_equal_recordings_give_equal_pages(real: Path) -> None:

@@ -55,7 +55,7 @@ def _report(options: ReportOptions) -> int:
             data,
             {PAGE: found.html, DATA: to_text(data)},
             lambda console, final: _summarise_report(console, data, final),
-            is_good=data["flaw"] is None,
+            is_good=not data["damaged"],
         )
 
     return deliver(options.results, "report", work, "Reading")
@@ -184,13 +184,13 @@ REPORT = Command(
     "not known.",
     examples="""\b
 Examples:
-  opensuction report runs/20261123T212449-twin/20261123T212449-1535950b-000001250.mcap
+  opensuction report runs/RUN/CYCLE.mcap
   opensuction report run1/recording.mcap --out page
   opensuction report run1/recording.mcap --json | jq .timing
 
 A recording that was not finished, or is damaged, is reported up to there; a line and the page say
 where.""",
-    ends="0 written, 1 the file is not whole: what lies before was reported",
+    ends="0 written, 1 the file is damaged: what lies before was reported",
 )
 EXPORT = Command(
     name="export",

@@ -15,7 +15,7 @@ from opensuction import __version__
 from opensuction.console.history.recording_file import RecordingFile
 
 FOLDER = ".history"
-FORMAT = 1
+FORMAT = 2
 """Of what is kept; the next number makes everything be worked out anew."""
 
 

@@ -65,7 +65,13 @@ def figures(paths: list[Path]) -> dict[str, Any]:
 
     data = recorded_summary.summary(recorded_cycle.read(paths))
     pressure = "airway_pressure_cmh2o"
-    return {
+    known: dict[str, Any] = {
+        "gap_mm": number(data, "gap_mm"),
+        "alarms": float(len(rows(data, "alarms"))),
+    }
+    if not number(data, "timing", "negative_pressure_s"):
+        return known  # what never came to suction says nothing of suction
+    return known | {
         "deepest_mm": number(data, "tip", "deepest_mm"),
         "contact_mm": number(data, "contact", "touched_mm"),
         "removed_ml": number(data, "secretion", "removed_ml"),
@@ -77,8 +83,6 @@ def figures(paths: list[Path]) -> dict[str, Any]:
         "airway_highest_cmh2o": number(data, "vitals", pressure, "highest"),
         "spo2_percent": number(data, "spo2_nadir_percent"),
         "heart_rate_per_min": number(data, "vitals", "heart_rate_per_min", "lowest"),
-        "gap_mm": number(data, "gap_mm"),
-        "alarms": float(len(rows(data, "alarms"))),
     }
 
 

@@ -85,6 +85,8 @@ class RecordedCycle(NamedTuple):
     """Ticks that are not in the recording although those around them are."""
     flaw: str | None
     """What is wrong with the file, in one line."""
+    is_damaged: bool
+    """That is more than an end that is missing."""
     is_cut: bool
     """It goes on for longer than what was read."""
 
@@ -137,6 +139,7 @@ class _Gathered(NamedTuple):
     columns: Columns
     truth: tuple[npt.NDArray[np.int64], Columns] | None
     flaw: str | None
+    is_damaged: bool
 
 
 def _gather(path: Path) -> _Gathered:
@@ -160,7 +163,9 @@ def _gather(path: Path) -> _Gathered:
         raise InputError(reader.flaw or f"{path}: there is no tick in it: nothing to report")
     twin = topics.get(TWIN)
     truth = twin.columns() if twin is not None and twin.rows else None
-    return _Gathered(reader.heading, *topics[TICKS].columns(), truth, reader.flaw)
+    return _Gathered(
+        reader.heading, *topics[TICKS].columns(), truth, reader.flaw, reader.is_damaged
+    )
 
 
 def _join(parts: list[_Gathered]) -> _Gathered:
@@ -181,6 +186,7 @@ def _join(parts: list[_Gathered]) -> _Gathered:
         {name: values[kept] for name, values in columns.items()},
         None,
         flaws[0] if flaws else None,
+        any(part.is_damaged for part in same),
     )
 
 
@@ -246,5 +252,6 @@ def read(paths: list[Path]) -> RecordedCycle:
         dt_s=dt_s,
         missing=int(tick[-1] - tick[0]) + 1 - tick.size,
         flaw=found.flaw,
+        is_damaged=found.is_damaged,
         is_cut=end < begin + within.size,
     )

@@ -18,6 +18,7 @@ from opensuction.session.cycle import cycle_summary, dwell_summary, preoxygenati
 from opensuction.session.cycle.vital_sign import WINDOW_S
 from opensuction.session.plain import Json, without_nan
 from opensuction.session.recorded.recorded_cycle import RecordedCycle
+from opensuction.settings.wording import one_line
 from opensuction.simulation import alarm_record, outcome, trace
 from opensuction.simulation.outcome import VENTED_MMHG
 from opensuction.simulation.trace import Columns
@@ -197,7 +198,8 @@ def _borne(cycle: RecordedCycle) -> Json:
 def _asked(cycle: RecordedCycle) -> Json:
     """What ran, as the heading has it."""
     about = {
-        name: None if value == UNKNOWN else value for name, value in cycle.heading.about.items()
+        name: None if value == UNKNOWN else one_line(value)
+        for name, value in cycle.heading.about.items()
     }
     names = ("machine", "protocol", "approach", "compensation", "patient", "seed")
     return {**{name: about.get(name) for name in names}, "catheter": about.get("catheter")}
@@ -236,8 +238,8 @@ def summary(cycle: RecordedCycle) -> Json:
         "basis": RECORDED,
         "has_truth": cycle.has_truth,
         **_ending(cycle),
-        "version": cycle.heading.software_version,
-        "arithmetic_fingerprint": cycle.heading.fingerprint,
+        "version": one_line(cycle.heading.software_version),
+        "arithmetic_fingerprint": one_line(cycle.heading.fingerprint),
         "began_utc": cycle.heading.began_utc,
         "in_silico": "notice" in cycle.heading.about,
         **_asked(cycle),
@@ -260,5 +262,6 @@ def summary(cycle: RecordedCycle) -> Json:
         "gap_mm": gap_mm(cycle),
         "missing_ticks": cycle.missing,
         "flaw": cycle.flaw,
+        "damaged": cycle.is_damaged,
     }
     return without_nan(data)

@@ -13,7 +13,7 @@ export function sentence(alarm) {
 
 export function mountAlarms(root, context) {
   const words = text.history.alarms;
-  const list = new List(context.api, {
+  const list = new List(context, {
     path: "/alarms",
     key: "alarms",
     label: text.history.tab.alarms,

@@ -67,7 +67,7 @@ function verdict(found) {
 export function mountAudit(root, context) {
   const words = text.history.audit;
   const trail = new Trail(context.api);
-  const list = new List(context.api, {
+  const list = new List(context, {
     path: "/actions",
     key: "actions",
     label: words.actions,

@@ -68,10 +68,13 @@ export function mountCycle(root, context, id) {
     const replay = cycle.has_recording ? new Replay(context.api, id) : null;
     if (replay) ends.push(() => replay.close());
     const inside = cycle.inside_at_end ? make("p", { class: "verdict bad" }, `\u2715 ${words.inside}`) : null;
+    const title = make("h2", { class: "cycle-title", tabindex: "-1" }, fill(words.title, cycle));
     root.replaceChildren(make("article", { class: "cycle" },
       make("p", {}, make("a", { class: "history-open", href: "#/history/cycles" }, `\u2190 ${words.back}`)),
-      make("div", { class: "cycle-head" }, make("h2", { class: "cycle-title" }, fill(words.title, cycle)), outcome(cycle)),
+      make("div", { class: "cycle-head" }, title, outcome(cycle)),
       ...(inside ? [inside] : []), files(cycle), facts(cycle), ...parts.map((part) => part.element), ...(replay ? [replay.element] : [])));
+    // Whoever came by keyboard goes on here: the link that was pressed is gone.
+    if (document.activeElement === document.body) title.focus({ preventScroll: true });
   }));
   return () => ends.forEach((end) => end());
 }

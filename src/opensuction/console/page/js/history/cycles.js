@@ -22,7 +22,7 @@ function cells(cycle) {
 
 export function mountCycles(root, context) {
   const words = text.history.cycles;
-  const list = new List(context.api, {
+  const list = new List(context, {
     path: "/cycles",
     key: "cycles",
     label: text.history.tab.cycles,

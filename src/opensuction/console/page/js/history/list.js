@@ -11,14 +11,18 @@ function startOf(day, later = 0) {
   return new Date(year, month - 1, date + later).toISOString();
 }
 
+const remembered = new Map(); // what somebody narrowed a list to: it is still so on the way back
+
 export class List {
   /** what: {path, key (of the answer), heads, cells(one), choices: {name: [[value, words]]}, words
       (hint of the search), none, noneSuch, label}. */
-  constructor(api, what) {
-    this.api = api;
+  constructor(context, what) {
+    this.api = context.api;
     this.what = what;
+    this.memory = `${context.session.name} ${what.path}`;
     this.asked = 0;
     this.build();
+    for (const [name, value] of Object.entries(remembered.get(this.memory) ?? {})) this.fields[name].input.value = value;
     this.show();
   }
 
@@ -59,6 +63,7 @@ export class List {
       else query.set(name, value);
     }
     this.isNarrowed = [...query.keys()].length > 1;
+    remembered.set(this.memory, Object.fromEntries(Object.entries(this.fields).map(([name, { input }]) => [name, input.value])));
     if (before) query.set("before", before);
     return query;
   }

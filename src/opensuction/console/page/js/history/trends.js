@@ -102,8 +102,8 @@ function tabled(found, known) {
 function spread(one, decimals) {
   if (!one) return "\u2013";
   const { median, lowest, highest } = one;
-  if (one.cycles === 1) return number(median, decimals);
-  return fill(text.history.trends.values, { median: number(median, decimals), lowest: number(lowest, decimals), highest: number(highest, decimals) });
+  const values = { median: number(median, decimals), lowest: number(lowest, decimals), highest: number(highest, decimals) };
+  return values.lowest === values.highest ? values.median : fill(text.history.trends.values, values);
 }
 
 export function mountTrends(root, context) {

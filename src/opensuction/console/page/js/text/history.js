@@ -127,7 +127,7 @@ export default {
     pending: "{pending} recordings are still being looked through; the plots fill as it goes.",
     without: "{n} of {cycles} cycles have no recording here, or none that is finished.",
     cut: "There are more cycles than are looked at: the oldest are left out.",
-    each: "Line: the median of a day's cycles. Shading: from the lowest to the highest.",
+    each: "Line: the median of a day's cycles that came to suction. Shading: from the lowest to the highest.",
     unknown: "Not known in these days: {names}.",
     table: "The same as a table",
     day: "Day",
