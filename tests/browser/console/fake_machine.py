@@ -22,6 +22,7 @@ from starlette.websockets import WebSocketDisconnect
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import Role
 from opensuction.console.route import alarm_signal, anatomy
+from opensuction.report import wording
 from opensuction.safety.condition import Condition
 
 PAGE = str(files("opensuction").joinpath("console", "page"))
@@ -94,17 +95,23 @@ MACHINE: Json = {
     "notice": "in-silico",
     "approach": "contact",
     "patient": {"pseudonym": "A-0417", "age": "adult"},
-    "tube_end_mm": 0.0,
-    "boundary_mm": -80.0,
-    "park_mm": -100.0,
-    "target_mm": 88.0,
-    "cap_mm": 105.0,
-    "carina_mm": 98.0,
+    "anatomy": {
+        "tube_end_mm": 0.0,
+        "boundary_mm": -80.0,
+        "park_mm": -100.0,
+        "target_mm": 88.0,
+        "cap_mm": 105.0,
+        "carina_mm": 98.0,
+    },
+    "phases": [
+        {"phase": name.replace("_", "-"), **words._asdict()}
+        for name, words in wording.PHASES.items()
+    ],
     "protocol": {"name": "gentle", "vacuum_mmhg": 100.0, "suction_s": 15.0},
     "limits": {
         "vacuum_mmhg": 150.0,
         "spo2_percent": 90.0,
-        "heart_rate_per_min": [50.0, 140.0],
+        "heart_rate_per_min": 50.0,
         "airway_pressure_cmh2o": [-5.0, 40.0],
     },
     "plan_sentence": "to 88 mm, 100 mmHg, at most 15 s suction",

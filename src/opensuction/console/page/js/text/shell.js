@@ -50,7 +50,8 @@ export default {
     failedRemedy:
       "Use the red button on the machine, or draw the catheter out by the handle.",
     failedDetail: "The request did not reach the machine: {detail}",
-    again: "Press STOP again",
+    verdict: "the machine says \"{verdict}\"",
+    again: "It is tried again. Press STOP again, too.",
   },
   now: {
     title: "Now",
