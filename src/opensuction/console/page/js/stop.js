@@ -40,6 +40,7 @@ export class Stop {
 
   makeFailure() {
     const words = text.shell.stop;
+    this.failureNext = make("p", {}, words.again);
     this.failureDetail = make("p", { class: "not-stopped-detail" });
     return make(
       "div",
@@ -47,7 +48,7 @@ export class Stop {
       make("p", { class: "not-stopped-word" }, words.failed),
       make("p", { class: "not-stopped-remedy" }, words.failedRemedy),
       this.failureDetail,
-      make("p", {}, words.again),
+      this.failureNext,
       make("button", { type: "button", onclick: () => this.settle() }, text.shell.close),
     );
   }
@@ -96,6 +97,7 @@ export class Stop {
       await pause(BETWEEN_MS);
       if (mine !== this.press_number) return;
     }
+    say(this.failureNext, text.shell.stop.givenUp);
   }
 
   deliver(answer) {
@@ -110,6 +112,7 @@ export class Stop {
 
   /** Said at the first try that failed, while the next ones are made. */
   fail(detail) {
+    say(this.failureNext, text.shell.stop.again);
     this.show("failed", text.shell.stop.failed);
     say(this.failureDetail, fill(text.shell.stop.failedDetail, { detail }));
     show(this.failure, true);
