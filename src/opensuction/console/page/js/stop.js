@@ -80,9 +80,10 @@ export class Stop {
     const mine = this.press_number;
     clearTimeout(this.hide);
     this.show("sending", text.shell.stop.sending);
-    const body = { ask: "abort", key: newKey() };
     for (let attempt = 1; attempt <= TRIES; attempt += 1) {
       try {
+        // A key of its own each time: to stop twice harms nobody, and the answer is this try's.
+        const body = { ask: "abort", key: newKey() };
         const answer = await this.api.askAtOnce("/requests", body, ONE_TRY_MS);
         if (mine !== this.press_number) return;
         if (answer?.verdict === PRESSED) {
