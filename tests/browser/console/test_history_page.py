@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from opensuction.session.choice import CycleChoice, RigChoice
+from tests.browser.console.test_everybody import findings
 from tests.console.history.past import Past, fill, remember
 from tests.console.served import Served, listening
 from tests.session.recorded import played
@@ -168,3 +169,30 @@ def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: 
     page.get_by_text("Sign in to see History").wait_for()
     page.context.close()
     assert past.completed
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_the_history_is_for_everybody(
+    chromium: "Browser", console: Served, past: Past, scheme: Any
+) -> None:
+    tab = Tab(chromium, console, "engineer")
+    tab.page.emulate_media(color_scheme=scheme)
+    found = {}
+    for place, shown in (
+        ("/cycles", ".history-list tbody tr"),
+        (f"/cycle/{past.completed}", "text=Play it again"),
+        (f"/cycle/{past.lost}", ".priority.high"),
+        ("/alarms", ".priority.high"),
+        ("/trends", ".history-note, .trend-plot"),
+        ("/audit", ".audit-head"),
+    ):
+        page = tab.open(place)
+        page.locator(shown).first.wait_for()
+        found[place] = findings(page)
+    page = tab.open("/trends")
+    page.get_by_label("Days shown").select_option("365")
+    page.locator(".trend-plot canvas").first.wait_for()
+    page.get_by_text("The same as a table").click()
+    found["plots"] = findings(page)
+    assert found == {name: [] for name in found}
+    page.context.close()

@@ -16,7 +16,7 @@ export function mountAlarms(root, context) {
   const list = new List(context, {
     path: "/alarms",
     key: "alarms",
-    label: text.history.tab.alarms,
+    label: text.history.alarms.log,
     heads: [words.raised, words.priority, words.what, words.cycle],
     cells: (alarm) => [
       instant(alarm.raised_at),

@@ -44,7 +44,7 @@ export class List {
     });
     for (const name of [...Object.keys(choices), "from", "to"]) this.fields[name].input.addEventListener("change", () => this.show());
     this.rows = make("div", { class: "history-rows" });
-    this.element = make("section", { class: "history-list", "aria-label": this.what.label }, this.form, this.rows);
+    this.element = make("div", { class: "history-list" }, this.form, this.rows);
   }
 
   reset() {

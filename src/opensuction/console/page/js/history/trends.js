@@ -75,7 +75,7 @@ class Trends {
     const known = Object.keys(words.quantities).filter((name) => found.days.some((day) => day.quantities[name]));
     const unknown = Object.keys(words.quantities).filter((name) => !known.includes(name));
     const plots = ["outcomes", ...known].map((name) => [name, make("div", { class: "trend-plot" })]);
-    const figures = plots.map(([name, place]) => make("figure", { class: "trend" }, make("h3", {}, titleOf(name)), place));
+    const figures = plots.map(([name, place]) => make("figure", { class: "trend" }, make("h2", {}, titleOf(name)), place));
     if (unknown.length && !found.pending) notes.push(fill(words.unknown, { names: unknown.map((name) => words.quantities[name][0].toLowerCase()).join(", ") }));
     this.body.replaceChildren(...notes.map((note) => make("p", { class: "trend-note", role: "status" }, note)),
       make("p", { class: "trend-note" }, words.each), make("div", { class: "trend-grid" }, figures), tabled(found, known));

@@ -89,6 +89,7 @@ export default {
     damaged: "The recording is damaged; it was compared up to there.",
   },
   alarms: {
+    log: "Alarm log",
     none: "No alarm is on record.",
     noneSuch: "No alarm is like that. Show all, or choose other words or days.",
     raised: "Raised",
