@@ -1,0 +1,5 @@
+"""Accounts: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Accounts"])

@@ -1,0 +1,5 @@
+"""History: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["History"])

@@ -1,0 +1,5 @@
+"""Identification: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Identification"])

@@ -1,0 +1,5 @@
+"""Machine: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Machine"])

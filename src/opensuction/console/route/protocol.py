@@ -1,0 +1,5 @@
+"""Protocol: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Protocol"])

@@ -1,0 +1,5 @@
+"""Requests: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Requests"])

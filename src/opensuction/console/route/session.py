@@ -1,0 +1,5 @@
+"""Session: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Session"])

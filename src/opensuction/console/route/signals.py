@@ -1,0 +1,5 @@
+"""Signals: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Signals"])

@@ -1,0 +1,5 @@
+"""Teaching: to be filled."""
+
+from fastapi import APIRouter
+
+router = APIRouter(tags=["Teaching"])
