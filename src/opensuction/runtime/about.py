@@ -31,9 +31,9 @@ class About(NamedTuple):
 def write(folder: Path, about: About, name: str = ABOUT) -> None:
     """Into the machine's folder, whole or not at all. name: of the file."""
     told: dict[str, Any] = about._asdict()
-    for name, value in told.items():
+    for field, value in told.items():
         if hasattr(value, "_asdict"):
-            told[name] = value._asdict()
+            told[field] = value._asdict()
     new = folder / f"{name}.new"
     new.write_text(json.dumps(told), encoding="utf-8")
     new.replace(folder / name)

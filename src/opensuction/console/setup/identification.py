@@ -5,6 +5,7 @@ its own transmission; a simulated one of the same kind, catheter and seed is exc
 the lowest priority. What comes of it an engineer may accept, with a reason.
 """
 
+import atexit
 import json
 import os
 import subprocess
@@ -131,6 +132,7 @@ class Runs:
 
 RUNS = Runs()
 """Of this process."""
+atexit.register(RUNS.end)
 
 
 def _watch(process: subprocess.Popen[bytes]) -> None:
