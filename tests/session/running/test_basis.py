@@ -37,7 +37,7 @@ def at_bed(patient: str = "adult-icu", kind: CompensationKind = KIND) -> Basis:
         is_teaching=False,
         taught_by="nominal",
         rig=RigChoice("clinical", patient),
-        person=Person(70.0, 80.0),
+        person=Person(rig.machine.patient.weight_kg, rig.machine.patient.tube_length_mm),
     )
 
 

@@ -1,5 +1,6 @@
 """What setting up must know of the machine as it is now, from its newest row."""
 
+import time
 from typing import NamedTuple
 
 from opensuction.console.guard.problem import Problem
@@ -58,8 +59,8 @@ class Now(NamedTuple):
 
 def now(site: Site) -> Now:
     """Raises Problem 503 where the controller does not say."""
-    newest, age_s = site.hub.newest(), site.hub.age_s()
-    if newest is None or age_s is None or age_s > STALE_S:
+    newest = site.hub.newest()
+    if newest is None or time.monotonic() - float(newest[1][0]) > STALE_S:
         raise Problem(503, "the controller does not run: what the machine does is not known")
     row = newest[1]
     taught = Taught(int(row[_TAUGHT]))
