@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from opensuction.console.setup.field import FIXED, OF_GUIDELINE
+from opensuction.console.setup.field import FIXED
 from opensuction.controller import setup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning import clinical, planner
 from opensuction.procedure.planning.clinical import TEMPLATES
-from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline
+from opensuction.procedure.planning.guideline import GUIDELINES, Guideline
 from opensuction.procedure.planning.planner import Abilities, Refused
 from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.procedure.planning.site import Site
@@ -95,7 +95,7 @@ def judge(basis: Basis, draft: Draft) -> list[Refused]:
         found += _refuse_clinically(protocol, able, draft)
     if not found:
         found += _refuse_on_machine(basis, draft, protocol)
-    return _unique(found)
+    return list(dict.fromkeys(found))
 
 
 def _refuse_clinically(protocol: Protocol, able: Abilities, draft: Draft) -> Iterator[Refused]:
@@ -112,10 +112,8 @@ def _refuse_clinically(protocol: Protocol, able: Abilities, draft: Draft) -> Ite
     for name, most_s in budgets:
         value_s = getattr(protocol, name)
         if value_s > most_s:
-            source = SOURCES[OF_GUIDELINE[name]]
             yield Refused(
-                name,
-                f"{name} {value_s:g} s is more than this patient may have, {most_s:g} s ({source})",
+                name, f"{name} {value_s:g} s is more than this patient may have, {most_s:g} s"
             )
     try:
         clinical.check_depth(protocol, site, draft.by_contact)
@@ -146,10 +144,6 @@ def _field_of(message: str) -> str:
     """The field that a message names first."""
     places = {name: message.find(name) for name in Protocol._fields if name in message}
     return min(places, key=lambda name: places[name], default=WHOLE)
-
-
-def _unique(found: list[Refused]) -> list[Refused]:
-    return list(dict.fromkeys(found))
 
 
 def fitted(basis: Basis, site: Site, by_contact: bool) -> dict[str, Protocol | str]:

@@ -18,13 +18,19 @@ from opensuction.console.site import Site
 from opensuction.controller import configuration
 from opensuction.devices import twin_faults
 from opensuction.devices.twin_hand import HandTask
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.ring import RingReader
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.teaching import PLAUSIBLE
 from opensuction.procedure.planning.guideline import GUIDELINES
 from opensuction.runtime import room
 from opensuction.session.running.basis import Basis
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from opensuction.twin.machine import hand
 
+FELT_N = hand.PARAMETERS["felt_n"].value
+_CONTACT = SHOWN_COLUMNS.index("truth.contact_n")
 BENCH = "a bench has no carina to be taught: its protocol names its own travel"
 
 
@@ -107,10 +113,20 @@ def shown(site: Site) -> dict[str, Any]:
         "sentence": now.taught_sentence,
         "taught_mm": now.taught_mm,
         "is_away": now.is_away,
+        "feels": _feels(site) if is_twin and stage == Stage.MOVING else None,
         "head_mm": now.head_mm,
         "inside_s": now.inside_s,
         "inside_most_s": GUIDELINES[found.site.age].in_airway_s,
     }
+
+
+def _feels(site: Site) -> bool | None:
+    """Whether the twin's hand feels the carina; None where the twin does not say."""
+    try:
+        newest = RingReader(site.folder / SHOWN).snapshot()
+    except InputError:
+        return None
+    return None if newest is None else bool(newest[1][_CONTACT] >= FELT_N)
 
 
 def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> None:

@@ -230,7 +230,6 @@ def sentence(check: GuidelineCheck) -> str:
     return (
         f"{check.name} would be {check.value:.3g} {check.unit}".rstrip()
         + f", it should be {word} {check.limit:g} {check.unit}".rstrip()
-        + f" ({check.source})"
     )
 
 
@@ -238,4 +237,4 @@ def enforce(found: list[GuidelineCheck]) -> None:
     """Refuse the first requirement that is not met; raises InputError with the numbers."""
     for check in found:
         if not check.ok:
-            raise InputError(sentence(check))
+            raise InputError(f"{sentence(check)} ({check.source})")

@@ -43,14 +43,14 @@ function drawn(plan) {
 
 function budget(words, value, most) {
   if (value === null || most === null) return text.bedside.unknown;
-  return fill(words.ofBudget, { value: value.toFixed(1), most: shown(most) });
+  return fill(words.ofBudget, { value: value.toFixed(1), most: Number(most.toFixed(1)) });
 }
 
 function row(words, one) {
   const limit = fill(one.is_strict ? words.below : words.atMost, { limit: shown(one.limit), unit: one.unit }).trim();
   return make("tr", { "data-ok": one.ok ? "true" : "false" },
     make("th", { scope: "row" }, words.guidelineNames[one.name] || one.name),
-    make("td", {}, `${shown(one.value)} ${one.unit}`.trim()),
+    make("td", {}, `${one.unit === "s" && one.value !== null ? one.value.toFixed(1) : shown(one.value)} ${one.unit}`.trim()),
     make("td", {}, limit),
     make("td", { class: "verdict" }, one.ok ? `✓ ${words.kept}` : `✗ ${words.broken}`));
 }

@@ -12,7 +12,7 @@ export function numberField(told, limit, onchange) {
   const range = fill(told.is_above ? words.rangeAbove : words.range, { least: told.least, most: told.most, unit: told.unit });
   const wrong = make("span", { class: "field-wrong", id: `${id}-wrong` });
   const before = make("span", { class: "in-force" });
-  const hint = make("span", { class: "field-hint", id: `${id}-hint` }, range, " · ", before);
+  const hint = make("span", { class: "field-hint", id: `${id}-hint` }, range, before);
   const input = make("input", {
     id, name: told.name, inputmode: "decimal", autocomplete: "off", spellcheck: "false",
     "aria-describedby": `${id}-wrong ${id}-hint`,
@@ -61,7 +61,7 @@ export function numberField(told, limit, onchange) {
       mark(input, "aria-invalid", sentence ? "true" : null);
     },
     compare(value) {
-      say(before, fill(words.inForceIs, { value: shown(value) }));
+      say(before, this.value === value ? "" : ` · ${fill(words.inForceIs, { value: shown(value) })}`);
       mark(element, "data-changed", this.value !== value);
     },
     lock(isLocked) {

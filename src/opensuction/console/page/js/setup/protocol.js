@@ -193,7 +193,7 @@ class Protocol {
     this.plan.show(found.plan);
     this.refuse(found.refused.map((one) => ({ field: one.field, detail: one.sentence })));
     const list = found.changes.map((one) => this.changeWords(one)).join("; ");
-    say(this.changesLine, list ? fill(words.changes, { list }) : words.noChanges);
+    say(this.changesLine, !found.plan ? "" : list ? fill(words.changes, { list }) : words.noChanges);
     const lacking = found.needs.filter((right) => !this.context.session.may(right));
     say(this.needs, lacking.map((right) => words.needs[right] || "").join(" "));
     show(this.reasonPlace, found.needs.includes("change-limits"));
@@ -209,9 +209,20 @@ class Protocol {
     return fill(words.change, { field: field ? field.label : one.field, from: shown(one.from), to: `${shown(one.to)} ${unit}`.trim() });
   }
 
+  /** A sentence of the planner with the names that stand on this page. */
+  plainly(field, sentence) {
+    const own = sentence.startsWith(`${field} is `) ? sentence.slice(field.length + 4) : sentence;
+    const words = own.replace(/\b[a-z]+(?:_[a-z0-9]+)+\b/g, (name) => {
+      const found = this.fields.find((one) => one.name === name);
+      return found ? `\u201c${found.label}\u201d` : name;
+    });
+    return words.slice(0, 1).toUpperCase() + words.slice(1);
+  }
+
   /** Say beside each field what is wrong with it, and the rest below. */
-  refuse(errors) {
+  refuse(told) {
     const words = text.setup.protocol;
+    const errors = told.map((one) => ({ field: one.field, detail: this.plainly(one.field, one.detail) }));
     for (const one of this.fields) one.refuse(errors.filter((error) => error.field === one.name).map((error) => error.detail).join(" "));
     say(this.reasonWrong, errors.filter((error) => error.field === "reason").map((error) => error.detail).join(" "));
     const names = new Set([...this.fields.filter((one) => !one.element.hidden).map((one) => one.name), "reason"]);

@@ -1,7 +1,7 @@
 // The travel length, taught one step at a time.
 
 import { newKey } from "../api.js";
-import { make, mark, say } from "../dom.js";
+import { make, mark, say, show } from "../dom.js";
 import { phaseWords } from "../situation.js";
 import { fill, text } from "../text.js";
 import { number } from "../words.js";
@@ -23,11 +23,13 @@ class Teaching {
     this.inside = make("dd", {});
     this.taught = make("dd", { class: "taught" });
     this.answer = answerLine();
+    this.notes = { tip: make("dd", {}), head: make("dd", {}), taught: make("dd", {}), inside: make("dd", {}) };
     const values = make("dl", { class: "teaching-values" },
-      [[words.tip, this.tip], [words.head, this.head], [words.taught, this.taught], [words.inside, this.inside]]
-        .map(([name, value]) => make("div", {}, make("dt", {}, name), value)));
+      ["tip", "head", "taught", "inside"].map((name) => make("div", {}, make("dt", {}, words[name]), this[name], this.notes[name])));
+    for (const note of Object.values(this.notes)) note.className = "value-note";
+    this.intro = make("p", { class: "soft" }, words.intro);
     root.replaceChildren(make("div", { class: "teaching" },
-      make("p", { class: "soft" }, words.intro),
+      this.intro,
       this.track, this.step, this.does, values, this.buttons, this.answer.element));
     this.show(told);
     this.end = context.live.subscribe((state) => this.follow(state));
@@ -38,6 +40,7 @@ class Teaching {
     const mm = (value) => (value === null || value === undefined ? text.bedside.unknown : `${number(value, 1)} mm`);
     say(this.head, mm(state.head_mm));
     say(this.tip, mm(state.tip_mm));
+    say(this.notes.tip, state.contact ? text.bedside.tip.contact : text.bedside.tip.below);
   }
 
   async look() {
@@ -62,12 +65,15 @@ class Teaching {
     });
     say(this.step, fill(words.stepOf, { n: at + 1, all: words.steps.length, name: words.steps[at] }));
     say(this.does, this.doing(told, words));
+    show(this.intro, told.stage === "idle");
     const range = fill(words.plausible, { least: told.least_mm, most: told.most_mm });
     const refused = !["nothing", "taken"].includes(told.result);
-    say(this.taught, told.taught_mm !== null ? `${number(told.taught_mm, 1)} mm` : refused ? fill(words.refusedLength, { sentence: told.sentence }) : `${words.none} (${range})`);
+    say(this.taught, told.taught_mm !== null ? `${number(told.taught_mm, 1)} mm` : refused ? words.notTaken : words.none);
+    say(this.notes.taught, refused && told.taught_mm === null ? `${told.sentence}; ${range}` : range);
     mark(this.taught, "data-refused", refused);
     const isInside = told.inside_s > 0;
-    say(this.inside, isInside ? `${told.inside_s.toFixed(0)} s ${fill(words.insideMost, { s: told.inside_most_s })}` : text.bedside.tip.outDetail);
+    say(this.inside, isInside ? `${told.inside_s.toFixed(0)} s` : text.bedside.tip.out);
+    say(this.notes.inside, fill(words.insideMost, { s: told.inside_most_s }));
     mark(this.inside, "data-late", isInside && told.inside_s > 0.6 * told.inside_most_s);
     this.showButtons(told, words);
   }
@@ -87,6 +93,7 @@ class Teaching {
       if (told.phase === "halted") return words.halted;
       return fill(words.does.busy, { phase: phaseWords(told.phase)[0].toLowerCase() });
     }
+    if (told.stage === "moving" && told.taught_mm === null && told.feels) return `${words.does.moving} ${words.feels}`;
     return words.does[told.stage];
   }
 
