@@ -16,12 +16,14 @@ from typing import Any
 import uvicorn
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.responses import FileResponse, JSONResponse, Response
+from starlette.requests import ClientDisconnect
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocketDisconnect
 
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import Role
 from opensuction.console.route import alarm_signal, anatomy
+from opensuction.report import wording
 from opensuction.safety.condition import Condition
 
 PAGE = str(files("opensuction").joinpath("console", "page"))
@@ -94,17 +96,23 @@ MACHINE: Json = {
     "notice": "in-silico",
     "approach": "contact",
     "patient": {"pseudonym": "A-0417", "age": "adult"},
-    "tube_end_mm": 0.0,
-    "boundary_mm": -80.0,
-    "park_mm": -100.0,
-    "target_mm": 88.0,
-    "cap_mm": 105.0,
-    "carina_mm": 98.0,
+    "anatomy": {
+        "tube_end_mm": 0.0,
+        "boundary_mm": -80.0,
+        "park_mm": -100.0,
+        "target_mm": 88.0,
+        "cap_mm": 105.0,
+        "carina_mm": 98.0,
+    },
+    "phases": [
+        {"phase": name.replace("_", "-"), **words._asdict()}
+        for name, words in wording.PHASES.items()
+    ],
     "protocol": {"name": "gentle", "vacuum_mmhg": 100.0, "suction_s": 15.0},
     "limits": {
         "vacuum_mmhg": 150.0,
         "spo2_percent": 90.0,
-        "heart_rate_per_min": [50.0, 140.0],
+        "heart_rate_per_min": 50.0,
         "airway_pressure_cmh2o": [-5.0, 40.0],
     },
     "plan_sentence": "to 88 mm, 100 mmHg, at most 15 s suction",
@@ -237,7 +245,10 @@ def add_machine(app: FastAPI, fake: FakeMachine) -> None:
             await asyncio.sleep(3)
         if fake.problem is not None:
             return refuse(fake)
-        fake.asked.append(await request.json())
+        try:
+            fake.asked.append(await request.json())
+        except ClientDisconnect:
+            return Response(status_code=204)
         fake.headers.append(dict(request.headers))
         return JSONResponse({**fake.answer, "phase": fake.state["phase"], "took_ms": 3.0})
 

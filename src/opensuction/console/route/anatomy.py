@@ -25,13 +25,13 @@ def draw(
     cap_mm: float | None,
     carina_mm: float | None,
     boundary_mm: float | None,
+    by_contact: bool,
 ) -> str:
     """What stands still, and the parts that the page moves, as SVG; depths below the tube's end."""
-    is_search = cap_mm is not None and carina_mm is not None and cap_mm > carina_mm
     named = [
         ("Tube end", "tube", 0.0),
         ("Target", "target", target_mm),
-        ("Search ends" if is_search else "Cap", "search" if is_search else "cap", cap_mm),
+        ("Search ends" if by_contact else "Cap", "search" if by_contact else "cap", cap_mm),
         ("Carina", "carina", carina_mm),
     ]
     depths = [Depth(name, kind, mm) for name, kind, mm in named if mm is not None]
@@ -60,9 +60,14 @@ def show_anatomy(
     cap_mm: Below = None,
     carina_mm: Below = None,
     boundary_mm: Below = None,
+    by_contact: bool = False,
 ) -> Response:
-    """The airway's drawing, to scale; depths in mm below the tube's end, negative above it."""
-    return Response(draw(target_mm, cap_mm, carina_mm, boundary_mm), media_type="image/svg+xml")
+    """The airway's drawing, to scale; depths in mm below the tube's end, negative above it.
+
+    by_contact: the cap is where the search for the carina ends.
+    """
+    drawn = draw(target_mm, cap_mm, carina_mm, boundary_mm, by_contact)
+    return Response(drawn, media_type="image/svg+xml")
 
 
 @router.get(

@@ -2,6 +2,7 @@
 
 const PREFIX = "api/v1";
 const PATIENCE_MS = 15000;
+const MOST = 4; // requests at once; STOP goes beside them
 
 /** A request that was refused (status > 0), or that was not answered (status 0). */
 export class Refused extends Error {
@@ -36,6 +37,8 @@ export class Api {
   constructor(unanswered) {
     this.unanswered = unanswered;
     this.csrf = null;
+    this.under_way = 0;
+    this.waiting = [];
     this.onended = () => {};
     this.onused = () => {};
   }
@@ -48,8 +51,24 @@ export class Api {
     return kind.includes("json") ? answer.json() : answer.text();
   }
 
-  /** As `ask`, the answer as it is. */
+  /** As `ask`, the answer as it is. Waits where too many others are under way. */
   async fetch(method, path, body, patience_ms = PATIENCE_MS) {
+    while (this.under_way >= MOST) await new Promise((done) => { this.waiting.push(done); });
+    this.under_way += 1;
+    try {
+      return await this.send(method, path, body, patience_ms);
+    } finally {
+      this.under_way -= 1;
+      this.waiting.shift()?.();
+    }
+  }
+
+  /** POST without waiting for anything: a browser holds six connections, and two are kept free. */
+  async askAtOnce(path, body, patience_ms) {
+    return (await this.send("POST", path, body, patience_ms)).json();
+  }
+
+  async send(method, path, body, patience_ms) {
     const headers = { Accept: "application/json" };
     if (body !== undefined) headers["Content-Type"] = "application/json";
     if (method !== "GET" && this.csrf) headers["X-CSRF-Token"] = this.csrf;
@@ -62,6 +81,7 @@ export class Api {
         credentials: "same-origin",
         cache: "no-store",
         redirect: "error",
+        priority: method === "GET" ? "auto" : "high",
         signal: AbortSignal.timeout(patience_ms),
       });
     } catch {

@@ -6,6 +6,7 @@ import { isOpen } from "./dialog.js";
 import { make, mark, say, show } from "./dom.js";
 import { GOOD } from "./live.js";
 import { NowPanel } from "./now.js";
+import { learnPhases } from "./situation.js";
 import { Stop } from "./stop.js";
 import { fill, loadText, text } from "./text.js";
 import { applyTheme, switchTheme, theme } from "./theme.js";
@@ -80,6 +81,7 @@ class Shell {
       const machine = await this.context.api.get("/machine");
       if (JSON.stringify(machine) !== JSON.stringify(this.context.machine)) {
         this.context.machine = machine;
+        learnPhases(machine.phases);
         this.showMachine(machine);
         for (const fn of this.context.machineChanged) fn(machine);
       }

@@ -1,15 +1,23 @@
 // What the state means for a person: a few questions that several parts of the page ask.
 
 import { fill, text } from "./text.js";
-import { countdown } from "./words.js";
+import { capital } from "./words.js";
 import { GOOD, LOST, CONNECTING } from "./live.js";
 
 const STANDING = new Set(["halted", "out-of-service"]);
 const RESTING = new Set(["parked", "halted", "out-of-service"]);
 
-/** Words for a phase: [name, what happens in it]. */
+const phases = new Map();
+
+/** Take in what the machine calls its phases (GET /machine). */
+export function learnPhases(told) {
+  for (const one of told || []) phases.set(one.phase, one);
+}
+
+/** Words for a phase: [name, what happens in it]. One that is not known keeps its own name. */
 export function phaseWords(phase) {
-  return text.bedside.phases[phase] || [phase || text.bedside.unknown, ""];
+  const known = phases.get(phase);
+  return known ? [known.label, known.meaning] : [phase ? capital(phase.replaceAll("-", " ")) : text.bedside.unknown, ""];
 }
 
 /** Whether nothing is under way that a stop would end. */
@@ -71,9 +79,4 @@ export function waitsFor(state) {
     return ask.assess;
   }
   return null;
-}
-
-/** Until when something holds, in words; empty where it does not. */
-export function untilWords(sentence, left_s) {
-  return left_s > 0 ? fill(sentence, { left: countdown(left_s) }) : "";
 }

@@ -7,10 +7,10 @@ import { isResting, phaseWords } from "./situation.js";
 import { fill, text } from "./text.js";
 
 const KEY = "F8";
+const PRESSED = "pressed"; // the machine's own word: the button went down
 const ONE_TRY_MS = 700;
 const TRIES = 8;
 const BETWEEN_MS = 150;
-const LOUD_AFTER = 2; // tries that failed: said, while the next ones are made
 const SHOWN_MS = 6000;
 
 const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
@@ -40,6 +40,7 @@ export class Stop {
 
   makeFailure() {
     const words = text.shell.stop;
+    this.failureNext = make("p", {}, words.again);
     this.failureDetail = make("p", { class: "not-stopped-detail" });
     return make(
       "div",
@@ -47,7 +48,7 @@ export class Stop {
       make("p", { class: "not-stopped-word" }, words.failed),
       make("p", { class: "not-stopped-remedy" }, words.failedRemedy),
       this.failureDetail,
-      make("p", {}, words.again),
+      this.failureNext,
       make("button", { type: "button", onclick: () => this.settle() }, text.shell.close),
     );
   }
@@ -82,21 +83,21 @@ export class Stop {
     const body = { ask: "abort", key: newKey() };
     for (let attempt = 1; attempt <= TRIES; attempt += 1) {
       try {
-        const answer = await this.api.ask("POST", "/requests", body, ONE_TRY_MS);
+        const answer = await this.api.askAtOnce("/requests", body, ONE_TRY_MS);
         if (mine !== this.press_number) return;
-        // It was heard by the console only; the machine's word is what counts.
-        if (!isUnanswered(answer)) {
+        if (answer?.verdict === PRESSED) {
           this.deliver(answer);
           return;
         }
-        this.fail(attempt, text.bedside.unsettled);
+        this.fail(fill(text.shell.stop.verdict, { verdict: answer?.verdict ?? "" }));
       } catch (error) {
         if (mine !== this.press_number) return;
-        this.fail(attempt, error instanceof Refused ? error.detail : String(error));
+        this.fail(error instanceof Refused ? error.detail : String(error));
       }
       await pause(BETWEEN_MS);
       if (mine !== this.press_number) return;
     }
+    say(this.failureNext, text.shell.stop.givenUp);
   }
 
   deliver(answer) {
@@ -109,8 +110,9 @@ export class Stop {
     this.hide = setTimeout(() => this.show(null, ""), SHOWN_MS);
   }
 
-  fail(attempt, detail) {
-    if (attempt < LOUD_AFTER) return;
+  /** Said at the first try that failed, while the next ones are made. */
+  fail(detail) {
+    say(this.failureNext, text.shell.stop.again);
     this.show("failed", text.shell.stop.failed);
     say(this.failureDetail, fill(text.shell.stop.failedDetail, { detail }));
     show(this.failure, true);
@@ -128,8 +130,4 @@ export class Stop {
     say(this.said, state === "sending" ? words : text.shell.stop.key);
     say(this.status, words);
   }
-}
-
-function isUnanswered(answer) {
-  return answer === null || answer.verdict === "unanswered" || answer.verdict === "no-answer";
 }

@@ -63,10 +63,10 @@ export class Tokens {
     const scopes = make("fieldset", {}, make("legend", {}, words.scope), boxes);
     const { element } = form(fields, words.addSubmit, async ({ label, days }) => {
       const scope = [...scopes.querySelectorAll("input:checked")].map((box) => box.value);
-      const made = await this.api.post("/tokens", { label, scope, days: Number(days) });
+      const made = await this.api.post("/tokens", { label, scope, lasts_s: 86400 * Math.round(Number(days)) });
       dialog.close();
       this.load();
-      showSecret(fill(words.made, { label }), made.token, fill(words.madeSay, { until: day(made.expires_at ?? made.access?.expires_at) }));
+      showSecret(fill(words.made, { label }), made.token, fill(words.madeSay, { until: day(made.expires_at) }));
     }, [scopes]);
     const dialog = openDialog(words.add, element);
   }

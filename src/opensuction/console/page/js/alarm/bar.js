@@ -12,14 +12,20 @@ import { Sound } from "./sound.js";
 
 const MUTED_S = 120; // as the machine's own audio pause at most
 const LONG = 38; // characters that fit in a line of the largest letters
+const FITS = 72; // in two lines
 const ORDER = ["none", "low", "medium", "high"];
 const rank = (priority) => ORDER.indexOf(priority);
 const louder = (one, other) => (rank(one) >= rank(other) ? one : other);
 
-/** The first sentence of a remedy, and the rest. */
-export function firstSentence(words) {
-  const end = words.search(/\. /);
-  return end < 0 ? [words, ""] : [words.slice(0, end + 1), words.slice(end + 2)];
+/** What fits of a remedy in the largest letters, at least its first sentence, and the rest. */
+export function firstSentences(words) {
+  let end = -1;
+  for (let next = words.indexOf(". "); next >= 0; next = words.indexOf(". ", next + 1)) {
+    if (end >= 0 && next > FITS) break;
+    end = next;
+  }
+  if (words.length <= FITS || end < 0) return [words, ""];
+  return [words.slice(0, end + 1), words.slice(end + 2)];
 }
 
 export class AlarmBar {
@@ -47,7 +53,7 @@ export class AlarmBar {
     const button = (act, label) => make("button", { type: "button", class: "alarm-button", onclick: act, hidden: true }, label);
     this.more = button(() => this.list.toggle(this.more), words.all);
     this.acknowledge = button(() => this.press("acknowledge"), words.acknowledge);
-    this.pause = button(() => this.press("audio_pause"), words.pause);
+    this.pause = button(() => this.press("audio-pause"), words.pause);
     this.mute = button(() => this.toggleMute(), words.mute);
     this.allow = make("button", { type: "button", class: "allow-sound", hidden: true, onclick: () => this.sound.wake() }, words.allow);
     mark(this.allow, "title", words.allowDetail);
@@ -132,7 +138,7 @@ export class AlarmBar {
       return { kind: "alarm", priority, above: this.above(alarm), first, rest };
     }
     if (alarm) {
-      const [first, rest] = firstSentence(alarm.remedy);
+      const [first, rest] = firstSentences(alarm.remedy);
       return { kind: "alarm", priority: state.priority, above: this.above(alarm), first, rest };
     }
     const ask = waitsFor(state);
@@ -157,7 +163,7 @@ export class AlarmBar {
     const words = text.alarm;
     const isLost = link.kind === LOST;
     const old = link.age_s === null ? words.lostNever : fill(words.lostAge, { age: age(link.age_s) });
-    const [first, rest] = firstSentence(isLost ? words.lostRemedy : words.silentRemedy);
+    const [first, rest] = firstSentences(isLost ? words.lostRemedy : words.silentRemedy);
     return {
       kind: "alarm",
       priority: this.unheardPriority(state),
@@ -169,9 +175,9 @@ export class AlarmBar {
 
   /** High where the catheter was, or was going, inside when the machine was last heard. */
   unheardPriority(state) {
-    const told = this.context.live.state;
-    if (state) return state.is_inside !== false || !isResting(state) ? "high" : "medium";
-    return told && !told.connected ? told.priority : "medium";
+    const { state: told, link } = this.context.live;
+    if (link.kind !== LOST && told && !told.connected) return told.priority;
+    return state && (state.is_inside !== false || !isResting(state)) ? "high" : "medium";
   }
 
   audible(state, link) {

@@ -10,11 +10,11 @@ const SAID_MS = 8000;
 
 const SHOWN = [
   // [what is asked, right, where it means something]
-  ["reset", "reset", (state) => state.phase === "halted" || state.alarms.some((one) => one.latched && !one.present)],
+  ["reset", "reset", (state) => (state.phase === "halted" && !state.locked_out) || state.alarms.some((one) => one.latched && !one.present)],
   ["oxygenated", "attend-patient", (state) => state.phase === "parked" && ["requested", "not-asked", "skipped"].includes(state.preoxygenation)],
-  ["oxygen_skipped", "attend-patient", (state) => state.phase === "parked" && state.preoxygenation === "requested"],
+  ["oxygen-skipped", "attend-patient", (state) => state.phase === "parked" && state.preoxygenation === "requested"],
   ["assessed", "attend-patient", (state) => isResting(state) && state.passes > 0],
-  ["not_needed", "attend-patient", (state) => state.assessment_due],
+  ["not-needed", "attend-patient", (state) => state.assessment_due],
 ];
 
 function isResting(state) {
@@ -32,7 +32,8 @@ export class Buttons {
     });
     this.answer = make("p", { class: "tell-answer", role: "status" });
     this.oxygen = make("p", { class: "tell-answer" });
-    this.element = make("div", { class: "tells" }, this.made.map((one) => one.element), this.oxygen, this.answer);
+    this.service = make("a", { class: "tell to-setup", href: "#/setup", hidden: true }, text.bedside.toService);
+    this.element = make("div", { class: "tells" }, this.made.map((one) => one.element), this.service, this.oxygen, this.answer);
   }
 
   async press(ask, right) {
@@ -53,6 +54,7 @@ export class Buttons {
       const isTheirs = session.may(right) || session.name === null;
       show(element, isTheirs && link.kind === GOOD && isShown(state));
     }
+    show(this.service, state.locked_out || state.phase === "out-of-service");
     const words = text.bedside.preoxygenation[state.preoxygenation];
     say(this.oxygen, words && state.oxygen_left_s > 0 ? fill(words, { s: Math.ceil(state.oxygen_left_s) }) : "");
   }

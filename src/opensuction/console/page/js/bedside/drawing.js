@@ -17,9 +17,9 @@ export class Drawing {
 
   /** Load the drawing of a machine; again only where its depths are others. */
   async load(machine) {
-    const told = { ...machine, ...machine.anatomy, ...machine.depths };
+    const told = machine.anatomy || {};
     const known = DRAWN.filter((name) => typeof told[name] === "number");
-    const query = new URLSearchParams(known.map((name) => [name, told[name]])).toString();
+    const query = new URLSearchParams([...known.map((name) => [name, told[name]]), ["by_contact", machine.approach === "contact"]]).toString();
     if (query === this.depths) return;
     try {
       const answer = await this.context.api.fetch("GET", `/anatomy.svg?${query}`);

@@ -1,6 +1,7 @@
 // Tiles of the bedside view: tip, valve, monitor, passes, last cycle.
 
 import { draw, make, mark, say } from "../dom.js";
+import { isLeftInside } from "../situation.js";
 import { fill, text } from "../text.js";
 import { capital, clock, countdown, number } from "../words.js";
 
@@ -31,15 +32,16 @@ export class Tip {
     say(figure, isOut ? words.out : isKnown ? number(state.tip_mm) : "–");
     this.unit.hidden = isOut;
     const side = isKnown && state.tip_mm < 0 ? words.above : words.below;
-    say(notes[0], isOut ? words.outDetail : isKnown ? side : text.bedside.unknown);
+    say(notes[0], isLeftInside(state) ? words.left : isOut ? words.outDetail : isKnown ? side : text.bedside.unknown);
     const half_mm = (state.tip_high_mm - state.tip_low_mm) / 2;
     const ways = { in: words.in, out: words.outward, still: words.still };
     const range = isKnown && state.tip_high_mm !== null ? fill(words.range, { mm: number(half_mm, 1) }) : null;
     say(notes[1], isOut ? "" : [range, ways[state.moving]].filter(Boolean).join(" · "));
     const contact = state.contact ? (isOut ? words.contactOutside : words.contact) : "";
-    say(notes[2], contact || (state.target_mm === null ? "" : fill(words.target, { mm: number(state.target_mm) })));
+    say(notes[2], contact || (isLeftInside(state) || state.target_mm === null ? "" : fill(words.target, { mm: number(state.target_mm) })));
     mark(notes[2], "data-told", contact !== "");
     mark(this.element, "data-inside", state.is_inside !== false);
+    mark(this.element, "data-left", isLeftInside(state));
   }
 }
 

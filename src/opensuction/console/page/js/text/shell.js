@@ -50,7 +50,9 @@ export default {
     failedRemedy:
       "Use the red button on the machine, or draw the catheter out by the handle.",
     failedDetail: "The request did not reach the machine: {detail}",
-    again: "Press STOP again",
+    verdict: "the machine says \"{verdict}\"",
+    again: "It is tried again by itself.",
+    givenUp: "It was tried for some seconds. Press STOP again.",
   },
   now: {
     title: "Now",
