@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import uvicorn
 from fastapi import FastAPI
-from starlette.testclient import TestClient
+from starlette.testclient import TestClient, WebSocketTestSession
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
@@ -70,6 +70,13 @@ class Served(NamedTuple):
             cookies=self.cookies(role),
             client=(HOST, 50000),
         )
+
+    @contextmanager
+    def listen(self, client: TestClient, path: str) -> Iterator[WebSocketTestSession]:
+        """A socket of the interface, such as ``/live``; client: within its context."""
+        address = f"{self.url}/api/v1{path}".replace("http", "ws", 1)
+        with client.websocket_connect(address) as socket:
+            yield socket
 
     @staticmethod
     def password(role: str) -> str:

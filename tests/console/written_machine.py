@@ -15,13 +15,17 @@ from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mailbox import Mailbox, answer
 from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.transition import STAY
 from opensuction.runtime import about, launch
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import ASK, EVENTS, EVENTS_BEFORE, RING, RING_BEFORE
+from opensuction.safety import condition_mask
+from opensuction.safety.condition import Condition
 from tests.controller.bedside import at_bed
 from tests.runtime.machine_room import ABOUT
 
 TICK_S = 0.005
+TIP = "state.core.governor.watch.tip"
 TOLD = {
     "run": "20261123T120000-0badcafe",
     "began_utc_ns": "0",
@@ -47,10 +51,8 @@ AT_REST = {
     "inputs.readings.monitor.airway_pressure_cmh2o": 12.0,
     "inputs.readings.monitor.airway_pressure_valid": 1.0,
     "outputs.phase": float(Phase.PARKED),
+    "outputs.cause": float(STAY),
     "outputs.signals.first": -1.0,
-    "outputs.demand.reference_mm": -20.0,
-    "state.core.governor.watch.tip.foremost_mm": -18.0,
-    "state.core.governor.watch.tip.rearmost_mm": -24.0,
 }
 """A row of a machine that is parked; all other columns are 0."""
 
@@ -78,7 +80,9 @@ class WrittenMachine:
         self.refusal = 0
         """What a start is answered with."""
         self.answers = True
+        self._motion, self._tip = loop.controller.plan.motion, loop.controller.limits.tip
         self.set(AT_REST)
+        self.place(self._motion.park_mm)
         self.tick()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -87,6 +91,37 @@ class WrittenMachine:
         with self._lock:
             for name, value in columns.items():
                 self._row[ROW_COLUMNS.index(name)] = value
+
+    def place(self, tip_mm: float, unsure_mm: float = 1.0) -> None:
+        """The tip is here, give or take; the head where it belongs to that."""
+        gain, offset_mm = self._tip.gain, self._tip.offset_mm
+        head_mm = self._motion.park_head_mm + (tip_mm - self._motion.park_mm) / gain
+        self.set(
+            {
+                "inputs.readings.head_mm": head_mm,
+                "inputs.readings.carriage_mm": head_mm,
+                "inputs.readings.mouth_clear": float(tip_mm <= self._motion.park_mm),
+                "outputs.demand.reference_mm": tip_mm,
+                "state.core.procedure.reference_mm": tip_mm,
+                "state.core.procedure.pace.ratio": 1.0,
+                f"{TIP}.foremost_mm": (tip_mm + unsure_mm - offset_mm) / gain,
+                f"{TIP}.rearmost_mm": (tip_mm - unsure_mm - offset_mm) / gain,
+            }
+        )
+
+    def raise_alarm(self, *conditions: Condition, first: Condition | None = None) -> None:
+        """These alarms sound, and no other; the first of them stands first."""
+        mask = float(condition_mask.encode(conditions))
+        first = first or (conditions[0] if conditions else None)
+        highest = max((one.row.handling.priority for one in conditions), default=0)
+        self.set(
+            {
+                "outputs.signals.present": mask,
+                "outputs.signals.first": float(-1 if first is None else first),
+                "outputs.signals.priority": float(highest),
+                "outputs.signals.audible": float(highest),
+            }
+        )
 
     def tick(self) -> None:
         """Take what is asked, and write a row."""

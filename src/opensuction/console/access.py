@@ -4,14 +4,15 @@ Routes take what they need from here by ``Depends``. Whoever looks at the databa
 thread: these are plain functions.
 """
 
+from collections import OrderedDict
 from collections.abc import Callable
 from typing import Annotated
 
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from opensuction.accounts import session
-from opensuction.accounts.refusal import NotAllowedError
+from opensuction.accounts import secret, session
+from opensuction.accounts.refusal import NotAllowedError, NotSignedInError
 from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import RIGHTS, Right
 from opensuction.accounts.session import AccessToken, Session
@@ -22,6 +23,7 @@ from opensuction.kernel.errors import InputError
 SESSION_COOKIE, DEVICE_COOKIE = "opensuction_session", "opensuction_device"
 CSRF_HEADER = "X-CSRF-Token"
 BEARER = "bearer"
+NAMES_KEPT = 1000
 GIVEN_LATER = "in the body"
 """Stands for a reason that the route itself looks at (`check_reason`)."""
 
@@ -49,13 +51,53 @@ def _bearer_token(connection: HTTPConnection) -> str | None:
     return token.strip() if kind.lower() == BEARER else None
 
 
+class Names:
+    """Who showed which session not long ago: a stop is not to wait for a database to say so."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, str] = OrderedDict()
+
+    def keep(self, token: str, account: str) -> None:
+        """Somebody was found."""
+        digest = secret.digest(token)
+        self._known[digest] = account
+        self._known.move_to_end(digest)
+        while len(self._known) > NAMES_KEPT:
+            self._known.popitem(last=False)
+
+    def forget(self, token: str) -> None:
+        """A session has ended."""
+        self._known.pop(secret.digest(token), None)
+
+    def find(self, token: str) -> str | None:
+        """Who it was; None of somebody that nobody has seen."""
+        return self._known.get(secret.digest(token))
+
+
+def find_name(connection: HTTPConnection) -> str | None:
+    """The account of whoever asks, for the record alone: nothing is allowed by it."""
+    token, names = session_token(connection), connection.app.state.names
+    return None if token is None else names.find(token)
+
+
+def find_session(site: Site, connection: HTTPConnection, token: str) -> Session:
+    """Whose session this is. Raises NotSignedInError for one that is over."""
+    try:
+        holder = site.accounts.find_session(token)
+    except NotSignedInError:
+        connection.app.state.names.forget(token)
+        raise
+    connection.app.state.names.keep(token, holder.account)
+    return holder
+
+
 def find_holder(site: Site, connection: HTTPConnection) -> Holder:
     """Who asks for something that changes nothing. Raises NotSignedInError for what is over."""
     bearer = _bearer_token(connection)
     if bearer is not None:
         return site.accounts.find_token(bearer)
     token = session_token(connection)
-    return None if token is None else site.accounts.find_session(token)
+    return None if token is None else find_session(site, connection, token)
 
 
 def _require(holder: Holder, wanted: Right) -> None:
@@ -97,10 +139,15 @@ def allow_change(site: Site, connection: HTTPConnection, wanted: Right) -> Sessi
         raise NotAllowedError("a token of another program changes nothing")
     token = session_token(connection)
     if token is None:
-        raise Problem(401, "sign in first")
+        raise NotSignedInError("sign in first")
     shown = connection.headers.get(CSRF_HEADER)
-    holder = site.accounts.find_session_for_change(token, shown)
-    _require(holder, wanted)
+    try:
+        session.check_csrf(token, shown or "")
+        holder = find_session(site, connection, token)
+        _require(holder, wanted)
+    except NotAllowedError as error:
+        connection.app.state.refused.note(find_name(connection), str(wanted), str(error))
+        raise
     return holder
 
 

@@ -1,13 +1,26 @@
 """The console as an application: its routes, its page, and what guards both."""
 
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
 from fastapi.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from opensuction.console.guard import handler
+from opensuction.console.access import SESSION_COOKIE, Names
+from opensuction.console.guard import handler, origin
+from opensuction.console.guard.guard import Guard
+from opensuction.console.guard.limits import USUAL, Limits
+from opensuction.console.guard.problem import MEDIA_TYPE, ProblemBody, documented
+from opensuction.console.guard.rates import Rates
+from opensuction.console.live.asking import Asking
+from opensuction.console.live.broadcast import Broadcast
+from opensuction.console.live.last_cycle import LastCycle
+from opensuction.console.refused import RefusedOnRecord
 from opensuction.console.route import (
     account,
     history,
@@ -35,23 +48,90 @@ ROUTES = (
 )
 PAGE = Path(str(files("opensuction.console"))) / "page"
 VENDOR = Path(str(files("opensuction.report"))) / "vendor"
+BY_THE_GUARD = (400, 403, 408, 413, 421, 422, 429, 500)
+"""What any route may answer, whatever it is: the guard does, or what came was of another shape."""
 
 
-def create_app(site: Site) -> FastAPI:
-    """The application of a site."""
+def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
+    """The application of a site. limits: how much of everything is let through."""
+    rates = Rates(limits)
     app = FastAPI(
         title="opensuction console",
         version=VERSION,
         openapi_url=f"{PREFIX}/openapi.json",
         docs_url=None,
         redoc_url=None,
+        lifespan=_live,
+        redirect_slashes=False,
     )
     app.state.site = site
+    app.state.names, app.state.rates = Names(), rates
+    app.state.refused = RefusedOnRecord(site.records)
+    _begin(app)
     handler.add(app)
     for module in ROUTES:
-        app.include_router(module.router, prefix=PREFIX)
+        app.include_router(module.router, prefix=PREFIX, responses=documented(*BY_THE_GUARD))
     _add_page(app)
+    app.openapi = lambda: _describe(app)  # type: ignore[method-assign]
+    app.add_middleware(
+        Guard,
+        limits=limits,
+        rates=rates,
+        hosts=origin.hosts_of(*site.origin),
+        cookie=SESSION_COOKIE,
+    )
     return app
+
+
+def _begin(app: FastAPI) -> None:
+    """What belongs to one event loop."""
+    site: Site = app.state.site
+    app.state.broadcast = Broadcast(site.hub)
+    app.state.asking = Asking(site.folder, site.hub)
+
+
+@asynccontextmanager
+async def _live(app: FastAPI) -> AsyncIterator[None]:
+    """While it is served."""
+    site: Site = app.state.site
+    _begin(app)
+    last_cycle = LastCycle(site.hub, site.records, site.about)
+    last_cycle.begin()
+    try:
+        yield
+    finally:
+        last_cycle.end()
+        app.state.asking.close()
+
+
+def _describe(app: FastAPI) -> dict[str, Any]:
+    """The interface in words of OpenAPI; each refusal is a problem."""
+    if app.openapi_schema is None:
+        found = get_openapi(
+            title=app.title,
+            version=app.version,
+            summary="What the bedside console's page uses, and other programs may read.",
+            routes=app.routes,
+        )
+        schemas = found.setdefault("components", {}).setdefault("schemas", {})
+        for name in ("HTTPValidationError", "ValidationError"):
+            schemas.pop(name, None)
+        body = ProblemBody.model_json_schema(ref_template="#/components/schemas/{model}")
+        schemas.update(body.pop("$defs", {}))
+        schemas["ProblemBody"] = body
+        _make_problems(found)
+        app.openapi_schema = found
+    return app.openapi_schema
+
+
+def _make_problems(found: dict[str, Any]) -> None:
+    """FastAPI describes refusals as plain JSON; here they are problems."""
+    for methods in found["paths"].values():
+        for route in methods.values():
+            for status, answer in route["responses"].items():
+                if status.isdigit() and int(status) >= 400:
+                    schema = {"schema": {"$ref": "#/components/schemas/ProblemBody"}}
+                    answer["content"] = {MEDIA_TYPE: schema}
 
 
 def _add_page(app: FastAPI) -> None:

@@ -31,7 +31,8 @@ def _trips(mask: int) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1024)
-def _alarms(mask: int, escalated: int) -> tuple[Alarm, ...]:
+def alarms_of(mask: int, escalated: int) -> tuple[Alarm, ...]:
+    """The alarms of a mask, in order of their numbers; some of them raised by one priority."""
     found = [Condition(number) for number in decode(mask)]
     return tuple(_alarm(condition, bool(escalated >> condition & 1)) for condition in found)
 
@@ -68,7 +69,7 @@ class Decision(NamedTuple):
     def alarms(self) -> tuple[Alarm, ...]:
         """Alarms that are shown, those that have ended and wait for a reset among them."""
         signals = self.outputs.signals
-        return _alarms(signals.present | signals.latched, signals.escalated)
+        return alarms_of(signals.present | signals.latched, signals.escalated)
 
     @property
     def refusal(self) -> str | None:

@@ -1,6 +1,5 @@
 """From whatever a route raises to a problem+json; none of it says more than it should."""
 
-import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,8 +21,6 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
 from opensuction.settings.wording import one_line
 
-LOG = logging.getLogger("opensuction.console")
-FAILED = "this did not work; the log of the console says why. To stop the machine goes on working"
 BODY_PARTS = frozenset({"body", "query", "path", "header", "cookie"})
 
 
@@ -52,7 +49,7 @@ def of_validation(errors: Sequence[Any]) -> Problem:
 
 
 def add(app: FastAPI) -> None:
-    """Have all errors of an application answered as problems."""
+    """Have what routes raise answered as problems; what they should not, `guard` answers."""
 
     async def refuse(_: Request, error: Exception) -> Response:
         assert isinstance(error, Problem)
@@ -71,12 +68,7 @@ def add(app: FastAPI) -> None:
         headers = dict(error.headers or {})
         return problem.answer(Problem(error.status_code, one_line(str(error.detail)), (), headers))
 
-    async def fail(request: Request, error: Exception) -> Response:
-        LOG.error("%s %s failed", request.method, request.url.path, exc_info=error)
-        return problem.answer(Problem(500, FAILED))
-
     app.add_exception_handler(Problem, refuse)
     app.add_exception_handler(InputError, explain)
     app.add_exception_handler(RequestValidationError, validate)
     app.add_exception_handler(HTTPException, say)
-    app.add_exception_handler(Exception, fail)

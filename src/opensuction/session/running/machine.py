@@ -20,6 +20,7 @@ from opensuction.devices.twin_process import PLAYS
 from opensuction.exchange.sole import holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
+from opensuction.kernel.name import name_of
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.records.records import Records
@@ -138,6 +139,8 @@ def _about(name: str, prepared: Prepared, database: str | None) -> About:
         heading={
             "machine": str(used.machine_name),
             "patient": str(used.patient_name or "none"),
+            "age": name_of(site.age),
+            "carina_mm": f"{site.carina_mm:g}",
             "protocol": str(resolved.protocol_name),
             "approach": choice.approach,
             "compensation": str(choice.compensation),
