@@ -84,7 +84,7 @@ class Room:
         assert self.recorder is not None
         self.recorder.terminate()
         assert self.recorder.wait(10.0) == 0
-        words = (self.folder / f"{launch.RECORDER}.log").read_text()
+        words = launch.log_of(self.folder, launch.RECORDER).read_text()
         assert not words, words
 
     def close(self) -> None:

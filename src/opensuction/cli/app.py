@@ -20,6 +20,7 @@ from opensuction.cli.command import (
     reproduce,
     run,
     safety_case,
+    serve,
     trial,
     users,
 )
@@ -30,7 +31,7 @@ from opensuction.settings import wording
 COMMANDS = (
     cycle.COMMAND,
     run.RUN,
-    run.SERVE,
+    serve.COMMAND,
     run.ASK,
     reproduce.COMMAND,
     calibrate.COMMAND,

@@ -294,6 +294,25 @@ OPTIONS: dict[str, Any] = {
         metavar="NAME",
         show_default=False,
     ),
+    "host": typer.Option(
+        help="Address where the console listens. Default: 127.0.0.1, this computer alone; any "
+        "other needs --certificate and --key.",
+        metavar="ADDRESS",
+        show_default=False,
+    ),
+    "port": typer.Option(
+        help="Port where the console listens, 1 to 65535. Default: 8080.",
+        metavar="PORT",
+        show_default=False,
+    ),
+    "certificate": typer.Option(
+        help="Certificate of the console in PEM, with those above it; with --key. Then it speaks "
+        "HTTPS.",
+        metavar="FILE",
+    ),
+    "key": typer.Option(
+        help="Private key of the certificate in PEM, without a password.", metavar="FILE"
+    ),
     "out": typer.Option(
         help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"
     ),

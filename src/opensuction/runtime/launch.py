@@ -29,7 +29,13 @@ from opensuction.twin.plant import PlantState
 BEGINS_S = 180.0
 """Longest time until a process does its work: it may have to compile first."""
 LOOKS_S = 0.005
-CONTROL, RECORDER, SUPERVISOR = "control_process", "recorder_process", "supervisor"
+CONTROL, RECORDER, SUPERVISOR, CONSOLE = (
+    "opensuction.runtime.control_process",
+    "opensuction.runtime.recorder_process",
+    "opensuction.runtime.supervisor",
+    "opensuction.console.console_process",
+)
+"""Modules of the processes. The console's room lies above this one, which only starts it."""
 
 
 def side_of(loop: Loop, seed: int) -> MachineSide:
@@ -59,10 +65,10 @@ def configure(folder: Path, loop: Loop) -> None:
     (folder / CONFIGURATION).write_text(text, encoding="utf-8")
 
 
-def spawn(folder: Path, name: str, *arguments: str) -> subprocess.Popen[bytes]:
-    """Start a process of this room's; what it says goes into its log in the folder."""
-    command = [sys.executable, "-m", f"opensuction.runtime.{name}", str(folder), *arguments]
-    with _log(folder, name).open("ab") as log:
+def spawn(folder: Path, module: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a module as a process; what it says goes into its log in the folder."""
+    command = [sys.executable, "-m", module, str(folder), *arguments]
+    with log_of(folder, module).open("ab") as log:
         return subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
@@ -72,14 +78,15 @@ def spawn(folder: Path, name: str, *arguments: str) -> subprocess.Popen[bytes]:
         )
 
 
-def _log(folder: Path, name: str) -> Path:
-    return folder / f"{name}.log"
+def log_of(folder: Path, module: str) -> Path:
+    """Where a process says what it has to say."""
+    return folder / f"{module.rpartition('.')[2]}.log"
 
 
-def last_words(folder: Path, name: str) -> str:
+def last_words(folder: Path, module: str) -> str:
     """What a process said last; empty where it has said nothing."""
     try:
-        lines = _log(folder, name).read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = log_of(folder, module).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return ""
     return lines[-1].removeprefix("opensuction: ") if lines else ""
@@ -114,7 +121,7 @@ def start_recorder(folder: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _wait(
-    folder: Path, name: str, process: subprocess.Popen[bytes], works: Callable[[], bool]
+    folder: Path, module: str, process: subprocess.Popen[bytes], works: Callable[[], bool]
 ) -> subprocess.Popen[bytes]:
     ends_s = time.monotonic() + BEGINS_S
     while time.monotonic() < ends_s and process.poll() is None:
@@ -123,8 +130,9 @@ def _wait(
         time.sleep(LOOKS_S)
     process.kill()
     process.wait()
-    words = last_words(folder, name) or "it took too long"
-    raise InputError(f"the {name.replace('_', ' ')} does not run: {words}")
+    words = last_words(folder, module) or "it took too long"
+    title = module.rpartition(".")[2].replace("_", " ")
+    raise InputError(f"the {title} does not run: {words}")
 
 
 def _has_rows(path: Path) -> bool:

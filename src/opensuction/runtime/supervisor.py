@@ -1,8 +1,8 @@
-"""Starts controller and recorder of a machine, misses them, replaces them; one for each machine.
+"""Starts a machine's controller, recorder and console, misses them, replaces them.
 
-A controller that is replaced never goes on where the other was: it finds out where the catheter is,
-brings it out, says so, and waits for a person. The supervisor's own death changes nothing but that
-people are told of it; the next one finds what runs.
+There is one for each machine. A controller that is replaced never goes on where the other was: it
+finds out where the catheter is, brings it out, says so, and waits for a person. The supervisor's
+own death changes nothing but that people are told of it; the next one finds what runs.
 
 ``python -m opensuction.runtime.supervisor DIR OUT`` does so for a machine that is set up in DIR,
 until it is told to end.
@@ -22,6 +22,8 @@ from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
 from opensuction.runtime.control_process import PERIOD_NS
 from opensuction.runtime.room import (
+    CONSOLE,
+    CONSOLES,
     CONTROLS,
     RECORDS,
     SUPERVISES,
@@ -36,6 +38,10 @@ COMES_OUT_S = 120.0
 """How long the end of a controller may take: the catheter comes out first."""
 WRITES_S = 20.0
 """How long the end of a recorder may take."""
+CLOSES_S = 10.0
+"""How long the end of a console may take."""
+CONSOLE_HUNG_S = 5.0
+"""A console does many things that nobody waits for, and moves nothing."""
 
 
 class Notice(NamedTuple):
@@ -49,9 +55,9 @@ class Supervisor:
     """Of one machine."""
 
     def __init__(self, folder: Path, out: Path, period_ns: int = PERIOD_NS) -> None:
-        """folder: the machine's. out: of its recordings.
+        """folder: the machine's; where it says what a console is set to, there is one, too.
 
-        Raises InputError where another one supervises it.
+        out: of its recordings. Raises InputError where another one supervises it.
         """
         self._sole = Sole(folder / SUPERVISES, "a supervisor runs")
         self._events = EventWriter(folder / WATCH_EVENTS, folder / WATCH_EVENTS_BEFORE)
@@ -64,18 +70,29 @@ class Supervisor:
         self.control = Ward(
             folder, launch.CONTROL, folder / CONTROLS, Process.CONTROL, (str(period_ns),)
         )
+        self.console: Ward | None = None
+        if (folder / CONSOLE).exists():
+            self.console = Ward(
+                folder, launch.CONSOLE, folder / CONSOLES, Process.CONSOLE, (), CONSOLE_HUNG_S
+            )
+
+    @property
+    def _wards(self) -> tuple[Ward, ...]:
+        """The most urgent first."""
+        both = (self.control, self.recorder)
+        return both if self.console is None else (*both, self.console)
 
     def begin(self, tell: Callable[[Notice], None] = lambda _: None) -> None:
-        """Start or find both; returns once they work. Raises InputError where they do not."""
+        """Start or find them; returns once they work. Raises InputError where they do not."""
         self._heartbeat.begin(Process.SUPERVISOR)
         # At once: where one has died in a cycle, the catheter is looked for now.
-        for ward in (self.control, self.recorder):
+        for ward in self._wards:
             tell(self._note(ward.begin(), ""))
-        while not (self.control.works() and self.recorder.works()):
+        while not all(ward.works() for ward in self._wards):
             self._heartbeat.beat(Process.SUPERVISOR)
-            for ward in (self.control, self.recorder):
+            for ward in self._wards:
                 if not ward.is_alive():
-                    words = launch.last_words(ward.folder, ward.name) or "it was killed or crashed"
+                    words = ward.last_words()
                     self.end()
                     raise InputError(f"the {ward.title} does not run: {words}")
             time.sleep(LOOKS_S)
@@ -83,7 +100,7 @@ class Supervisor:
     def look(self) -> list[Notice]:
         """Give a sign of life and see to the others; to be called every `LOOKS_S`."""
         self._heartbeat.beat(Process.SUPERVISOR)
-        done = [ward.look() for ward in (self.control, self.recorder)]
+        done = [ward.look() for ward in self._wards]
         return [self._note(*one) for one in done if one is not None]
 
     def _note(self, what: str, detail: str) -> Notice:
@@ -92,13 +109,15 @@ class Supervisor:
         return Notice(what, detail)
 
     def end(self, meanwhile: Callable[[], None] = lambda: None) -> bool:
-        """End both in order; whether they did. The catheter comes out first."""
+        """End them in order; whether they did. The catheter comes out first."""
 
         def wait() -> None:
             self._heartbeat.beat(Process.SUPERVISOR)
             meanwhile()
 
         ended = self.control.end(COMES_OUT_S, wait)
+        if self.console is not None:
+            ended &= self.console.end(CLOSES_S, wait)
         ended &= self.recorder.end(WRITES_S, wait)
         self._heartbeat.end(Process.SUPERVISOR)
         return ended

@@ -24,10 +24,16 @@ class Ward:
     """A process of a machine's room."""
 
     def __init__(
-        self, folder: Path, name: str, lock: Path, life: Process, arguments: tuple[str, ...]
+        self,
+        folder: Path,
+        module: str,
+        lock: Path,
+        life: Process,
+        arguments: tuple[str, ...],
+        hung_s: float = HUNG_S,
     ) -> None:
-        """name: of its module. lock: what it holds. life: which sign it gives."""
-        self.name = name
+        """module: its name. lock: what it holds. life: which sign it gives."""
+        self.module, self._hung_s = module, hung_s
         self.folder, self._lock, self._life, self._arguments = folder, lock, life, arguments
         self._heartbeat = Heartbeat(folder)
         self._process: subprocess.Popen[bytes] | None = None
@@ -40,12 +46,16 @@ class Ward:
     @property
     def title(self) -> str:
         """As people call it."""
-        return self.name.removesuffix("_process")
+        return self.module.rpartition(".")[2].removesuffix("_process")
 
     @property
     def pid(self) -> int | None:
         """Number of the process; None where there is none."""
         return self._pid
+
+    def last_words(self) -> str:
+        """Why it died, as far as it could say so."""
+        return launch.last_words(self.folder, self.module) or "it was killed or crashed"
 
     def begin(self) -> str:
         """Find the one that runs, or start one; what was done."""
@@ -57,7 +67,7 @@ class Ward:
         return f"{self.title}-started"
 
     def _start(self) -> None:
-        self._process = launch.spawn(self.folder, self.name, *self._arguments)
+        self._process = launch.spawn(self.folder, self.module, *self._arguments)
         self._pid, self._begun_s = self._process.pid, time.monotonic()
         self._tried.append(self._begun_s)
 
@@ -79,7 +89,7 @@ class Ward:
         if self.is_alive():
             self._end_when_hung()
             return None
-        words = launch.last_words(self.folder, self.name) or "it was killed or crashed"
+        words = self.last_words()
         self._process = self._pid = None
         now_s = time.monotonic()
         if len(self._tried) == TRIES and now_s - self._tried[0] < TRIES_S:
@@ -90,7 +100,7 @@ class Ward:
 
     def _end_when_hung(self) -> None:
         running_s = time.monotonic() - self._begun_s
-        allowed_s = HUNG_S if self.works() else launch.BEGINS_S
+        allowed_s = self._hung_s if self.works() else launch.BEGINS_S
         age_s = self._heartbeat.age_s(self._life)
         if running_s > allowed_s and age_s > allowed_s and self._heartbeat.is_expected(self._life):
             self._signal(signal.SIGKILL)

@@ -1,6 +1,6 @@
-"""``run``, ``serve`` and ``ask``: a machine in real time."""
+"""``run`` and ``ask``: a machine in real time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -9,7 +9,7 @@ from opensuction.cli import exit_status, output_folder
 from opensuction.cli.command import run_help
 from opensuction.cli.delivery import show
 from opensuction.cli.entry import Command
-from opensuction.cli.interruption import Stopped, describe
+from opensuction.cli.interruption import Stopped
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.plain import Json
 
@@ -72,28 +72,17 @@ def run(options: RunOptions) -> int:
     from opensuction.session.running import rounds, run
 
     every_s = 60.0 * options.apart_min
-    with _machine(options.machine) as (running, out, progress):
+    with machine_of(options.machine) as (running, out, progress):
         with closing(rounds.Rounds(running, options.wanted, every_s, progress.tell)) as made:
-            done = _supervise(running, out, made, progress)
+            done = supervise(running, out, made, progress)
         data = run.plain(running, done, out, options.machine.database)
     show(options.machine.as_json, data, lambda console: _summarise(console, data))
     good = done.ended and run.is_good(data, options.wanted)
     return exit_status.DONE if good else exit_status.FAILED
 
 
-def serve(options: MachineOptions) -> int:
-    """Carry out ``serve``; returns the exit status. Raises InputError for bad input."""
-    with _machine(options) as (running, out, progress):
-        try:
-            done = _supervise(running, out, None, progress)
-        except Stopped as stopped:
-            progress.tell(f"{describe(stopped)}: ended in order")
-            return exit_status.DONE
-    return exit_status.DONE if done.ended else exit_status.FAILED
-
-
 @contextmanager
-def _machine(options: MachineOptions) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
+def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
     """A machine that is played, with the folder of its recordings; it is gone afterwards."""
     from opensuction.cli.progress import ProgressTeller
     from opensuction.session.cycle import cycle_run, resolution
@@ -118,15 +107,20 @@ def _machine(options: MachineOptions) -> Iterator[tuple["Running", Path, "Progre
         running.end()
 
 
-def _supervise(
-    running: "Running", out: Path, rounds: "Rounds | None", progress: "ProgressTeller"
+def supervise(
+    running: "Running",
+    out: Path,
+    rounds: "Rounds | None",
+    progress: "ProgressTeller",
+    begun: Callable[[], None] = lambda: None,
 ) -> "Done":
+    """Look after a machine until its rounds are done. begun: called once everything works."""
     from opensuction.runtime.supervisor import Supervisor
     from opensuction.session.running import run
 
     try:
         with Supervisor(running.folder, out.absolute()) as supervisor:
-            return run.supervise(running, supervisor, rounds, run.Watch(progress.tell))
+            return run.supervise(running, supervisor, rounds, run.Watch(progress.tell, begun=begun))
     except Stopped as ending:
         ending.add_note(f"the recordings are in {out}")
         raise
@@ -170,15 +164,6 @@ RUN = Command(
     details=run_help.RUN,
     examples=run_help.RUN_EXAMPLES,
     ends="0 as many cycles completed as were asked for, 1 not",
-)
-SERVE = Command(
-    name="serve",
-    options=MachineOptions,
-    run=serve,
-    sentence="A machine in real time that waits for what people ask of it.",
-    details=run_help.SERVE,
-    examples=run_help.SERVE_EXAMPLES,
-    ends="0 ended in order, 1 not",
 )
 ASK = Command(
     name="ask",

@@ -1,4 +1,4 @@
-"""What the help of ``run``, ``serve`` and ``ask`` says."""
+"""What the help of ``run`` and ``ask`` says."""
 
 from opensuction.cli.completion import REQUESTS
 
@@ -26,17 +26,6 @@ Examples:
 Files:
   /dev/shm/opensuction-UID/NAME   what the processes share, in memory
   runs/TIME-NAME/*.mcap           a recording for each cycle"""
-
-SERVE = (
-    "As run, but nothing starts by itself: people ask, with opensuction ask from another terminal. "
-    "Ends with Ctrl-C or SIGTERM, the catheter first. Linux only."
-)
-SERVE_EXAMPLES = """\b
-Examples:
-  opensuction serve --patient neonate
-  opensuction ask oxygen-skipped                 from another terminal
-  opensuction ask start
-  opensuction ask abort"""
 
 ASK = (
     f"REQUEST is one of: {', '.join(REQUESTS)}. It is answered in the next millisecond: the button "

@@ -33,6 +33,8 @@ from opensuction.twin import preset
 
 ENDS_S = 5.0
 """How long the twin's end may take."""
+CONSOLE_ENDS_S = 10.0
+"""How long a console's end may take: pages are told of it."""
 COMES_OUT_S = 120.0
 """How long a controller's end may take: the catheter comes out first."""
 FRENCH_PER_MM = 3.0
@@ -75,15 +77,21 @@ def check_records(database: str | None) -> str:
         return records.database.address.shown
 
 
+def check_free(name: str) -> Path:
+    """The folder of a machine that nobody looks after; raises InputError where somebody does."""
+    folder = room.make(name)
+    if (pid := holder(folder / room.SUPERVISES)) is not None:
+        raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
+    return folder
+
+
 def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Running:
     """Have the twin play in the machine's folder.
 
     anew: end what an earlier run has left, its twin included. Raises InputError where that is in
     the way, or where the twin does not play.
     """
-    folder = room.make(name)
-    if (pid := holder(folder / room.SUPERVISES)) is not None:
-        raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
+    folder = check_free(name)
     if anew:
         end(folder)
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
@@ -163,15 +171,21 @@ def end(folder: Path) -> None:
     """
     for lock, seconds in (
         (room.CONTROLS, COMES_OUT_S),
+        (room.CONSOLES, CONSOLE_ENDS_S),
         (room.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        pid = holder(folder / lock)
-        if pid is None:
-            continue
-        os.kill(pid, signal.SIGTERM)
-        ends_s = time.monotonic() + seconds
-        while holder(folder / lock) == pid:
-            if time.monotonic() > ends_s:
-                raise InputError(f"process {pid} of {folder} does not end")
-            time.sleep(launch.LOOKS_S)
+        end_one(folder, lock, seconds)
+
+
+def end_one(folder: Path, lock: str, seconds: float) -> None:
+    """End the process that has a task, where one has it. Raises InputError where it does not."""
+    pid = holder(folder / lock)
+    if pid is None:
+        return
+    os.kill(pid, signal.SIGTERM)
+    ends_s = time.monotonic() + seconds
+    while holder(folder / lock) == pid:
+        if time.monotonic() > ends_s:
+            raise InputError(f"process {pid} of {folder} does not end")
+        time.sleep(launch.LOOKS_S)

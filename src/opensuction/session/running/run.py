@@ -31,6 +31,11 @@ SENTENCES = {
     "recorder-found": "The recorder of an earlier run still works",
     "recorder-restarted": "The recorder died and has been started anew",
     "recorder-given-up": "The recorder dies again and again: nothing is recorded any more",
+    "console-started": "The console has been started",
+    "console-found": "The console of an earlier run still works",
+    "console-restarted": "The console died and has been started anew",
+    "console-given-up": "The console dies again and again: it is not started any more; the machine "
+    "goes on, and opensuction ask abort stops it",
 }
 _SKIPPED, _COMPUTED = (ROW_COLUMNS.index(name) for name in ("loop.skipped", "loop.computed_s"))
 
@@ -85,6 +90,8 @@ class Watch(NamedTuple):
     """Takes a line."""
     pause: Callable[[float], None] = time.sleep
     """Waits; what it raises ends the run."""
+    begun: Callable[[], None] = lambda: None
+    """Called once everything works."""
 
 
 def supervise(
@@ -108,6 +115,7 @@ def supervise(
     ended = False
     try:
         supervisor.begin(tell)
+        watch.begun()
         while rounds is None or rounds.doing != Doing.DONE:
             for notice in supervisor.look():
                 tell(notice)
