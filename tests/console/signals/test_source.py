@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from opensuction.console.signals.source import SignalSource
 from opensuction.kernel.record import Array
 from opensuction.safety.condition import Condition
 from tests.console.signals.block import find
-from tests.console.written_machine import AT_REST, WrittenMachine
+from tests.console.written_machine import WrittenMachine
+from tests.controller.bedside import at_bed
 
 TICK = find("tick")
 
@@ -118,8 +118,9 @@ def test_the_past_goes_on_to_where_all_are(tmp_path: Path, machine: WrittenMachi
 def test_the_tip_goes_by_the_machines_own_transmission(tmp_path: Path) -> None:
     block = SignalSource(tmp_path).read().blocks[0]
     assert 0.5 < block.gain < 1.0
-    foremost_mm = AT_REST["state.core.governor.watch.tip.foremost_mm"]
-    assert np.isfinite(block.gain * foremost_mm + block.offset_mm)
+    loop, _ = at_bed("neonate")
+    tip = loop.controller.limits.tip
+    assert (block.gain, block.offset_mm) == (tip.gain, tip.offset_mm)
 
 
 def test_no_machine_is_no_error(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ class Feed:
         """
         if len(self._subscribers) >= SUBSCRIBERS_MOST:
             raise FullError
-        if self._task is None or self._task.done():
+        if not self.is_working:
             self._source.skip()
         one = Subscriber(channels)
         if self._source.facts is not None:
@@ -65,6 +65,11 @@ class Feed:
                 catching_up.cancel()
             self._subscribers.discard(one)
             self.stalled.discard(one)
+
+    @property
+    def is_working(self) -> bool:
+        """Whether it reads the ring."""
+        return self._task is not None and not self._task.done()
 
     def _past(self, past_s: float) -> Past | None:
         facts = self._source.facts
@@ -88,7 +93,7 @@ class Feed:
         self._begin()
 
     def _begin(self) -> None:
-        if self._task is None or self._task.done():
+        if not self.is_working:
             self._task = asyncio.create_task(self._run())
 
     async def _run(self) -> None:

@@ -28,7 +28,7 @@ export class Chooser {
     const rows = this.channels.filter((one) => one.group === group).map((one) => this.rowOf(one));
     const isRaw = rows.length > 20;
     return make("details", { class: "chooser-group", open: !isRaw, "data-group": group },
-      make("summary", {}, fill(text.signals.chooser.group, { group, count: rows.length })), ...rows);
+      make("summary", {}, fill(text.signals.chooser.group, { group, count: rows.length })), make("div", { class: "chooser-rows" }, ...rows));
   }
 
   rowOf(channel) {

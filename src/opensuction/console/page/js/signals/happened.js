@@ -12,7 +12,7 @@ export function wordsOf(one) {
   const words = text.signals.marks;
   const name = capital(one.sentence || one.name.replaceAll("-", " ").replaceAll("_", " "));
   if (one.what === "phase") return text.signals.phases[one.name] ?? name;
-  if (one.what === "alarm") return fill(one.detail === "ended" ? words.ended : words.raised, { name });
+  if (one.what === "alarm") return fill(one.detail === "ended" ? words.over : words.raised, { name });
   if (one.what === "source") return words.source;
   return fill(words[one.what] ?? words.other, { name, detail: one.detail }).trim();
 }

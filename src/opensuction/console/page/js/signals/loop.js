@@ -24,6 +24,7 @@ export class Loop {
     const places = LOOP.map((name) => buffer.channels.findIndex((one) => one.name === name));
     if (places.includes(-1)) return;
     const points = this.take(buffer, places, buffer.find(from_s), buffer.find(to_s));
+    const all = this.take(buffer, places, buffer.first, buffer.next);
     const ratio = devicePixelRatio;
     const { canvas } = this;
     canvas.width = SIZE_PX * ratio;
@@ -36,22 +37,23 @@ export class Loop {
       return;
     }
     say(this.note, text.signals.loop.note);
-    this.paint(ctx, points);
+    this.paint(ctx, points, all);
   }
 
   take(buffer, places, begin, end) {
-    const step = Math.max(Math.floor((end - begin) / POINTS), 1);
+    // A power of two, and rows that it divides: while rows come the same ones are taken again.
+    const step = 2 ** Math.max(Math.ceil(Math.log2((end - begin) / POINTS)), 0);
     const points = [];
-    for (let row = begin; row < end; row += step) {
+    for (let row = Math.ceil(begin / step) * step; row < end; row += step) {
       const point = places.map((place) => buffer.value(place, row));
       if (point.every(Number.isFinite)) points.push(point);
     }
     return points;
   }
 
-  paint(ctx, points) {
-    const heads = points.map((point) => point[0]);
-    const tips = points.flatMap((point) => point.slice(1));
+  paint(ctx, points, all) {
+    const heads = all.map((point) => point[0]);
+    const tips = all.flatMap((point) => point.slice(1));
     const x = this.axis(limitsOf("mm", least(heads), most(heads)), LEFT_PX, SIZE_PX - 8);
     const y = this.axis(limitsOf("mm", least(tips), most(tips)), SIZE_PX - BELOW_PX, 8);
     this.frame(ctx, x, y);
@@ -59,27 +61,34 @@ export class Loop {
     ctx.beginPath();
     ctx.rect(LEFT_PX, 8, SIZE_PX - 8 - LEFT_PX, SIZE_PX - BELOW_PX - 8);
     ctx.clip();
+    this.trace(ctx, all, [x, y], 0.1, 0.35);
+    this.trace(ctx, points, [x, y], 0.25, 1);
+    const [head, wanted] = points[points.length - 1];
+    ctx.globalAlpha = 1;
+    ctx.fillStyle = this.now.tip;
+    ctx.beginPath();
+    ctx.arc(x.of(head), y.of(wanted), 5, 0, 2 * Math.PI);
+    ctx.fill();
+    ctx.restore();
+  }
+
+  /** What is possible as a band, what is wanted as a line; no stronger than this. */
+  trace(ctx, points, [x, y], band, line) {
     ctx.lineWidth = 1;
     ctx.strokeStyle = this.now.phase;
-    ctx.globalAlpha = 0.28;
+    ctx.globalAlpha = band;
     ctx.beginPath();
     for (const [head, , high, low] of points) {
       ctx.moveTo(x.of(head), y.of(low));
       ctx.lineTo(x.of(head), y.of(high));
     }
     ctx.stroke();
-    ctx.globalAlpha = 1;
+    ctx.globalAlpha = line;
     ctx.lineWidth = 2;
     ctx.strokeStyle = this.now.tip;
     ctx.beginPath();
     points.forEach(([head, wanted], i) => ctx[i ? "lineTo" : "moveTo"](x.of(head), y.of(wanted)));
     ctx.stroke();
-    const [head, wanted] = points[points.length - 1];
-    ctx.fillStyle = this.now.tip;
-    ctx.beginPath();
-    ctx.arc(x.of(head), y.of(wanted), 5, 0, 2 * Math.PI);
-    ctx.fill();
-    ctx.restore();
   }
 
   axis([from, to], begin, end) {

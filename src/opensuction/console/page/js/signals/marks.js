@@ -43,7 +43,7 @@ export class Marks {
     for (const one of this.all) {
       const isBreak = one.what === "source";
       if (one.what !== "phase" && !isBreak) continue;
-      if (found.length && found[found.length - 1].to_s === null) found[found.length - 1].to_s = one.time_s;
+      if (found.length && found[found.length - 1].to_s === null) found[found.length - 1].to_s = one.until_s ?? one.time_s;
       if (!isBreak) found.push({ name: one.name, from_s: one.time_s, to_s: null });
     }
     return found

@@ -44,10 +44,8 @@ export class Plots {
       units.get(channel.unit).push({ place, channel, colour: i % 8 });
     });
     const { window, marks, live, offset } = this.about;
-    const span = () => window.frozen?.span_s ?? window.span_s;
     const shown = () => marks.between(...window.ends(live()));
-    const last = units.size - 1;
-    this.strips = [...units].map(([unit, lines], i) => new Strip(unit, lines, { hasTimes: i === last, height: LEAST_PX, offset, span, marks: shown }));
+    this.strips = [...units].map(([unit, lines]) => new Strip(unit, lines, { height: LEAST_PX, offset, marks: shown }));
     this.place.replaceChildren(...this.strips.map((strip) => strip.element));
     this.resize();
   }
@@ -55,10 +53,10 @@ export class Plots {
   resize() {
     const width = this.strips[0]?.plotted.clientWidth;
     if (!width) return;
-    const room = (this.element.parentElement?.clientHeight ?? 0) - this.element.offsetTop - 110;
+    const room = (this.element.parentElement?.clientHeight ?? 0) - this.element.offsetTop - 120;
     const height = Math.min(Math.max(Math.floor(room / this.strips.length) - 12, LEAST_PX), MOST_PX);
     for (const strip of this.strips) {
-      strip.options.height = Math.max(height, 24 + 34 * strip.lines.length);
+      strip.options.height = Math.max(height, 26 + 36 * strip.lines.length);
       strip.build(width);
     }
     this.isDirty = true;
@@ -97,7 +95,7 @@ export class Plots {
     const buffer = window.buffer(live());
     const [from_s, to_s] = window.ends(live());
     for (const strip of this.strips) strip.draw(buffer, from_s, to_s);
-    this.band.draw(marks, this.box, from_s, to_s);
+    this.band.draw(marks, this.box, [from_s, to_s], this.about.offset());
     this.drawCursors(from_s, to_s);
     if (performance.now() - this.told_ms > TELL_MS) this.tell(buffer, to_s);
   }

@@ -14,6 +14,17 @@ export function limitsOf(unit, least, most) {
   return [Math.floor((middle - span / 2 - room) / step) * step, Math.ceil((middle + span / 2 + room) / step) * step];
 }
 
+const TIMES_S = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60];
+
+/** Instants where a line of the grid stands, at whole times of day, some pixels apart. */
+export function instantsOf(from_s, to_s, pixels, offset_s) {
+  const least_s = ((to_s - from_s) / pixels) * 95;
+  const step_s = TIMES_S.find((one) => one >= least_s) ?? 120;
+  const found = [];
+  for (let i = Math.ceil((from_s + offset_s) / step_s); i * step_s <= to_s + offset_s; i += 1) found.push(i * step_s - offset_s);
+  return found;
+}
+
 /** A round number not below this one. */
 function stepOf(size) {
   const power = 10 ** Math.floor(Math.log10(size));

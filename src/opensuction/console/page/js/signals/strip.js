@@ -4,10 +4,9 @@ import uPlot from "../../vendor/uPlot.js";
 import { make, mark, say } from "../dom.js";
 import { text } from "../text.js";
 import { decimate } from "./decimate.js";
-import { limitsOf, timeOfDay, valueOf } from "./scale.js";
+import { instantsOf, limitsOf, valueOf } from "./scale.js";
 
 export const LEFT_PX = 62;
-const AXIS_PX = 26;
 const LINES = 8; // colours
 
 /** Colours as the theme has them now. */
@@ -25,7 +24,7 @@ export class Strip {
   constructor(unit, lines, options) {
     this.unit = unit;
     this.lines = lines;
-    this.options = options; // {hasTimes, height, offset(), span(), marks()}
+    this.options = options; // {height, offset(), marks()}
     this.limits = [0, 1];
     this.plotted = make("div", { class: "strip-plot", "aria-hidden": "true" });
     this.legend = make("div", { class: "strip-legend" });
@@ -48,19 +47,19 @@ export class Strip {
   build(width) {
     this.plot?.destroy();
     const now = colours();
-    const { hasTimes, height, offset, span } = this.options;
+    const { height, offset } = this.options;
     const axis = { stroke: now.ink, grid: { stroke: now.grid, width: 1 }, ticks: { show: false }, font: "12px system-ui, sans-serif" };
     this.plot = new uPlot({
       width,
-      height: height + (hasTimes ? AXIS_PX : 4),
-      padding: [6, 8, hasTimes ? 0 : 2, 0],
+      height,
+      padding: [9, 8, 9, 0],
       cursor: { show: false },
       legend: { show: false },
       select: { show: false },
       scales: { x: { time: false, auto: false, range: (u, from, to) => [from, to] }, y: { range: () => this.limits } },
       axes: [
-        { ...axis, show: true, size: hasTimes ? AXIS_PX : 2, space: 90,
-          values: (u, marks) => (hasTimes ? marks.map((one) => timeOfDay(one, offset(), span())) : marks.map(() => "")) },
+        { ...axis, size: 0, values: (u, marks) => marks.map(() => ""),
+          splits: (u, place, from, to) => instantsOf(from, to, u.bbox.width / uPlot.pxRatio, offset()) },
         { ...axis, size: LEFT_PX, space: 26, values: (u, marks) => marks.map((one) => String(Number(one.toPrecision(6))).replace("-", "−")) },
       ],
       series: [{}, ...this.lines.map(({ colour }) => ({ stroke: now.lines[colour], width: 1.5, points: { show: false }, spanGaps: false }))],

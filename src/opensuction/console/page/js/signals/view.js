@@ -29,7 +29,10 @@ class Signals {
     this.loop = new Loop();
     this.happened = new Happened(this.marks, () => this.offset, (one) => this.lookAt(one));
     this.chooser = new Chooser(listed.channels, (names) => this.choose(names));
-    this.chooser.onclose = () => this.channelsButton.focus();
+    this.chooser.onclose = () => {
+      mark(this.element, "data-choosing", false);
+      this.channelsButton.focus();
+    };
     this.build(root);
     this.repaint = () => this.themeChanged();
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
@@ -50,7 +53,10 @@ class Signals {
     this.spans = SPANS_S.map((span_s) => button(fill(words.seconds, { s: span_s }), () => this.span(span_s), { "data-span": span_s }));
     this.presets = make("select", { "aria-label": words.preset, onchange: () => this.preset(this.presets.value) },
       ...Object.entries(words.presets).map(([name, title]) => make("option", { value: name }, title)));
-    this.channelsButton = button(words.channels, () => this.chooser.open(this.names));
+    this.channelsButton = button(words.channels, () => {
+      mark(this.element, "data-choosing", true);
+      this.chooser.open(this.names);
+    });
     this.loopButton = button(words.loopButton, () => this.toggleLoop(), { "aria-pressed": "false" });
     this.status = make("p", { class: "signals-status", role: "status" }, words.state.begins);
     this.lack = make("p", { class: "signals-lack" });
@@ -109,7 +115,7 @@ class Signals {
   take(frame) {
     if (this.isReplaced) {
       this.isReplaced = false;
-      this.marks.add({ what: "source", name: "source", detail: "", time_s: frame.time_s });
+      this.marks.add({ what: "source", name: "source", detail: "", time_s: frame.time_s, until_s: this.buffer.last_s ?? frame.time_s });
     }
     this.figures.rows += this.buffer.push(frame);
     this.figures.missed = this.buffer.missed;
@@ -211,6 +217,7 @@ class Signals {
     this.hasLoop = !this.hasLoop;
     mark(this.loopButton, "aria-pressed", String(this.hasLoop));
     show(this.loop.element, this.hasLoop);
+    mark(this.element, "data-loop", this.hasLoop);
     this.choose(this.names);
   }
 

@@ -29,7 +29,7 @@ export default {
     lost: "No connection for {s} s. What you see is not now; it comes back by itself.",
     over: "Signals have ended: {reason}. Sign in again.",
     missed: "{count} rows are missing here",
-    skipped: "the control loop has missed {count} ticks",
+    skipped: "the control loop has missed {count} ticks since this view opened",
   },
   events: "What happened",
   noEvents: "Nothing yet.",
@@ -40,8 +40,9 @@ export default {
     identifying: "Identifying", "out-of-service": "Out of service",
   },
   marks: {
-    raised: "Alarm: {name}", ended: "Alarm over: {name}", trip: "Governor: {name}", request: "{name}: {detail}",
-    source: "The control process was replaced", other: "{name} {detail}",
+    raised: "Alarm: {name}", over: "Alarm over: {name}", trip: "Governor: {name}", request: "{name}: {detail}",
+    source: "The control process was replaced",
+    began: "The control process began", ended: "The control process ended", configured: "Other settings were taken", other: "{name} {detail}",
   },
   chooser: {
     title: "Channels", search: "Find by name or unit", take: "Show these", group: "{group} ({count})",
@@ -50,7 +51,7 @@ export default {
   loop: {
     title: "Loop of the transmission",
     describe: "The tip over the head: what is possible, and where the controller wants it",
-    note: "No sensor tells where the tip is. Grey: between which depths it can be. Line: where the controller wants it.",
+    note: "No sensor tells where the tip is. Grey: between which depths it can be. Line: where the controller wants it; strong in the window that is shown, faint in all that is kept.",
     none: "No valid values in this window.",
     head: "head, measured (mm)",
     tip: "tip (mm)",
