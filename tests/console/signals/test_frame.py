@@ -38,7 +38,9 @@ def test_values_ticks_and_times_come_back(values: np.ndarray, tick: int, missed:
 def test_a_column_is_rounded_to_single_precision_and_no_more() -> None:
     rows = rows_of(3, reference_mm=np.array([0.1, 88.123456789, -1e39]))
     found = decode(picker(REFERENCE).encode(block_of(rows)))
-    np.testing.assert_array_equal(found.values[0], np.float32([0.1, 88.123456789, -np.inf]))
+    np.testing.assert_array_equal(
+        found.values[0], np.array([0.1, 88.123456789, -np.inf], np.float32)
+    )
 
 
 def test_ticks_that_were_missed_leave_a_hole_in_time() -> None:
@@ -52,7 +54,7 @@ def test_a_reading_whose_flag_is_down_is_no_value() -> None:
     rows = rows_of(3, head_mm=12.0, head_valid=np.array([1.0, 0.0, 1.0]))
     rows[:, find("readings.head_mm")] = 12.0
     found = decode(picker(HEAD, REFERENCE).encode(block_of(rows)))
-    np.testing.assert_array_equal(found.values[0], np.float32([12.0, np.nan, 12.0]))
+    np.testing.assert_array_equal(found.values[0], np.array([12.0, np.nan, 12.0], np.float32))
     assert np.isfinite(found.values[1]).all()
 
 
@@ -61,7 +63,7 @@ def test_a_patient_without_a_monitor_has_no_values() -> None:
     rows[:, find("readings.monitor.spo2_percent")] = 97.0
     rows[1, find("monitor.connected")] = 1.0
     found = decode(picker("inputs.readings.monitor.spo2_percent").encode(block_of(rows)))
-    np.testing.assert_array_equal(found.values[0], np.float32([np.nan, 97.0]))
+    np.testing.assert_array_equal(found.values[0], np.array([np.nan, 97.0], np.float32))
 
 
 def test_the_tip_is_worked_out_by_the_transmission() -> None:

@@ -19,7 +19,7 @@ export function csv(buffer, names, [from_s, to_s], utc_offset_s, about) {
     const utc = new Date((time_s + utc_offset_s) * 1000).toISOString();
     const values = places.map((place) => {
       const value = buffer.value(place, row);
-      return Number.isFinite(value) ? String(Number(value.toPrecision(9))) : "";
+      return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
     });
     lines.push([utc, time_s.toFixed(6), buffer.tick[row & buffer.mask], ...values].join(","));
     if (lines.length === ROWS_A_PIECE) {

@@ -11,16 +11,22 @@ const SIZE_PX = 300;
 const LEFT_PX = 52;
 const BELOW_PX = 38;
 const POINTS = 1500;
+const EVERY_MS = 100;
 
 export class Loop {
   constructor() {
+    this.drawn_ms = -EVERY_MS;
     this.canvas = make("canvas", { class: "loop-canvas", role: "img", "aria-label": text.signals.loop.describe });
     this.note = make("p", { class: "loop-note" });
     this.element = make("section", { class: "loop", "aria-label": text.signals.loop.title },
       make("h2", {}, text.signals.loop.title), this.canvas, this.note);
   }
 
-  draw(buffer, from_s, to_s) {
+  /** isLive: again in a moment, so not each time. */
+  draw(buffer, from_s, to_s, isLive) {
+    const now_ms = performance.now();
+    if (isLive && now_ms - this.drawn_ms < EVERY_MS) return;
+    this.drawn_ms = now_ms;
     const places = LOOP.map((name) => buffer.channels.findIndex((one) => one.name === name));
     if (places.includes(-1)) return;
     const points = this.take(buffer, places, buffer.find(from_s), buffer.find(to_s));

@@ -14,6 +14,7 @@ import { Stream } from "./stream.js";
 import { SPANS_S, Window } from "./window.js";
 
 const RATE_MS = 1000;
+const LATE_S = 1.5; // rows that are so much older than what the bedside shows wait somewhere on the way
 
 class Signals {
   constructor(root, context, listed) {
@@ -98,7 +99,7 @@ class Signals {
     this.stream?.close();
     this.names = names;
     remember(names);
-    const all = [...new Set([...names, ...(this.hasLoop ? LOOP : [])])];
+    const all = [...new Set([...names, ...LOOP])];
     this.window.thaw();
     this.plots.clear();
     this.buffer = new Buffer(all.map((name) => this.known.get(name)));
@@ -135,15 +136,25 @@ class Signals {
     this.drawn = number;
     plots.isDirty = false;
     plots.draw();
-    if (this.hasLoop) this.loop.draw(window.buffer(buffer), ...window.ends(buffer));
+    if (this.hasLoop) this.loop.draw(window.buffer(buffer), ...window.ends(buffer), window.isLive);
     this.figures.frames += 1;
+  }
+
+  /** How far the rows are behind the machine's newest state, which comes by a connection of its own. */
+  get late_s() {
+    const { live } = this.context;
+    const { buffer, facts } = this;
+    if (!live.isLive || !facts || buffer.next === 0) return 0;
+    const newest = buffer.tick[(buffer.next - 1) & buffer.mask];
+    const behind = live.known.tick - newest;
+    return behind > 0 ? behind * facts.period_s : 0;
   }
 
   /** What is so, in words; once a second what comes. */
   say() {
     const now_ms = performance.now();
     const { figures, window, stream } = this;
-    const { state } = stream;
+    const state = stream.state === "live" && this.late_s > LATE_S ? "late" : stream.state;
     const isDue = now_ms - figures.since_ms >= RATE_MS;
     if (isDue) {
       const per_s = 1000 / (now_ms - figures.since_ms);
@@ -166,6 +177,7 @@ class Signals {
     const words = text.signals.state;
     if (state === "over") return fill(words.over, { reason: this.reason });
     if (state === "lost") return fill(words.lost, { s: Math.floor((performance.now() - this.stream.lost_ms) / 1000) });
+    if (state === "late") return fill(words.late, { s: this.late_s.toFixed(0) });
     if (state === "silent") return fill(words.silent, { s: Math.floor(this.stream.silent_s) });
     if (!this.window.isLive) return fill(words.paused, { s: Math.round(this.window.frozen.buffer.last_s - this.window.frozen.buffer.first_s) });
     return this.rate && this.buffer.next ? fill(words.live, this.rate) : words.begins;
@@ -218,7 +230,7 @@ class Signals {
     mark(this.loopButton, "aria-pressed", String(this.hasLoop));
     show(this.loop.element, this.hasLoop);
     mark(this.element, "data-loop", this.hasLoop);
-    this.choose(this.names);
+    this.plots.isDirty = true;
   }
 
   /** Whoever moves or measures stands still first. */

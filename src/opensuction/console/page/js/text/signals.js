@@ -25,6 +25,7 @@ export default {
     begins: "Waiting for the first rows",
     live: "Live: {rows} rows/s, {frames} pictures/s",
     paused: "Paused. What you see is not now; {s} s are kept.",
+    late: "These signals come {s} s late: the connection is too slow. What you see is not now.",
     silent: "No rows for {s} s: the control process writes nothing. What you see is not now.",
     lost: "No connection for {s} s. What you see is not now; it comes back by itself.",
     over: "Signals have ended: {reason}. Sign in again.",
