@@ -1,5 +1,6 @@
 """A console as it is served: the real application, real records, people of each role, a machine."""
 
+import asyncio
 import socket
 import threading
 import time
@@ -8,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-import uvicorn
 from fastapi import FastAPI
 from starlette.testclient import TestClient, WebSocketTestSession
 
@@ -16,7 +16,9 @@ from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
 from opensuction.console.access import CSRF_HEADER, DEVICE_COOKIE, SESSION_COOKIE
 from opensuction.console.app import create_app
+from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
+from opensuction.console.server import Server, make_server
 from opensuction.console.site import Origin, Site
 from opensuction.records.records import Records
 from opensuction.runtime import about
@@ -110,7 +112,7 @@ def make_site(folder: Path, records: Records, accounts: Accounts, port: int = PO
 
 
 @contextmanager
-def served(folder: Path, port: int = PORT) -> Iterator[Served]:
+def served(folder: Path, port: int = PORT, limits: Limits = USUAL) -> Iterator[Served]:
     """A console with a machine that is parked, in a folder of the test's own."""
     room = folder / "room"
     room.mkdir()
@@ -118,7 +120,7 @@ def served(folder: Path, port: int = PORT) -> Iterator[Served]:
     with Records.open(database) as records, WrittenMachine(room, database) as machine:
         accounts = Accounts(records.database, hasher=CHEAP)
         site = make_site(room, records, accounts, port)
-        yield Served(create_app(site), site, machine, employ_all(accounts))
+        yield Served(create_app(site, limits), site, machine, employ_all(accounts))
 
 
 def free_port() -> int:
@@ -129,26 +131,32 @@ def free_port() -> int:
 
 
 @contextmanager
-def listening(folder: Path) -> Iterator[Served]:
+def listening(folder: Path, limits: Limits = USUAL) -> Iterator[Served]:
     """The same at a free port of this computer, for browsers: `Served.url`."""
-    with served(folder, free_port()) as made, listening_app(made.app, made.site.origin.port):
+    with (
+        served(folder, free_port(), limits) as made,
+        listening_app(made.app, made.site.origin.port),
+    ):
         yield made
 
 
 @contextmanager
-def listening_app(app: FastAPI, port: int) -> Iterator[uvicorn.Server]:
+def listening_app(app: FastAPI, port: int) -> Iterator[Server]:
     """An application that listens, in a thread."""
-    server = uvicorn.Server(
-        uvicorn.Config(app, HOST, port, log_config=None, lifespan="on", loop="asyncio")
-    )
-    thread = threading.Thread(target=server.run, daemon=True)
-    thread.start()
-    ends_s = time.monotonic() + STARTS_S
-    while not server.started and time.monotonic() < ends_s:
-        time.sleep(0.01)
-    assert server.started
-    try:
-        yield server
-    finally:
-        server.should_exit = True
-        thread.join(STARTS_S)
+    with socket.create_server((HOST, port)) as listening:
+        server = make_server(app)
+        thread = threading.Thread(target=_run, args=(server, listening), daemon=True)
+        thread.start()
+        ends_s = time.monotonic() + STARTS_S
+        while not server.started and time.monotonic() < ends_s:
+            time.sleep(0.01)
+        assert server.started
+        try:
+            yield server
+        finally:
+            server.should_exit = True
+            thread.join(STARTS_S)
+
+
+def _run(server: Server, listening: socket.socket) -> None:
+    asyncio.run(server.serve(sockets=[listening]))

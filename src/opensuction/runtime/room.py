@@ -24,6 +24,8 @@ WATCH_EVENTS, WATCH_EVENTS_BEFORE = "supervisor.events", "supervisor.events.befo
 CONTROLS, RECORDS, SUPERVISES = "control.lock", "recorder.lock", "supervisor.lock"
 CONSOLES = "console.lock"
 """What the process that controls, records, supervises or serves the console holds."""
+CONSOLE_ENDS_S = 10.0
+"""How long a console's end may take: pages are told of it."""
 CONSOLE = "console.json"
 """What the console is set to, where there is one."""
 MARK = "recorder.mark"

@@ -5,10 +5,7 @@ plays it is taken up as it is; a machine that is set otherwise is not.
 """
 
 import json
-import os
-import signal
 import subprocess
-import time
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +14,7 @@ from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.sole import holder
+from opensuction.exchange.sole import end_holder, holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
 from opensuction.kernel.name import name_of
@@ -33,8 +30,6 @@ from opensuction.twin import preset
 
 ENDS_S = 5.0
 """How long the twin's end may take."""
-CONSOLE_ENDS_S = 10.0
-"""How long a console's end may take: pages are told of it."""
 COMES_OUT_S = 120.0
 """How long a controller's end may take: the catheter comes out first."""
 FRENCH_PER_MM = 3.0
@@ -171,21 +166,8 @@ def end(folder: Path) -> None:
     """
     for lock, seconds in (
         (room.CONTROLS, COMES_OUT_S),
-        (room.CONSOLES, CONSOLE_ENDS_S),
+        (room.CONSOLES, room.CONSOLE_ENDS_S),
         (room.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        end_one(folder, lock, seconds)
-
-
-def end_one(folder: Path, lock: str, seconds: float) -> None:
-    """End the process that has a task, where one has it. Raises InputError where it does not."""
-    pid = holder(folder / lock)
-    if pid is None:
-        return
-    os.kill(pid, signal.SIGTERM)
-    ends_s = time.monotonic() + seconds
-    while holder(folder / lock) == pid:
-        if time.monotonic() > ends_s:
-            raise InputError(f"process {pid} of {folder} does not end")
-        time.sleep(launch.LOOKS_S)
+        end_holder(folder / lock, seconds)
