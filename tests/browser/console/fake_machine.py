@@ -16,6 +16,7 @@ from typing import Any
 import uvicorn
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.responses import FileResponse, JSONResponse, Response
+from starlette.requests import ClientDisconnect
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocketDisconnect
 
@@ -244,7 +245,10 @@ def add_machine(app: FastAPI, fake: FakeMachine) -> None:
             await asyncio.sleep(3)
         if fake.problem is not None:
             return refuse(fake)
-        fake.asked.append(await request.json())
+        try:
+            fake.asked.append(await request.json())
+        except ClientDisconnect:
+            return Response(status_code=204)
         fake.headers.append(dict(request.headers))
         return JSONResponse({**fake.answer, "phase": fake.state["phase"], "took_ms": 3.0})
 

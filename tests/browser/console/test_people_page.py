@@ -86,7 +86,7 @@ def test_an_administrator_manages_people(bedside: Bedside) -> None:
     expect(page.get_by_role("row", name="ben")).to_contain_text("one-time password")
     expect(page.get_by_role("row", name="ward list")).to_contain_text("see-history")
     start = page.get_by_role("row", name="Start a cycle").get_by_role("cell")
-    expect(start).to_have_text(["–no", "–no", "✓yes", "–no", "–no"])
+    expect(start).to_have_text(["\u2013no", "\u2013no", "✓yes", "\u2013no", "\u2013no"])
     page.get_by_role("button", name="Add an account").click()
     dialog = page.get_by_role("dialog", name="Add an account")
     dialog.get_by_label("Name").fill("cleo")

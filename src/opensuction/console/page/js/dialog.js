@@ -58,7 +58,7 @@ export function field(name, label, attributes = {}, hint = "") {
   const { options, ...others } = attributes;
   const input = make(kind, { id, name, "aria-describedby": `${hint ? `${id}-hint ` : ""}${id}-wrong`, ...others });
   if (options) input.append(...options.map(([value, words]) => make("option", { value }, words)));
-  const element = make("label", { class: "field", for: id }, make("span", { class: "field-label" }, label), input, about, wrong);
+  const element = make("div", { class: "field" }, make("label", { class: "field-label", for: id }, label), input, about, wrong);
   return {
     element,
     input,

@@ -40,6 +40,7 @@ export class Stop {
 
   makeFailure() {
     const words = text.shell.stop;
+    this.failureNext = make("p", {}, words.again);
     this.failureDetail = make("p", { class: "not-stopped-detail" });
     return make(
       "div",
@@ -47,7 +48,7 @@ export class Stop {
       make("p", { class: "not-stopped-word" }, words.failed),
       make("p", { class: "not-stopped-remedy" }, words.failedRemedy),
       this.failureDetail,
-      make("p", {}, words.again),
+      this.failureNext,
       make("button", { type: "button", onclick: () => this.settle() }, text.shell.close),
     );
   }
@@ -79,9 +80,10 @@ export class Stop {
     const mine = this.press_number;
     clearTimeout(this.hide);
     this.show("sending", text.shell.stop.sending);
-    const body = { ask: "abort", key: newKey() };
     for (let attempt = 1; attempt <= TRIES; attempt += 1) {
       try {
+        // A key of its own each time: to stop twice harms nobody, and the answer is this try's.
+        const body = { ask: "abort", key: newKey() };
         const answer = await this.api.askAtOnce("/requests", body, ONE_TRY_MS);
         if (mine !== this.press_number) return;
         if (answer?.verdict === PRESSED) {
@@ -96,6 +98,7 @@ export class Stop {
       await pause(BETWEEN_MS);
       if (mine !== this.press_number) return;
     }
+    say(this.failureNext, text.shell.stop.givenUp);
   }
 
   deliver(answer) {
@@ -110,6 +113,7 @@ export class Stop {
 
   /** Said at the first try that failed, while the next ones are made. */
   fail(detail) {
+    say(this.failureNext, text.shell.stop.again);
     this.show("failed", text.shell.stop.failed);
     say(this.failureDetail, fill(text.shell.stop.failedDetail, { detail }));
     show(this.failure, true);

@@ -41,6 +41,8 @@ export function openPassword(session, known = null) {
     await session.changePassword(known ?? present, wanted);
     dialog.close();
   });
+  // So that a browser that keeps passwords knows whose this is.
+  element.prepend(make("input", { hidden: true, autocomplete: "username", value: session.name ?? "", "aria-hidden": "true" }));
   const must = session.must_change_password ? make("p", {}, words.must) : null;
   const dialog = openDialog(words.title, make("div", {}, must, element));
 }

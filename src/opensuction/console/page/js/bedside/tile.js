@@ -38,7 +38,7 @@ export class Tip {
     const range = isKnown && state.tip_high_mm !== null ? fill(words.range, { mm: number(half_mm, 1) }) : null;
     say(notes[1], isOut ? "" : [range, ways[state.moving]].filter(Boolean).join(" · "));
     const contact = state.contact ? (isOut ? words.contactOutside : words.contact) : "";
-    say(notes[2], contact || (state.target_mm === null ? "" : fill(words.target, { mm: number(state.target_mm) })));
+    say(notes[2], contact || (isLeftInside(state) || state.target_mm === null ? "" : fill(words.target, { mm: number(state.target_mm) })));
     mark(notes[2], "data-told", contact !== "");
     mark(this.element, "data-inside", state.is_inside !== false);
     mark(this.element, "data-left", isLeftInside(state));

@@ -51,7 +51,8 @@ export default {
       "Use the red button on the machine, or draw the catheter out by the handle.",
     failedDetail: "The request did not reach the machine: {detail}",
     verdict: "the machine says \"{verdict}\"",
-    again: "It is tried again. Press STOP again, too.",
+    again: "It is tried again by itself.",
+    givenUp: "It was tried for some seconds. Press STOP again.",
   },
   now: {
     title: "Now",
