@@ -23,6 +23,8 @@ from opensuction.console.live.last_cycle import LastCycle
 from opensuction.console.refused import RefusedOnRecord
 from opensuction.console.route import (
     account,
+    alarm_signal,
+    anatomy,
     history,
     identification,
     machine,
@@ -40,6 +42,8 @@ ROUTES = (
     machine,
     request,
     account,
+    anatomy,
+    alarm_signal,
     history,
     protocol,
     teaching,

@@ -33,6 +33,11 @@ def _environment() -> jinja2.Environment:
     return environment
 
 
+def render_part(template: str, **context: Any) -> str:
+    """A template of ``template/`` filled in, alone: for a page that has its own styles."""
+    return _environment().get_template(template).render(**context)
+
+
 def render(template: str, scripts: tuple[str, ...], **context: Any) -> str:
     """A template of ``template/`` filled in, with disclaimer, styles, uPlot and its scripts.
 
@@ -46,6 +51,7 @@ def render(template: str, scripts: tuple[str, ...], **context: Any) -> str:
             styles=[
                 Markup(read("vendor", "uPlot.min.css")),
                 Markup(read("template", "page.css")),
+                Markup(read("template", "anatomy.css")),
             ],
             scripts=[
                 Markup(read("vendor", "uPlot.iife.min.js")),
