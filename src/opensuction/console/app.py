@@ -35,6 +35,7 @@ from opensuction.console.route import (
     teaching,
 )
 from opensuction.console.site import Site
+from opensuction.report import html
 
 PREFIX, VERSION = "/api/v1", "1"
 ROUTES = (
@@ -152,6 +153,13 @@ def _add_page(app: FastAPI) -> None:
         # The same file that a report holds, as a module: nothing is kept twice.
         script = (VENDOR / "uPlot.iife.min.js").read_text(encoding="utf-8")
         return Response(f"{script}\nexport default uPlot;\n", media_type="text/javascript")
+
+    @app.get("/vendor/plot_parts.js", include_in_schema=False)
+    def plot_parts() -> Response:
+        # What a report's plots share; the same for those of the page.
+        script = html.read("template", "plot_parts.js")
+        text = f'import uPlot from "./uPlot.js";\n{script}\nexport default parts;\n'
+        return Response(text, media_type="text/javascript")
 
     @app.get("/vendor/uPlot.css", include_in_schema=False)
     def uplot_style() -> FileResponse:
