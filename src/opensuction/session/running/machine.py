@@ -26,6 +26,7 @@ from opensuction.runtime import about, launch, room
 from opensuction.runtime.about import About
 from opensuction.session.cycle import preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.running import basis
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin import preset
 
@@ -101,6 +102,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
     about.write(folder, told)
+    basis.write(folder, basis.of(prepared))
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin)
