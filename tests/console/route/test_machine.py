@@ -2,6 +2,7 @@
 
 import pytest
 
+from opensuction.console.live import machine
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.runtime.room import CONFIGURATION
@@ -27,13 +28,16 @@ def test_all_that_the_page_draws_is_told(console: Served) -> None:
 
 
 def test_a_start_says_in_one_line_what_it_will_do(console: Served) -> None:
-    settings = console.site.hub.configuration().settings
-    plan, limits = settings.plan, settings.limits
     told = console.client().get(MACHINE).json()["plan_sentence"]
-    assert told == (
-        f"to {plan.motion.target_mm:g} mm, {plan.vacuum_mmhg:g} mmHg, at most "
-        f"{limits.negative_pressure_s:g} s suction"
-    )
+    assert told == "to 2 mm, 80 mmHg, at most 5 s suction"
+
+
+def test_of_a_promise_no_tenth_is_rounded_away(console: Served) -> None:
+    settings = console.site.hub.configuration().settings
+    motion = settings.plan.motion._replace(target_mm=88.04)
+    limits = settings.limits._replace(negative_pressure_s=14.61)
+    other = settings._replace(plan=settings.plan._replace(motion=motion), limits=limits)
+    assert machine.say_plan(other) == "to 88 mm, 80 mmHg, at most 14.7 s suction"
 
 
 def test_other_settings_are_told_as_soon_as_they_hold(console: Served) -> None:

@@ -130,7 +130,7 @@ def test_the_present_protocol_is_refused_nothing_and_a_wrong_number_says_its_ran
 
 def test_nobody_plans_without_signing_in_and_no_other_shape_is_taken(client: TestClient) -> None:
     good: dict[str, Any] = {"approach": "travel", "protocol": PRESENT}
-    wrong: object
+    wrong: Any
     for wrong in (
         {**good, "approach": "guess"},
         {**good, "more": 1},
