@@ -5,12 +5,15 @@ The system lets go of the lock when the process ends, however it ends.
 
 import fcntl
 import os
+import signal
 import struct
+import time
 from pathlib import Path
 from typing import Self
 
 from opensuction.kernel.errors import InputError
 
+LOOKS_S = 0.005
 _QUESTION = "hhqqi4x"
 """The system's ``struct flock``: kind, from where, start, length, process."""
 
@@ -58,3 +61,19 @@ def holder(path: Path) -> int | None:
     except OSError:
         return None
     return None if kind == fcntl.F_UNLCK else int(process)
+
+
+def end_holder(path: Path, seconds: float) -> None:
+    """Tell the process that has the task, where one has it, to end, and wait until it has.
+
+    Raises InputError where it does not within that time.
+    """
+    pid = holder(path)
+    if pid is None:
+        return
+    os.kill(pid, signal.SIGTERM)
+    ends_s = time.monotonic() + seconds
+    while holder(path) == pid:
+        if time.monotonic() > ends_s:
+            raise InputError(f"process {pid} of {path.parent} does not end")
+        time.sleep(LOOKS_S)

@@ -23,6 +23,7 @@ from opensuction.runtime import launch
 from opensuction.runtime.control_process import PERIOD_NS
 from opensuction.runtime.room import (
     CONSOLE,
+    CONSOLE_ENDS_S,
     CONSOLES,
     CONTROLS,
     RECORDS,
@@ -38,8 +39,6 @@ COMES_OUT_S = 120.0
 """How long the end of a controller may take: the catheter comes out first."""
 WRITES_S = 20.0
 """How long the end of a recorder may take."""
-CLOSES_S = 10.0
-"""How long the end of a console may take."""
 CONSOLE_HUNG_S = 5.0
 """A console does many things that nobody waits for, and moves nothing."""
 
@@ -117,7 +116,7 @@ class Supervisor:
 
         ended = self.control.end(COMES_OUT_S, wait)
         if self.console is not None:
-            ended &= self.console.end(CLOSES_S, wait)
+            ended &= self.console.end(CONSOLE_ENDS_S, wait)
         ended &= self.recorder.end(WRITES_S, wait)
         self._heartbeat.end(Process.SUPERVISOR)
         return ended

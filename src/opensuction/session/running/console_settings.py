@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.directory import NewPassword
+from opensuction.exchange.sole import end_holder
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
-from opensuction.runtime.room import CONSOLE, CONSOLES
-from opensuction.session.running.machine import CONSOLE_ENDS_S, end_one
+from opensuction.runtime.room import CONSOLE, CONSOLE_ENDS_S, CONSOLES
 
 HOST, PORT = "127.0.0.1", 8080
 LARGEST_PORT = 65_535
@@ -81,7 +81,7 @@ def find_place(folder: Path, host: str, port: int) -> None:
 
     Raises InputError where it cannot.
     """
-    end_one(folder, CONSOLES, CONSOLE_ENDS_S)
+    end_holder(folder / CONSOLES, CONSOLE_ENDS_S)
     listen(host, port).close()
 
 

@@ -5,10 +5,7 @@ plays it is taken up as it is; a machine that is set otherwise is not.
 """
 
 import json
-import os
-import signal
 import subprocess
-import time
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +14,8 @@ from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
-from opensuction.exchange.sole import holder
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.sole import end_holder, holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
 from opensuction.kernel.name import name_of
@@ -28,13 +26,12 @@ from opensuction.runtime import about, launch, room
 from opensuction.runtime.about import About
 from opensuction.session.cycle import preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.running import basis
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin import preset
 
 ENDS_S = 5.0
 """How long the twin's end may take."""
-CONSOLE_ENDS_S = 10.0
-"""How long a console's end may take: pages are told of it."""
 COMES_OUT_S = 120.0
 """How long a controller's end may take: the catheter comes out first."""
 FRENCH_PER_MM = 3.0
@@ -92,6 +89,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     the way, or where the twin does not play.
     """
     folder = check_free(name)
+    _drop_console(folder)
     if anew:
         end(folder)
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
@@ -104,9 +102,17 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
     about.write(folder, told)
+    basis.write(folder, basis.of(prepared))
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin)
+
+
+def _drop_console(folder: Path) -> None:
+    """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
+    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S)
+    (folder / room.CONSOLE).unlink(missing_ok=True)
+    Heartbeat(folder).end(Process.CONSOLE)
 
 
 def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
@@ -171,21 +177,8 @@ def end(folder: Path) -> None:
     """
     for lock, seconds in (
         (room.CONTROLS, COMES_OUT_S),
-        (room.CONSOLES, CONSOLE_ENDS_S),
+        (room.CONSOLES, room.CONSOLE_ENDS_S),
         (room.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        end_one(folder, lock, seconds)
-
-
-def end_one(folder: Path, lock: str, seconds: float) -> None:
-    """End the process that has a task, where one has it. Raises InputError where it does not."""
-    pid = holder(folder / lock)
-    if pid is None:
-        return
-    os.kill(pid, signal.SIGTERM)
-    ends_s = time.monotonic() + seconds
-    while holder(folder / lock) == pid:
-        if time.monotonic() > ends_s:
-            raise InputError(f"process {pid} of {folder} does not end")
-        time.sleep(launch.LOOKS_S)
+        end_holder(folder / lock, seconds)
