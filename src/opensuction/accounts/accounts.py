@@ -47,6 +47,10 @@ class Accounts:
         """Whose session this is, as of now, for a request that changes nothing."""
         return session.find(self._site, token)
 
+    def check_session(self, token: str) -> Session:
+        """As `find_session`, where nobody asks for anything: it does not go on for that."""
+        return session.find(self._site, token, goes_on=False)
+
     def find_session_for_change(self, token: str, csrf: str | None) -> Session:
         """As `find_session`, for a request that changes something. csrf: what the page shows."""
         session.check_csrf(token, csrf or "")

@@ -50,8 +50,11 @@ class AccessToken(NamedTuple):
         return f"the token '{self.label}'"
 
 
-def find(site: Site, token: str) -> Session:
+def find(site: Site, token: str, goes_on: bool = True) -> Session:
     """Whose session this is. It goes on from now.
+
+    goes_on: false where nobody asks for anything, and an open stream only looks whether it still
+    holds.
 
     Raises NotSignedInError where it is unknown or over, or the account was deactivated.
     """
@@ -59,6 +62,8 @@ def find(site: Site, token: str) -> Session:
     digest = secret.digest(token)
     with site.reading() as rows:
         session, bearer = _read(rows, digest, now)
+    if not goes_on:
+        return session
     if lifetime.is_worth_writing(bearer, now):
         with suppress(RecordsError), site.changing() as change:  # nobody is sent away for that
             known = change.rows.find_bearer(digest, "session")

@@ -1,1 +1,1 @@
-"""Signals at full rate, as bytes: none of them passes through an object for each sample."""
+"""Signals at full rate: from rows of the control loop's ring to what a page draws."""
