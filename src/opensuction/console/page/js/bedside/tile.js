@@ -1,7 +1,7 @@
 // Tiles of the bedside view: tip, valve, monitor, passes, last cycle.
 
 import { draw, make, mark, say } from "../dom.js";
-import { isLeftInside } from "../situation.js";
+import { isLeftInside, isResting } from "../situation.js";
 import { fill, text } from "../text.js";
 import { capital, clock, countdown, number } from "../words.js";
 
@@ -130,7 +130,7 @@ export class Rest {
     say(this.passes.notes[0], left === null ? text.bedside.unknown : fill(words.of, { most: state.passes_most }));
     mark(this.passes.element, "data-out", left === 0);
     say(this.rest.figure, state.rest_left_s > 0 ? countdown(state.rest_left_s) : words.ready);
-    say(this.rest.notes[0], state.rest_left_s > 0 ? words.wait : "");
+    say(this.rest.notes[0], state.rest_left_s > 0 ? (isResting(state) ? words.wait : words.after) : "");
     this.updateNext(machine?.next_cycle_at ?? null);
     this.updateLast(state.last_cycle);
   }
