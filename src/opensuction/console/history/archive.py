@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 from fastapi import FastAPI
 
+from opensuction.accounts.session import Session
+from opensuction.console.access import Holder
 from opensuction.console.guard.problem import Problem
 from opensuction.console.history import recording_file, trend
 from opensuction.console.history.desk import Desk
@@ -14,10 +16,13 @@ from opensuction.console.history.trend import Day
 from opensuction.console.history.verification import Verification
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
+from opensuction.records.entry import Action
 from opensuction.records.history import LONGEST_PAGE, PastCycle, Wanted
 
 MOST_CYCLES = 5000
 """That a trend is made of."""
+TAKEN = "take-recording"
+"""In the records, of who took one."""
 _MAKING = threading.Lock()
 
 
@@ -67,6 +72,15 @@ class Archive:
         if file is None:
             raise Problem(404, "the cycle's recording does not lie in this console's folder")
         return cycle, file
+
+    def note_taken(self, cycle: PastCycle, part: int, holder: Holder) -> None:
+        """Put on record who took a recording: it leaves what guards it."""
+        if holder is None:
+            return
+        who = holder.account if isinstance(holder, Session) else holder.label
+        detail = f"cycle {cycle.number}" + (f", part {part}" if part > 1 else "")
+        action = Action(who, TAKEN, detail, machine=cycle.machine, cycle_id=cycle.id)
+        self.site.records.act(action)
 
     def trends(
         self, since: datetime | None, until: datetime | None, ahead_of_utc: timedelta
