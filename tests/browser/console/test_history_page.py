@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from playwright.sync_api import expect
 
 from opensuction.session.choice import CycleChoice, RigChoice
 from tests.browser.console.test_everybody import findings
@@ -103,7 +104,7 @@ def test_a_list_is_narrowed_and_says_when_nothing_is_left(
     rows = page.locator(".history-list tbody tr")
     rows.nth(2).wait_for()
     page.get_by_label("Outcome").select_option("aborted")
-    page.wait_for_function("document.querySelectorAll('.history-list tbody tr').length === 1")
+    expect(rows).to_have_count(1)
     assert "tripped </script>" in rows.first.inner_text(), "as text"
     page.get_by_label("Words").fill("nobody of this name")
     page.keyboard.press("Enter")

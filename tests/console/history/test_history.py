@@ -7,6 +7,7 @@ from urllib.parse import quote
 import pytest
 from starlette.testclient import TestClient
 
+from opensuction.accounts.rule.right import Right
 from tests.console.history.past import ATTACK, NOON, fill, remember
 from tests.console.served import Served
 
@@ -179,3 +180,15 @@ def test_trends_count_each_day_by_the_clock_of_whoever_asks(console: Served) -> 
     ahead = client.get(f"{V1}/trends?ahead_min=840").json()
     assert ahead["days"][0]["day"] == "2026-11-24"
     assert client.get(f"{V1}/trends?ahead_min=841").status_code == 422
+
+
+def test_another_program_reads_by_its_token_and_changes_nothing(console: Served) -> None:
+    past = remember(console, None)
+    accounts = console.site.accounts
+    admin = accounts.find_session(console.signed_in["administrator"].session_token)
+    made = accounts.issue_token(admin, "ward", (Right.SEE_HISTORY,), timedelta(days=1))
+    client = console.client()
+    client.headers["Authorization"] = f"Bearer {made.token}"
+    assert len(client.get(f"{V1}/cycles").json()["cycles"]) == 3
+    assert client.get(f"{V1}/actions").status_code == 403
+    assert client.post(f"{V1}/cycles/{past.completed}/replay").status_code == 403

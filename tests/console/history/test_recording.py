@@ -61,6 +61,12 @@ def test_a_recording_is_given_whole_and_in_parts(console: Served, recording: Pat
         assert answer.status_code == 416, asked
         assert answer.headers["content-type"] == "application/problem+json"
     assert client.get(f"{path}?part=2").status_code == 404
+    acts = console.site.records.history.list_actions(cycle_id=past.completed)
+    taken = [(one.done_by, one.detail) for one in acts if one.what == "take-recording"]
+    assert taken == [("cora", "cycle 1")], "once, not for each piece of it"
+    assert console.client("engineer").get(path).status_code == 200
+    acts = console.site.records.history.list_actions(cycle_id=past.completed)
+    assert [one.done_by for one in acts if one.what == "take-recording"] == ["bert", "cora"]
     assert console.client().get(path).status_code == 401
 
 

@@ -1,11 +1,15 @@
 """The history of one console: its records, the recordings beside them, and who works on those."""
 
+import math
 import threading
+import time
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
 from fastapi import FastAPI
 
+from opensuction.accounts.session import Session
+from opensuction.console.access import Holder
 from opensuction.console.guard.problem import Problem
 from opensuction.console.history import recording_file, trend
 from opensuction.console.history.desk import Desk
@@ -14,10 +18,14 @@ from opensuction.console.history.trend import Day
 from opensuction.console.history.verification import Verification
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
+from opensuction.records.entry import Action
 from opensuction.records.history import LONGEST_PAGE, PastCycle, Wanted
 
 MOST_CYCLES = 5000
 """That a trend is made of."""
+TAKEN = "take-recording"
+"""In the records, of who took one."""
+TAKEN_AGAIN_S = 3600.0
 _MAKING = threading.Lock()
 
 
@@ -39,6 +47,9 @@ class Archive:
         self.history = site.records.history
         self.desk = Desk(site.recordings)
         self.verification = Verification(site.records)
+        self._lock = threading.Lock()
+        self._taken: dict[tuple[str, str, int], float] = {}
+        """Who took which part of which cycle's recording within the last hour, and when."""
 
     def machine(self) -> str:
         """Serial of the machine whose console it is. Raises Problem where there is none."""
@@ -67,6 +78,26 @@ class Archive:
         if file is None:
             raise Problem(404, "the cycle's recording does not lie in this console's folder")
         return cycle, file
+
+    def note_taken(self, cycle: PastCycle, part: int, holder: Holder) -> None:
+        """Put on record who took a recording: it leaves what guards it.
+
+        Once an hour for the same one: who takes it a thousand times shall not fill the records.
+        """
+        if holder is None:
+            return
+        who = holder.account if isinstance(holder, Session) else holder.label
+        key, now_s = (who, cycle.id, part), time.monotonic()
+        with self._lock:
+            if now_s - self._taken.get(key, -math.inf) < TAKEN_AGAIN_S:
+                return
+            self._taken = {
+                one: at_s for one, at_s in self._taken.items() if now_s - at_s < TAKEN_AGAIN_S
+            }
+            self._taken[key] = now_s
+        detail = f"cycle {cycle.number}" + (f", part {part}" if part > 1 else "")
+        action = Action(who, TAKEN, detail, machine=cycle.machine, cycle_id=cycle.id)
+        self.site.records.act(action)
 
     def trends(
         self, since: datetime | None, until: datetime | None, ahead_of_utc: timedelta

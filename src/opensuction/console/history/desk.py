@@ -21,6 +21,8 @@ WAIT_S = 30.0
 """How long somebody waits for a report while another one is made."""
 AT_ONCE = 20
 """Recordings whose figures one process works out: it loads what it needs only once."""
+MOST_FIGURES = 20_000
+"""That are remembered."""
 FAILED = "it could not be worked out; the console's log says why"
 
 
@@ -73,6 +75,8 @@ class Desk:
         self._failed: dict[str, str] = {}
         """Why a recording could not be played again, by its name."""
         self._is_filling = False
+        self._figures: dict[RecordingFile, dict[str, Any]] = {}
+        """Those that were asked for: days of trends ask for thousands, again and again."""
 
     def report(self, file: RecordingFile) -> bytes:
         """The report's page. Raises Problem where it cannot be made, or not now."""
@@ -143,8 +147,16 @@ class Desk:
 
     def figures(self, file: RecordingFile) -> dict[str, Any] | None:
         """Figures of a recording; None: nobody has worked them out yet."""
-        found = self._kept.find(file, FIGURE_KIND)
-        return None if found is None else dict(json.loads(found))
+        found = self._figures.get(file)
+        if found is None:
+            kept = self._kept.find(file, FIGURE_KIND)
+            if kept is None:
+                return None
+            found = json.loads(kept)
+            if len(self._figures) >= MOST_FIGURES:
+                self._figures.clear()
+            self._figures[file] = found
+        return found
 
     def fill(self, files: Sequence[RecordingFile]) -> None:
         """Have the figures of recordings worked out, unless that is going on."""

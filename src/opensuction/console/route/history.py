@@ -117,17 +117,19 @@ def read_report(here: Here, _: Looks, id: Id) -> Response:  # noqa: A002
 )
 def read_recording(
     here: Here,
-    _: Looks,
+    holder: Looks,
     id: Id,  # noqa: A002
     part: Annotated[int, Query(ge=1, le=1000, description="More where a recorder died.")] = 1,
     wanted_bytes: Annotated[str | None, Header(alias="Range", max_length=100)] = None,
 ) -> FileResponse:
-    """The recording of a cycle (MCAP), to keep; a range of it is given too."""
+    """The recording of a cycle (MCAP), to keep; a range of it is given too. It goes on record."""
     cycle, file = here.finished_file(id)
     if part > len(file.parts):
         raise Problem(404, f"the recording has {len(file.parts)} parts")
     path = file.parts[part - 1]
     _check_range(wanted_bytes, path.stat().st_size)
+    if wanted_bytes is None or wanted_bytes.startswith("bytes=0-"):  # the rest of it is the same
+        here.note_taken(cycle, part, holder)
     suffix = "" if part == 1 else f"-{part}"
     name = f"cycle-{cycle.number}{suffix}.mcap"
     return FileResponse(path, media_type=MCAP, filename=name)
