@@ -11,7 +11,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.runtime import about
 from tests.console.setup.bed import Bed, bed, until
-from tests.runtime.machine_room import ATTEMPTS
+from tests.runtime.machine_room import ATTEMPTS, wait
 
 
 @pytest.fixture(scope="module")
@@ -111,6 +111,8 @@ def test_stopped_while_a_hand_pushes_it_comes_out_and_what_was_before_can_be_set
     press(at_bed, "abort")
     until(lambda: at_bed.room.phase() == Phase.HALTED, 30.0)
     assert at_bed.room.is_out()
+    # Its drive is off now, and no hand takes that for another invitation.
+    assert not wait(lambda: not at_bed.room.is_out(), 3.0)
     assert stage(at_bed) == "busy"
     assert step(at_bed, "take").status_code == 409
     press(at_bed, "reset")

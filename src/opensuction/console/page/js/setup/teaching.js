@@ -40,7 +40,7 @@ class Teaching {
     const mm = (value) => (value === null || value === undefined ? text.bedside.unknown : `${number(value, 1)} mm`);
     say(this.head, mm(state.head_mm));
     say(this.tip, mm(state.tip_mm));
-    say(this.notes.tip, state.contact ? text.bedside.tip.contact : text.bedside.tip.below);
+    say(this.notes.tip, state.contact ? text.bedside.tip.contact : state.tip_mm > 0 ? text.bedside.tip.below : text.bedside.tip.above);
   }
 
   async look() {
