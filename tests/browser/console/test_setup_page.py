@@ -160,7 +160,6 @@ def test_the_travel_length_is_taught_step_by_step(page: "Page", at_bed: Bed) -> 
     push(page, at_bed)
     page.click("[data-step=confirm]")
     page.get_by_text("Step 4 of 5").wait_for()
-    page.click("[data-step=draw]")
     until(lambda: at_bed.room.phase() in RESTING, 40.0)
     if at_bed.room.phase() == Phase.HALTED:  # a busy computer; what was taken stays
         until(at_bed.room.is_out)

@@ -77,7 +77,7 @@ def test_step_by_step_the_carina_is_taught_and_the_protocol_fits_it(at_bed: Bed)
     taught = at_bed.get("/teaching")
     assert abs(taught["taught_mm"] - held_mm) < 3.0
     assert taught["least_mm"] <= taught["taught_mm"] <= taught["most_mm"]
-    done(at_bed, "draw")
+    # The simulated hand draws back by itself then.
     until(lambda: at_bed.room.phase() in RESTING, 40.0)
     if at_bed.room.phase() == Phase.HALTED:  # a busy computer; what was taken stays
         until(at_bed.room.is_out)

@@ -142,7 +142,7 @@ export default {
     begin: ["Let the head be moved by hand", "The drive lets go of the head. Have your hand on it."],
     beginAgain: ["Teach once more", "Forgets what was taught."],
     push: ["Push (simulated hand)", "A simulated hand pushes to the carina and holds."],
-    confirm: ["The tip is at the carina", "Takes the length. Press it while you feel the resistance."],
+    confirm: ["The tip is at the carina", "Press it while you feel the resistance, within 2 s; then draw back."],
     draw: ["Draw back (simulated hand)", "It draws the catheter out."],
     home: ["Let the drive bring it home", "Take your hand off: the drive moves at 10 mm/s."],
     take: ["Fit the protocol to {mm} mm", "Sets the clinical protocol for this depth on the machine."],
@@ -157,7 +157,8 @@ export default {
     },
     halted: "It was ended: the drive took the catheter out. Look at patient and machine, then reset on the bedside view; teaching goes on here.",
     notTaken: "not taken",
-    feels: "The simulated hand feels the carina and holds: confirm now.",
+    feels: "The simulated hand feels the carina and holds: confirm now, within 2 s.",
+    stays: "The length that was taken stays.",
     done: "Taken: the protocol fits a carina at {mm} mm.",
   },
   catheter: {
