@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from opensuction.controller import configuration
-from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.phase import Phase
 from opensuction.runtime import about
 from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
@@ -43,6 +43,7 @@ def page(chromium: "Browser", at_bed: Bed) -> Iterator["Page"]:
     found.on("pageerror", lambda error: broken.append(str(error)))
     found.goto(f"{at_bed.served.url}/#/setup")
     found.wait_for_selector(".protocol")
+    at_bed.settle()
     yield found
     context.close()
     assert not broken
@@ -139,6 +140,7 @@ def test_a_limit_takes_an_engineer_and_a_reason(page: "Page", at_bed: Bed) -> No
 def push(page: "Page", at_bed: Bed) -> None:
     """A hand pushes to the carina; a busy computer may break that off, and it is tried again."""
     for _ in range(ATTEMPTS):
+        at_bed.settle()
         page.click("[data-step=begin]")
         page.click("[data-step=push]")
         ends_s = time.monotonic() + 40.0
@@ -146,8 +148,7 @@ def push(page: "Page", at_bed: Bed) -> None:
             if page.evaluate(FEELS):
                 return
             page.wait_for_timeout(50)
-        until(at_bed.room.is_out)
-        at_bed.room.press("reset")
+        at_bed.settle()
         page.wait_for_selector("[data-step=begin]")
     raise AssertionError("no hand came so far")
 
@@ -160,10 +161,7 @@ def test_the_travel_length_is_taught_step_by_step(page: "Page", at_bed: Bed) -> 
     push(page, at_bed)
     page.click("[data-step=confirm]")
     page.get_by_text("Step 4 of 5").wait_for()
-    until(lambda: at_bed.room.phase() in RESTING, 40.0)
-    if at_bed.room.phase() == Phase.HALTED:  # a busy computer; what was taken stays
-        until(at_bed.room.is_out)
-        at_bed.room.press("reset")
+    at_bed.settle()
     page.get_by_text("Step 5 of 5").wait_for()
     taught = at_bed.get("/teaching")["taught_mm"]
     assert page.locator("dd.taught").inner_text() == f"{taught:.1f} mm"
@@ -185,7 +183,7 @@ def test_stop_ends_teaching_at_any_step(page: "Page", at_bed: Bed) -> None:
     page.locator("#stop").click()
     page.get_by_text("It was ended: the drive took the catheter out.").wait_for(timeout=30_000)
     assert at_bed.room.is_out()
-    at_bed.room.press("reset")
+    at_bed.settle()
     page.click("[data-step=leave]")
     page.get_by_text("Step 1 of 5").wait_for()
     assert not basis.read(at_bed.site.folder).is_teaching
