@@ -135,6 +135,22 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
         assert "RECORDER_LOST" in conditions
 
 
+def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
+    room: Room, tmp_path: Path
+) -> None:
+    database = str(tmp_path / "records.db")
+    told = ABOUT._replace(database=database)
+    about.write(room.folder, told)
+    room.record(tmp_path)
+    about.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
+    room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder()
+    with Records.open(database) as records:
+        cycles = records.history.list_cycles("twin-1", 9)
+        assert {one.catheter for one in cycles} == {"c-2"}
+
+
 def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
     room: Room, tmp_path: Path
 ) -> None:

@@ -40,12 +40,14 @@ from opensuction.simulation.machine_side import SHOWN_COLUMNS, MachineCall, Mach
 from opensuction.twin.fault import link
 from opensuction.twin.fault.bus import Bus
 from opensuction.twin.fault.fault import BY_NAME
+from opensuction.twin.machine.hand import AWAY, NOBODY
 
 LARGEST = 1 << 16
 """Bytes of a message."""
 LOOK_TICKS = 50
 """How often another controller's ring is looked for."""
 NEVER = math.inf
+_INSERTION_ON = SHOWN_COLUMNS.index("commands.insertion_on")
 _READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
 
 
@@ -121,7 +123,9 @@ class FaultyTwin:
         self.tick += 1
 
     def look(self) -> None:
-        """Hear what is asked, and what phase begins."""
+        """Hear what is asked, and what phase begins; a hand lets go of a head that is driven."""
+        if self._hand.present and self._call.shown_row[_INSERTION_ON]:
+            self._let_go()
         if self._phases is not None:
             self._await_phases(self._phases.look())
         try:
@@ -183,6 +187,12 @@ class FaultyTwin:
         found = held(HandTask(task), float(park_head_mm), float(quick_mm), seed)
         self._hand = found.hand
         self._call.put_hand(found.state)
+        self._play()
+
+    def _let_go(self) -> None:
+        """Nobody holds the catheter head."""
+        self._hand = NOBODY
+        self._call.put_hand(AWAY)
         self._play()
 
     def _read_fault(

@@ -1,7 +1,8 @@
 """A person's hand at the catheter head of a twin that plays, while its drive has let go.
 
 It pushes until it feels something and holds there; it draws back, or lets go, when it is told to:
-whoever teaches the travel length confirms in between. See `twin.machine.hand`; asked for by
+whoever teaches the travel length confirms in between. Once the drive has torque again it lets go,
+and stays away. See `twin.machine.hand`; asked for by
 `twin_faults.hold`.
 """
 

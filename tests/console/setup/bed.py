@@ -11,12 +11,13 @@ from opensuction.accounts.accounts import Accounts
 from opensuction.console.app import create_app
 from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.records.records import Records
 from opensuction.runtime import about
 from opensuction.session.running import basis
 from tests.accounts.example import CHEAP
 from tests.console.served import PORT, Served, employ_all, make_site
-from tests.runtime.machine_room import Room, running, wait
+from tests.runtime.machine_room import ATTEMPTS, Room, running, wait
 from tests.session.running.test_basis import at_bed
 
 PATIENT = "neonate"
@@ -39,6 +40,16 @@ class Bed(NamedTuple):
         answer = self.client(role).get(f"/api/v1{path}")
         assert answer.status_code == 200, answer.text
         return answer.json()
+
+    def settle(self) -> None:
+        """Until it is parked: a busy computer may have halted it, as it should; see `ATTEMPTS`."""
+        for _ in range(ATTEMPTS):
+            until(lambda: self.room.phase() in RESTING, 60.0)
+            if self.room.phase() == Phase.PARKED:
+                return
+            self.room.press("reset")
+            wait(lambda: self.room.phase() == Phase.PARKED, 3.0)
+        raise AssertionError(f"it does not come to rest: {self.room.phase().name}")
 
     def actions(self) -> list[tuple[str, str, str]]:
         """What is on record of what people did, the newest first."""

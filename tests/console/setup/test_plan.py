@@ -130,15 +130,15 @@ def test_the_present_protocol_is_refused_nothing_and_a_wrong_number_says_its_ran
 
 def test_nobody_plans_without_signing_in_and_no_other_shape_is_taken(client: TestClient) -> None:
     good: dict[str, Any] = {"approach": "travel", "protocol": PRESENT}
-    wrong: Any
-    for wrong in (
+    others: tuple[Any, ...] = (
         {**good, "approach": "guess"},
         {**good, "more": 1},
         {**good, "protocol": {f"f{i}": 1.0 for i in range(40)}},
         {**good, "protocol": {"vacuum_mmhg": [1]}},
         {"approach": "travel"},
         [],
-    ):
+    )
+    for wrong in others:
         assert client.post("/api/v1/protocol/plan", json=wrong).status_code == 422
     taught = client.post("/api/v1/protocol/plan", json={**good, "carina": "taught"})
     assert taught.status_code == 409

@@ -260,6 +260,8 @@ def accept(site: Site, who: Session, run: Run, reason: str, version: int, key: s
     if run.process.poll() is None or result is None or not result["accepted"]:
         raise Problem(409, "nothing was found that could be accepted")
     with change.LOCK:
+        if RUNS.accepted_by(run) is not None:
+            raise Problem(409, "the machine goes by it already")
         found = bedside.basis_of(site)
         change.check_version(found, version)
         bedside.require_parked(bedside.now(site))
@@ -267,7 +269,7 @@ def accept(site: Site, who: Session, run: Run, reason: str, version: int, key: s
         detail = f"{file.name} {file.sha256}; gap {result['gap_mm']:.2f} mm; reason: {reason}"
         wanted = Change(who.account, key, "accept-calibration", detail, following, file)
         after = change.carry_out(site, wanted)
-    RUNS.accept(run, who.account)
+        RUNS.accept(run, who.account)
     return after
 
 

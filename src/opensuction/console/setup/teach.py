@@ -101,6 +101,7 @@ def shown(site: Site) -> dict[str, Any]:
     return {
         "version": found.version,
         "stage": str(stage),
+        "is_prepared": found.is_teaching,
         "steps": [str(one) for one in ALLOWED[stage] if is_twin or one not in HANDS],
         "phase": now.phase_name,
         "is_twin": is_twin,
@@ -148,6 +149,9 @@ def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> N
         if step in BUTTONS:
             _put_hand_away(site, found, step)
             asked.press(site.folder, BUTTONS[step], who.account, key)
+            if step == Step.CONFIRM and site.about().machine.is_twin:
+                # It presses on the carina no longer than it must: the governor allows 2 s.
+                _hold(site, found, HandTask.DRAW)
             return
         change.check_version(found, version)
         change.carry_out(site, _change(found, now, who, step, key))

@@ -193,7 +193,7 @@ class Protocol {
     this.plan.show(found.plan);
     this.refuse(found.refused.map((one) => ({ field: one.field, detail: one.sentence })));
     const list = found.changes.map((one) => this.changeWords(one)).join("; ");
-    say(this.changesLine, !found.plan ? "" : list ? fill(words.changes, { list }) : words.noChanges);
+    say(this.changesLine, !found.plan ? "" : list ? fill(words.changes, { list }) : this.told.is_teaching ? "" : words.noChanges);
     const lacking = found.needs.filter((right) => !this.context.session.may(right));
     say(this.needs, lacking.map((right) => words.needs[right] || "").join(" "));
     show(this.reasonPlace, found.needs.includes("change-limits"));

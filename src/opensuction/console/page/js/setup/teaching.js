@@ -8,6 +8,7 @@ import { number } from "../words.js";
 import { answerLine, shown, stepButton, tried, whyNotMe } from "./part.js";
 
 const LOOK_MS = 400;
+const LOOK_MOVING_MS = 120; // contact with the carina ends after two seconds
 const MAIN = { idle: "prepare", prepared: "begin", taught: "take" }; // what stands first
 
 class Teaching {
@@ -33,25 +34,28 @@ class Teaching {
       this.track, this.step, this.does, values, this.buttons, this.answer.element));
     this.show(told);
     this.end = context.live.subscribe((state) => this.follow(state));
-    this.timer = setInterval(() => this.look(), LOOK_MS);
+    this.again();
   }
 
   follow(state) {
     const mm = (value) => (value === null || value === undefined ? text.bedside.unknown : `${number(value, 1)} mm`);
     say(this.head, mm(state.head_mm));
     say(this.tip, mm(state.tip_mm));
-    say(this.notes.tip, state.contact ? text.bedside.tip.contact : text.bedside.tip.below);
+    say(this.notes.tip, state.contact ? text.bedside.tip.contact : state.tip_mm > 0 ? text.bedside.tip.below : text.bedside.tip.above);
+  }
+
+  again() {
+    this.timer = setTimeout(() => this.look(), this.told.stage === "moving" ? LOOK_MOVING_MS : LOOK_MS);
   }
 
   async look() {
-    if (this.isAsking) return;
-    this.isAsking = true;
     try {
-      this.show(await this.context.api.get("/teaching"));
+      const told = await this.context.api.get("/teaching");
+      if (!this.isGone) this.show(told);
     } catch {
       // The connection is shown elsewhere; what was known stays, and is looked for again.
     } finally {
-      this.isAsking = false;
+      if (!this.isGone) this.again();
     }
   }
 
@@ -83,6 +87,7 @@ class Teaching {
     if (told.stage === "taught") return 4;
     if (told.stage === "homing") return 3;
     if (told.stage === "moving") return told.taught_mm !== null ? 3 : told.is_away ? 2 : 1;
+    if (told.stage === "busy" && told.is_prepared) return told.taught_mm !== null ? 3 : 1;
     return told.stage === "prepared" ? 1 : 0;
   }
 
@@ -90,7 +95,7 @@ class Teaching {
     if (told.is_bench) return words.bench;
     if (told.stage === "idle") return `${words.does.idle} ${fill(words.known, { mm: shown(told.carina_mm), by: told.taught_by })}`;
     if (told.stage === "busy") {
-      if (told.phase === "halted") return words.halted;
+      if (told.phase === "halted") return told.taught_mm !== null ? `${words.halted} ${words.stays}` : words.halted;
       return fill(words.does.busy, { phase: phaseWords(told.phase)[0].toLowerCase() });
     }
     if (told.stage === "moving" && told.taught_mm === null && told.feels) return `${words.does.moving} ${words.feels}`;
@@ -126,7 +131,8 @@ class Teaching {
   }
 
   unmount() {
-    clearInterval(this.timer);
+    this.isGone = true;
+    clearTimeout(this.timer);
     this.end();
   }
 }
