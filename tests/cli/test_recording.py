@@ -1,4 +1,4 @@
-"""``opensuction replay`` and ``export``, on what ``opensuction cycle`` leaves."""
+"""``opensuction replay``, ``report`` and ``export``, on what ``opensuction cycle`` leaves."""
 
 import csv
 import json
@@ -122,13 +122,13 @@ def test_a_damaged_one_is_told_and_does_not_pass(recording: Path) -> None:
     content = bytearray(recording.read_bytes())
     content[1_000_000] ^= 0x10
     recording.write_bytes(content)
-    for command in ("replay", "export"):
+    for command in ("replay", "export", "report"):
         ran = opensuction(command, recording.name, "--json", cwd=recording.parent)
         assert "a.mcap: is damaged at byte" in one_line(ran, 1)
         assert json.loads(ran.stdout)["damaged"] is True
 
 
-@pytest.mark.parametrize("command", ["replay", "export"])
+@pytest.mark.parametrize("command", ["replay", "export", "report"])
 def test_what_is_no_recording_is_refused(tmp_path: Path, command: str) -> None:
     (tmp_path / "empty.mcap").touch()
     (tmp_path / "table.csv").write_text("time_s,head_mm\n0,1\n")
@@ -142,6 +142,44 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, command: str) -> None:
         assert ran.stdout == ""
         assert words in one_line(ran, 2)
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_the_report_of_a_recording_is_written(folder: Path, tmp_path: Path) -> None:
+    file = str(folder / "run" / "recording.mcap")
+    ran = opensuction("report", file, "--out", "page", cwd=tmp_path)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert "By the controller's estimate the tip went" in " ".join(ran.stdout.split())
+    data = json.loads((tmp_path / "page" / "report.json").read_text())
+    cycle = json.loads((folder / "run" / "cycle.json").read_text())
+    assert data["basis"] == "recorded"
+    for same in ("outcome", "machine", "protocol", "seed"):
+        assert str(data[same]) == str(cycle[same])
+    assert data["phases"] == cycle["phases"]
+    assert "by the controller" in (tmp_path / "page" / "report.html").read_text()
+
+
+def test_one_that_was_cut_off_is_reported_to_there(recording: Path) -> None:
+    recording.write_bytes(recording.read_bytes()[:1_000_000])
+    ran = opensuction("report", recording.name, "--json", "--out", "page", cwd=recording.parent)
+    line = one_line(ran, 0)
+    assert "a.mcap: was not finished: it ends at byte 1000000" in line
+    data = json.loads(ran.stdout)
+    assert (data["outcome"], data["flaw"]) == ("interrupted", line)
+
+
+def test_no_heading_reaches_the_terminal_by_a_report(recording: Path) -> None:
+    reader = RecordingReader(recording)
+    told = reader.heading._replace(
+        software_version="\x1b[2J9",
+        about={"machine": "\x1b[31mx", "patient": "\x1b]0;x\x07", "notice": "\r"},
+    )
+    rows = [one for one in reader.contents() if isinstance(one, Rows)]
+    with RecordingWriter(recording.with_name("b.mcap"), told, reader.tables) as file:
+        for one in rows:
+            file.add_rows(one.topic, one.times_ns, one.table)
+    ran = opensuction("report", "b.mcap", cwd=recording.parent)
+    assert ran.returncode == 0, ran.stderr
+    assert "\x1b" not in ran.stdout + ran.stderr
 
 
 def columns(path: Path) -> dict[str, tuple[str, ...]]:

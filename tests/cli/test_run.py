@@ -2,13 +2,16 @@
 
 import json
 import os
+import re
 import signal
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import httpx
 import pytest
 
+from opensuction.accounts.accounts import Accounts
 from opensuction.devices.twin_process import PLAYS
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
@@ -18,6 +21,7 @@ from opensuction.records.records import Records
 from opensuction.runtime import room
 from opensuction.runtime.loop import ROW_COLUMNS
 from tests.cli.command import begun, opensuction
+from tests.console.served import free_port
 from tests.runtime.machine_room import wait
 
 NEONATE = ("--patient", "neonate")
@@ -29,7 +33,7 @@ def name() -> Iterator[str]:
     made = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
     yield made
     folder = room.make(made)
-    for lock in (room.SUPERVISES, room.RECORDS, room.CONTROLS, PLAYS):
+    for lock in (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS):
         pid = holder(folder / lock)
         if pid is not None:
             os.kill(pid, signal.SIGKILL)
@@ -47,7 +51,7 @@ def phase_of(name: str) -> Phase | None:
 
 
 def is_gone(name: str) -> bool:
-    locks = (room.SUPERVISES, room.RECORDS, room.CONTROLS, PLAYS)
+    locks = (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS)
     return not any(holder(room.find(name) / lock) for lock in locks)
 
 
@@ -82,13 +86,17 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
 def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     name: str, tmp_path: Path
 ) -> None:
+    port = str(free_port())
     served = begun(
         *("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept"),
+        *("--port", port),
         cwd=tmp_path,
     )
     assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
     assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
-    second = opensuction("serve", *NEONATE, "--name", name, "--out", "other", cwd=tmp_path)
+    second = opensuction(
+        *("serve", *NEONATE, "--name", name, "--out", "other", "--port", port), cwd=tmp_path
+    )
     assert (second.returncode, second.stdout) == (2, "")
     assert second.stderr.splitlines()[-1].startswith(
         f"opensuction: the machine '{name}' is run by another opensuction (process "
@@ -100,14 +108,36 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
     assert told.returncode == 0
     assert told.stdout.startswith("abort: the button went down; the machine is ")
     assert wait(lambda: phase_of(name) == Phase.HALTED)
+    url = f"http://127.0.0.1:{port}"
+    assert wait(lambda: holder(room.find(name) / room.CONSOLES) is not None)
+    assert wait(lambda: state_of(url).get("phase") == "halted", 60.0)
+    machine = httpx.get(f"{url}/api/v1/machine").json()
+    assert (machine["serial"], machine["patient"]["age"]) == (name, "neonate")
+    assert machine["anatomy"]["carina_mm"] > 0.0
+    asked = {"ask": "abort", "key": "stop-0001"}
+    pressed = httpx.post(f"{url}/api/v1/requests", json=asked, headers={"Origin": url})
+    assert pressed.json()["verdict"] == "pressed"
     served.send_signal(signal.SIGTERM)
     said = served.communicate(timeout=60.0)[1]
     assert served.returncode == 0, said
+    assert f"Console: {url}/" in said
+    password = re.search(r"sign in as admin with the one-time password (\S+),", said)
+    assert password is not None
+    with Records.open(str(tmp_path / "ward.db")) as records:
+        signed_in = Accounts(records.database).sign_in("admin", password[1], "127.0.0.1")
+    assert signed_in.session.must_change_password
     assert is_gone(name)
     with Records.open(str(tmp_path / "ward.db")) as records:
         assert records.history.list_cycles(name)[0].outcome == "aborted"
         acts = records.history.list_actions(name, 50)
         assert ("nurse Kim", "abort") in [(one.done_by, one.what) for one in acts]
+
+
+def state_of(url: str) -> dict[str, object]:
+    try:
+        return dict(httpx.get(f"{url}/api/v1/state", timeout=10.0).json())
+    except httpx.HTTPError:
+        return {}
 
 
 def ask(name: str, button: str, folder: Path) -> dict[str, str]:
@@ -123,6 +153,11 @@ def ask(name: str, button: str, folder: Path) -> dict[str, str]:
         (("ask", "jump"), "unknown request 'jump'; known: start, "),
         (("ask", "start", "--name", "../x"), "a machine's name is 1 to 32 letters"),
         (("run", "--patient", "nobody"), "nobody"),
+        (("serve", "--port", "0"), "--port 0: a port is 1 to 65535"),
+        (("serve", "--port", "x"), "--port"),
+        (("serve", "--host", "0.0.0.0"), "needs --certificate and --key"),
+        (("serve", "--certificate", "c.pem"), "--certificate and --key go together"),
+        (("serve", "--certificate", "c.pem", "--key", "k.pem"), "c.pem: cannot be read"),
         (("run", "--every", "0"), "--every"),
         (("run", "--database", "/proc/x.db"), "/proc/x.db"),
         (("run", "--out", "/proc/x"), "--out /proc/x: cannot be written"),

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from ssl import SSLContext
 from typing import NamedTuple
 
 from fastapi import FastAPI
@@ -141,10 +142,10 @@ def listening(folder: Path, limits: Limits = USUAL) -> Iterator[Served]:
 
 
 @contextmanager
-def listening_app(app: FastAPI, port: int) -> Iterator[Server]:
-    """An application that listens, in a thread."""
+def listening_app(app: FastAPI, port: int, context: SSLContext | None = None) -> Iterator[Server]:
+    """An application that listens, in a thread. context: by HTTPS."""
     with socket.create_server((HOST, port)) as listening:
-        server = make_server(app)
+        server = make_server(app, context)
         thread = threading.Thread(target=_run, args=(server, listening), daemon=True)
         thread.start()
         ends_s = time.monotonic() + STARTS_S

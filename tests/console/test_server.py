@@ -2,6 +2,7 @@
 
 import json
 import socket
+import ssl
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,11 +12,14 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from opensuction.console.app import create_app
 from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.server import HEADERS_BYTES, HastyProtocol
-from tests.console.served import HOST, Served, listening
+from opensuction.session.running.console_settings import make_context
+from tests.console.served import HOST, Served, free_port, listening, listening_app, served
 from tests.console.written_machine import WrittenMachine
 from tests.runtime.machine_room import wait
+from tests.session.running.test_console_settings import make_pair
 
 SLOW_S = 0.3
 """In the tests; people have ten seconds."""
@@ -172,3 +176,23 @@ def test_the_page_hears_of_another_controller_by_the_same_socket(console: Served
         assert wait(lambda: json.loads(page.recv())["connected"] is False, 10.0)
         with WrittenMachine(console.site.folder, "records.db", "another-run"):
             assert wait(lambda: json.loads(page.recv())["connected"] is True, 10.0)
+
+
+def test_with_a_certificate_it_speaks_https_and_nothing_else(tmp_path: Path) -> None:
+    pair = make_pair(tmp_path)
+    context = make_context(*pair)
+    with served(tmp_path, free_port()) as console:
+        port = console.site.origin.port
+        site = console.site._replace(origin=console.site.origin._replace(has_tls=True))
+        trusting = ssl.create_default_context(cafile=pair[0])
+        trusting.check_hostname = False  # it is made out to a ward, not to this computer
+        with listening_app(create_app(site), port, context):
+            answer = httpx.get(f"https://{HOST}:{port}/api/v1/session", verify=trusting)
+            assert answer.json()["name"] is None
+            assert answer.headers["strict-transport-security"]
+            with pytest.raises(httpx.TransportError):
+                httpx.get(f"http://{HOST}:{port}/api/v1/session")
+            headers = {"Origin": f"https://{HOST}:{port}"}
+            address = f"wss://{HOST}:{port}/api/v1/live"
+            with connect(address, ssl=trusting, additional_headers=headers) as page:
+                assert json.loads(page.recv())["connected"] is True

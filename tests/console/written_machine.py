@@ -10,6 +10,7 @@ from typing import Self
 
 import numpy as np
 
+from opensuction.control.compensation import CompensationKind
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mailbox import Mailbox, answer
@@ -21,8 +22,10 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import ASK, EVENTS, EVENTS_BEFORE, RING, RING_BEFORE
 from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
+from opensuction.session.running import basis
 from tests.controller.bedside import at_bed
 from tests.runtime.machine_room import ABOUT
+from tests.session.running.test_basis import at_bed as at_the_bed
 
 TICK_S = 0.005
 TIP = "state.core.governor.watch.tip"
@@ -65,6 +68,7 @@ class WrittenMachine:
         self.folder = folder
         if not (folder / RING).exists():
             launch.configure(folder, loop)
+            basis.write(folder, at_the_bed("neonate", CompensationKind.EXACT_INVERSE))
             about.write(folder, ABOUT._replace(database=database))
         self._mailbox = Mailbox(folder / ASK)
         self._events = EventWriter(folder / EVENTS, folder / EVENTS_BEFORE)

@@ -149,12 +149,24 @@ LOCAL = {
     "exchange/mailbox.py",
 }
 """Where processes of one machine send each other something."""
+LISTENS = {"session/running/console_settings.py", "console/console_process.py"}
+"""Where the console's port is opened: on this computer alone, or with a certificate."""
 
 
 def test_nothing_opens_a_connection_or_listens_but_to_the_same_user_on_the_same_machine() -> None:
+    """But the console, which listens, and connects to nothing."""
     assert len(imported()) > 200
     using = {file: names & NETWORK for file, names in imported().items() if names & NETWORK}
-    assert using == {file: {"socket"} for file in LOCAL}
+    outside = {file: used for file, used in using.items() if not file.startswith("console/")}
+    console = {file for file, used in using.items() if "socket" in used} - LOCAL
+    assert console == LISTENS
+    assert set().union(*using.values()) <= {"asyncio", "http", "socket", "ssl"}
+    outside.pop("session/running/console_settings.py")
+    assert outside == {file: {"socket"} for file in LOCAL}
+    for file in imported():
+        text = (SOURCES / file).read_text(encoding="utf-8")
+        connecting = ("create_connection", "open_connection", "urlopen", "httpx", ".connect((")
+        assert not any(word in text for word in connecting), file
     for file in LOCAL:
         made = [
             node

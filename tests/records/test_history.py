@@ -1,13 +1,13 @@
 """What the runtime and a console look back at: the newest first, with how it ended."""
 
 from collections.abc import Iterator
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 import pytest
 
 from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Action, CycleEnd, Outcome
-from opensuction.records.history import History
+from opensuction.records.history import History, Wanted
 from opensuction.records.records import Records
 from tests.records.example import (
     CLOGGED,
@@ -142,3 +142,103 @@ def test_a_page_that_cannot_be_is_one_line(
         with pytest.raises(InputError, match=words) as refused:
             call()
         assert len(str(refused.value).splitlines()) == 1
+
+
+def three_cycles(records: Records) -> list[str]:
+    """Completed at noon, aborted an hour later, running since two."""
+    first = records.begin_cycle(start(), at=NOON)
+    records.end_cycle(first, COMPLETED, at=NOON + timedelta(seconds=20))
+    later = NOON + timedelta(hours=1)
+    second = records.begin_cycle(start(catheter="C-2", patient="P-0100"), at=later)
+    aborted = CycleEnd(Outcome.ABORTED, "Tripped, 50 % of_it", True)
+    records.end_cycle(second, aborted, at=later + timedelta(seconds=9))
+    records.begin_cycle(start(machine="M-2"), at=later)
+    return [first, second, records.begin_cycle(start(patient=None), at=NOON + timedelta(hours=2))]
+
+
+def test_cycles_are_narrowed_by_outcome_time_and_text(records: Records) -> None:
+    first, second, third = three_cycles(records)
+    list_cycles = records.history.list_cycles
+
+    def found(**by: object) -> list[str]:
+        return [one.id for one in list_cycles("M-1", **by)]  # type: ignore[arg-type]
+
+    assert found(outcome=Outcome.COMPLETED) == [first]
+    assert found(outcome=Outcome.ABORTED) == [second]
+    assert found(outcome=Outcome.INTERRUPTED) == []
+    later = NOON + timedelta(hours=1)
+    assert found(wanted=Wanted(since=later)) == [third, second]
+    assert found(wanted=Wanted(until=later)) == [first]
+    assert found(wanted=Wanted(since=later, until=later)) == []
+    assert found(wanted=Wanted(text="p-01")) == [second], "a patient, whatever the case"
+    assert found(wanted=Wanted(text="C-2")) == [second], "a catheter"
+    assert found(wanted=Wanted(text="TRIPPED")) == [second], "a detail"
+    assert found(wanted=Wanted(text="nurse-7")) == [third, second, first]
+    assert found(wanted=Wanted(text="nurse-7"), before=3, limit=1) == [second]
+
+
+def test_what_a_search_means_elsewhere_is_only_text_here(records: Records) -> None:
+    _, second, _ = three_cycles(records)
+
+    def found(text: str) -> list[str]:
+        return [one.id for one in records.history.list_cycles("M-1", wanted=Wanted(text=text))]
+
+    assert found("50 % of_it") == [second]
+    assert found("%") == [second], "no cycle but the one with the sign in it"
+    assert found("_") == [second]
+    assert found("ed, 5_ %") == []
+    assert found("'; DROP TABLE cycle; --") == []
+    assert found("\\") == []
+
+
+@pytest.mark.parametrize("text", ["", "x" * 101, "a\0b", "\ud800"])
+def test_a_search_for_what_no_text_is_is_refused(records: Records, text: str) -> None:
+    for call in (
+        lambda: records.history.list_cycles("M-1", wanted=Wanted(text=text)),
+        lambda: records.history.list_alarms("M-1", wanted=Wanted(text=text)),
+        lambda: records.history.list_actions(wanted=Wanted(text=text)),
+    ):
+        with pytest.raises(InputError, match="the text to look for"):
+            call()
+
+
+def test_a_time_without_a_zone_is_refused(records: Records) -> None:
+    naive = datetime(2026, 11, 23)  # noqa: DTZ001 - what a caller may get wrong
+    with pytest.raises(InputError, match="zone"):
+        records.history.list_cycles("M-1", wanted=Wanted(since=naive))
+
+
+def test_a_cycle_is_found_by_its_id(records: Records) -> None:
+    first, *_ = three_cycles(records)
+    found = records.history.find_cycle(first)
+    assert found is not None
+    assert (found.id, found.outcome, found.protocol) == (first, Outcome.COMPLETED, PROTOCOL.name)
+    assert records.history.find_cycle("nobody's") is None
+
+
+def test_alarms_are_narrowed_by_priority_time_and_text(records: Records) -> None:
+    high = records.add_alarm(MACHINE, CLOGGED, at=NOON)
+    low = CLOGGED._replace(priority="low", condition="REST_NOT_OVER", detail="")
+    other = records.add_alarm(MACHINE, low, at=NOON + timedelta(hours=1))
+
+    def found(**by: object) -> list[str]:
+        return [one.id for one in records.history.list_alarms("M-1", **by)]  # type: ignore[arg-type]
+
+    assert found(priority="high") == [high]
+    assert found(priority="medium") == []
+    assert found(wanted=Wanted(since=NOON + timedelta(minutes=1))) == [other]
+    assert found(wanted=Wanted(text="clogged")) == [high]
+    assert found(wanted=Wanted(text="nothing CAME")) == [high]
+
+
+def test_actions_are_narrowed_by_cycle_time_and_text(records: Records) -> None:
+    cycle = records.begin_cycle(start(), at=NOON)
+    records.act(Action("nurse-7", "start", "pressed", cycle_id=cycle), at=NOON)
+    records.act(Action("engineer-1", "reset", "dealt with"), at=NOON + timedelta(hours=1))
+
+    def found(**by: object) -> list[str]:
+        return [one.what for one in records.history.list_actions(**by)]  # type: ignore[arg-type]
+
+    assert found(cycle_id=cycle) == ["start"]
+    assert found(wanted=Wanted(text="ENGINEER")) == ["reset"]
+    assert found(wanted=Wanted(text="dealt", until=NOON)) == []

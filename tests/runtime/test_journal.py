@@ -124,3 +124,30 @@ def test_whatever_somebody_calls_himself_is_a_name(text: str) -> None:
     assert 1 <= len(name) <= 64
     assert name.isprintable()
     assert name == name.strip()
+
+
+def stopped(number: int, who: str, after_s: float) -> Event:
+    fields = {"kind": "request", "ask": "abort", "who": who, "verdict": "pressed"}
+    return Event(number, {**fields, "time_ns": int(after_s * 1e9)})
+
+
+def test_whoever_may_stop_without_a_name_does_not_fill_the_records_by_doing_so_for_ever() -> None:
+    here, there = "anybody (10.0.0.7)", "anybody (10.0.0.8)"
+    happened = [
+        *(stopped(number, here, number / 20.0) for number in range(400)),
+        stopped(400, there, 20.0),
+    ]
+    acts = [
+        (one.what.done_by, one.at)
+        for one in follow(rows_of([Phase.PARKED]), happened)
+        if isinstance(one.what, Action)
+    ]
+    assert [who for who, _ in acts] == [here, here, there]
+
+
+def test_each_stop_of_somebody_who_signed_in_is_put_on_record() -> None:
+    happened = [stopped(number, "anna", number / 20.0) for number in range(30)]
+    acts = [
+        one for one in follow(rows_of([Phase.PARKED]), happened) if isinstance(one.what, Action)
+    ]
+    assert len(acts) == 30

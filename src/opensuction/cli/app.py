@@ -41,6 +41,7 @@ COMMANDS = (
     identify.IDENTIFY,
     identify.COMPARE,
     recording.REPLAY,
+    recording.REPORT,
     recording.EXPORT,
     inject.COMMAND,
     audit.COMMAND,

@@ -35,6 +35,7 @@ from opensuction.console.route import (
     teaching,
 )
 from opensuction.console.site import Site
+from opensuction.report import html
 
 PREFIX, VERSION = "/api/v1", "1"
 ROUTES = (
@@ -52,6 +53,8 @@ ROUTES = (
 )
 PAGE = Path(str(files("opensuction.console"))) / "page"
 VENDOR = Path(str(files("opensuction.report"))) / "vendor"
+TEMPLATE = Path(str(files("opensuction.report"))) / "template"
+LOOP = ("plot_parts", "loop_plot")
 BY_THE_GUARD = (400, 403, 408, 413, 421, 422, 429, 500)
 """What any route may answer, whatever it is: the guard does, or what came was of another shape."""
 
@@ -66,6 +69,8 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=_live,
+        # Whatever the environment says: nothing of what is done here is told to anybody else.
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
         redirect_slashes=False,
     )
     app.state.site = site
@@ -151,8 +156,24 @@ def _add_page(app: FastAPI) -> None:
         script = (VENDOR / "uPlot.iife.min.js").read_text(encoding="utf-8")
         return Response(f"{script}\nexport default uPlot;\n", media_type="text/javascript")
 
+    @app.get("/vendor/plot_parts.js", include_in_schema=False)
+    def plot_parts() -> Response:
+        # What a report's plots share; the same for those of the page.
+        script = html.read("template", "plot_parts.js")
+        text = f'import uPlot from "./uPlot.js";\n{script}\nexport default parts;\n'
+        return Response(text, media_type="text/javascript")
+
     @app.get("/vendor/uPlot.css", include_in_schema=False)
     def uplot_style() -> FileResponse:
         return FileResponse(VENDOR / "uPlot.min.css", media_type="text/css")
+
+    @app.get("/vendor/loop_plot.js", include_in_schema=False)
+    def loop_plot() -> Response:
+        # The loop of a report, as a module.
+        scripts = [(TEMPLATE / f"{name}.js").read_text(encoding="utf-8") for name in LOOP]
+        text = "\n".join(
+            ['import uPlot from "./uPlot.js";', *scripts, "export default loopPlot;\n"]
+        )
+        return Response(text, media_type="text/javascript")
 
     app.mount("/", StaticFiles(directory=PAGE), name="page")

@@ -39,6 +39,8 @@ STUCK_S = 2.0
 """An event loop that has done nothing for longer than this answers nobody: no sign of life."""
 AGAIN_S = 1.0
 """Between two tries to open the records."""
+SWITCHES_S = 0.001
+"""Longest turn of a thread while another waits: a stop is not to wait longer for what computes."""
 
 
 class Pulse:
@@ -117,6 +119,7 @@ def serve(folder: Path) -> None:
     with Sole(folder / CONSOLES, "a console runs"):
         settings = console_settings.read(folder)
         _log_to(folder)
+        sys.setswitchinterval(SWITCHES_S)
         context = None
         if settings.certificate is not None and settings.key is not None:
             context = console_settings.make_context(Path(settings.certificate), Path(settings.key))

@@ -9,8 +9,8 @@ from opensuction.records.records import Records
 
 EVERY_S = 10.0
 """The same person's same try is put on record at most so often,"""
-A_MINUTE = 30.0
-"""and all of them together so often."""
+ALL_HZ, ALL_MOST = 0.1, 30.0
+"""and all of them together so often, and so many at once."""
 LOG = logging.getLogger("opensuction.console")
 WHAT = "refused"
 
@@ -21,7 +21,7 @@ class RefusedOnRecord:
     def __init__(self, records: Records) -> None:
         self._records = records
         self._own = Buckets(1.0 / EVERY_S, 1.0)
-        self._all = Buckets(A_MINUTE / 60.0, A_MINUTE)
+        self._all = Buckets(ALL_HZ, ALL_MOST)
 
     def note(self, who: str | None, what: str, why: str) -> None:
         """Somebody tried what the role does not allow. who: None of somebody unknown."""

@@ -25,6 +25,7 @@ from opensuction.devices.twin_faults import (
     TAKEN,
     check,
 )
+from opensuction.devices.twin_hand import HandTask, held
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.kernel.errors import InputError
@@ -93,6 +94,7 @@ class FaultyTwin:
         """call: whose row is played. Raises InputError where another twin plays in the folder."""
         self._call, self._folder, self.tick = call, folder, 0
         self._sound = plain_row.unpack(MachineSide, call.side_row)
+        self._hand = self._sound.machine.hand
         self._side = self._fresh()
         self._waiting: list[_Waiting] = []
         self._came = 0
@@ -128,6 +130,7 @@ class FaultyTwin:
             return
         if len(data) == self._call.side_row.nbytes:
             self._sound = plain_row.unpack(MachineSide, np.frombuffer(data))
+            self._hand = self._sound.machine.hand
             self._heal()
         else:
             self._obey(data)
@@ -168,9 +171,19 @@ class FaultyTwin:
         elif "heal" in asked:
             self._heal()
             self._events.write(HEALED, self.tick)
+        elif "hand" in asked:
+            self._hold(*asked["hand"])
         else:
             self._ride(Bus(*(float(value) for value in asked["bus"])))
         self._plan()
+
+    def _hold(self, task: str, park_head_mm: float, quick_mm: float) -> None:
+        """Another task for the hand at the catheter head."""
+        seed = int(self._sound.wiring.link.stream.key_0)
+        found = held(HandTask(task), float(park_head_mm), float(quick_mm), seed)
+        self._hand = found.hand
+        self._call.put_hand(found.state)
+        self._play()
 
     def _read_fault(
         self, name: str, phase: int | None, after_s: float, strength: float
@@ -231,6 +244,7 @@ class FaultyTwin:
         """From the next tick on, what is broken by now."""
         side = self._side
         played = self._sound._replace(
-            machine=side.machine, wiring=self._sound.wiring._replace(link=side.link)
+            machine=side.machine._replace(hand=self._hand),
+            wiring=self._sound.wiring._replace(link=side.link),
         )
         self._call.side_row[:] = plain_row.pack(MachineSide, played)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from opensuction.devices.twin_hand import HandTask
 from opensuction.exchange.event_ring import Event, EventReader
 from opensuction.kernel.errors import InputError
 from opensuction.simulation.injection import injection
@@ -96,6 +97,14 @@ def ride(folder: Path, carrier: Bus) -> None:
     """
     carrier.check()
     _ask(folder, {"bus": carrier})
+
+
+def hold(folder: Path, task: HandTask, park_head_mm: float, quick_mm: float) -> None:
+    """Have a person's hand at the catheter head do something (`twin_hand.held`).
+
+    Raises InputError where the twin refuses it or does not answer.
+    """
+    _ask(folder, {"hand": [str(task), park_head_mm, quick_mm]})
 
 
 def came(folder: Path) -> list[Came]:

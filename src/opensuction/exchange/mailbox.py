@@ -215,11 +215,14 @@ def _keep(kept: OrderedDict[str, Any], key: str, value: int | None, most: int) -
 class Sender:
     """One who asks."""
 
-    def __init__(self, path: Path, who: str) -> None:
-        """Ask the loop that listens at a path. who: the person's name, for the record."""
+    def __init__(self, path: Path, who: str, patience_s: float = PATIENCE_S) -> None:
+        """Ask the loop that listens at a path.
+
+        who: the person's name, for the record. patience_s: longest wait for room; 0: none.
+        """
         self._path, self._who, self._number = path, who, time.monotonic_ns()
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        self._socket.settimeout(PATIENCE_S)
+        self._socket.settimeout(patience_s)
 
     def close(self) -> None:
         """Ask no more."""

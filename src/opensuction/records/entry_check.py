@@ -40,6 +40,11 @@ def check_detail(what: str, value: object) -> None:
     _check_text(what, value, column.LONGEST_TEXT, 0)
 
 
+def check_search(value: object, longest: int) -> None:
+    """Raises InputError for what nothing on record can have in it."""
+    _check_text("the text to look for", value, longest, 1)
+
+
 def check_pseudonym(value: object) -> None:
     """Raises InputError for what may be the name of a person."""
     check_name("the pseudonym", value)

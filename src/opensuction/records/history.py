@@ -4,17 +4,35 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from sqlalchemy import Select, Table, select
+from sqlalchemy import Column, Select, Table, func, or_, select
 
 from opensuction.records import entry_check
 from opensuction.records.database import schema
 from opensuction.records.database.database import Database
+from opensuction.records.database.utc_time import to_utc
 from opensuction.records.entry import Machine, Outcome
 
 PAGE = 50
 """Rows that are listed where nobody says how many."""
 LONGEST_PAGE = 1000
 LARGEST_NUMBER = 2**31 - 1
+
+
+LONGEST_SEARCH = 100
+
+
+class Wanted(NamedTuple):
+    """What a list is narrowed to; None: by nothing."""
+
+    since: datetime | None = None
+    """From this instant on."""
+    until: datetime | None = None
+    """Before this instant."""
+    text: str | None = None
+    """Somewhere in its words, whatever the case of its letters."""
+
+
+ALL = Wanted()
 
 
 class PastCycle(NamedTuple):
@@ -89,24 +107,40 @@ class History:
         return [Machine(row.serial, row.kind, row.is_twin) for row in self._read(query)]
 
     def list_cycles(
-        self, machine: str, limit: int = PAGE, before: int | None = None
+        self,
+        machine: str,
+        limit: int = PAGE,
+        before: int | None = None,
+        wanted: Wanted = ALL,
+        outcome: Outcome | None = None,
     ) -> list[PastCycle]:
         """The last cycles of a machine, the newest first; of a machine not on record none.
 
-        before: the number of a cycle, to list those before it.
+        before: the number of a cycle, to list those before it. outcome: those that ended so.
         """
         entry_check.check_name("the machine's serial", machine)
-        cycle, end, protocol = schema.cycle, schema.cycle_end, schema.protocol
-        query = (
-            select(
-                *(cycle, end.c.outcome, end.c.detail, end.c.inside_at_end, end.c.ended_at),
-                protocol.c.name.label("protocol"),
-            )
-            .join(protocol, protocol.c.sha256 == cycle.c.protocol_sha256)
-            .outerjoin(end, end.c.cycle_id == cycle.c.id)
-            .where(cycle.c.machine_serial == machine)
+        cycle, end = schema.cycle, schema.cycle_end
+        query = _narrow(
+            _select_cycles().where(cycle.c.machine_serial == machine),
+            wanted,
+            cycle.c.started_at,
+            (
+                cycle.c.patient_pseudonym,
+                cycle.c.requested_by,
+                cycle.c.catheter_label,
+                schema.protocol.c.name,
+                end.c.detail,
+            ),
         )
+        if outcome is not None:
+            query = query.where(end.c.outcome == str(outcome))
         return [_to_cycle(row) for row in self._read(_page(query, cycle, limit, before))]
+
+    def find_cycle(self, cycle_id: str) -> PastCycle | None:
+        """A cycle by its id; None: it is not on record."""
+        entry_check.check_name("the cycle's id", cycle_id)
+        found = self._read(_select_cycles().where(schema.cycle.c.id == cycle_id))
+        return _to_cycle(found[0]) if found else None
 
     def list_alarms(
         self,
@@ -114,14 +148,22 @@ class History:
         limit: int = PAGE,
         before: int | None = None,
         cycle_id: str | None = None,
+        wanted: Wanted = ALL,
+        priority: str | None = None,
     ) -> list[PastAlarm]:
-        """The last alarms of a machine, the newest first. cycle_id: of this cycle only."""
+        """The last alarms of a machine, the newest first.
+
+        cycle_id: of this cycle only. priority: of this one only.
+        """
         entry_check.check_name("the machine's serial", machine)
         alarm = schema.alarm
         query = select(alarm).where(alarm.c.machine_serial == machine)
+        query = _narrow(query, wanted, alarm.c.raised_at, (alarm.c.condition, alarm.c.detail))
         if cycle_id is not None:
             entry_check.check_name("the cycle's id", cycle_id)
             query = query.where(alarm.c.cycle_id == cycle_id)
+        if priority is not None:
+            query = query.where(alarm.c.priority == priority)
         return [
             PastAlarm(
                 id=row.id,
@@ -137,11 +179,27 @@ class History:
         ]
 
     def list_actions(
-        self, machine: str | None = None, limit: int = PAGE, before: int | None = None
+        self,
+        machine: str | None = None,
+        limit: int = PAGE,
+        before: int | None = None,
+        cycle_id: str | None = None,
+        wanted: Wanted = ALL,
     ) -> list[PastAction]:
-        """What people did last, the newest first. machine: on this one only; None: anywhere."""
+        """What people did last, the newest first.
+
+        machine: on this one only; None: anywhere. cycle_id: in this cycle only.
+        """
         action = schema.action
-        query = select(action)
+        query = _narrow(
+            select(action),
+            wanted,
+            action.c.done_at,
+            (action.c.done_by, action.c.what, action.c.detail),
+        )
+        if cycle_id is not None:
+            entry_check.check_name("the cycle's id", cycle_id)
+            query = query.where(action.c.cycle_id == cycle_id)
         if machine is not None:
             entry_check.check_name("the machine's serial", machine)
             query = query.where(action.c.machine_serial == machine)
@@ -162,6 +220,34 @@ class History:
     def _read(self, query: Select[Any]) -> Sequence[Any]:
         with self._database.reading() as connection:
             return connection.execute(query).all()
+
+
+def _select_cycles() -> Select[Any]:
+    """Cycles with their ends and the names of their protocols."""
+    cycle, end, protocol = schema.cycle, schema.cycle_end, schema.protocol
+    return (
+        select(
+            *(cycle, end.c.outcome, end.c.detail, end.c.inside_at_end, end.c.ended_at),
+            protocol.c.name.label("protocol"),
+        )
+        .join(protocol, protocol.c.sha256 == cycle.c.protocol_sha256)
+        .outerjoin(end, end.c.cycle_id == cycle.c.id)
+    )
+
+
+def _narrow(
+    query: Select[Any], wanted: Wanted, time: Column[Any], words: tuple[Column[Any], ...]
+) -> Select[Any]:
+    """Rows of a time, with a text in one of these columns. Raises InputError for what is none."""
+    if wanted.since is not None:
+        query = query.where(time >= to_utc(wanted.since))
+    if wanted.until is not None:
+        query = query.where(time < to_utc(wanted.until))
+    if wanted.text is not None:
+        entry_check.check_search(wanted.text, LONGEST_SEARCH)
+        low = wanted.text.lower()
+        query = query.where(or_(*(func.lower(one).contains(low, autoescape=True) for one in words)))
+    return query
 
 
 def _page(query: Select[Any], table: Table, limit: int, before: int | None) -> Select[Any]:

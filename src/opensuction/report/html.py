@@ -29,6 +29,7 @@ def _environment() -> jinja2.Environment:
     environment.filters["raiser"] = ending.raiser
     environment.filters["capitalise"] = wording.capitalise
     environment.filters["plain"] = wording.plain
+    environment.filters["moment"] = wording.moment
     environment.filters["quantity"] = wording.quantity
     return environment
 

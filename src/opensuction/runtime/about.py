@@ -8,6 +8,9 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime.room import ABOUT
 
+NOWHERE = (0, 0)
+"""Identity of a file that is not there."""
+
 
 class About(NamedTuple):
     """What is known before a cycle."""
@@ -25,15 +28,24 @@ class About(NamedTuple):
     """What else recordings say, by name: seed, notice."""
 
 
-def write(folder: Path, about: About) -> None:
-    """Into the machine's folder, whole or not at all."""
+def write(folder: Path, about: About, name: str = ABOUT) -> None:
+    """Into the machine's folder, whole or not at all. name: of the file."""
     told: dict[str, Any] = about._asdict()
-    for name, value in told.items():
+    for field, value in told.items():
         if hasattr(value, "_asdict"):
-            told[name] = value._asdict()
-    new = folder / f"{ABOUT}.new"
+            told[field] = value._asdict()
+    new = folder / f"{name}.new"
     new.write_text(json.dumps(told), encoding="utf-8")
-    new.replace(folder / ABOUT)
+    new.replace(folder / name)
+
+
+def identity(folder: Path) -> tuple[int, int]:
+    """Which file says so: another one, another answer; `NOWHERE` for none."""
+    try:
+        found = (folder / ABOUT).stat()
+    except OSError:
+        return NOWHERE
+    return found.st_ino, found.st_mtime_ns
 
 
 def read(folder: Path) -> About:

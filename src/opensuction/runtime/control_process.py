@@ -39,7 +39,9 @@ from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
 from opensuction.runtime.loop import ROW_COLUMNS, SET, SLOTS_S, Around, ControlLoop
 from opensuction.runtime.room import (
+    ABOUT,
     ASK,
+    BASIS,
     CONFIGURATION,
     CONTROLS,
     EVENTS,
@@ -148,6 +150,10 @@ class Setting:
             yield ""
             self._call.configure(*chosen, state)
             file.replace(self._folder / CONFIGURATION)
+            for name in TOGETHER:
+                told = self._folder / beside(name, key)
+                if told.exists():
+                    told.replace(self._folder / name)
             yield SET
         except InputError as error:
             yield f"refused: {error}"
@@ -155,9 +161,19 @@ class Setting:
             yield "refused: no settings of this key"
 
 
+TOGETHER = (ABOUT, BASIS)
+"""What goes with settings: another one of it takes the place of the present one in the same tick,
+so that nothing is ever recorded under the name of settings that were not in force."""
+
+
 def settings_file(key: str) -> str:
     """Name of the file with the settings that a request with this key is about."""
     return f"settings-{key}.json"
+
+
+def beside(name: str, key: str) -> str:
+    """Name of the file that takes the place of one of `TOGETHER` once those settings are set."""
+    return f"{name.removesuffix('.json')}-{key}.json"
 
 
 def _read_configuration(folder: Path) -> Configuration:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.exchange.event_ring import Event
+from opensuction.exchange.mailbox import STOP
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
@@ -26,6 +27,11 @@ from opensuction.safety.priority import Priority
 MACHINE, SUPERVISOR = "opensuction", "opensuction supervisor"
 """Who acts where no person does."""
 NOBODY = "unknown"
+ANYBODY = "anybody"
+"""Begins who asks where nobody has signed in; what follows is from where."""
+QUIET_S = 10.0
+"""Of the stops that such a one asks for the first is put on record, and another after so long:
+whoever may press it for ever is not to fill the database."""
 NS_PER_S = 1e9
 _TIME, _LEFT, _TICK, _PHASE, _CAUSE, _TRIPS, _HEAD = (
     ROW_COLUMNS.index(name)
@@ -84,6 +90,8 @@ class Journal:
         self._left_rest = AT_REST if before is None else float(before[_LEFT])
         self._on_record = resumed and self._left_rest != AT_REST
         self._who, self._why, self._trips = NOBODY, "", 0
+        self._stops: dict[str, datetime] = {}
+        """When the last stop of nobody who signed in was put on record, by from where."""
         self._drawn_out = before is None
         """What began with the first row is a way out."""
         self._last = before
@@ -162,6 +170,21 @@ class Journal:
         trips = [name_of(one) for one in condition_mask.decode_trips(self._trips)]
         return CycleEnd(Outcome.ABORTED, ", ".join(filter(None, (self._why, *trips))))
 
+    def _is_repeated(self, ask: str, who: str, at: datetime) -> bool:
+        """Whether a stop of nobody who signed in has been put on record a moment ago."""
+        if ask != STOP or not who.startswith(ANYBODY):
+            return False
+        last = self._stops.get(who)
+        if last is not None and (at - last).total_seconds() < QUIET_S:
+            return True
+        self._stops = {
+            name: when
+            for name, when in self._stops.items()
+            if (at - when).total_seconds() < QUIET_S
+        }
+        self._stops[who] = at
+        return False
+
     def _hear(self, event: Event) -> Iterator[Entry]:
         """What was told in words."""
         fields = event.fields
@@ -172,7 +195,8 @@ class Journal:
             ask, who = in_words(str(fields["ask"])), in_words(str(fields["who"]))
             if ask == "start" and verdict == "pressed":
                 self._who = who
-            yield Entry(key, at, Action(who, ask, verdict))
+            if not self._is_repeated(ask, who, at):
+                yield Entry(key, at, Action(who, ask, verdict))
         elif kind == "watch":
             what, detail = in_words(str(fields["what"])), str(fields["detail"])
             yield Entry(str(fields["key"]), at, Action(SUPERVISOR, what, detail))

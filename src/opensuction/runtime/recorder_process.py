@@ -129,7 +129,7 @@ class Desk:
         """What recordings of this controller say of themselves."""
         text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
         chosen = configuration.from_json(text)
-        self._about = about.read(self._folder)
+        self._about, self._about_of = about.read(self._folder), about.identity(self._folder)
         self._context = Context(self._about, configuration.hash_of(chosen))
         return Heading(
             software_version=self._source.version,
@@ -140,8 +140,16 @@ class Desk:
             about={"notice": NOTICE, **self._about.heading},
         )
 
+    def _ask_whose(self) -> None:
+        """Whose machine it is by now: a catheter is changed without other settings."""
+        found = about.identity(self._folder)
+        if found not in (self._about_of, about.NOWHERE):
+            self._about_of, self._about = found, about.read(self._folder)
+            self._context = self._context._replace(about=self._about)
+
     def take(self, found: Read, happened: list[Event]) -> None:
         """What the controller has published."""
+        self._ask_whose()
         self._recorder.take(found, happened)
         kept = self._recorder.kept
         last = found.first + len(found.rows) - 1

@@ -25,6 +25,7 @@ from opensuction.twin.fault.link import SILENT, LinkState, Message, Ring
 from opensuction.twin.machine import annunciator, drive_watchdog, machine
 from opensuction.twin.machine.annunciator import Annunciator, Lines
 from opensuction.twin.machine.drive_watchdog import WatchdogState
+from opensuction.twin.machine.hand import HandState
 from opensuction.twin.machine.machine import Machine, Truth
 from opensuction.twin.plant import PlantState
 
@@ -75,6 +76,12 @@ class Shown(NamedTuple):
 SENT_COLUMNS = row.columns(Sent)
 SHOWN_COLUMNS = row.columns(Shown)
 """Columns of the two rows that pass."""
+
+_HAND = [
+    i
+    for i, name in enumerate(row.columns(MachineSideState))
+    if name.startswith("plant.machine.hand.")
+]
 
 _read_side = row.reader(MachineSide, checked=False)
 _read_state = row.reader_with_arrays(MachineSideState)
@@ -226,6 +233,10 @@ class MachineCall:
     def step(self, sent: Array, *, new: bool) -> None:
         """One tick. sent: a row by `SENT_COLUMNS`. new: it has come since the last tick."""
         self._step(self.side_row, self._memory, sent, new, self.shown_row)
+
+    def put_hand(self, state: HandState) -> None:
+        """What the hand at the catheter head does from the next tick on."""
+        self._memory.state[_HAND] = plain_row.pack(HandState, state)
 
 
 def _memory_of(begun: Mapping[str, Array]) -> _Memory:

@@ -207,6 +207,32 @@ def test_the_controller_that_took_another_ones_place_is_asked(
             assert [ask for ask, _ in other.pressed] == ["abort"]
 
 
+def test_a_stop_waits_for_no_other_request(
+    console: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All threads wait for a database that hangs; a person can stop the machine all the same."""
+    is_back = threading.Event()
+
+    def hang(*_: object) -> None:
+        assert is_back.wait(60.0)
+
+    monkeypatch.setattr(console.site.accounts, "find_session", hang)
+    with console.client("observer") as client:
+        hanging = [
+            threading.Thread(target=client.get, args=("/api/v1/session",)) for _ in range(50)
+        ]
+        for one in hanging:
+            one.start()
+        body = {"ask": "abort", "key": KEY}
+        try:
+            assert client.post(REQUESTS, json=body).json()["verdict"] == "pressed"
+            assert not is_back.is_set()
+        finally:
+            is_back.set()
+            for one in hanging:
+                one.join()
+
+
 def test_many_at_once_are_all_answered(console: Served) -> None:
     verdicts: list[str] = []
     with console.client() as client:

@@ -8,6 +8,8 @@ import numpy as np
 from opensuction.recording.cycle_file.chunk_content import Rows, Told
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.row_layout import Table
+from opensuction.recording.cycle_file.tick_table import TABLES, TICKS
+from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.session.choice import CycleChoice
 from opensuction.session.cycle import cycle_run, fault_run, resolution
 from opensuction.session.cycle.cycle_run import Prepared
@@ -64,3 +66,20 @@ def read(path: Path) -> Contents:
     names = {topic: [one.name for one in columns] for topic, columns in reader.tables.items()}
     tables = {topic: np.concatenate(rows) for topic, rows in parts.items() if rows}
     return Contents(names, tables, told)
+
+
+def without_truth(recording: Path, to: Path, skip: slice = slice(0)) -> Path:
+    """The same as a machine in real time leaves it. skip: rows of the ticks that are lost."""
+    reader = RecordingReader(recording)
+    contents = list(reader.contents())
+    with RecordingWriter(to, reader.heading, TABLES) as file:
+        for one in contents:
+            if isinstance(one, Told):
+                file.add_event(one.time_ns, one.event)
+        for topic in TABLES:
+            rows = [one for one in contents if isinstance(one, Rows) and one.topic == topic]
+            times = np.concatenate([one.times_ns for one in rows])
+            table = np.concatenate([one.table for one in rows])
+            lost = range(*skip.indices(len(table))) if topic == TICKS else ()
+            file.add_rows(topic, np.delete(times, lost), np.delete(table, lost, axis=0))
+    return to

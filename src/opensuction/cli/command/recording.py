@@ -1,4 +1,4 @@
-"""``replay`` and ``export``: a recording played again, and handed on to other programs."""
+"""``replay``, ``report`` and ``export``: a recording played again, shown, and handed on."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from opensuction.cli.progress import ProgressTeller
 
+PAGE, DATA = "report.html", "report.json"
 HEADING = "recording.json"
 """File that says of what recording the tables are."""
 
@@ -33,6 +34,37 @@ class ExportOptions(NamedTuple):
     format: str = "csv"
     columns: tuple[str, ...] = ()
     results: OutputChoice = OutputChoice()
+
+
+class ReportOptions(NamedTuple):
+    """What ``report`` takes."""
+
+    recording: Path
+    results: OutputChoice = OutputChoice()
+
+
+def _report(options: ReportOptions) -> int:
+    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
+        from opensuction.cli.delivery import to_text
+        from opensuction.session.recorded import report_run
+
+        found = report_run.run([options.recording])
+        data = found.summary
+        _tell_flaw(data, progress)
+        return CommandResult(
+            data,
+            {PAGE: found.html, DATA: to_text(data)},
+            lambda console, final: _summarise_report(console, data, final),
+            is_good=not data["damaged"],
+        )
+
+    return deliver(options.results, "report", work, "Reading")
+
+
+def _summarise_report(console: "Console", data: Json, folder: Path) -> None:
+    from opensuction.report import terminal
+
+    terminal.print_summary(console, data, [folder / PAGE, folder / DATA])
 
 
 def _replay(options: ReplayOptions) -> int:
@@ -140,6 +172,25 @@ Examples:
 
 A recording that was not finished, or is damaged, is replayed up to there; a line says where.""",
     ends="0 identical, or equivalent under other arithmetic; 1 different, or the file is damaged",
+)
+REPORT = Command(
+    name="report",
+    options=ReportOptions,
+    run=_report,
+    sentence="The report of a recording: the page that a cycle gets, from its file alone.",
+    details="Reads what the machine's sensors measured and what its controller decided and "
+    "estimated, and writes report.html (open it in a browser) and report.json. There is no sensor "
+    "at the tip: where it was is the controller's estimate. What only the twin knows is said to be "
+    "not known.",
+    examples="""\b
+Examples:
+  opensuction report runs/RUN/CYCLE.mcap
+  opensuction report run1/recording.mcap --out page
+  opensuction report run1/recording.mcap --json | jq .timing
+
+A recording that was not finished, or is damaged, is reported up to there; a line and the page say
+where.""",
+    ends="0 written, 1 the file is damaged: what lies before was reported",
 )
 EXPORT = Command(
     name="export",

@@ -15,16 +15,16 @@ Examples:
   opensuction serve --patient neonate            http://127.0.0.1:8080/
   opensuction serve --port 8081 --name ward-3    a second machine beside it
   opensuction ask abort                          stop, from another terminal
-  opensuction users reset-password admin         when the first password is lost
+  opensuction users reset-password admin         the first password is lost
 
 \b
-From another computer, with a certificate that its browser trusts; one for a try:
-  openssl req -x509 -newkey rsa:3072 -nodes -days 30 -subj /CN=$(hostname) \\
-    -addext subjectAltName=DNS:$(hostname) -keyout key.pem -out cert.pem
+From another computer, with a certificate that its browser trusts; for a try:
+  openssl req -x509 -newkey rsa:3072 -nodes -days 30 -keyout key.pem \\
+    -out cert.pem -subj /CN=ward -addext subjectAltName=DNS:$(hostname)
   opensuction serve --host 0.0.0.0 --certificate cert.pem --key key.pem
 
 \b
 Files:
-  /dev/shm/opensuction-UID/NAME   what the processes share, in memory; console.log is
-                                  what the console refused
+  /dev/shm/opensuction-UID/NAME   what the processes share, in memory; and
+                                  console.log, what the console refused
   runs/TIME-NAME/*.mcap           a recording for each cycle"""

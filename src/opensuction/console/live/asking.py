@@ -17,7 +17,7 @@ from opensuction.console.live.row import Row
 from opensuction.console.live.state import refused
 from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
 from opensuction.exchange.followed_ring import FollowedRing
-from opensuction.exchange.mailbox import Sender
+from opensuction.exchange.mailbox import PATIENCE_S, Sender
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
@@ -100,7 +100,7 @@ class Asking:
         found: asyncio.Future[Event] = loop.create_future()
         self._listen(asked.key, found)
         try:
-            await loop.run_in_executor(self._threads[asked.ask == STOP], self._send, asked)
+            await self._send(asked)
             event = await asyncio.wait_for(found, ANSWERS_S)
         except TimeoutError:
             raise Problem(503, _unheard(asked, "the controller does not answer")) from None
@@ -119,8 +119,21 @@ class Asking:
             took_ms=round(took_ms, 2),
         )
 
-    def _send(self, asked: Asked) -> None:
-        sender = Sender(self._folder / ASK, asked.who)
+    async def _send(self, asked: Asked) -> None:
+        """At once where there is room; where there is none a thread waits for it, not the pages.
+
+        A busy computer may take long to come round to another thread: the usual way has none.
+        """
+        try:
+            self._put(asked, 0.0)
+        except InputError:
+            loop = asyncio.get_running_loop()
+            await loop.run_in_executor(
+                self._threads[asked.ask == STOP], self._put, asked, PATIENCE_S
+            )
+
+    def _put(self, asked: Asked, patience_s: float) -> None:
+        sender = Sender(self._folder / ASK, asked.who, patience_s)
         try:
             sender.ask(asked.ask, asked.key, utc_time.now().isoformat())
         finally:

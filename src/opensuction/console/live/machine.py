@@ -1,6 +1,7 @@
 """What is known of the machine, the patient and the next cycle before anything moves."""
 
 import json
+import math
 from datetime import timedelta
 from typing import Any
 
@@ -97,13 +98,15 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
 def say_plan(settings: Settings) -> str:
     """What a start will do, in one line."""
     plan = settings.plan
+    there = f"{round(plan.motion.target_mm, 1):g} mm"
     if plan.contact.enabled:
-        where = f"until the carina is touched, {plan.motion.target_mm:g} mm at most, then back to "
-        where += f"{_suction_mm(settings):g} mm"
+        back = f"{round(_suction_mm(settings), 1):g} mm"
+        where = f"until the carina is touched, {there} at most, then back to {back}"
     else:
-        where = f"to {plan.motion.target_mm:g} mm"
-    most_s = settings.limits.negative_pressure_s
-    return f"{where}, {plan.vacuum_mmhg:g} mmHg, at most {most_s:g} s suction"
+        where = f"to {there}"
+    # Rounded up: it is a promise.
+    most_s = math.ceil(10.0 * settings.limits.negative_pressure_s) / 10.0
+    return f"{where}, {plan.vacuum_mmhg:.0f} mmHg, at most {most_s:g} s suction"
 
 
 def _suction_mm(settings: Settings) -> float:

@@ -13,10 +13,9 @@ from opensuction.console.guard.problem import documented
 from opensuction.console.live.asking import STOP, Asked, Asking
 from opensuction.console.site import Site
 from opensuction.records.entry import Action
+from opensuction.runtime.journal import ANYBODY
 
 router = APIRouter(tags=["Requests"])
-ANYBODY = "anybody"
-"""Who asks, on record, where nobody has signed in; with the address that it came from."""
 NAME_MOST = 64
 Ask = Literal[
     "start",

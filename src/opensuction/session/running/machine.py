@@ -14,6 +14,7 @@ from opensuction.controller import configuration
 from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
+from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.sole import end_holder, holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
@@ -25,6 +26,7 @@ from opensuction.runtime import about, launch, room
 from opensuction.runtime.about import About
 from opensuction.session.cycle import preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.running import basis
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin import preset
 
@@ -87,6 +89,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     the way, or where the twin does not play.
     """
     folder = check_free(name)
+    _drop_console(folder)
     if anew:
         end(folder)
     chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
@@ -99,9 +102,17 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
     about.write(folder, told)
+    basis.write(folder, basis.of(prepared))
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin)
+
+
+def _drop_console(folder: Path) -> None:
+    """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
+    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S)
+    (folder / room.CONSOLE).unlink(missing_ok=True)
+    Heartbeat(folder).end(Process.CONSOLE)
 
 
 def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
