@@ -1,7 +1,7 @@
 // Tiles of the bedside view: tip, valve, monitor, passes, last cycle.
 
 import { draw, make, mark, say } from "../dom.js";
-import { isLeftInside } from "../situation.js";
+import { isLeftInside, isResting } from "../situation.js";
 import { fill, text } from "../text.js";
 import { capital, clock, countdown, number } from "../words.js";
 
@@ -130,7 +130,7 @@ export class Rest {
     say(this.passes.notes[0], left === null ? text.bedside.unknown : fill(words.of, { most: state.passes_most }));
     mark(this.passes.element, "data-out", left === 0);
     say(this.rest.figure, state.rest_left_s > 0 ? countdown(state.rest_left_s) : words.ready);
-    say(this.rest.notes[0], state.rest_left_s > 0 ? words.wait : "");
+    say(this.rest.notes[0], state.rest_left_s > 0 ? (isResting(state) ? words.wait : words.after) : "");
     this.updateNext(machine?.next_cycle_at ?? null);
     this.updateLast(state.last_cycle);
   }
@@ -148,7 +148,7 @@ export class Rest {
     const words = text.bedside.last;
     const { figure, notes, element } = this.last;
     say(figure, last ? words[last.outcome] || capital(last.outcome) : words.none);
-    say(notes[0], last ? [last.detail, last.ended_at ? fill(words.at, { time: clock(last.ended_at) }) : ""].filter(Boolean).join(" · ") : "");
+    say(notes[0], last ? [last.detail?.replaceAll("-", " "), last.ended_at ? fill(words.at, { time: clock(last.ended_at) }) : ""].filter(Boolean).join(" · ") : "");
     mark(element, "data-outcome", last ? last.outcome : null);
   }
 }

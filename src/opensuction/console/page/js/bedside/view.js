@@ -4,7 +4,7 @@ import { make, mark, say } from "../dom.js";
 import { GOOD } from "../live.js";
 import { phaseWords } from "../situation.js";
 import { fill, text } from "../text.js";
-import { age, number } from "../words.js";
+import { age, capital, number } from "../words.js";
 import { Buttons } from "./buttons.js";
 import { Drawing } from "./drawing.js";
 import { Gauge } from "./gauge.js";
@@ -41,10 +41,10 @@ class Bedside {
     this.phase = make("span", { class: "phase-word big" }, words.unknown);
     this.left = make("span", { class: "phase-left" });
     this.meaning = make("p", { class: "phase-meaning" });
-    this.old = make("p", { class: "stale-note" });
+    this.old = make("span", { class: "stale-note" });
     this.element = make("div", { class: "bedside" },
       make("h1", { class: "hidden-title" }, words.title),
-      make("section", { class: "phase", "aria-label": text.shell.now.phase }, make("p", { class: "phase-line" }, this.phase, this.left), this.meaning, this.old),
+      make("section", { class: "phase", "aria-label": text.shell.now.phase }, make("p", { class: "phase-line" }, this.phase, this.left, this.old), this.meaning),
       this.drawing.element,
       make("div", { class: "readings" },
         make("div", { class: "pair" }, this.tip.element, this.gauge.element),
@@ -72,7 +72,7 @@ class Bedside {
   show(state) {
     const [name, meaning] = phaseWords(state.phase);
     say(this.phase, name);
-    say(this.meaning, state.check_failure ? state.check_failure : state.check_title || meaning);
+    say(this.meaning, (state.phase === "halted" && capital(state.check_failure || "")) || state.check_title || meaning);
     const left_s = state.phase_left_s;
     say(this.left, left_s === null ? "" : fill(text.bedside.left, { s: number(Math.ceil(left_s)) }));
     mark(this.element, "data-phase", state.phase);

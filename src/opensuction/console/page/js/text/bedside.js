@@ -53,6 +53,7 @@ export default {
     rest: "Rest",
     ready: "none",
     wait: "then START",
+    after: "after this",
     next: "Next cycle",
     nextNone: "not planned",
     nextIn: "in {left}",
