@@ -4,10 +4,13 @@ import { make, say, show } from "../dom.js";
 import { fill, text } from "../text.js";
 import { Band } from "./band.js";
 import { listen } from "./pointer.js";
-import { Strip } from "./strip.js";
+import { Strip, enlarged } from "./strip.js";
 
 const LEAST_PX = 84;
-const MOST_PX = 230;
+const MOST_PX = 260;
+const BASE_PX = 26; // of a legend: its unit,
+const LINE_PX = 36; // and each of its lines
+const BELOW_PX = 90; // what stands below the plots
 const TELL_MS = 100; // numbers that change faster cannot be read
 
 export class Plots {
@@ -53,13 +56,21 @@ export class Plots {
   resize() {
     const width = this.strips[0]?.plotted.clientWidth;
     if (!width) return;
-    const room = (this.element.parentElement?.clientHeight ?? 0) - this.element.offsetTop - 120;
-    const height = Math.min(Math.max(Math.floor(room / this.strips.length) - 12, LEAST_PX), MOST_PX);
-    for (const strip of this.strips) {
-      strip.options.height = Math.max(height, 26 + 36 * strip.lines.length);
+    const heights = this.strips.map((strip) => (BASE_PX + LINE_PX * strip.lines.length) * enlarged());
+    const needed = heights.reduce((sum, one) => sum + Math.max(one, LEAST_PX), 0);
+    // What is left of the view's height is shared out.
+    const more = Math.max((this.room - needed) / this.strips.length, 0);
+    for (const [i, strip] of this.strips.entries()) {
+      strip.options.height = Math.floor(Math.min(Math.max(heights[i], LEAST_PX) + more, MOST_PX * enlarged()));
       strip.build(width);
     }
     this.isDirty = true;
+  }
+
+  /** Height that the plots may take without scrolling. */
+  get room() {
+    const stage = this.element.closest(".stage") ?? document.body;
+    return stage.clientHeight - this.area.offsetTop - this.band.canvas.offsetHeight - BELOW_PX * enlarged();
   }
 
   repaint() {

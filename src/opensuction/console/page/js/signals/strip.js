@@ -9,6 +9,16 @@ import { instantsOf, limitsOf, valueOf } from "./scale.js";
 export const LEFT_PX = 62;
 const LINES = 8; // colours
 
+/** How much larger than usual the page's letters are: on large screens they are. */
+export function enlarged() {
+  return parseFloat(getComputedStyle(document.documentElement).fontSize) / 16;
+}
+
+/** Letters of a canvas, like those beside it. */
+export function letters(px, weight = 400) {
+  return `${weight} ${Math.round(px * enlarged())}px system-ui, sans-serif`;
+}
+
 /** Colours as the theme has them now. */
 export function colours() {
   const style = getComputedStyle(document.documentElement);
@@ -48,7 +58,7 @@ export class Strip {
     this.plot?.destroy();
     const now = colours();
     const { height, offset } = this.options;
-    const axis = { stroke: now.ink, grid: { stroke: now.grid, width: 1 }, ticks: { show: false }, font: "12px system-ui, sans-serif" };
+    const axis = { stroke: now.ink, grid: { stroke: now.grid, width: 1 }, ticks: { show: false }, font: letters(12) };
     this.plot = new uPlot({
       width,
       height,
@@ -60,7 +70,7 @@ export class Strip {
       axes: [
         { ...axis, size: 0, values: (u, marks) => marks.map(() => ""),
           splits: (u, place, from, to) => instantsOf(from, to, u.bbox.width / uPlot.pxRatio, offset()) },
-        { ...axis, size: LEFT_PX, space: 26, values: (u, marks) => marks.map((one) => String(Number(one.toPrecision(6))).replace("-", "−")) },
+        { ...axis, size: LEFT_PX * enlarged(), space: 26, values: (u, marks) => marks.map((one) => String(Number(one.toPrecision(6))).replace("-", "−")) },
       ],
       series: [{}, ...this.lines.map(({ colour }) => ({ stroke: now.lines[colour], width: 1.5, points: { show: false }, spanGaps: false }))],
       hooks: { drawClear: [(u) => this.mark(u, now)] },
