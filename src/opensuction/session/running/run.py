@@ -6,6 +6,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from opensuction.exchange.event_ring import EventReader
 from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.records.database import utc_time
@@ -21,6 +23,8 @@ from opensuction.session.running.rounds import Doing, Rounds
 
 LISTED = 1000
 """Cycles and alarms of a run that are told, at most."""
+COUNTED = 20_001
+"""Microseconds that a tick's time is counted by; whatever takes longer is one to be seen alone."""
 SENTENCES = {
     "control-started": "The controller has been started",
     "control-found": "The controller of an earlier run still works",
@@ -48,7 +52,9 @@ class Tally:
     def __init__(self, folder: Path) -> None:
         self._ring = FollowedRing(folder / room.RING, lambda columns: columns == ROW_COLUMNS)
         self.ticks = self.missed = 0
-        self._slowest: list[float] = []
+        self._most_s = 0.0
+        self._counts = np.zeros(COUNTED, np.int64)
+        """Of ticks by the microseconds that they took; the last one of all that took longer."""
 
     def look(self) -> None:
         """Count what has come."""
@@ -58,18 +64,18 @@ class Tally:
         rows = self._ring.reader.read().rows
         self.ticks += len(rows)
         self.missed += int(rows[:, _SKIPPED].sum())
-        self._slowest.extend(rows[:, _COMPUTED].tolist())
-        # The thousandth part and some to spare: the rest is never asked for.
-        most = self.ticks // 500 + 1000
-        if len(self._slowest) > 2 * most:
-            self._slowest = sorted(self._slowest)[-most:]
+        if len(rows):
+            took_s = rows[:, _COMPUTED]
+            self._most_s = max(self._most_s, float(took_s.max()))
+            places = np.clip(np.floor(1e6 * took_s), 0, COUNTED - 1).astype(np.int64)
+            self._counts += np.bincount(places, minlength=COUNTED)
 
     def computed_s(self, share: float) -> float:
-        """A high quantile of what a tick took; nan before the first."""
+        """What this share of the ticks took at most, to a microsecond; nan before the first."""
         if not self.ticks:
             return float("nan")
-        above = int((1.0 - share) * self.ticks)
-        return sorted(self._slowest)[-1 - above]
+        place = int(np.searchsorted(np.cumsum(self._counts), share * self.ticks))
+        return self._most_s if place >= COUNTED - 1 else min(1e-6 * (place + 1), self._most_s)
 
 
 class Done(NamedTuple):
