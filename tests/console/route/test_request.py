@@ -177,13 +177,13 @@ def test_a_loop_that_does_not_answer_is_said_within_a_second_and_loudest_of_a_st
     with console.client("clinician") as client:
         start = client.post(REQUESTS, json={"ask": "start", "key": KEY})
         stop = client.post(REQUESTS, json={"ask": "abort", "key": f"{KEY}-2"})
-        # It may have been heard all the same: the same question may be asked again.
+        # It may have been heard all the same: to stop once more is refused to nobody.
         console.machine.answers = True
         again = client.post(REQUESTS, json={"ask": "abort", "key": f"{KEY}-2"})
     assert start.status_code == stop.status_code == 503
     assert "does not answer" in start.json()["detail"]
     assert stop.json()["detail"].startswith("NOBODY HEARS THE STOP")
-    assert again.json()["verdict"] == "twice"
+    assert again.json()["verdict"] == "pressed"
 
 
 def test_without_a_controller_a_stop_says_what_to_do(console: Served) -> None:
