@@ -1,13 +1,18 @@
 """One suite over every machine that a controller can be put before.
 
-Each is a process, or hardware, with a clock of its own.
+Each is a process, or hardware, with a clock of its own, and so is the computer that tests it: one
+that keeps either from its work for longer than the watchdog's time has the drives act on their own,
+as they should. A test that fails in a try in which that was seen is tried again; one that fails in
+any other is a failure.
 """
 
+import functools
+import inspect
 import json
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +39,7 @@ COLUMNS = row.columns(Readings)
 PATIENCE_S = 5.0
 GREETING_S = 0.2
 """For so long a controller says that it has started anew; so does the control loop."""
+TRIES = 6
 OBEYED = {"commands.insertion_v", "commands.valve_v", "commands.vacuum_mmhg"}
 """What every machine must say a limit of."""
 
@@ -76,14 +82,47 @@ def machine(
     stop()
 
 
-@pytest.fixture
-def port(machine: Machine) -> Iterator[Port]:
-    """A controller's, that has just started; the head is home at the end."""
+class Stood:
+    """The longest time for which nobody commanded the machine within a `drive`, by its clock."""
+
+    longest_s = 0.0
+
+
+@contextmanager
+def greeted(machine: Machine) -> Iterator[Port]:
+    """A controller's port, that has just started; the head is home at the end."""
     made = machine.connect()
-    greet(made)
-    yield made
-    made.close()
-    come_home(machine)
+    try:
+        greet(made)
+        yield made
+    finally:
+        made.close()
+        come_home(machine)
+
+
+def before_a_machine(test: Callable[..., None]) -> Callable[..., None]:
+    """Give a test its port, and another try where the machine was not commanded all the time."""
+
+    @functools.wraps(test)
+    def tried(machine: Machine, **others: object) -> None:
+        if "machine" in inspect.signature(test).parameters:
+            others["machine"] = machine
+        for left in reversed(range(TRIES)):
+            Stood.longest_s = 0.0
+            with greeted(machine) as port:
+                try:
+                    test(port=port, **others)
+                except AssertionError:
+                    if left == 0 or Stood.longest_s < 0.5 * port.facts.watchdog_s:
+                        raise
+                else:
+                    return
+
+    asked = inspect.signature(test).parameters
+    others = [asked[name] for name in asked if name not in {"machine", "port"}]
+    where = inspect.Parameter("machine", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    tried.__signature__ = inspect.Signature([where, *others])  # type: ignore[attr-defined]
+    return tried
 
 
 def come_home(machine: Machine) -> None:
@@ -103,9 +142,14 @@ def sent(**values: float) -> np.ndarray:
 def drive(port: Port, seconds: float, **values: float) -> None:
     """Give the same command once a period."""
     made, ends = sent(**values), time.monotonic() + seconds
+    readings, last = np.empty(len(COLUMNS)), 0
     while time.monotonic() < ends:
         port.write(made)
         time.sleep(port.facts.period_s)
+        now = port.read(readings)
+        if last:
+            Stood.longest_s = max(Stood.longest_s, (now - last) * port.facts.period_s)
+        last = now
 
 
 def greet(port: Port) -> None:
@@ -127,6 +171,7 @@ def wait(holds: Callable[[], bool]) -> bool:
     return True
 
 
+@before_a_machine
 def test_it_says_what_it_is(port: Port) -> None:
     facts = port.facts
     assert facts.name
@@ -139,6 +184,7 @@ def test_it_says_what_it_is(port: Port) -> None:
     assert json.loads(json.dumps(facts._asdict())) == facts._asdict()  # it is kept as text
 
 
+@before_a_machine
 def test_its_readings_are_new_with_each_of_its_periods(port: Port) -> None:
     readings = np.empty(len(COLUMNS))
     first, begun = port.read(readings), time.monotonic()
@@ -150,12 +196,14 @@ def test_its_readings_are_new_with_each_of_its_periods(port: Port) -> None:
     assert readings[COLUMNS.index("head_valid")] == 1.0
 
 
+@before_a_machine
 def test_it_obeys(port: Port) -> None:
     before = read(port, "head_mm")
     drive(port, 0.6, insertion_v=20.0, insertion_on=1.0)
     assert read(port, "head_mm") > before + 5.0
 
 
+@before_a_machine
 def test_without_commands_it_comes_home_by_itself(port: Port) -> None:
     drive(port, 1.0, insertion_v=20.0, insertion_on=1.0)
     inside = read(port, "head_mm")
@@ -163,6 +211,7 @@ def test_without_commands_it_comes_home_by_itself(port: Port) -> None:
     assert wait(lambda: read(port, "head_mm") < 1.0)
 
 
+@before_a_machine
 def test_once_it_acts_on_its_own_it_obeys_only_who_has_started_anew(port: Port) -> None:
     drive(port, 0.3, insertion_v=20.0, insertion_on=1.0)
     time.sleep(3.0 * port.facts.watchdog_s)
@@ -174,6 +223,7 @@ def test_once_it_acts_on_its_own_it_obeys_only_who_has_started_anew(port: Port) 
     assert read(port, "head_mm") > 1.5
 
 
+@before_a_machine
 def test_reading_and_writing_never_wait(port: Port) -> None:
     """Far less than a period in the middle, though this machine may stand still in between."""
     readings, made = np.empty(len(COLUMNS)), sent()
@@ -197,22 +247,23 @@ def speed_mm_per_s(port: Port, volts: float) -> float:
     return float((readings[place] - from_mm) / ((last - first) * port.facts.period_s))
 
 
-def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port) -> None:
+@pytest.mark.parametrize("times", [10.0, 1e300])
+@before_a_machine
+def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: float) -> None:
     most_v = port.facts.most["commands.insertion_v"]
     usual = speed_mm_per_s(port, most_v)
     assert usual > 5.0
-    for volts in (10.0 * most_v, 1e300):
-        port.close()
-        come_home(machine)
-        with closing(machine.connect()) as again:
-            greet(again)
-            # A speed over .3 s by an encoder, of a machine that may stand still for some ticks.
-            assert speed_mm_per_s(again, volts) == pytest.approx(usual, rel=0.1)
-            drive(again, 0.5, insertion_v=volts, insertion_on=1.0)
-            assert speed_mm_per_s(again, -volts) == pytest.approx(-usual, rel=0.1)
+    port.close()
+    come_home(machine)
+    with closing(machine.connect()) as again:
+        greet(again)
+        assert speed_mm_per_s(again, times * most_v) == pytest.approx(usual, rel=0.1)
+        drive(again, 0.5, insertion_v=times * most_v, insertion_on=1.0)
+        assert speed_mm_per_s(again, -times * most_v) == pytest.approx(-usual, rel=0.1)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@before_a_machine
 def test_a_command_with_anything_in_it_that_is_no_number_is_none(port: Port, value: float) -> None:
     """Neither obeyed nor a sign of life, in whichever of its fields it is."""
     for column in SENT_COLUMNS:
@@ -231,6 +282,7 @@ def test_a_command_with_anything_in_it_that_is_no_number_is_none(port: Port, val
         assert np.isfinite(readings).all()
 
 
+@before_a_machine
 def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
     machine: Machine, port: Port
 ) -> None:
@@ -246,6 +298,7 @@ def test_what_one_controller_has_left_is_not_obeyed_for_the_next(
         assert read(after, "head_mm") > 1.5
 
 
+@before_a_machine
 def test_a_second_controller_is_refused_and_the_first_one_goes_on(
     machine: Machine, port: Port
 ) -> None:
@@ -258,6 +311,7 @@ def test_a_second_controller_is_refused_and_the_first_one_goes_on(
         assert read(port, "head_mm") > before + 1.0
 
 
+@before_a_machine
 def test_a_machine_that_was_started_again_is_read_again_and_obeys_who_starts_anew(
     machine: Machine, port: Port
 ) -> None:
