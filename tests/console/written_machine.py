@@ -56,6 +56,7 @@ AT_REST = {
     "outputs.phase": float(Phase.PARKED),
     "outputs.cause": float(STAY),
     "outputs.signals.first": -1.0,
+    "state.core.procedure.flow.age_ticks": -1.0,
 }
 """A row of a machine that is parked; all other columns are 0."""
 

@@ -66,6 +66,7 @@ PARKED: Json = {
     "cam_rad": 0.0,
     "pump_on": False,
     "mouth_clear": True,
+    "secretions": None,
     "monitor": {
         "connected": True,
         "spo2_percent": 97.0,
@@ -76,6 +77,7 @@ PARKED: Json = {
     "priority": "none",
     "audible": "none",
     "pause_left_s": 0.0,
+    "silent_s": 0.0,
     "passes": 0,
     "passes_most": 3,
     "rest_left_s": 0.0,

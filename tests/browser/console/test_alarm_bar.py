@@ -59,6 +59,32 @@ def test_sound_is_the_machines_own(bedside: Bedside, priority: Priority) -> None
     assert np.allclose(made[:shared], wanted[:shared], atol=1e-5)  # the page's are of 32 bits
 
 
+def test_what_is_silent_is_remembered_by_a_tone_when_the_machine_says_so(bedside: Bedside) -> None:
+    page, machine = bedside.page, bedside.machine
+    page.evaluate(
+        """() => {
+            window.sounded = [];
+            const begin = AudioBufferSourceNode.prototype.start;
+            AudioBufferSourceNode.prototype.start = function (...when) {
+                window.sounded.push(this.buffer.duration);
+                return begin.apply(this, when);
+            };
+        }"""
+    )
+    page.locator(".phase-word").click()  # a page may sound once it was touched
+    silent = {**alarming(alarm(Condition.SPO2_LOW, acknowledged=True)), "audible": "none"}
+    for silent_s in (0.1, 12.0, 29.9, 0.02, 1.0):
+        machine.show(**{**silent, "silent_s": silent_s})
+        page.wait_for_timeout(150)
+    (lasts_s,) = page.evaluate("window.sounded")
+    rate_hz = 22_050
+    wanted = len(auditory_signal.burst(Priority.NONE, rate_hz)) / rate_hz
+    assert lasts_s == pytest.approx(wanted, abs=0.01)
+    machine.show(alarms=[], priority="none", audible="none", silent_s=0.0)
+    page.wait_for_timeout(150)
+    assert len(page.evaluate("window.sounded")) == 1
+
+
 def test_what_must_be_done_stands_first_and_the_rest_in_a_list(bedside: Bedside) -> None:
     page = bedside.page
     first, second = alarm(Condition.VALVE_STUCK_OPEN), alarm(Condition.CATHETER_LIFE_ENDING)

@@ -42,6 +42,24 @@ def as_clinician(bedside: Bedside) -> None:
     bedside.page.get_by_text("Live", exact=True).wait_for()
 
 
+def test_secretions_that_come_are_drawn_and_told(bedside: Bedside) -> None:
+    page = bedside.page
+    drops, flow = page.locator("[data-part=secretions]"), page.locator("[data-part=flow]")
+    bedside.machine.show(**SUCTIONING, secretions="coming")
+    expect(tile(page, "Valve")).to_contain_text("secretions come")
+    expect(drops).to_be_visible()
+    expect(flow).to_have_attribute("d", re.compile("^M .* V "))
+    tip = page.locator("[data-part=tip]").bounding_box()
+    around = drops.bounding_box()
+    assert tip is not None
+    assert around is not None
+    assert around["y"] < tip["y"] + tip["height"] < around["y"] + around["height"]
+    bedside.machine.show(**SUCTIONING, secretions="nothing-comes")
+    expect(tile(page, "Valve")).to_contain_text("nothing comes")
+    expect(drops).to_be_hidden()
+    expect(flow).to_have_attribute("d", "")
+
+
 def test_what_matters_is_shown_large(bedside: Bedside) -> None:
     page = bedside.page
     bedside.machine.show(**SUCTIONING)

@@ -62,8 +62,15 @@ def test_suction_lasts_its_dwell_and_ends_sooner_where_nothing_comes() -> None:
     assert phase_left.left_s(settings(), row(Phase.SUCTIONING, arrived_ticks=1e6)) == 0.0
 
 
-def test_a_slower_way_out_takes_longer() -> None:
-    fast = phase_left.left_s(settings(), row(Phase.WITHDRAWING, reference_mm=50.0))
-    slow = phase_left.left_s(settings(), row(Phase.WITHDRAWING, reference_mm=50.0, pace__ratio=0.5))
-    assert fast is not None
-    assert slow == pytest.approx(2.0 * fast)
+def test_a_slower_way_out_takes_longer_but_no_longer_than_there_is_time_to_spare() -> None:
+    def left_s(ratio: float, spare_s: float) -> float:
+        made = row(Phase.WITHDRAWING, reference_mm=50.0, pace__ratio=ratio, pace__spare_s=spare_s)
+        found = phase_left.left_s(settings(), made)
+        assert found is not None
+        return found
+
+    fast_s = left_s(1.0, 30.0)
+    assert fast_s > 1.0
+    assert left_s(0.5, 30.0) == pytest.approx(2.0 * fast_s)
+    assert left_s(0.25, 2.0) == pytest.approx(fast_s + 2.0)
+    assert left_s(0.25, 0.0) == pytest.approx(fast_s)

@@ -48,11 +48,13 @@ CONTRACT = frozenset(
         "cam_rad",
         "pump_on",
         "mouth_clear",
+        "secretions",
         "monitor",
         "alarms",
         "priority",
         "audible",
         "pause_left_s",
+        "silent_s",
         "passes",
         "passes_most",
         "rest_left_s",
@@ -173,6 +175,25 @@ def test_an_oximeter_that_has_fallen_off_shows_no_number(shown: Shown) -> None:
 )
 def test_where_it_moves(shown: Shown, speed: float, moving: str) -> None:
     assert shown({"state.core.governor.watch.speed_mm_per_s": speed})["moving"] == moving
+
+
+@pytest.mark.parametrize(
+    ("age_ticks", "is_free", "told"),
+    [
+        (-1.0, 0.0, None),
+        (0.0, 0.0, "coming"),
+        (599.0, 0.0, "coming"),
+        (599.0, 1.0, "nothing-comes"),
+        (601.0, 1.0, None),
+        (601.0, 0.0, None),
+    ],
+)
+def test_secretions_are_told_as_long_as_the_line_tells_them(
+    shown: Shown, age_ticks: float, is_free: float, told: str | None
+) -> None:
+    flow = "state.core.procedure.flow"
+    state = shown({f"{flow}.age_ticks": age_ticks, f"{flow}.is_free": is_free})
+    assert state["secretions"] == told
 
 
 def test_alarms_come_with_sentence_and_remedy_the_first_one_first(shown: Shown) -> None:

@@ -9,6 +9,7 @@ from starlette.testclient import TestClient
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.console.app import create_app
+from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.phase import RESTING, Phase
@@ -73,7 +74,7 @@ def bed(folder: Path, port: int = PORT) -> Iterator[Bed]:
         with Records.open(database) as records:
             accounts = Accounts(records.database, hasher=CHEAP)
             site = make_site(room.folder, records, accounts, port)
-            served = Served(create_app(site), site, None, employ_all(accounts))  # type: ignore[arg-type]
+            served = Served(create_app(site, UNHURRIED), site, None, employ_all(accounts))  # type: ignore[arg-type]
             yield Bed(room, served)
 
 

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
+from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.setup import draft, field
 from opensuction.controller import setup
 from opensuction.kernel.errors import InputError
@@ -46,7 +47,7 @@ DRAFTS = st.one_of(NEARBY, IN_RANGE, ODD, ODD.map(lambda odd: {**PRESENT, **odd}
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
-    with served(Path(tmp_path_factory.mktemp("console"))) as made:
+    with served(Path(tmp_path_factory.mktemp("console")), limits=UNHURRIED) as made:
         basis.write(made.site.folder, ADULT)
         with made.client("clinician") as found:
             yield found

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from opensuction.console.history.trend import Day
+from opensuction.console.live import why
 from opensuction.records.history import PastAction, PastAlarm, PastCycle
 
 Stage = Literal["none", "running", "done", "failed"]
@@ -29,6 +30,8 @@ class Cycle(BaseModel):
     outcome: Literal["completed", "aborted", "interrupted"] | None
     """None: it has not ended, or nobody has said so."""
     detail: str
+    why: str
+    """The same in words."""
     inside_at_end: bool | None
     has_recording: bool
     """Its recording lies here, and is finished."""
@@ -43,6 +46,7 @@ class Cycle(BaseModel):
         parts, size = parts_bytes or (0, None)
         return cls(
             **kept,
+            why=why.say(cycle.detail),
             has_recording=parts_bytes is not None and cycle.outcome is not None,
             recording_bytes=size,
             recording_parts=parts,

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from opensuction.console.live import why
 from opensuction.console.live.hub import Hub
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
@@ -65,6 +66,7 @@ class LastCycle:
             "number": one.number,
             "outcome": None if one.outcome is None else str(one.outcome),
             "detail": one.detail,
+            "why": why.say(one.detail),
             "inside_at_end": one.inside_at_end,
             "requested_by": one.requested_by,
             "started_at": one.started_at.isoformat(),

@@ -44,10 +44,13 @@ def _way_in_s(motion: Motion, reference_mm: float) -> float:
 
 
 def _way_out_s(motion: Motion, row: Row) -> float:
-    """At the present speed, and at the planned one while there is none yet."""
+    """At the present speed; where mucus comes it is slow only while there is time to spare."""
     left_mm = max(row.number(f"{_PROCEDURE}.reference_mm") - motion.park_mm, 0.0)
     speed = motion.withdrawal_mm_per_s * row.number(f"{_PROCEDURE}.pace.ratio")
-    return left_mm / max(speed, LEAST_MM_PER_S)
+    # Each second that is lost to slowness is taken from those (`procedure.suction.pace`).
+    planned_s = left_mm / motion.withdrawal_mm_per_s
+    most_s = planned_s + row.number(f"{_PROCEDURE}.pace.spare_s")
+    return min(left_mm / max(speed, LEAST_MM_PER_S), most_s)
 
 
 def _dwell_s(settings: Settings, row: Row, dt_s: float) -> float:

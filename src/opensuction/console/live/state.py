@@ -18,6 +18,7 @@ from opensuction.procedure.cycle import refusal, transition
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.preoxygenation import Preoxygenation
 from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.procedure.suction import line_flow
 from opensuction.runtime import decision
 from opensuction.runtime.decision import Alarm
 from opensuction.safety.alarm.alarm_state import NOTHING
@@ -30,6 +31,8 @@ CONNECTED_S = 0.5
 """A loop that has written nothing for longer than this is none."""
 MOVING_MM_PER_S = 0.5
 """Slower is noise of the head's sensors."""
+COMING, NOTHING_COMES = "coming", "nothing-comes"
+"""What is said of secretions while the valve is open (`procedure.suction.line_flow`)."""
 OPEN_SHARE = 0.05
 """Of the cam's stroke: a valve that is no further open counts as closed."""
 NS_PER_S = 1e9
@@ -155,7 +158,18 @@ def _suction(settings: Settings, row: Row) -> State:
         "cam_rad": cam_rad,
         "pump_on": row.flag("outputs.commands.pump_on"),
         "mouth_clear": row.flag("inputs.readings.mouth_clear"),
+        "secretions": _secretions(settings, row),
     }
+
+
+def _secretions(settings: Settings, row: Row) -> str | None:
+    """What the line tells of them; None where it tells nothing, or not now."""
+    seen, flow = settings.plan.flow, "state.core.procedure.flow"
+    age_ticks = row.number(f"{flow}.age_ticks")
+    is_told = 0.0 <= age_ticks * row.number("inputs.dt_s") <= line_flow.STALE_S
+    if seen.window_s == 0.0 or not is_told:
+        return None
+    return NOTHING_COMES if row.flag(f"{flow}.is_free") else COMING
 
 
 _MONITOR = {
@@ -204,6 +218,7 @@ def _alarms(row: Row) -> State:
         "priority": name_of(Priority(row.whole("outputs.signals.priority"))),
         "audible": name_of(Priority(row.whole("outputs.signals.audible"))),
         "pause_left_s": plain(row.number("outputs.signals.pause_left_s"), 1),
+        "silent_s": plain(row.number("state.alarms.silent_s"), 2),
     }
 
 
@@ -271,7 +286,8 @@ _UNKNOWN = (
     *("phase_left_s", "cause", "check_item", "check_title", "check_failed", "check_failure"),
     *("tip_mm", "tip_low_mm", "tip_high_mm", "head_mm", "carriage_mm", "target_mm"),
     *("reference_mm", "contact", "vacuum_mmhg", "vacuum_setpoint_mmhg", "valve_open", "cam_rad"),
-    *("pump_on", "mouth_clear", "pause_left_s", "passes", "passes_most", "rest_left_s"),
+    *("pump_on", "mouth_clear", "secretions", "pause_left_s", "silent_s", "rest_left_s"),
+    *("passes", "passes_most"),
     *("assessment_due", "locked_out", "preoxygenation", "oxygen_left_s", "refusal"),
     *("catheter_left_s", "late_share", "skipped"),
 )

@@ -26,7 +26,6 @@ Ask = Literal[
     "confirm",
     "home",
     "service",
-    "changed",
     "return-to-service",
     "not-needed",
     "acknowledge",

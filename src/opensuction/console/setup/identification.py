@@ -20,18 +20,12 @@ import numpy as np
 
 from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
-from opensuction.console.setup import bedside, change, draft
-from opensuction.console.setup.change import Change
 from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
-from opensuction.records.entry import SettingsFile
 from opensuction.report.series import directions, keep_rows, to_list
-from opensuction.session.calibration.calibration_file import PARAMETER_FILE, RECORDING_FILE
-from opensuction.session.cycle import compensation_choice, equipment
+from opensuction.session.calibration.calibration_file import RECORDING_FILE
 from opensuction.session.running.basis import Basis
-from opensuction.settings import identification_file
 
 FOLDER = "identification"
 """Where runs lie, beside the recordings."""
@@ -176,7 +170,7 @@ def shown(run: Run) -> dict[str, Any]:
     }
     if status is None:
         return told
-    result = _result(run)
+    result = result_of(run)
     if result is None:
         return {**told, "detail": _last_words(run) or f"it ended with status {status}"}
     loop = _loop(run.folder / RECORDING_FILE)
@@ -203,7 +197,8 @@ def _last_words(run: Run) -> str:
     return lines[-1][:300] if lines else ""
 
 
-def _result(run: Run) -> dict[str, Any] | None:
+def result_of(run: Run) -> dict[str, Any] | None:
+    """What it found; None before its end, and where it found nothing."""
     try:
         found: dict[str, Any] = json.loads((run.folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -252,38 +247,3 @@ def _loop(path: Path) -> dict[str, list[float | None]] | None:
         "tip": to_list(tip[rows], 2),
         "inward": to_list(inward[rows].astype(np.float64), 0),
     }
-
-
-def accept(site: Site, who: Session, run: Run, reason: str, version: int, key: str) -> Basis:
-    """Have the machine go by what was found, with a reason. Raises as `change.carry_out`."""
-    result = _result(run)
-    if run.process.poll() is None or result is None or not result["accepted"]:
-        raise Problem(409, "nothing was found that could be accepted")
-    with change.LOCK:
-        if RUNS.accepted_by(run) is not None:
-            raise Problem(409, "the machine goes by it already")
-        found = bedside.basis_of(site)
-        change.check_version(found, version)
-        bedside.require_parked(bedside.now(site))
-        file, following = _with(found, run.folder / PARAMETER_FILE)
-        detail = f"{file.name} {file.sha256}; gap {result['gap_mm']:.2f} mm; reason: {reason}"
-        wanted = Change(who.account, key, "accept-calibration", detail, following, file)
-        after = change.carry_out(site, wanted)
-        RUNS.accept(run, who.account)
-    return after
-
-
-def _with(found: Basis, path: Path) -> tuple[SettingsFile, Basis]:
-    """The parameter file, and settings made with its model. Raises InputError, or Problem 422."""
-    identified = identification_file.load(path)
-    kind = equipment.resolve(found.rig).machine
-    calibration = compensation_choice.calibration(identified, path.name, kind)
-    name = f"calibration-{path.parent.name}.toml"
-    following = found._replace(calibration=calibration, calibrated_by=f"accepted {name}")
-    checked = draft.Draft(found.by_contact, found.site, found.protocol, ())
-    if refused := draft.judge(following, checked):
-        raise Problem(422, f"the protocol in force does not fit it: {refused[0].sentence}")
-    try:
-        return SettingsFile(name, path.read_text(encoding="utf-8")), following
-    except OSError as error:
-        raise InputError(f"{path.name} cannot be read: {error.strerror}") from None

@@ -103,6 +103,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     told = _about(name, prepared, database)
     about.write(folder, told)
     basis.write(folder, basis.of(prepared))
+    (folder / room.BEGUN_WITH).write_text(configuration.hash_of(chosen), encoding="ascii")
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin)
@@ -116,13 +117,15 @@ def _drop_console(folder: Path) -> None:
 
 
 def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
-    """Whether what an earlier run has left is what is wanted now; raises InputError."""
+    """Whether what an earlier run has begun is what is wanted now; raises InputError.
+
+    What people have set on it since stays as they set it.
+    """
     try:
-        text = (folder / room.CONFIGURATION).read_text(encoding="utf-8")
-        same = configuration.hash_of(configuration.from_json(text)) == configuration.hash_of(chosen)
-    except (OSError, InputError):
-        same = False
-    if not same:
+        begun_with = (folder / room.BEGUN_WITH).read_text(encoding="ascii")
+    except (OSError, UnicodeDecodeError):
+        begun_with = ""
+    if begun_with != configuration.hash_of(chosen):
         raise InputError(
             f"the machine '{name}' of an earlier run still plays, with other settings: give the "
             "options of that run to take it up, another --name, or --anew to end it"

@@ -36,6 +36,7 @@ export class AlarmBar {
     this.pages = new Map(); // what the page itself has to say: name -> priority
     this.muted_until_ms = 0;
     this.lit = null;
+    this.silent_s = null; // as of the last state, while something shown made no sound
     this.build();
     this.list = new AlarmList(context);
     context.live.subscribe(() => this.update());
@@ -116,6 +117,7 @@ export class AlarmBar {
     say(this.rest, shown.rest);
     this.flash(shown.priority);
     this.sound.play(this.audible(state, link));
+    this.remind(state, link);
     this.buttons(state, link);
     this.list.update(state, link);
   }
@@ -191,6 +193,13 @@ export class AlarmBar {
     }
     for (const priority of this.pages.values()) wanted = louder(priority, wanted);
     return wanted;
+  }
+
+  /** The machine counts how long something shown has been silent, and begins anew when it reminds. */
+  remind(state, link) {
+    const silent_s = link.kind === GOOD && state.audible === "none" && state.alarms.length > 0 ? state.silent_s : null;
+    if (silent_s !== null && this.silent_s !== null && silent_s < this.silent_s) this.sound.remind();
+    this.silent_s = silent_s;
   }
 
   /** Light by the machine's figures: flashing, steady or dark. */

@@ -83,15 +83,25 @@ export class Sound {
     if (priority !== "none") this.repeat();
   }
 
+  /** The reminder that something is shown and makes no sound. */
+  remind() {
+    if (this.playing === "none" && this.buffers.none) this.begin(this.buffers.none);
+  }
+
+  /** Sound a burst once; gives its source, or null where the page may not sound yet. */
+  begin(buffer) {
+    if (this.context.state !== "running") return null;
+    const source = this.context.createBufferSource();
+    source.buffer = buffer;
+    source.connect(this.context.destination);
+    source.start(this.context.currentTime + AHEAD_S);
+    return source;
+  }
+
   repeat() {
     const buffer = this.buffers[this.playing];
     if (!buffer) return;
-    if (this.context.state === "running") {
-      this.source = this.context.createBufferSource();
-      this.source.buffer = buffer;
-      this.source.connect(this.context.destination);
-      this.source.start(this.context.currentTime + AHEAD_S);
-    }
+    this.source = this.begin(buffer);
     const again_s = this.context.state === "running" ? this.signals[this.playing].period_s : 0.25;
     this.timer = setTimeout(() => this.repeat(), 1000 * again_s);
   }

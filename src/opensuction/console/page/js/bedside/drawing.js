@@ -6,6 +6,7 @@ import { text } from "../text.js";
 const DRAWN = ["target_mm", "cap_mm", "carina_mm", "boundary_mm"];
 const TIP_PX = 5; // the tip's circle ends where the catheter ends
 const LABEL_PX = 46;
+const COMING = "coming";
 
 export class Drawing {
   constructor(context) {
@@ -73,6 +74,15 @@ export class Drawing {
     mark(parts.arrow, "d", isSeen ? `M ${right_px - 20},${tip_px.toFixed(1)} l 20,-9 v 18 z` : "");
     this.range(state, tip_mm);
     mark(this.svg, "data-suction", state.valve_open === true);
+    this.secretions(isSeen && state.secretions === COMING, tip_px);
+  }
+
+  /** What the line tells to come: drops at the tip, and what flows off in the catheter. */
+  secretions(isComing, tip_px) {
+    const { secretions, flow } = this.parts;
+    mark(secretions, "visibility", isComing ? "visible" : "hidden");
+    if (isComing) mark(secretions, "transform", `translate(${this.centre_px},${tip_px.toFixed(1)})`);
+    mark(flow, "d", isComing ? `M ${this.centre_px},${(tip_px - TIP_PX).toFixed(1)} V ${this.from_px}` : "");
   }
 
   /** Where the tip may be: it is known to be between two depths. */

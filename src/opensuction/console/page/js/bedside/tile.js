@@ -65,7 +65,8 @@ export class Valve {
     mark(this.slide, "transform", isOpen ? "translate(0,-26)" : null);
     const cam = state.cam_rad;
     mark(this.cam, "transform", cam === null ? null : `rotate(${((cam * 180) / Math.PI).toFixed(0)})`);
-    say(this.note, cam === null ? words.camUnknown : fill(words.cam, { deg: number((cam * 180) / Math.PI) }));
+    const angle = cam === null ? words.camUnknown : fill(words.cam, { deg: number((cam * 180) / Math.PI) });
+    say(this.note, words.secretions[state.secretions] || angle);
   }
 }
 
@@ -148,7 +149,7 @@ export class Rest {
     const words = text.bedside.last;
     const { figure, notes, element } = this.last;
     say(figure, last ? words[last.outcome] || capital(last.outcome) : words.none);
-    say(notes[0], last ? [last.detail?.replaceAll("-", " "), last.ended_at ? fill(words.at, { time: clock(last.ended_at) }) : ""].filter(Boolean).join(" · ") : "");
+    say(notes[0], last ? [last.why, last.ended_at ? fill(words.at, { time: clock(last.ended_at) }) : ""].filter(Boolean).join(" · ") : "");
     mark(element, "data-outcome", last ? last.outcome : null);
   }
 }

@@ -12,7 +12,7 @@ function facts(cycle) {
   const listed = [
     [words.started, instant(cycle.started_at)],
     [words.lasted, lasted_s === null ? null : fill(words.seconds, { s: lasted_s.toFixed(1) })],
-    [words.why, cycle.detail || null],
+    [words.why, cycle.why || null],
     [words.patient, cycle.patient ?? text.history.cycles.bench],
     [words.protocol, cycle.protocol],
     [words.approach, words.approaches[cycle.approach] ?? cycle.approach],

@@ -16,7 +16,7 @@ function cells(cycle) {
     cycle.patient ?? words.bench,
     cycle.protocol,
     cycle.requested_by,
-    cycle.detail,
+    cycle.why,
   ];
 }
 

@@ -19,13 +19,14 @@ class Identification {
     this.accept = this.reasonForm(words.accept, "accept-reason", (reason) => this.take(reason));
     this.answer = answerLine();
     this.why = make("p", { class: "setup-why", role: "status" });
+    this.halts = make("p", { class: "notice", hidden: true });
     this.stage = make("p", { class: "run-stage", role: "status" });
     this.progress = make("progress", { max: 100, value: 0, "aria-label": words.states.running });
     this.result = make("div", { class: "run-result" });
     root.replaceChildren(make("div", { class: "setup-columns" },
       make("section", {}, make("p", { class: "soft" }, words.intro), this.rests,
         make("p", { class: "notice" }, told.measured), told.is_bench ? make("p", { class: "soft" }, words.bench) : null,
-        this.begin.element, this.accept.element, this.why, this.answer.element),
+        this.begin.element, this.halts, this.accept.element, this.why, this.answer.element),
       make("section", {}, this.stage, this.progress, this.result)));
     this.showRests(told);
     this.show();
@@ -85,7 +86,14 @@ class Identification {
     say(this.why, may ? now : text.setup.identification.noRight);
     show(this.begin.element, may && this.run?.state !== "running" && !isFound);
     show(this.accept.element, may && isFound);
+    show(this.halts, isFound && this.run.halts === true);
+    if (isFound && this.run.halts) say(this.halts, this.haltWords(this.run.park_shift_mm));
     this.accept.submit.disabled = now !== "";
+  }
+
+  haltWords(shift_mm) {
+    const words = text.setup.identification;
+    return fill(words.halts, { mm: shown(Math.abs(shift_mm)), way: shift_mm > 0 ? words.ways.in : words.ways.out });
   }
 
   show() {

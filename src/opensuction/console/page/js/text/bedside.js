@@ -36,8 +36,8 @@ export default {
     closed: "closed",
     cam: "cam {deg}°",
     camUnknown: "cam not read",
+    secretions: { coming: "secretions come", "nothing-comes": "nothing comes" },
   },
-  flow: "secretions come",
   monitor: {
     spo2: "SpO₂",
     heart: "Heart rate",
