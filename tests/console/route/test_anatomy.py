@@ -37,7 +37,10 @@ def test_depths_are_named_and_to_scale(by_contact: bool) -> None:
     assert ("Cap 95.0 mm" in drawn) is not by_contact
     assert f"M 96,{geometry.y_px(90.0)} H" in drawn
     parts = {one.get("data-part") for one in root.iter()} - {None}
-    assert parts == {"range", "bend", "straight", "contact", "tip", "arrow"}
+    assert parts == {
+        *("range", "bend", "straight", "contact", "tip", "arrow"),
+        *("flow", "secretions"),
+    }
 
 
 def test_what_is_not_known_is_not_drawn() -> None:

@@ -17,12 +17,22 @@ from tests.console.written_machine import WrittenMachine
 
 REQUESTS = "/api/v1/requests"
 KEY = "0123456789abcdef"
+CHANGED = "changed"
 WHO = {role: name for name, role in ROLES.items()}
 
 
-def test_every_button_of_the_controller_is_there() -> None:
+def test_every_button_of_the_controller_is_there_but_that_of_a_new_catheter() -> None:
+    """Which takes the catheter's label, and is ``PUT /catheter``."""
     buttons = {one.replace("-", "_") for one in get_args(Ask)}
-    assert buttons == set(Requests._fields) == set(BUTTONS)
+    assert buttons | {CHANGED} == set(Requests._fields) == set(BUTTONS)
+
+
+def test_a_new_catheter_takes_a_label(console: Served) -> None:
+    with console.client("clinician") as client:
+        answer = client.post(REQUESTS, json={"ask": CHANGED, "key": KEY})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["field"] == "ask"
+    assert console.machine.pressed == []
 
 
 def test_anybody_stops_and_the_address_is_on_record(console: Served) -> None:
@@ -57,7 +67,7 @@ def test_a_stop_asks_no_database_and_still_names_who_was_seen_before(
 
 
 @pytest.mark.parametrize("role", ["observer", "clinician", "engineer", "administrator", None])
-@pytest.mark.parametrize("ask", sorted(set(BUTTONS) - {"abort"}))
+@pytest.mark.parametrize("ask", sorted(set(BUTTONS) - {"abort", CHANGED}))
 def test_each_role_presses_what_it_may_and_nothing_else(
     everybody: Served, role: str | None, ask: str
 ) -> None:

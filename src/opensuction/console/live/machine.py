@@ -30,7 +30,6 @@ LABELS = {
     "confirm": "The tip is at the carina",
     "home": "Bring the head home",
     "service": "Take out of service",
-    "changed": "The catheter is a new one",
     "return_to_service": "Return to service",
     "not_needed": "Nothing to suction",
     "acknowledge": "Acknowledge",
@@ -39,7 +38,7 @@ LABELS = {
     "oxygenated": "Oxygen given",
     "oxygen_skipped": "Skip oxygen",
 }
-"""What the buttons of `kernel.requests.Requests` say."""
+"""What the buttons of `kernel.requests.Requests` say; that of a new catheter takes its label."""
 CARINA = "carina_mm"
 """Where it is expected, among what recordings say of a machine (`About.heading`)."""
 
@@ -87,6 +86,7 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
         "requests": [
             {"ask": ask.replace("_", "-"), "label": LABELS[ask], "right": str(right)}
             for ask, right in BUTTONS.items()
+            if ask in LABELS
         ],
         "phases": [
             {"phase": name_of(phase), **wording.phase_words(phase.name.lower())._asdict()}
