@@ -102,6 +102,8 @@ MACHINE: Json = {
         "tube_end_mm": 0.0,
         "boundary_mm": -80.0,
         "park_mm": -100.0,
+        "park_head_mm": -120.0,
+        "head_most_mm": 120.0,
         "target_mm": 88.0,
         "cap_mm": 105.0,
         "carina_mm": 98.0,

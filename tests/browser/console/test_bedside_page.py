@@ -46,7 +46,7 @@ def test_secretions_that_come_are_drawn_and_told(bedside: Bedside) -> None:
     page = bedside.page
     drops, flow = page.locator("[data-part=secretions]"), page.locator("[data-part=flow]")
     bedside.machine.show(**SUCTIONING, secretions="coming")
-    expect(tile(page, "Valve")).to_contain_text("secretions come")
+    expect(page.locator(".phase-meaning")).to_contain_text("Secretions come.")
     expect(drops).to_be_visible()
     expect(flow).to_have_attribute("d", re.compile("^M .* V "))
     tip = page.locator("[data-part=tip]").bounding_box()
@@ -55,9 +55,18 @@ def test_secretions_that_come_are_drawn_and_told(bedside: Bedside) -> None:
     assert around is not None
     assert around["y"] < tip["y"] + tip["height"] < around["y"] + around["height"]
     bedside.machine.show(**SUCTIONING, secretions="nothing-comes")
-    expect(tile(page, "Valve")).to_contain_text("nothing comes")
+    expect(page.locator(".phase-meaning")).to_contain_text("Nothing comes.")
     expect(drops).to_be_hidden()
     expect(flow).to_have_attribute("d", "")
+
+
+def test_nothing_flows_on_a_picture_that_is_not_live(bedside: Bedside) -> None:
+    bedside.machine.show(**SUCTIONING, secretions="coming")
+    flows = "document.querySelector('[data-part=flow]').getAnimations().length"
+    bedside.page.wait_for_function(f"{flows} === 1")
+    bedside.machine.mute = True
+    bedside.page.locator(".alarm-kind").get_by_text("NO CONNECTION").wait_for()
+    assert bedside.page.evaluate(flows) == 0
 
 
 def test_what_matters_is_shown_large(bedside: Bedside) -> None:
@@ -93,6 +102,19 @@ def test_the_catheter_is_drawn_to_scale(bedside: Bedside) -> None:
     expect(tile(page, "Catheter tip").locator(".figure")).to_have_text("OUT")
     expect(tip).to_have_attribute("cy", "-55.0")
     expect(page.locator("[data-part=bend]")).to_have_attribute("stroke-dasharray", "0.000 2")
+
+
+def test_the_head_moves_along_its_way(bedside: Bedside) -> None:
+    page, machine = bedside.page, bedside.machine
+    head = page.locator("[data-part=head]")
+    machine.show(head_mm=-120.0)
+    expect(head).to_have_attribute("transform", "translate(420.0,0)")
+    machine.show(head_mm=0.0, **TIP)
+    expect(head).to_have_attribute("transform", "translate(331.0,0)")
+    machine.show(head_mm=500.0, **TIP)
+    expect(head).to_have_attribute("transform", "translate(242.0,0)")
+    machine.show(head_mm=None, **TIP)
+    expect(head).to_be_hidden()
 
 
 def test_what_is_not_measured_is_said_so(bedside: Bedside) -> None:

@@ -13,12 +13,17 @@ from opensuction.runtime import about
 from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
 from tests.browser.console.conftest import TABLET
+from tests.browser.console.test_everybody import findings
 from tests.console.served import PEOPLE, free_port, listening_app
 from tests.console.setup.bed import Bed, bed, until
 from tests.runtime.machine_room import ATTEMPTS
 
 if TYPE_CHECKING:
+    from typing import Literal
+
     from playwright.sync_api import Browser, Page
+
+    Scheme = Literal["dark", "light"]
 
 pytestmark = pytest.mark.browser
 
@@ -67,6 +72,21 @@ def answered(page: "Page") -> None:
     """The planner has said what it thinks of what was typed last."""
     page.wait_for_timeout(300)
     page.wait_for_load_state("networkidle")
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_setting_up_is_for_everybody(page: "Page", at_bed: Bed, scheme: "Scheme") -> None:
+    page.emulate_media(color_scheme=scheme)
+    sign_in(page, at_bed, "clinician")
+    page.fill("#draft-vacuum_mmhg", "900")
+    answered(page)
+    found = {"protocol, refused": findings(page)}
+    for part in ("patient", "teaching", "catheter", "identification"):
+        page.click(f"#part-{part}")
+        page.wait_for_load_state("networkidle")
+        page.wait_for_timeout(300)
+        found[part] = findings(page)
+    assert found == {name: [] for name in found}
 
 
 def test_nobody_changes_anything_without_signing_in(page: "Page") -> None:

@@ -39,7 +39,7 @@ def test_depths_are_named_and_to_scale(by_contact: bool) -> None:
     parts = {one.get("data-part") for one in root.iter()} - {None}
     assert parts == {
         *("range", "bend", "straight", "contact", "tip", "arrow"),
-        *("flow", "secretions"),
+        *("flow", "secretions", "head", "pushed", "conduit"),
     }
 
 

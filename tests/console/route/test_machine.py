@@ -6,6 +6,7 @@ from opensuction.console.live import machine
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import Requests
 from opensuction.runtime.room import CONFIGURATION
+from opensuction.safety import tip_bound
 from tests.console.served import Served
 
 MACHINE = "/api/v1/machine"
@@ -19,10 +20,17 @@ def test_all_that_the_page_draws_is_told(console: Served) -> None:
     anatomy = told["anatomy"]
     assert anatomy["park_mm"] < anatomy["boundary_mm"] < anatomy["tube_end_mm"] == 0.0
     assert 0.0 < anatomy["target_mm"] < anatomy["cap_mm"]
+    most_mm = tip_bound.head_cap_mm(settings.limits.tip, settings.limits.cap_mm)
+    assert anatomy["head_most_mm"] == pytest.approx(most_mm, abs=1e-4)
+    park_head_mm = settings.plan.motion.park_head_mm
+    assert anatomy["park_head_mm"] == pytest.approx(park_head_mm, abs=1e-4)
+    assert park_head_mm < most_mm
     assert told["limits"]["vacuum_mmhg"] == settings.limits.vacuum_mmhg
     assert {one["phase"] for one in told["phases"]} >= {"parked", "backing-off", "out-of-service"}
     assert len(told["phases"]) == len(Phase)
-    assert {one["ask"].replace("-", "_") for one in told["requests"]} == set(Requests._fields)
+    assert {one["ask"].replace("-", "_") for one in told["requests"]} == {
+        *(set(Requests._fields) - {"changed"})  # that of a new catheter takes its label
+    }
     assert all(one["label"] for one in told["requests"])
     assert told["catheter"]["left_s"] == settings.service.life_s
 

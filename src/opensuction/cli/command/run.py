@@ -94,7 +94,9 @@ def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "Prog
     shown = machine.check_records(options.database)
     out = output_folder.choose(options.out, options.name)
     output_folder.make(out)
-    prepared = progress.wait(lambda: cycle_run.prepare(resolved, progress.tell), "Preparing")
+    prepared = progress.wait(
+        lambda: cycle_run.prepare(resolved, progress.tell, "A machine in real time"), "Preparing"
+    )
     running = progress.wait(
         lambda: machine.begin(options.name, prepared, options.database, options.anew),
         "Starting the twin",

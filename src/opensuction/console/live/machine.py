@@ -57,6 +57,8 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
             "tube_end_mm": 0.0,
             "boundary_mm": plain(limits.outside_mm),
             "park_mm": plain(plan.motion.park_mm),
+            "park_head_mm": plain(plan.motion.park_head_mm),
+            "head_most_mm": plain(_head_most_mm(settings)),
             "target_mm": plain(_suction_mm(settings)),
             "cap_mm": plain(limits.cap_mm),
             "carina_mm": _carina_mm(about),
@@ -113,6 +115,15 @@ def _suction_mm(settings: Settings) -> float:
     """Where suction is meant to take place; by contact nowhere deeper than this."""
     plan = settings.plan
     return plan.contact.suction_mm if plan.contact.enabled else plan.motion.target_mm
+
+
+def _head_most_mm(settings: Settings) -> float:
+    """Where the head would take the tip past the cap.
+
+    As `safety.tip_bound.head_cap_mm`, which is compiled; this process compiles nothing.
+    """
+    bounds = settings.limits.tip
+    return (settings.limits.cap_mm - bounds.offset_mm) / bounds.gain + 0.5 * bounds.narrow_mm
 
 
 def _carina_mm(about: About) -> float | None:

@@ -14,6 +14,8 @@ router = APIRouter(tags=["Machine"])
 
 DEEPEST_MM = 400.0
 """Deeper is no airway: of an adult the carina lies some 12 cm below a tube's end."""
+RAIL_PX = {"from_px": 242, "to_px": 420}
+"""Of the head's way on the drawing: where it is furthest in, and at home."""
 LABEL_GAP_PX = 25.0
 """The labels are larger than a report's: they are read from further away."""
 
@@ -39,13 +41,15 @@ def draw(
     return html.render_part(
         "anatomy_live.svg.j2",
         drawing=anatomy.lay_out(depths, carina_mm, boundary_mm, LABEL_GAP_PX),
+        rail=RAIL_PX,
         boundary_mm=boundary_mm,
         px_per_mm=anatomy.PX_PER_MM,
         above_mm=anatomy.ABOVE_MM,
         straight_mm=anatomy.STRAIGHT_MM,
         description=(
-            "Tracheostomy tube, trachea and main bronchi from the front, with the catheter as it "
-            f"is now; its depth stands beside in figures. Depths below the tube's end: {listed}."
+            "Tracheostomy tube, trachea and main bronchi from the front, with conduit, drive "
+            "head and catheter as they "
+            f"are now; the depth stands beside in figures. Depths below the tube's end: {listed}."
         ),
     )
 

@@ -117,10 +117,15 @@ def _refuse_early(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -
     setup.plan_settings(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
-def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: None) -> Prepared:
+def prepare(
+    resolved: ResolvedCycle,
+    tell: Callable[[str], None] = lambda _: None,
+    what: str = "One suction cycle",
+) -> Prepared:
     """Draw the machine, identify it and teach it where that is needed, and plan the cycle.
 
-    tell: called with a line of progress. Raises InputError for what cannot be planned.
+    tell: called with a line of progress. what: is prepared, for the first of them.
+    Raises InputError for what cannot be planned.
     """
     choice, kind = resolved.choice, resolved.compensation
     is_template = isinstance(resolved.protocol, Template)
@@ -133,7 +138,7 @@ def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: Non
             resolved.parameter_file, choice.compensation, rig.kind
         )
     _refuse_early(resolved, rig, calibration)
-    tell(resolved.heading)
+    tell(f"{what} on the digital twin: {resolved.chosen}")
     identification, taught_mm, known = None, None, calibration
     if resolved.parameter_file is not None:
         tell(f"Compensating with the model of {choice.compensation}")

@@ -107,9 +107,10 @@ class Shell {
     const { machine, live } = this.context;
     if (!machine) return;
     const words = text.shell;
+    const protocol = machine.protocol?.name ? fill(words.protocol, { name: machine.protocol.name }) : "";
     const life_s = live.known?.catheter_left_s ?? null;
     const life = life_s === null ? "" : life_s > 0 ? fill(words.catheterLeft, { left: age(life_s) }) : words.catheterOver;
-    say(this.what, [machine.protocol?.name, machine.serial, life].filter(Boolean).join(" · "));
+    say(this.what, [protocol, machine.serial, life].filter(Boolean).join(" · "));
   }
 
   showLink(link) {

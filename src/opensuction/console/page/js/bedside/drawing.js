@@ -7,6 +7,7 @@ const DRAWN = ["target_mm", "cap_mm", "carina_mm", "boundary_mm"];
 const TIP_PX = 5; // the tip's circle ends where the catheter ends
 const LABEL_PX = 46;
 const COMING = "coming";
+const OUT_SHARE = 0.86; // of the conduit that the catheter fills while it is out
 
 export class Drawing {
   constructor(context) {
@@ -62,6 +63,7 @@ export class Drawing {
     this.last = state;
     if (!this.svg) return;
     const { parts } = this;
+    this.head(state);
     const tip_mm = state.is_inside === false ? null : state.tip_mm;
     const share = tip_mm === null ? 0 : this.bendShare(tip_mm);
     mark(parts.bend, "stroke-dasharray", `${share.toFixed(3)} 2`);
@@ -75,6 +77,21 @@ export class Drawing {
     this.range(state, tip_mm);
     mark(this.svg, "data-suction", state.valve_open === true);
     this.secretions(isSeen && state.secretions === COMING, tip_px);
+  }
+
+  /** Where the head stands on its way, and how far the catheter reaches in the conduit. */
+  head(state) {
+    const { head, pushed, conduit } = this.parts;
+    const { park_head_mm, head_most_mm } = this.context.machine?.anatomy || {};
+    const [home_px, in_px] = [Number(head.dataset.homePx), Number(head.dataset.inPx)];
+    const share = (state.head_mm - park_head_mm) / (head_most_mm - park_head_mm);
+    const isKnown = state.head_mm !== null && Number.isFinite(share);
+    mark(head, "visibility", isKnown ? "visible" : "hidden");
+    mark(conduit, "stroke-dasharray", `${state.is_inside === false ? OUT_SHARE : 1} 2`);
+    if (!isKnown) return;
+    const x_px = (home_px + Math.min(Math.max(share, 0), 1) * (in_px - home_px)).toFixed(1);
+    mark(head, "transform", `translate(${x_px},0)`);
+    mark(pushed, "d", `M ${x_px},-44 H 226`);
   }
 
   /** What the line tells to come: drops at the tip, and what flows off in the catheter. */

@@ -65,8 +65,7 @@ export class Valve {
     mark(this.slide, "transform", isOpen ? "translate(0,-26)" : null);
     const cam = state.cam_rad;
     mark(this.cam, "transform", cam === null ? null : `rotate(${((cam * 180) / Math.PI).toFixed(0)})`);
-    const angle = cam === null ? words.camUnknown : fill(words.cam, { deg: number((cam * 180) / Math.PI) });
-    say(this.note, words.secretions[state.secretions] || angle);
+    say(this.note, cam === null ? words.camUnknown : fill(words.cam, { deg: number((cam * 180) / Math.PI) }));
   }
 }
 

@@ -72,7 +72,9 @@ class Bedside {
   show(state) {
     const [name, meaning] = phaseWords(state.phase);
     say(this.phase, name);
-    say(this.meaning, (state.phase === "halted" && capital(state.check_failure || "")) || state.check_title || meaning);
+    const comes = text.bedside.secretions[state.secretions] || "";
+    const said = (state.phase === "halted" && capital(state.check_failure || "")) || state.check_title || meaning;
+    say(this.meaning, [said, comes].filter(Boolean).join(" "));
     const left_s = state.phase_left_s;
     say(this.left, left_s === null ? "" : fill(text.bedside.left, { s: number(Math.ceil(left_s)) }));
     mark(this.element, "data-phase", state.phase);

@@ -5,6 +5,7 @@ export default {
   notMeasured: "not measured",
   notConnected: "no monitor",
   stale: "{age} old",
+  secretions: { coming: "Secretions come.", "nothing-comes": "Nothing comes." },
   anatomy: "Airway and catheter",
   noAnatomy: "The drawing could not be loaded.",
   tip: {
@@ -36,7 +37,6 @@ export default {
     closed: "closed",
     cam: "cam {deg}°",
     camUnknown: "cam not read",
-    secretions: { coming: "secretions come", "nothing-comes": "nothing comes" },
   },
   monitor: {
     spo2: "SpO₂",

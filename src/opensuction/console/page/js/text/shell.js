@@ -14,6 +14,7 @@ export default {
   skip: "To the view",
   patient: "Patient {pseudonym}",
   bench: "Bench, no patient",
+  protocol: "protocol {name}",
   catheterLeft: "catheter: {left} left",
   catheterOver: "catheter: past its life",
   unknownMachine: "Machine not known yet",
