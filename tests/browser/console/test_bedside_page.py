@@ -63,7 +63,9 @@ def test_secretions_that_come_are_drawn_and_told(bedside: Bedside) -> None:
 def test_nothing_flows_on_a_picture_that_is_not_live(bedside: Bedside) -> None:
     bedside.machine.show(**SUCTIONING, secretions="coming")
     flows = "document.querySelector('[data-part=flow]').getAnimations().length"
-    bedside.page.wait_for_function(f"{flows} === 1")
+    flow = bedside.page.locator("[data-part=flow]")
+    expect(flow).to_have_attribute("d", re.compile("^M .* V "))
+    assert bedside.page.evaluate(flows) == 1
     bedside.machine.mute = True
     bedside.page.locator(".alarm-kind").get_by_text("NO CONNECTION").wait_for()
     assert bedside.page.evaluate(flows) == 0
