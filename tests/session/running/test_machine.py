@@ -36,6 +36,7 @@ def begun() -> Iterator[Prepared]:
     machine.end(room.find(NAME))
     assert twin.wait(5.0) == 0
     room.clear(room.find(NAME))
+    room.find(NAME).rmdir()
 
 
 def test_what_people_have_set_on_it_stays_as_they_set_it(begun: Prepared) -> None:

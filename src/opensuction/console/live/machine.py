@@ -1,12 +1,12 @@
 """What is known of the machine, the patient and the next cycle before anything moves."""
 
 import json
-import math
 from datetime import timedelta
 from typing import Any
 
 from opensuction import __version__
 from opensuction.accounts.rule.right import BUTTONS
+from opensuction.console.live import plan_words
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
@@ -100,15 +100,13 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
 def say_plan(settings: Settings) -> str:
     """What a start will do, in one line."""
     plan = settings.plan
-    there = f"{round(plan.motion.target_mm, 1):g} mm"
-    if plan.contact.enabled:
-        back = f"{round(_suction_mm(settings), 1):g} mm"
-        where = f"until the carina is touched, {there} at most, then back to {back}"
-    else:
-        where = f"to {there}"
-    # Rounded up: it is a promise.
-    most_s = math.ceil(10.0 * settings.limits.negative_pressure_s) / 10.0
-    return f"{where}, {plan.vacuum_mmhg:.0f} mmHg, at most {most_s:g} s suction"
+    return plan_words.say(
+        plan.motion.target_mm,
+        _suction_mm(settings),
+        plan.vacuum_mmhg,
+        settings.limits.negative_pressure_s,
+        plan.contact.enabled,
+    )
 
 
 def _suction_mm(settings: Settings) -> float:

@@ -3,22 +3,13 @@
 import math
 from typing import Any
 
+from opensuction.console.live import plan_words
 from opensuction.console.setup import draft as drafts
 from opensuction.console.setup.draft import CHANGES_FIRST, Draft
 from opensuction.procedure.planning import clinical, planner
 from opensuction.procedure.planning.guideline import GUIDELINES, SOURCES, Guideline
-from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 from opensuction.session.running.basis import Basis
-
-
-def sentence(protocol: Protocol, by_contact: bool) -> str:
-    """What a cycle will do, in one line."""
-    way = f"to {protocol.travel_mm:.0f} mm"
-    if by_contact:
-        way = f"until it touches, at most {protocol.travel_mm:.0f} mm"
-    longest_s = protocol.negative_pressure_budget_s
-    return f"{way}, {protocol.vacuum_mmhg:g} mmHg, at most {longest_s:g} s suction"
 
 
 def planned(basis: Basis, draft: Draft) -> dict[str, Any]:
@@ -29,7 +20,13 @@ def planned(basis: Basis, draft: Draft) -> dict[str, Any]:
     times = planner.timeline(protocol, able, site, draft.by_contact)
     total_s = times.preload + times.in_airway + times.stroke
     return {
-        "sentence": sentence(protocol, draft.by_contact),
+        "sentence": plan_words.say(
+            protocol.travel_mm,
+            planner.suction_mm(protocol, site),
+            protocol.vacuum_mmhg,
+            protocol.negative_pressure_budget_s,
+            draft.by_contact,
+        ),
         "way_mm": number(protocol.travel_mm - site.park_mm),
         "travel_mm": number(protocol.travel_mm),
         "left_to_cap_mm": number(protocol.cap_mm - protocol.travel_mm),

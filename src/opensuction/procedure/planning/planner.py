@@ -238,7 +238,7 @@ def longest_cycle_s(plan: Plan) -> float:
     return sum(plan.limits_s[phase] for phase in CYCLE)
 
 
-def _suction_mm(protocol: Protocol, site: Site) -> float:
+def suction_mm(protocol: Protocol, site: Site) -> float:
     """Deepest suction by contact: off the middle of what the search may be beyond the carina.
 
     None is too deep where the tip sucks where it stopped.
@@ -287,7 +287,7 @@ def plan(
             enabled=by_contact,
             window_start_mm=protocol.contact_from_mm,
             backoff_mm=protocol.backoff_mm,
-            suction_mm=_suction_mm(protocol, site),
+            suction_mm=suction_mm(protocol, site),
         ),
         check=testing,
         plausible=teaching.PLAUSIBLE[site.age],
