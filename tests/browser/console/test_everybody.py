@@ -72,6 +72,38 @@ def test_people_and_dialogs_are_for_everybody(bedside: Bedside, scheme: Any) -> 
     assert found == [[], [], []]
 
 
+SMALL = """least => [...document.querySelectorAll(
+        "button, a[href], input, select, textarea, summary, [role=tab]")]
+    .filter(one => one.checkVisibility({ visibilityProperty: true }) && !one.closest("[inert]"))
+    .map(one => [one.labels?.[0] && /checkbox|radio/.test(one.type) ? one.labels[0] : one, one])
+    .map(([place, one]) => [place.getBoundingClientRect(), one.outerHTML.slice(0, 100)])
+    .filter(([box]) => box.width > 1 && Math.min(box.width, box.height) < least)
+    .map(([box, html]) => `${Math.round(box.width)} x ${Math.round(box.height)}: ${html}`)"""
+"""What may be touched and is smaller than this."""
+TOUCH_PX = 12.0 * 96.0 / 25.4
+"""12 mm, as a browser counts them."""
+
+
+def test_what_is_touched_is_as_large_as_a_finger_in_a_glove(bedside: Bedside) -> None:
+    page, machine = bedside.page, bedside.machine
+    machine.sign_in(Role.ENGINEER, administrator=True)
+    page.reload()
+    page.locator(".live-anatomy").wait_for()
+    machine.show(
+        phase="halted",
+        **alarming(alarm(Condition.CONTACT_STUCK_CLOSED), alarm(Condition.LINE_LEAKING)),
+    )
+    page.get_by_role("button", name="1 more").click()
+    found = {"bedside": page.evaluate(SMALL, TOUCH_PX)}
+    page.goto(f"{bedside.url}#/people")
+    page.get_by_role("row", name="Start a cycle").wait_for()
+    found["people"] = page.evaluate(SMALL, TOUCH_PX)
+    page.get_by_role("button", name="Add an account").click()
+    page.get_by_role("dialog").wait_for()
+    found["dialog"] = page.evaluate(SMALL, TOUCH_PX)
+    assert found == {name: [] for name in found}
+
+
 def test_a_keyboard_reaches_everything(bedside: Bedside) -> None:
     page, machine = bedside.page, bedside.machine
     machine.sign_in(Role.CLINICIAN)

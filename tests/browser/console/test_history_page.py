@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from opensuction.session.choice import CycleChoice, RigChoice
-from tests.browser.console.test_everybody import findings
+from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
 from tests.console.history.past import Past, fill, remember
 from tests.console.served import Served, listening
 from tests.session.recorded import played
@@ -189,11 +189,11 @@ def test_the_history_is_for_everybody(
     ):
         page = tab.open(place)
         page.locator(shown).first.wait_for()
-        found[place] = findings(page)
+        found[place] = findings(page) + page.evaluate(SMALL, TOUCH_PX)
     page = tab.open("/trends")
     page.get_by_label("Days shown").select_option("365")
     page.locator(".trend-plot canvas").first.wait_for()
     page.get_by_text("The same as a table").click()
-    found["plots"] = findings(page)
+    found["plots"] = findings(page) + page.evaluate(SMALL, TOUCH_PX)
     assert found == {name: [] for name in found}
     page.context.close()

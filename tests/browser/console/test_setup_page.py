@@ -13,7 +13,7 @@ from opensuction.runtime import about
 from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
 from tests.browser.console.conftest import TABLET
-from tests.browser.console.test_everybody import findings
+from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
 from tests.console.served import PEOPLE, free_port, listening_app
 from tests.console.setup.bed import Bed, bed, until
 from tests.runtime.machine_room import ATTEMPTS
@@ -80,12 +80,12 @@ def test_setting_up_is_for_everybody(page: "Page", at_bed: Bed, scheme: "Scheme"
     sign_in(page, at_bed, "clinician")
     page.fill("#draft-vacuum_mmhg", "900")
     answered(page)
-    found = {"protocol, refused": findings(page)}
+    found = {"protocol, refused": findings(page) + page.evaluate(SMALL, TOUCH_PX)}
     for part in ("patient", "teaching", "catheter", "identification"):
         page.click(f"#part-{part}")
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(300)
-        found[part] = findings(page)
+        found[part] = findings(page) + page.evaluate(SMALL, TOUCH_PX)
     assert found == {name: [] for name in found}
 
 

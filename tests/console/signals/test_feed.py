@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +12,12 @@ from opensuction.console.signals.channel import CHANNELS
 from opensuction.console.signals.feed import SUBSCRIBERS_MOST, Feed, FullError
 from opensuction.console.signals.frame import Frame, decode
 from opensuction.console.signals.subscriber import WAITING_MOST, Subscriber
+from tests.console.signals.play import play
 from tests.console.written_machine import WrittenMachine
 
 HEAD = (CHANNELS["inputs.readings.head_mm"],)
 TIP = (CHANNELS["tip.high_mm"], CHANNELS["outputs.phase"])
 SECONDS = 20.0
-
-
-def play(coroutine: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(coroutine, SECONDS))
 
 
 async def frames(one: Subscriber, rows: int) -> tuple[list[Frame], list[dict[str, Any]]]:
@@ -58,7 +54,7 @@ def test_rows_follow_one_another_from_the_past_to_now(tmp_path: Path) -> None:
                 assert ticks(late)[0] > seen[0] + 400
                 assert {len(frame.values) for frame in late} == {2}
 
-    play(look())
+    play(look(), SECONDS)
 
 
 def test_who_takes_nothing_loses_rows_and_nobody_else_does(tmp_path: Path) -> None:
@@ -76,7 +72,7 @@ def test_who_takes_nothing_loses_rows_and_nobody_else_does(tmp_path: Path) -> No
                 gap = after.first_tick - before.first_tick - len(before.times_s)
                 assert gap == after.missed > 0
 
-    play(look())
+    play(look(), SECONDS)
 
 
 def test_who_is_stalled_is_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,7 +86,7 @@ def test_who_is_stalled_is_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
                     await asyncio.sleep(0.01)
             assert slow not in feed.stalled
 
-    play(look())
+    play(look(), SECONDS)
 
 
 def test_only_so_many_may_look(tmp_path: Path) -> None:
@@ -107,7 +103,7 @@ def test_only_so_many_may_look(tmp_path: Path) -> None:
         for one in looking[1:-1]:
             await one.__aexit__(None, None, None)
 
-    play(look())
+    play(look(), SECONDS)
 
 
 def test_nothing_is_done_while_nobody_looks(
@@ -125,7 +121,7 @@ def test_nothing_is_done_while_nobody_looks(
             async with feed.subscribed(HEAD, 0.0) as one:
                 await frames(one, 5)
 
-    play(look())
+    play(look(), SECONDS)
 
 
 def test_a_control_process_that_is_replaced_is_told_and_followed(tmp_path: Path) -> None:
@@ -148,4 +144,4 @@ def test_a_control_process_that_is_replaced_is_told_and_followed(tmp_path: Path)
                 assert after[0].times_s[0] > last.times_s[-1]
                 assert after[0].first_tick < last.first_tick + 1000
 
-    play(look())
+    play(look(), SECONDS)

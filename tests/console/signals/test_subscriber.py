@@ -7,6 +7,7 @@ from opensuction.console.signals.channel import CHANNELS
 from opensuction.console.signals.frame import Picker, decode
 from opensuction.console.signals.subscriber import STALLED_S, WAITING_MOST, Subscriber, say
 from tests.console.signals.block import block_of, rows_of
+from tests.console.signals.play import play
 
 CHOSEN = (CHANNELS["inputs.readings.head_mm"],)
 MESSAGE = Picker(CHOSEN).encode(block_of(rows_of(10)))
@@ -16,7 +17,7 @@ def take_all(one: Subscriber, count: int) -> list[bytes | str]:
     async def take() -> list[bytes | str]:
         return [await asyncio.wait_for(one.take(), 1.0) for _ in range(count)]
 
-    return asyncio.run(take())
+    return play(take(), 20.0)
 
 
 def test_the_next_frame_tells_of_all_rows_that_were_lost() -> None:
