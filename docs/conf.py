@@ -1,5 +1,6 @@
 """Settings of the documentation's site: `make docs` builds it into build/site."""
 
+import logging
 import os
 import re
 from pathlib import Path
@@ -10,6 +11,8 @@ from sphinx.application import Sphinx
 from docs.generator.site_text import ROOT_PAGES, moved, tag_links, tags, told_tests
 
 os.environ["NUMBA_DISABLE_JIT"] = "1"  # autodoc reads functions, not their compiled form
+# A style of code switches every library's messages on as it is loaded.
+logging.getLogger("alembic").setLevel(logging.WARNING)
 
 DOCS = Path(__file__).resolve().parent
 TAGS = tags((DOCS / "sources.md").read_text(encoding="utf-8"))

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 Component = Callable[[str], Path]
 
-COMPONENTS = {"chromium": ("chromium", "chromium-browser", "google-chrome")}
+COMPONENTS = {
+    "chromium": ("chromium", "chromium-browser", "google-chrome"),
+    "postgresql": ("initdb",),
+}
 """Programs outside the lock that some tests need: by which names each may be found."""
 
 REQUIRED = "OPENSUCTION_REQUIRE_COMPONENTS"

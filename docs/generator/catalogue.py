@@ -14,6 +14,7 @@ from docs.generator import (
     parameter_page,
     phase_page,
     phase_picture,
+    right_table,
 )
 from docs.generator.document import spliced
 from docs.generator.safety import risk_table, soup_table, source_share
@@ -35,6 +36,7 @@ def generated() -> dict[Path, str]:
     tables = {
         "reference/alarms.md": alarm_table.markdown(),
         "evidence/benchmark.md": benchmark_table.markdown(json.loads(read(BENCHMARK))),
+        "explanations/accounts.md": right_table.markdown(),
         "reference/faults.md": fault_table.markdown(),
         "reference/hazard-analysis.md": hazard_table.markdown(),
         "reference/hysteresis-models.md": model_table.markdown(),

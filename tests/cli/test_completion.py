@@ -4,12 +4,15 @@ from pathlib import Path
 
 import pytest
 
+from opensuction.accounts.rule.right import Role
 from opensuction.cli import completion
+from opensuction.cli.command.users import ACTS
 from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence.trial.cohort import COHORTS
 from opensuction.evidence.trial.draw import FAULT_COUNTS
 from opensuction.identification.judgement.recommendation import PURPOSES
 from opensuction.identification.workbench import METHODS, MODELS
+from opensuction.kernel.requests import Requests
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
 from opensuction.session.cycle.preoxygenation import ANSWERS
@@ -40,9 +43,12 @@ def completed(
         (completion.MACHINES, preset.MACHINE_TABLES),
         (completion.PROTOCOLS, {**TEMPLATES, **PROTOCOLS}),
         (completion.PATIENTS, PATIENT_TABLES),
+        (completion.REQUESTS, [name.replace("_", "-") for name in Requests._fields]),
         (completion.CATHETERS, CATHETERS),
         (completion.CONDUITS, ROUTES),
         (completion.APPROACHES, APPROACHES),
+        (completion.ACTS_ON_USERS, ACTS),
+        (completion.ROLES, list(Role)),
         (completion.COMPENSATIONS, KIND_OF_NAME),
         (completion.MODELS, MODELS),
         (completion.METHODS, METHODS),

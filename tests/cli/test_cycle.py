@@ -76,7 +76,11 @@ def test_files_hold_the_same_figures_as_stdout(
     finished: tuple[dict[str, Any], Path, str],
 ) -> None:
     data, folder, _ = finished
-    assert sorted(file.name for file in folder.iterdir()) == ["cycle.json", "report.html"]
+    assert sorted(file.name for file in folder.iterdir()) == [
+        "cycle.json",
+        "recording.mcap",
+        "report.html",
+    ]
     assert json.loads((folder / "cycle.json").read_text()) == data
 
 
@@ -312,6 +316,7 @@ def test_a_day_has_its_cycles_in_the_json_and_a_page_of_its_own(tmp_path: Path) 
         "cycle-003.html",
         "cycle.json",
         "day.html",
+        "recording.mcap",
         "report.html",
     ]
     assert [cycle["report"] for cycle in day["cycles"]] == [f"cycle-00{n}.html" for n in (1, 2, 3)]

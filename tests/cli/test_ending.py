@@ -228,6 +228,7 @@ def test_a_full_disk_behind_stdout_is_one_line(tmp_path: Path) -> None:
     assert line == "opensuction: stdout: no space left on device; the results are in run"
     assert sorted(file.name for file in (tmp_path / "run").iterdir()) == [
         "cycle.json",
+        "recording.mcap",
         "report.html",
     ]
 

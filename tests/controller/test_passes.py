@@ -243,6 +243,17 @@ def test_a_controller_that_starts_anew_goes_on_counting() -> None:
     assert away.episode.rest_left_s == rest_s(loop)
 
 
+def test_a_controller_that_died_in_a_cycle_waits_for_a_person_even_with_the_head_home() -> None:
+    loop, start = at_bed("adult-icu")
+    kept = start.controller.core.upkeep
+    home_mm = loop.controller.plan.motion.park_head_mm
+    for phase in Phase:
+        state = controller.restart(loop.controller, home_mm, kept, 1.0, phase)
+        halts = phase not in (Phase.PARKED, Phase.HALTED, Phase.OUT_OF_SERVICE)
+        assert state.core.procedure.phase == (Phase.HALTED if halts else Phase.PARKED)
+        assert (state.core.reasons >> Condition.AUTOMATION_STOPPED & 1 == 1) == halts
+
+
 def test_power_up_with_the_catheter_away_from_home_begins_with_a_rest() -> None:
     loop, _ = at_bed("adult-icu")
     away_mm = loop.controller.plan.motion.park_head_mm + 30.0

@@ -142,9 +142,46 @@ def imported() -> dict[str, set[str]]:
     return found
 
 
-def test_nothing_opens_a_connection_or_listens() -> None:
+LOCAL = {
+    "devices/faulty_twin.py",
+    "devices/twin_faults.py",
+    "devices/twin_machine.py",
+    "exchange/mailbox.py",
+}
+"""Where processes of one machine send each other something."""
+LISTENS = {"session/running/console_settings.py", "console/console_process.py"}
+"""Where the console's port is opened: on this computer alone, or with a certificate."""
+
+
+def test_nothing_opens_a_connection_or_listens_but_to_the_same_user_on_the_same_machine() -> None:
+    """But the console, which listens, and connects to nothing."""
     assert len(imported()) > 200
-    assert not {file: names & NETWORK for file, names in imported().items() if names & NETWORK}
+    using = {file: names & NETWORK for file, names in imported().items() if names & NETWORK}
+    outside = {file: used for file, used in using.items() if not file.startswith("console/")}
+    console = {file for file, used in using.items() if "socket" in used} - LOCAL
+    assert console == LISTENS
+    assert set().union(*using.values()) <= {"asyncio", "http", "socket", "ssl"}
+    outside.pop("session/running/console_settings.py")
+    assert outside == {file: {"socket"} for file in LOCAL}
+    for file in imported():
+        text = (SOURCES / file).read_text(encoding="utf-8")
+        connecting = ("create_connection", "open_connection", "urlopen", "httpx", ".connect((")
+        assert not any(word in text for word in connecting), file
+    for file in LOCAL:
+        made = [
+            node
+            for node in ast.walk(ast.parse((SOURCES / file).read_text(encoding="utf-8")))
+            if isinstance(node, ast.Call) and ast.unparse(node.func).startswith("socket.")
+        ]
+        assert made
+        assert all(ast.unparse(node.args[0]) == "socket.AF_UNIX" for node in made), file
+
+
+def test_only_the_records_speak_to_a_database() -> None:
+    """And so to a server, where a person names one."""
+    drivers = {"sqlalchemy", "alembic", "psycopg", "sqlite3"}
+    speaking = {file for file, names in imported().items() if names & drivers}
+    assert {file.split("/")[0] for file in speaking} == {"records"}
 
 
 def test_no_file_of_a_user_is_unpickled_or_evaluated() -> None:

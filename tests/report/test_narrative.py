@@ -86,6 +86,19 @@ def test_patient_is_told_in_plain_words() -> None:
     assert "saturation" not in " ".join(narrative.sentences(example.summary()))
 
 
+def test_a_breath_of_the_patients_own_is_told_beside_what_suction_did() -> None:
+    summary = example.on_patient()
+    least = summary["airway_pressure_least_cmh2o"]
+    vitals = {**summary.get("vitals", {})}
+    vitals["airway_pressure_cmh2o"] = {
+        **vitals.get("airway_pressure_cmh2o", {}),
+        "lowest": least - 1.4,
+    }
+    told = " ".join(narrative.sentences({**summary, "vitals": vitals}))
+    assert f"{least - 1.4:.1f} cmH2O in a breath of the patient's own" in told
+    assert "of the patient's own" not in " ".join(narrative.sentences(summary))
+
+
 def test_contact_is_told_with_its_force_and_the_way_back() -> None:
     told = narrative.sentences(example.on_patient())
     touched = "The tip touched the carina with at most 0.14 N"

@@ -9,14 +9,20 @@ import typer
 from opensuction import __version__
 from opensuction.cli import entry, exit_status, interruption
 from opensuction.cli.command import (
+    audit,
     benchmark,
     cache,
     calibrate,
     cycle,
     identify,
+    inject,
+    recording,
     reproduce,
+    run,
     safety_case,
+    serve,
     trial,
+    users,
 )
 from opensuction.evidence.crew import WorkerLostError
 from opensuction.kernel.errors import InputError
@@ -24,6 +30,9 @@ from opensuction.settings import wording
 
 COMMANDS = (
     cycle.COMMAND,
+    run.RUN,
+    serve.COMMAND,
+    run.ASK,
     reproduce.COMMAND,
     calibrate.COMMAND,
     benchmark.COMMAND,
@@ -31,6 +40,12 @@ COMMANDS = (
     trial.COMMAND,
     identify.IDENTIFY,
     identify.COMPARE,
+    recording.REPLAY,
+    recording.REPORT,
+    recording.EXPORT,
+    inject.COMMAND,
+    audit.COMMAND,
+    users.COMMAND,
     cache.COMMAND,
 )
 UNWRITABLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES)
@@ -47,6 +62,7 @@ Examples:
 \b
 Environment:
   OPENSUCTION_CACHE_DIR                where the compiled core is kept
+  OPENSUCTION_DATABASE                 where records are kept
 
 {exit_status.IN_FULL}"""
 

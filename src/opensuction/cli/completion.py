@@ -45,6 +45,27 @@ FAULTS = tuple(BY_NAME)
 COHORTS = ("presets", *PATIENTS)
 FAULT_COUNTS = ("none", "single", "double")
 PREOXYGENATION = ("confirmed", "skipped")
+FORMATS = ("csv", "parquet")
+REQUESTS = (
+    "start",
+    "identify",
+    "abort",
+    "reset",
+    "teach",
+    "confirm",
+    "home",
+    "service",
+    "changed",
+    "return-to-service",
+    "not-needed",
+    "acknowledge",
+    "audio-pause",
+    "assessed",
+    "oxygenated",
+    "oxygen-skipped",
+)
+ACTS_ON_USERS = ("list", "add", "role", "deactivate", "reset-password")
+ROLES = ("observer", "clinician", "engineer")
 
 
 def complete_from(names: Iterable[str]) -> Callable[[str], list[str]]:

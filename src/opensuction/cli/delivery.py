@@ -66,10 +66,12 @@ def deliver(
     name: int | str,
     work: "Callable[[ProgressTeller, Path], CommandResult]",
     doing: str | None = None,
+    writes: bool = False,
 ) -> int:
     """Carry out the work of a command; returns the exit status.
 
     name: of the folder where none was named. work: takes the folder in which its files will be.
+    writes: it writes large files itself, and takes a folder that becomes that one.
     doing: said while all of the work is done in the background; None: the work waits by itself.
     Raises InputError for a folder that cannot be written and for what the work refuses.
     """
@@ -78,10 +80,11 @@ def deliver(
     progress = ProgressTeller()
     folder = output_folder.choose(output.out, name)
     with output_folder.stage(folder, output.force) as staging:
+        place = staging if writes else folder
         if doing is None:
-            done = work(progress, folder)
+            done = work(progress, place)
         else:
-            done = progress.wait(lambda: work(progress, folder), doing)
+            done = progress.wait(lambda: work(progress, place), doing)
         output_folder.write(staging, done.files)
     for stale in done.stale:
         (folder / stale).unlink(missing_ok=True)

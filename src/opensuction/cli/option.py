@@ -206,7 +206,123 @@ OPTIONS: dict[str, Any] = {
     "to_s": typer.Option("--to", metavar="S", help="Leave out what lies after this time, in s."),
     "input_unit": typer.Option(metavar="UNIT", help="Unit of the input, if its name has none."),
     "output_unit": typer.Option(metavar="UNIT", help="Unit of the output, if its name has none."),
+    "recording": typer.Argument(
+        metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
+    ),
+    "unrecorded": typer.Option(
+        "--no-recording",
+        help="Write no recording.mcap: it has every tick, .22 MB a second of the run.",
+    ),
+    "format": typer.Option(
+        help="csv, or parquet (needs pip install 'opensuction[parquet]'). Default: csv.",
+        metavar="csv|parquet",
+        autocompletion=completion.complete_from(completion.FORMATS),
+        show_default=False,
+    ),
+    "columns": typer.Option(
+        help="Columns that are wanted, such as inputs.readings.head_mm or 'outputs.*'; may be "
+        "given many times. Default: all.",
+        metavar="NAME",
+        show_default=False,
+    ),
+    "database": typer.Option(
+        help="Database of the records: a file, sqlite:///FILE or postgresql://USER@HOST/NAME. "
+        "Default: OPENSUCTION_DATABASE, else records.db in the user's data folder.",
+        metavar="FILE|URL",
+        show_default=False,
+    ),
+    "act": typer.Argument(
+        metavar="ACT",
+        help="list, add, role, deactivate or reset-password. Default: list.",
+        autocompletion=completion.complete_from(completion.ACTS_ON_USERS),
+        show_default=False,
+    ),
+    "account": typer.Argument(metavar="NAME", help="Whose account.", show_default=False),
+    "role": _take_name(
+        f"What the person is here for: {_join(completion.ROLES)}.", completion.ROLES
+    ),
+    "administrator": typer.Option(
+        "--administrator", help="May manage accounts, too. With role: no more, without it."
+    ),
+    "reason": typer.Option(help="Why; it is put on record.", metavar="TEXT", show_default=False),
+    "expect_head": typer.Option(
+        help="Last hash of an earlier audit, which the trail must still hold.",
+        metavar="HASH",
+        show_default=False,
+    ),
+    "folder": typer.Argument(
+        metavar="NAME|DIR",
+        help="The machine, by its name or the folder that its processes share.",
+        show_default=False,
+    ),
+    "mend": typer.Option(
+        "--mend", help="First mend all that is broken, and forget what was to come; the bus stays."
+    ),
+    "latency_ms": typer.Option(
+        help="What a message takes in the mean, 0 to 500 ms.", metavar="MS", show_default=False
+    ),
+    "jitter_ms": typer.Option(
+        help="It takes up to this more, or less.", metavar="MS", show_default=False
+    ),
+    "lost_percent": typer.Option(
+        help="Messages that never come.", metavar="PERCENT", show_default=False
+    ),
     "clear": typer.Option("--clear", help="Remove what is kept; it is compiled anew when needed."),
+    "wanted": typer.Option(
+        "--cycles",
+        help="How many cycles; 0: none is started. Default: 1.",
+        min=0,
+        max=10_000,
+        metavar="N",
+        show_default=False,
+    ),
+    "apart_min": typer.Option(
+        "--every",
+        help="Minutes from the start of one cycle to the next, 1 to 1440; the patient's rest after "
+        "a pass may make it longer. Default: 30.",
+        min=1.0,
+        max=1440.0,
+        metavar="MIN",
+        show_default=False,
+    ),
+    "name": typer.Option(
+        help="Name of the machine: several may run side by side. Default: twin.",
+        metavar="NAME",
+        show_default=False,
+    ),
+    "anew": typer.Option(
+        "--anew", help="End what an earlier run of this name has left, its patient included."
+    ),
+    "request": typer.Argument(
+        help="The button. See below for names.",
+        metavar="REQUEST",
+        autocompletion=completion.complete_from(completion.REQUESTS),
+        show_default=False,
+    ),
+    "who": typer.Option(
+        help="Who asks, for the record. Default: the user's name.",
+        metavar="NAME",
+        show_default=False,
+    ),
+    "host": typer.Option(
+        help="Address where the console listens. Default: 127.0.0.1, this computer alone; any "
+        "other needs --certificate and --key.",
+        metavar="ADDRESS",
+        show_default=False,
+    ),
+    "port": typer.Option(
+        help="Port where the console listens, 1 to 65535. Default: 8080.",
+        metavar="PORT",
+        show_default=False,
+    ),
+    "certificate": typer.Option(
+        help="Certificate of the console in PEM, with those above it; with --key. Then it speaks "
+        "HTTPS.",
+        metavar="FILE",
+    ),
+    "key": typer.Option(
+        help="Private key of the certificate in PEM, without a password.", metavar="FILE"
+    ),
     "out": typer.Option(
         help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"
     ),

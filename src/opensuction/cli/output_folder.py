@@ -38,6 +38,24 @@ def check(folder: Path, force: bool) -> None:
         )
 
 
+def make(folder: Path) -> None:
+    """Make a folder that is written to as things happen; raises InputError where it cannot be."""
+    check(folder, force=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+
+
+def _unwritable(folder: Path, error: OSError) -> InputError:
+    return InputError(
+        f"--out {folder}: cannot be written ({(error.strerror or str(error)).lower()}); "
+        "name a folder you may write to"
+    )
+
+
 def _staging(folder: Path) -> Path:
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -47,10 +65,7 @@ def _staging(folder: Path) -> Path:
                 pass
         return Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     except OSError as error:
-        raise InputError(
-            f"--out {folder}: cannot be written ({(error.strerror or str(error)).lower()}); "
-            "name a folder you may write to"
-        ) from None
+        raise _unwritable(folder, error) from None
 
 
 def _put_in_place(staging: Path, folder: Path) -> None:

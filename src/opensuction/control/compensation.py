@@ -19,6 +19,7 @@ from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play_sum import NO_PLAYS, PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.name import by_name
 from opensuction.kernel.record import Array
 
 
@@ -41,7 +42,7 @@ class CompensationKind(IntEnum):
     """The same with the reference known ahead: gap crossed before it moves, start prepared."""
 
 
-KIND_OF_NAME = {kind.name.lower().replace("_", "-"): kind for kind in CompensationKind}
+KIND_OF_NAME = by_name(CompensationKind)
 """Compensators by their name on the command line and in files."""
 
 LOOKS_AHEAD = (CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW)

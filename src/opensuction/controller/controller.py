@@ -12,7 +12,7 @@ from opensuction.controller import alarm_source, head_command, settings_check
 from opensuction.controller.record import CoreState, Inputs, Outputs, Settings, State
 from opensuction.kernel.commands import Commands, Setpoints
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.readings import Readings
 from opensuction.kernel.record import make_zero
 from opensuction.kernel.requests import Requests
@@ -63,12 +63,21 @@ def start(settings: Settings, head_mm: float, catheter_age_s: float) -> State:
     return State(core=core, compensation=head, alarms=alarm_state.START)
 
 
-def restart(settings: Settings, head_mm: float, kept: Upkeep, off_s: float) -> State:
+def restart(
+    settings: Settings, head_mm: float, kept: Upkeep, off_s: float, phase: int = Phase.PARKED
+) -> State:
     """As `start`, with what the controller before had to remember: the plug undoes no limit.
 
     kept: its upkeep, from whoever kept it. off_s: how long no controller ran.
+    phase: in which the one before ended. Where it was not at rest the drives may have brought the
+    head home since: the machine halts, says so, and waits for a person.
     """
     state = start(settings, head_mm, kept.catheter_age_s + off_s)
+    core = state.core
+    if phase not in RESTING and core.procedure.phase == Phase.PARKED:
+        halted = cycle.begin(settings.plan, Phase.HALTED)
+        core = core._replace(procedure=halted, reasons=alarm_source.STOPPED)
+        state = state._replace(core=core)
     return with_upkeep(state, upkeep.carry_over(state.core.upkeep, kept, off_s))
 
 

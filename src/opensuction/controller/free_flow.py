@@ -5,7 +5,7 @@ import math
 from opensuction.controller.governor_limit import WALLS_MM, bore_ml_per_s_per_root
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
-from opensuction.procedure.suction.line_flow import FreeFlow
+from opensuction.procedure.suction.line_flow import SAMPLE_S, FreeFlow
 
 REST_FREE_SHARE = 0.8
 """Share of a free catheter's flow from which only gas comes, seen while the pump rests. Mucus takes
@@ -17,8 +17,6 @@ THIN_MMHG = 100.0
 """[computed] A bore of 1.5 mm is between laminar and turbulent there."""
 NOISE_MMHG = 2.0
 """White noise of the vacuum sensor at `SAMPLE_S`; assumed."""
-SAMPLE_S = 0.001
-"""The control loop's own tick."""
 FLOW_ERROR = 0.1
 """Standard deviation that this noise may leave in the flow, as share of a free catheter's: half of
 the way to where it is told from mucus."""

@@ -66,6 +66,8 @@ class Inputs(NamedTuple):
 
     tick: int
     dt_s: float
+    """Length of a tick, the same in all of a run: time is counted in ticks, and one tick said to be
+    twice as long would double all the time that has passed. A late tick is an overrun."""
     readings: Readings
     requests: Requests
     host: Host

@@ -29,6 +29,7 @@ from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.cycle.schedule import ON_REQUEST_ONLY, Schedule
 from opensuction.procedure.cycle.upkeep import LIFE_S, Service
@@ -222,10 +223,10 @@ CANNOT_BACK_OFF = {
 def _check_back_off(kind: CompensationKind, protocol: Protocol) -> None:
     """Refuse a back-off that would end inside the gap, the tip too near to the carina."""
     if kind in CANNOT_BACK_OFF and protocol.backoff_mm > 0.0:
-        name = kind.name.lower().replace("_", "-")
         raise InputError(
-            f"compensation '{name}' cannot back off {protocol.backoff_mm:g} mm after contact: "
-            f"{CANNOT_BACK_OFF[kind]}; set backoff_mm to 0 or compensation to preview"
+            f"compensation '{name_of(kind)}' cannot back off {protocol.backoff_mm:g} mm "
+            f"after contact: {CANNOT_BACK_OFF[kind]}; "
+            "set backoff_mm to 0 or compensation to preview"
         )
 
 

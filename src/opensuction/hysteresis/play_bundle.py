@@ -6,6 +6,9 @@ copies it. A tuple of numbers is part of the record. Its step is written out: se
 """
 
 from collections.abc import Callable
+from typing import Annotated
+
+from annotated_types import Len
 
 from opensuction.hysteresis import play
 from opensuction.kernel.generated import straight_line
@@ -13,7 +16,7 @@ from opensuction.kernel.generated import straight_line
 PLAYS = 12
 """How many: more change no figure of the bench by 1 %."""
 
-Bundle = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
+Bundle = Annotated[tuple[float, ...], Len(PLAYS, PLAYS)]
 """A number for each of them."""
 
 

@@ -9,9 +9,10 @@ written out: see `kernel.generated.straight_line`.
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from annotated_types import Len
 
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii, bent_mm, straight_mm
 from opensuction.kernel.compiled import compiled
@@ -22,7 +23,7 @@ PLAYS = 16
 """Room for so many: 240 machines of the twin were identified with 7 to 13."""
 ENGAGED_MM = 1e-9
 """A play counts as engaged once so little of its slot is left."""
-Sixteen = tuple[float, ...]
+Sixteen = Annotated[tuple[float, ...], Len(PLAYS, PLAYS)]
 """A number for each play."""
 
 

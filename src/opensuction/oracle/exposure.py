@@ -77,7 +77,7 @@ class PatientExposure(NamedTuple):
     spo2_least_percent: float
 
 
-def _outside_mm(machine: Machine, tip_mm: Array) -> float:
+def outside_mm(machine: Machine, tip_mm: Array) -> float:
     """Deepest position of the tip out of the airway: the tube's upper end."""
     if machine.has_patient:
         return -machine.patient.tube_length_mm
@@ -86,7 +86,7 @@ def _outside_mm(machine: Machine, tip_mm: Array) -> float:
 
 def find_inside(machine: Machine, tip_mm: Array) -> Ticks:
     """In which ticks of a whole run the tip was in the airway."""
-    inside: Ticks = tip_mm > _outside_mm(machine, tip_mm)
+    inside: Ticks = tip_mm > outside_mm(machine, tip_mm)
     return inside
 
 
@@ -167,7 +167,7 @@ def measure(machine: Machine, truth: Truth) -> PatientExposure:
     return PatientExposure(
         inside_at_end=bool(inside[-1]),
         end_mm=float(tip_mm[-1]),
-        outside_mm=_outside_mm(machine, tip_mm),
+        outside_mm=outside_mm(machine, tip_mm),
         piece_mm=float(truth["truth.piece_mm"][-1]),
         in_airway_s=sum_s(inside),
         suction_s=sum_s(sucking),

@@ -1,1 +1,1 @@
-"""Recordings from elsewhere: tables of columns (CSV, Parquet), read within a bound of memory."""
+"""Recordings: tables from elsewhere (CSV, Parquet), and the file that a run leaves."""

@@ -70,6 +70,11 @@ def without_limit(
     return Figure(name, quantity(value, unit, decimals, signed=signed), beside, verdict, "")
 
 
+def add(beside: str, words: str) -> str:
+    """What stands beside a figure, with some more words."""
+    return ", ".join(filter(None, (beside, words)))
+
+
 def attention(figure: Figure) -> str:
     """A figure in a few words, for a list of those that need a look."""
     value = "" if figure.verdict is FigureVerdict.ABSENT else f" ({figure.value})"

@@ -1,12 +1,28 @@
 """Key figures of a cycle, each beside its limit and with a verdict in words."""
 
 from opensuction.report import patient_figure, witness
-from opensuction.report.figure import Figure, FigureVerdict, against, known, without_limit
-from opensuction.report.summary import Summary, is_completed, is_inside, number, text
+from opensuction.report.figure import (
+    Figure,
+    FigureVerdict,
+    add,
+    against,
+    known,
+    without_limit,
+)
+from opensuction.report.summary import (
+    Summary,
+    is_completed,
+    is_inside,
+    is_recorded,
+    number,
+    text,
+)
 from opensuction.report.wording import depth_words, quantity
 
 PAST_CARINA_MM = 1.0
 """Tissue and tip give way by less; what is deeper has gone into a bronchus [design]."""
+ESTIMATED = "by the controller's estimate"
+"""Beside a depth of the tip for which there is no truth."""
 CLEARANCE_PERCENT = 50.0
 """Less than half removed, and the purpose of the cycle was not met [design]."""
 
@@ -17,6 +33,8 @@ def at_end(summary: Summary) -> Figure:
     if end_mm is None:
         return Figure(witness.AT_END, quantity(None, "mm"), "", FigureVerdict.ABSENT, "")
     tip = f"tip {depth_words(end_mm)}"
+    if is_recorded(summary):
+        tip = add(tip, ESTIMATED)
     if is_inside(summary):
         return Figure(witness.AT_END, "inside", tip, FigureVerdict.BAD, "still in the airway")
     return Figure(witness.AT_END, "out", tip, FigureVerdict.GOOD, "out of the airway")
@@ -26,6 +44,8 @@ def is_search_cap(summary: Summary) -> bool:
     """Whether the cap only ends a search for the carina, and lies beyond it."""
     cap, carina = number(summary, "anatomy", "cap_mm"), number(summary, "anatomy", "carina_mm")
     by_contact = text(summary, "approach") == "contact"
+    if by_contact and carina is None and is_recorded(summary):
+        return cap is not None  # no machine knows where the carina is: it feels for it
     return by_contact and cap is not None and carina is not None and cap > carina
 
 
@@ -48,16 +68,21 @@ def deepest_tip(summary: Summary) -> Figure:
     deepest, cap = number(summary, "tip", "deepest_mm"), number(summary, "anatomy", "cap_mm")
     limit = "" if cap is None else f"cap {quantity(cap, 'mm')} below the tube's end"
     verdict, remark = against(deepest, cap, "cap")
-    if is_search_cap(summary):
-        limit = (
-            f"carina {quantity(number(summary, 'anatomy', 'carina_mm'), 'mm')}; "
-            f"the search for it ends at {quantity(cap, 'mm')}"
-        )
+    carina = number(summary, "anatomy", "carina_mm")
+    if is_search_cap(summary) and carina is None:
+        limit = f"the search for the carina ends at {quantity(cap, 'mm')}"
+        if verdict is FigureVerdict.GOOD:
+            remark = "within the search"
+    elif is_search_cap(summary):
+        limit = f"carina {quantity(carina, 'mm')}; the search for it ends at {quantity(cap, 'mm')}"
         if verdict is FigureVerdict.GOOD:
             remark = "not past the carina"
     beyond = past_carina_mm(summary)
     if beyond > 0.0:
         verdict, remark = FigureVerdict.BAD, f"{quantity(beyond, 'mm')} past the carina"
+    if is_recorded(summary):
+        possible = known("at most", number(summary, "tip", "deepest_possible_mm"), "mm")
+        limit = add(limit, ", ".join([ESTIMATED, *possible]))
     return Figure(witness.DEEPEST, quantity(deepest, "mm"), limit, verdict, remark)
 
 
@@ -70,6 +95,8 @@ def stop_error(summary: Summary) -> Figure:
     error = number(summary, "tip", "stop_error_mm")
     target, cap = number(summary, "tip", "target_mm"), number(summary, "anatomy", "cap_mm")
     limit = "" if target is None else f"target {quantity(target, 'mm')}"
+    if is_recorded(summary):
+        limit = add(limit, ESTIMATED)
     if error is None or target is None or cap is None:
         return without_limit(witness.STOP, error, "mm", beside=limit, signed=True)
     tolerance, whose = cap - target, "cap"
@@ -127,6 +154,11 @@ def vacuum(summary: Summary) -> Figure:
     line, tip = number(summary, "vacuum", "peak_mmhg"), number(summary, "vacuum", "tip_peak_mmhg")
     guideline = number(summary, "vacuum", "guideline_mmhg")
     setpoint = known("set to", number(summary, "vacuum", "setpoint_mmhg"), "mmHg", 0)
+    limit = number(summary, "vacuum", "limit_mmhg")
+    if is_recorded(summary) and limit is not None:
+        words = ["in the line", *known("limit", limit, "mmHg", 0), *setpoint]
+        verdict, remark = against(line, limit, "limit")
+        return Figure(witness.VACUUM, quantity(line, "mmHg", 0), ", ".join(words), verdict, remark)
     if tip is None or guideline is None:
         return without_limit(witness.VACUUM, line, "mmHg", 0, "".join(setpoint))
     beside = ["at the tip", *known("guideline", guideline, "mmHg", 0)]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from opensuction.report import ending, figures, harm, witness
 from opensuction.report.figure import FigureVerdict, attention, needs_look
 from opensuction.report.notice import CAUSES, Notice, notices
-from opensuction.report.summary import Summary, is_completed, is_inside, number
+from opensuction.report.summary import Summary, is_completed, is_inside, is_recorded, number
 from opensuction.report.wording import capitalise, depth_words, quantity, stopped
 
 NAMED = 2
@@ -57,6 +57,8 @@ def _completed(summary: Summary) -> Headline:
         text = f"Completed, look at {named}{more}"
         return Headline(text, FigureVerdict.NOTICE, lead, "")
     good = "Every figure is within the limit that was set for it."
+    if is_recorded(summary):
+        good = "Every figure that the machine knows is within the limit that was set for it."
     return Headline("Completed", FigureVerdict.GOOD, good, _planned(summary))
 
 
@@ -107,6 +109,8 @@ def _inside(summary: Summary) -> Headline | None:
         return None
     where = depth_words(number(summary, "tip", "end_mm") or 0.0)
     text = f"CATHETER IS STILL IN THE AIRWAY, {where}: draw it out by the handle"
+    if is_recorded(summary):
+        text = f"CATHETER STILL IN THE AIRWAY AS THE RECORDING ENDS, {where}, by estimate"
     lead = _join(_told(summary), _ending(summary))
     return Headline(text, FigureVerdict.BAD, lead, _look(summary))
 

@@ -29,8 +29,14 @@ def _environment() -> jinja2.Environment:
     environment.filters["raiser"] = ending.raiser
     environment.filters["capitalise"] = wording.capitalise
     environment.filters["plain"] = wording.plain
+    environment.filters["moment"] = wording.moment
     environment.filters["quantity"] = wording.quantity
     return environment
+
+
+def render_part(template: str, **context: Any) -> str:
+    """A template of ``template/`` filled in, alone: for a page that has its own styles."""
+    return _environment().get_template(template).render(**context)
 
 
 def render(template: str, scripts: tuple[str, ...], **context: Any) -> str:
@@ -46,6 +52,7 @@ def render(template: str, scripts: tuple[str, ...], **context: Any) -> str:
             styles=[
                 Markup(read("vendor", "uPlot.min.css")),
                 Markup(read("template", "page.css")),
+                Markup(read("template", "anatomy.css")),
             ],
             scripts=[
                 Markup(read("vendor", "uPlot.iife.min.js")),

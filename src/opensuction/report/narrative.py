@@ -11,6 +11,7 @@ from opensuction.report.summary import (
     harms,
     is_completed,
     is_inside,
+    is_recorded,
     number,
     rows,
     text,
@@ -100,11 +101,12 @@ def _depth(summary: Summary) -> str:
     if deepest is None:
         return ""
     boundary = number(summary, "anatomy", "patient_boundary_mm")
+    tip = "By the controller's estimate the tip" if is_recorded(summary) else "The catheter tip"
     if boundary is not None and deepest <= boundary < 0.0:
-        return "The catheter tip did not enter the tube."
+        return f"{tip} did not enter the tube."
     if deepest <= 0.0:
-        return "The catheter tip did not leave the tube."
-    said = f"The catheter tip went {quantity(deepest, 'mm')} below the end of the tube"
+        return f"{tip} did not leave the tube."
+    said = f"{tip} went {quantity(deepest, 'mm')} below the end of the tube"
     beyond, cap = figures.past_carina_mm(summary), number(summary, "anatomy", "cap_mm")
     if beyond > 0.0:
         said += f", {quantity(beyond, 'mm')} past the carina and into a bronchus"
@@ -123,12 +125,11 @@ def _stop(summary: Summary) -> str:
         return ""
     if figures.is_cut_short(summary) and error < 0.0:
         return ""
+    tip = "By the controller's estimate the tip" if is_recorded(summary) else "The tip"
     if abs(error) < AT_TARGET_MM:
-        return (
-            f"The tip stopped within {quantity(abs(error), 'mm')} of its target ({target:.1f} mm)."
-        )
+        return f"{tip} stopped within {quantity(abs(error), 'mm')} of its target ({target:.1f} mm)."
     side = "short of" if error < 0.0 else "beyond"
-    said = f"The tip stopped {quantity(abs(error), 'mm')} {side} its target ({target:.1f} mm)"
+    said = f"{tip} stopped {quantity(abs(error), 'mm')} {side} its target ({target:.1f} mm)"
     is_good = figures.stop_error(summary).verdict is FigureVerdict.GOOD
     return f"{said}{', within the margin' if is_good else ''}."
 
@@ -202,7 +203,7 @@ def _backoff_mm(summary: Summary) -> float | None:
 def _contact(summary: Summary) -> str:
     force = number(summary, "carina_force_peak_n")
     if force is None:
-        return ""
+        return _switch(summary)
     if force == 0.0:
         return f"The tip did not touch the carina.{_yet(summary, witness.FORCE)}"
     said = f"The tip touched the carina with at most {quantity(force, 'N', 2)}"
@@ -210,6 +211,38 @@ def _contact(summary: Summary) -> str:
     if backoff is not None and backoff >= LEAST_BACKOFF_MM:
         said += f" and backed off by {quantity(backoff, 'mm')} before suction"
     return f"{said}."
+
+
+def _switch(summary: Summary) -> str:
+    """What the contact switch at the tip said, where the force is not known."""
+    closed_s = number(summary, "contact", "closed_s")
+    if closed_s is None:
+        return ""
+    met_mm = number(summary, "contact", "touched_mm")
+    if met_mm is not None:
+        return f"The contact switch closed, and the tip backed off from {quantity(met_mm, 'mm')}."
+    if closed_s == 0.0:
+        return "The contact switch at the tip did not close."
+    return f"The contact switch at the tip was closed for {quantity(closed_s, 's', 2)}."
+
+
+def _unknown(summary: Summary) -> str:
+    """What nobody can say of a cycle that a machine recorded; empty where the truth is known."""
+    if not is_recorded(summary):
+        return ""
+    rest = [
+        words
+        for key, words in (
+            ("carina_force_peak_n", "the force on the carina"),
+            ("secretion", "how much was removed"),
+        )
+        if number(summary, key) is None and number(summary, key, "removed_ml") is None
+    ]
+    listed = ", ".join(["where the tip really was", *rest])
+    return (
+        f"Not known from the recording: {listed}, how much volume the lungs lost, and whether a "
+        "bound for the patient was broken: only a twin can tell."
+    )
 
 
 def _raised(summary: Summary) -> str:
@@ -256,6 +289,7 @@ PARTS = (
     _check,
     _preoxygenation,
     _teaching,
+    _unknown,
 )
 """In the order of the page: what matters to the patient first, what came before the cycle last."""
 

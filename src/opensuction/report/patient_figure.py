@@ -1,7 +1,7 @@
 """Key figures of the patient: each with what it was before, and whether it came back."""
 
 from opensuction.report.figure import Figure, FigureVerdict, without_limit
-from opensuction.report.summary import Summary, number, value
+from opensuction.report.summary import Summary, is_recorded, number, value
 from opensuction.report.witness import HEART_RATE, LUNG_VOLUME, PRESSURE, SATURATION
 from opensuction.report.wording import quantity
 
@@ -18,6 +18,8 @@ def course(summary: Summary, key: str, unit: str, decimals: int) -> str:
         f"before {quantity(before, unit, decimals)}, at the end {quantity(at_end, unit, decimals)}"
     )
     back_s = number(summary, "vitals", key, "recovered_s")
+    if is_recorded(summary):  # which ends soon after the cycle
+        return said
     if value(summary, "vitals", key, "is_back") is not True:
         return f"{said}: not back yet"
     return said if back_s is None else f"{said}: back after {quantity(back_s, 's', 0)}"

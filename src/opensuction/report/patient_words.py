@@ -64,7 +64,11 @@ def _pressure(summary: Summary) -> str:
     below = ", below the air outside" if least < 0.0 else ""
     said = f"the lowest airway pressure was {quantity(least, 'cmH2O')}{below}"
     wrong = patient_figure.airway_pressure(summary)
-    highest = number(summary, "vitals", "airway_pressure_cmh2o", "highest")
+    lowest, highest = (
+        number(summary, "vitals", "airway_pressure_cmh2o", name) for name in ("lowest", "highest")
+    )
+    if lowest is not None and round(lowest, 1) < round(least, 1):
+        said += f", {quantity(lowest, 'cmH2O')} in a breath of the patient's own"
     if highest is not None:
         said += f", the highest {quantity(highest, 'cmH2O')}"
     remarkable = wrong.verdict in ATTENTION or wrong.remark == patient_figure.OWN

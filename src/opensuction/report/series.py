@@ -42,14 +42,17 @@ class Column(NamedTuple):
     name: str
     column: str
     decimals: int
+    measured: str = ""
+    """Column in its place where a trace lacks it: a machine's own reading of the same."""
 
 
 MACHINE = (
     Column("tip", "truth.tip_mm", 2),
+    Column("estimated", "estimate.tip_mm", 2),
     Column("head", "readings.head_mm", 2),
     Column("reference", "demand.reference_mm", 2),
     Column("deepest", "verdict.deepest_mm", 2),
-    Column("valve", "truth.valve_open_ratio", 3),
+    Column("valve", "truth.valve_open_ratio", 3, "measured.valve_open_ratio"),
     Column("line_vacuum", "readings.line_vacuum_mmhg", 1),
     Column("tip_vacuum", "truth.tip_vacuum_mmhg", 1),
     Column("removed", "truth.secretion_removed_ml", 3),
@@ -58,11 +61,16 @@ MACHINE = (
 """Series of machine and airway; a column that a trace lacks is left out."""
 
 PATIENT = (
-    Column("airway_pressure", "truth.airway_pressure_cmh2o", 2),
+    Column(
+        "airway_pressure",
+        "truth.airway_pressure_cmh2o",
+        2,
+        "readings.monitor.airway_pressure_cmh2o",
+    ),
     Column("lung_volume", "truth.lung_volume_ml", 1),
     Column("lung_volume_loss", "truth.lung_volume_loss_ml", 1),
-    Column("spo2", "truth.spo2_percent", 2),
-    Column("heart_rate", "truth.heart_rate_per_min", 1),
+    Column("spo2", "truth.spo2_percent", 2, "readings.monitor.spo2_percent"),
+    Column("heart_rate", "truth.heart_rate_per_min", 1, "readings.monitor.heart_rate_per_min"),
 )
 """Series of the patient on the machine, likewise."""
 
@@ -72,11 +80,12 @@ MEASURED = ("truth.laser_mm", "truth.tip_mm")
 
 def extract(trace: Trace, columns: Sequence[Column]) -> Series:
     """Series by short name, full length."""
-    return {
-        entry.name: np.asarray(trace[entry.column], dtype=np.float64)
-        for entry in columns
-        if entry.column in trace
-    }
+    found = {}
+    for entry in columns:
+        name = entry.column if entry.column in trace else entry.measured
+        if name in trace:
+            found[entry.name] = np.asarray(trace[name], dtype=np.float64)
+    return found
 
 
 def _machine(trace: Trace) -> Series:

@@ -58,6 +58,11 @@ def warnings(summary: Summary) -> list[str]:
     return [str(entry) for entry in found]
 
 
+def is_recorded(summary: Summary) -> bool:
+    """Whether it goes by what a machine measured and estimated, not by the truth of a twin."""
+    return text(summary, "basis") == "recorded"
+
+
 def is_completed(summary: Summary) -> bool:
     """Whether the cycle ran to its planned end."""
     return text(summary, "outcome") == "completed"

@@ -65,6 +65,15 @@ def quantity(value: float | None, unit: str, decimals: int = 1, *, signed: bool 
     return f"{rounded:{'+' if signed else ''}.{decimals}f} {unit}"
 
 
+def moment(iso: str) -> str:
+    """A moment of UTC for a person.
+
+    >>> moment("2026-11-23T21:24:49.854646+00:00")
+    '2026-11-23 21:24:49 UTC'
+    """
+    return f"{iso[:19].replace('T', ' ')} UTC"
+
+
 def depth_words(depth_mm: float) -> str:
     """A depth of the tip in words.
 

@@ -374,8 +374,8 @@ class Condition(IntEnum):
     )
     RECORDER_LOST = (
         42,
-        "the recorder does not answer",
-        "Write down what happens; restart the recorder.",
+        "recorder or supervisor does not answer, or what happens is not kept",
+        "Write down what happens. Make room on the disk; restart them.",
         alarm(MINOR, DELAYED, delay_s=UNANSWERED_S),
     )
     CONSOLE_LOST = (

@@ -26,6 +26,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.name import by_name
 from opensuction.settings.choice import choose
 from opensuction.settings.limit import describe, trim
 from opensuction.settings.unit import unit_of
@@ -159,16 +160,10 @@ def _member(field: _Field, given: object, key: str, problems: list[str]) -> Any:
     if isinstance(given, field.type):
         return given
     try:
-        return choose(given, _members(field.type), key)
+        return choose(given, by_name(field.type), key)
     except InputError as error:
         problems.append(str(error))
         return None
-
-
-def _members(enumeration: type[Enum]) -> dict[str, Enum]:
-    """Members by the name a file gives them: ``EXACT_INVERSE`` is ``exact-inverse``."""
-    members = enumeration.__members__.items()
-    return {name.lower().replace("_", "-"): member for name, member in members}
 
 
 def _complaint(field: _Field, given: object, error: ValidationError) -> str:
@@ -207,7 +202,7 @@ def _wanted(field: _Field) -> str:
     if _is_record(field.type):
         return f"give a section with the keys {', '.join(field.type._fields)}"
     if _is_enumeration(field.type):
-        return f"give one of {', '.join(_members(field.type))}"
+        return f"give one of {', '.join(by_name(field.type))}"
     kind = KINDS.get(field.type, "a value")
     unit = unit_of(field.name)
     limits = describe(field.hint)

@@ -53,6 +53,12 @@ def _shown(columns: Columns) -> npt.NDArray[np.int64]:
     return mask
 
 
+def showing(columns: Columns) -> tuple[Condition, ...]:
+    """Conditions that are shown in the last tick. columns: see `told`."""
+    mask = int(_shown({name: columns[name][-1:] for name in COLUMNS})[0])
+    return tuple(Condition(number) for number in condition_mask.decode(mask))
+
+
 def _teller(columns: Columns, tick: int, condition: Condition) -> str:
     """Who raised a condition that is shown in a tick; the controller where it did so too."""
     if int(columns[SAID][tick]) >> condition & 1:

@@ -18,7 +18,7 @@ from opensuction.safety.condition import Condition
 from opensuction.simulation import alarm_record, annunciation
 from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.trace import Columns, phase_spans
+from opensuction.simulation.trace import Columns, PhaseSpan, phase_spans
 from opensuction.twin.machine.machine import Machine
 
 IN_AIRWAY_PHASES = (
@@ -101,7 +101,8 @@ def tracking_error_mm(trace: Columns) -> npt.NDArray[np.float64]:
     return trace["truth.laser_mm"] - trace["demand.reference_mm"]
 
 
-def _trip_times(trace: Columns) -> tuple[TripTime, ...]:
+def trip_times(trace: Columns) -> tuple[TripTime, ...]:
+    """Every trip of a run with the tick in which it happened first, in order of time."""
     masks = trace["verdict.trips"].astype(np.int64)
     found = []
     for code in condition_mask.decode_trips(int(np.bitwise_or.reduce(masks))):
@@ -110,7 +111,8 @@ def _trip_times(trace: Columns) -> tuple[TripTime, ...]:
     return tuple(sorted(found, key=lambda item: item.time_s))
 
 
-def _abort(trace: Columns) -> Abort | None:
+def find_abort(trace: Columns) -> Abort | None:
+    """What broke a cycle off; None where nothing did."""
     broken = np.isin(trace["phase"], (Phase.ABORTING, Phase.HALTED))
     first = int(np.argmax(broken))
     if not broken[first] or first == 0:
@@ -132,6 +134,12 @@ def _mean(values: npt.NDArray[np.float64]) -> float:
     return float(np.mean(values)) if values.size else float("nan")
 
 
+def is_completed(spans: list[PhaseSpan]) -> bool:
+    """Whether a run of these phases went on to its planned end."""
+    closed = any(span.phase == Phase.CLOSING for span in spans)
+    return closed and spans[-1].phase == Phase.PARKED
+
+
 def outcome(
     trace: Columns,
     machine: Machine,
@@ -149,7 +157,6 @@ def outcome(
     error = tracking_error_mm(trace)[scored]
     spans = phase_spans(trace)
     resting = np.isin(trace["phase"], (Phase.PARKED, Phase.HALTED))
-    closed = any(span.phase == Phase.CLOSING for span in spans)
     checking = trace["phase"] == Phase.CHECKING
     drawing = trace["truth.line_vacuum_mmhg"] > VENTED_MMHG
     sucking = (trace["truth.valve_open_ratio"] > 0.0) & drawing & ~checking
@@ -158,7 +165,7 @@ def outcome(
     )
     borne = exposure.measure(machine, trace)
     return Outcome(
-        completed=closed and spans[-1].phase == Phase.PARKED,
+        completed=is_completed(spans),
         target_mm=target_mm,
         reached_mm=_reached_mm(trace),
         rmse_mm=float(np.sqrt(np.mean(np.square(error)))) if error.size else float("nan"),
@@ -171,8 +178,8 @@ def outcome(
         removed_percent=100.0 * removed / secretion_ml if secretion_ml > 0.0 else float("nan"),
         exposure=borne,
         harm=harm.find(machine, borne, cap_mm),
-        trips=_trip_times(trace),
+        trips=trip_times(trace),
         alarms=alarm_episode.list_episodes(alarm_record.log(trace)),
         told=tuple(annunciation.told(trace)),
-        abort=_abort(trace),
+        abort=find_abort(trace),
     )

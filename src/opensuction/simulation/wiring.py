@@ -13,7 +13,7 @@ from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import row
 from opensuction.kernel.readings import Readings
 from opensuction.twin.fault import link
-from opensuction.twin.fault.link import Link, LinkState, Message, Past, Ring
+from opensuction.twin.fault.link import SILENT, Link, LinkState, Message, Past, Ring
 from opensuction.twin.machine import annunciator, drive_watchdog
 from opensuction.twin.machine.annunciator import Annunciator, Lines
 from opensuction.twin.machine.drive_watchdog import DriveWatchdog, WatchdogState
@@ -51,9 +51,6 @@ class Messages(NamedTuple):
     state: row.Row
     """The `LinkedState`."""
 
-
-SILENT = -1
-"""Number of the message of a controller that does not run: below every other."""
 
 # `start` makes the row as long as it must be.
 read_link = row.reader(LinkedState, checked=False)

@@ -1,7 +1,8 @@
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
+from annotated_types import Len
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -159,3 +160,52 @@ def test_a_record_is_not_read_from_a_row_that_is_too_short() -> None:
 def test_no_record_with_an_array_is_read_from_a_row() -> None:
     with pytest.raises(TypeError, match=r"Outer\.samples"):
         row.reader(Outer)
+
+
+class Plays(NamedTuple):
+    tick: int
+    positions_mm: Annotated[tuple[float, ...], Len(3, 3)]
+    inner: Inner
+
+
+PLAYS = Plays(7, (0.5, -0.0, float("inf")), Inner(2.5, True))
+
+
+def test_a_tuple_that_declares_its_length_has_a_column_for_each_number() -> None:
+    assert row.columns(Plays) == (
+        "tick",
+        "positions_mm.0",
+        "positions_mm.1",
+        "positions_mm.2",
+        "inner.depth_mm",
+        "inner.closed",
+    )
+    assert [column.kind for column in row.layout(Plays)] == [int, float, float, float, float, bool]
+
+
+def test_a_tuple_comes_back_from_its_row_and_from_a_table() -> None:
+    values, table = np.zeros(6), np.zeros((2, 6))
+    row.writer(Plays)(values, PLAYS)
+    row.table_writer(Plays)(table, 1, PLAYS)
+    assert values.tolist() == table[1].tolist() == [7.0, 0.5, -0.0, float("inf"), 2.5, 1.0]
+    assert row.reader(Plays)(values) == row.table_reader(Plays)(table, 1) == PLAYS
+
+
+class Unsized(NamedTuple):
+    positions_mm: tuple[float, ...]
+
+
+class Ranged(NamedTuple):
+    positions_mm: Annotated[tuple[float, ...], Len(1, 3)]
+
+
+class Whole(NamedTuple):
+    counts: Annotated[tuple[int, ...], Len(2, 2)]
+
+
+@pytest.mark.parametrize("record", [Unsized, Ranged, Whole])
+def test_a_tuple_that_does_not_declare_one_length_of_doubles_is_refused(record: type) -> None:
+    with pytest.raises(TypeError, match=rf"{record.__name__}\."):
+        row.columns(record)
+    with pytest.raises(TypeError, match=rf"{record.__name__}\."):
+        row.reader(record)

@@ -213,3 +213,19 @@ def test_by_contact_suction_is_no_deeper_than_off_the_middle_of_the_search(
     for at_mm in (90.0, 104.0, 108.5):
         expected_mm = min(at_mm - backoff_mm, deepest_mm)
         assert plans.backed_off_mm(contact, at_mm) == expected_mm
+
+
+def test_all_that_cannot_be_done_is_told_with_the_field_to_change_and_the_first_is_raised() -> None:
+    wrong = PAPER._replace(
+        cap_mm=91.0, dwell_s=14.0, in_airway_budget_s=29.0, withdrawal_mm_per_s=18.0
+    )
+    told = list(planner.refusals(wrong, BENCH, BENCH_SITE, by_contact=False))
+    assert [one.field for one in told] == ["cap_mm", "in_airway_budget_s", "withdrawal_mm_per_s"]
+    assert refusal(wrong) == told[0].sentence
+    slow = PAPER._replace(dwell_s=1.0, negative_pressure_budget_s=5.0, insertion_mm_per_s=19.0)
+    told = list(planner.refusals(slow, BENCH, BENCH_SITE, by_contact=False))
+    assert [one.field for one in told] == ["dwell_s", "dwell_s", "insertion_mm_per_s"]
+    search = PAPER._replace(contact_from_mm=95.0)
+    told = list(planner.refusals(search, BENCH, BENCH_SITE, by_contact=True))
+    assert [one.field for one in told] == ["contact_from_mm"]
+    assert not list(planner.refusals(PAPER, BENCH, BENCH_SITE, by_contact=False))

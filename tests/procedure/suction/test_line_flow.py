@@ -49,21 +49,29 @@ SENSORS = [
 
 
 def watch(
-    flow: FreeFlow, line: SuctionLine, set_mmhg: float, shares: list[float], sensor: Sensor
+    flow: FreeFlow,
+    line: SuctionLine,
+    set_mmhg: float,
+    shares: list[float],
+    sensor: Sensor,
+    every: int = 1,
 ) -> list[FlowSeen]:
     """What is seen in each tick of a second for each share of a free tip, from the set point on.
 
     On a thin line the pump rests from the set point down to nine tenths of it, by the truth.
+    every: how many ticks of the line a tick of the controller lasts.
     """
     chance = np.random.default_rng(7)
     state = SuctionState(vacuum_mmhg=set_mmhg, gas_ml_per_s=0.0, gas_ml=0.0)
-    seen, rests, found = NOTHING_SEEN, flow.at_rest, []
+    seen, rests, found, ticks = NOTHING_SEEN, flow.at_rest, [], 0
     for share in shares:
         for noise in chance.normal(0.0, 1.0, round(1.0 / DT_S)):
             state = suction_line.step(line, state, not rests, set_mmhg, share, 0.0, DT_S)
             reading = state.vacuum_mmhg + sensor.offset_mmhg + sensor.noise_mmhg * float(noise)
-            seen = line_flow.step(flow, seen, reading, True, not rests, DT_S)
-            found.append(seen)
+            ticks += 1
+            if ticks % every == 0:
+                seen = line_flow.step(flow, seen, reading, True, not rests, every * DT_S)
+                found.append(seen)
             if flow.at_rest:
                 rests = state.vacuum_mmhg >= (0.9 if rests else 1.0) * set_mmhg
     return found
@@ -97,6 +105,14 @@ def test_gas_alone_is_told_within_half_a_second_and_mucus_again(name: str, senso
     # The vacuum is on its way from one state to the other meanwhile.
     assert all(told[second + second // 2 : 3 * second])
     assert not any(told[3 * second + second // 2 :])
+
+
+@pytest.mark.parametrize("every", [1, 2, 4])
+def test_with_readings_further_apart_gas_alone_is_told_as_surely(every: int) -> None:
+    """Half as many readings of a noisy sensor average out less: the window lasts longer for it."""
+    found = watch(ADULT, LINE, ADULT_MMHG, [1.0] * 20, Sensor(noise_mmhg=2.0), every)
+    told = [line_flow.is_nothing_coming(seen, every * DT_S) for seen in found]
+    assert all(told[len(told) // 20 :])
 
 
 def test_a_thin_catheter_tells_nothing_while_its_pump_runs() -> None:

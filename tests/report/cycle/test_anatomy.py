@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from opensuction.report import anatomy as geometry
 from opensuction.report.cycle import anatomy
 from tests.report import example
 
@@ -20,13 +21,13 @@ def test_depths_are_to_scale() -> None:
 
 @given(st.lists(st.floats(0, 500), min_size=1, max_size=8).map(sorted))
 def test_labels_keep_their_order_and_do_not_overlap(wanted_px: list[float]) -> None:
-    placed = anatomy.spread(wanted_px, 20.0)
+    placed = geometry.spread(wanted_px, 20.0)
     assert len(placed) == len(wanted_px)
     assert np.all(np.diff(placed) >= 20.0 - 1e-9)
 
 
 def test_labels_with_room_stay_where_they_belong() -> None:
-    assert anatomy.spread([0.0, 50.0, 100.0], 20.0) == [0.0, 50.0, 100.0]
+    assert geometry.spread([0.0, 50.0, 100.0], 20.0) == [0.0, 50.0, 100.0]
 
 
 def test_description_says_what_is_drawn() -> None:
@@ -71,8 +72,8 @@ def _with_tip(end_mm: float, *, inside: bool) -> anatomy.Drawing:
 
 def test_the_catheter_is_drawn_where_it_is_now() -> None:
     left = _with_tip(48.6, inside=True)
-    assert left.now_px == anatomy.y_px(48.6)
-    assert left.deepest_px == anatomy.y_px(100.7)
+    assert left.now_px == geometry.y_px(48.6)
+    assert left.deepest_px == geometry.y_px(100.7)
     assert left.bend_share == 1.0
     assert "still inside, its tip 48.6 mm below the tube's end" in left.caption
     in_the_tube = _with_tip(-48.0, inside=True)

@@ -9,15 +9,25 @@ from opensuction.twin import preset
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.machine import drive_watchdog, machine
-from opensuction.twin.machine.drive_watchdog import INWARDS_MM, LISTENING, SILENCE_S, WatchdogState
+from opensuction.twin.machine.drive_watchdog import (
+    BRAKING_MM_PER_S2,
+    INWARDS_MM,
+    LISTENING,
+    SILENCE_S,
+    SPEED_SHARE,
+    WatchdogState,
+)
 from opensuction.twin.machine.machine import Machine, MachineState
-from opensuction.twin.parameter import BENCH, nominal
+from opensuction.twin.parameter import BENCH, CLINICAL, nominal
 from tests.twin.holding import hold_machine
 
 DT_S = 0.001
 VALUES = nominal(BENCH)
 MACHINE = preset.machine(VALUES)
 WATCHDOG = drive_watchdog.of(MACHINE, 0.0)
+FAST_VALUES = nominal(CLINICAL)
+FAST = preset.machine(FAST_VALUES)
+FAST_WATCHDOG = drive_watchdog.of(FAST, 0.0)
 SILENCE_TICKS = round(SILENCE_S / DT_S)
 VALVE_OPEN = Commands(
     head_mm=0.0,
@@ -110,6 +120,46 @@ def test_a_head_that_coasts_is_drawn_out_all_the_same(coasting_mm: list[float]) 
     for head_mm in coasting_mm:
         state = drive_watchdog.step(WATCHDOG, state, False, False, head_mm, DT_S)
     assert drive_watchdog.commands(WATCHDOG, state, True, 40.0, 0.0).insertion_on
+
+
+@pytest.mark.requirement("OS-R39")
+@pytest.mark.parametrize("speed_mm_per_s", [10.0, 30.0, 40.0, 50.0, 60.0])
+def test_a_head_at_any_speed_coasts_and_is_drawn_out(speed_mm_per_s: float) -> None:
+    """A sound drive: however fast it moved in as the controller died, it is not let go."""
+    body = preset.park(FAST, FAST_VALUES, 0.0, seed=1, run=2).machine
+    state, wanted_mm = LISTENING, 0.0
+    for tick in range(4000):
+        head_mm = machine.read(FAST, body).head_mm
+        heard = tick < 1000
+        state = drive_watchdog.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
+        if state.alone:
+            orders = drive_watchdog.commands(FAST_WATCHDOG, state, True, head_mm, 0.0)
+        elif heard:
+            wanted_mm += speed_mm_per_s * DT_S
+            volts = FAST.insertion_axis.voltage_limit_v
+            lag_v = 10.0 * (wanted_mm - head_mm)
+            orders = VALVE_OPEN._replace(insertion_v=min(max(lag_v, -volts), volts), valve_on=False)
+        body = machine.step(FAST, body, orders, DT_S)
+        assert not state.astray
+    assert machine.read(FAST, body).head_mm < 1.0
+
+
+@pytest.mark.parametrize("speed_mm_per_s", [0.0, 30.0, 60.0])
+def test_a_head_that_goes_further_than_its_speed_carries_it_is_let_go(
+    speed_mm_per_s: float,
+) -> None:
+    """Pushed in on and on: by twice the way that a sound drive needs, and by 3 mm at least."""
+    state, head_mm, gone_mm = LISTENING, 0.0, 0.0
+    for tick in range(2000):
+        heard = tick < 500
+        head_mm += max(speed_mm_per_s, 5.0 * (not heard)) * DT_S
+        state = drive_watchdog.step(FAST_WATCHDOG, state, heard, True, head_mm, DT_S)
+        if state.astray:
+            gone_mm = head_mm - state.from_mm
+            break
+    fastest_mm_per_s = FAST_WATCHDOG.out_mm_per_s / SPEED_SHARE
+    coasts_mm = min(speed_mm_per_s, fastest_mm_per_s) ** 2 / (2.0 * BRAKING_MM_PER_S2)
+    assert gone_mm == pytest.approx(max(INWARDS_MM, coasts_mm), rel=0.05)
 
 
 @given(st.floats(-50.0, 200.0), st.floats(-300.0, 300.0))

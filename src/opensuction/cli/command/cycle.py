@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,6 +25,8 @@ TERMINAL_PACE = 10.0
 """Simulated seconds in one second on a terminal: a cycle is over in about 3 s."""
 SOUND = "alarm.wav"
 """File that lets a person hear the most urgent alarm of a run."""
+RECORDING = "recording.mcap"
+"""File with every tick of the run, of a day the last cycle."""
 
 
 class CycleOptions(NamedTuple):
@@ -32,6 +35,7 @@ class CycleOptions(NamedTuple):
     choice: CycleChoice = CycleChoice()
     day: DayChoice = DayChoice()
     pace: float | None = None
+    unrecorded: bool = False
     results: OutputChoice = OutputChoice()
 
 
@@ -61,8 +65,8 @@ def run(options: CycleOptions) -> int:
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         prepared = progress.wait(lambda: _prepare(options, progress), "Preparing")
         if options.day.every_min is None:
-            return _run_cycle(prepared, console, Pacer(pace), progress)
-        return _run_day(prepared, options.day, console, progress)
+            return _run_cycle(options, prepared, console, Pacer(pace), progress)
+        return _run_day(options, prepared, console, progress)
 
     return deliver(options.results, options.choice.rig.seed, work)
 
@@ -106,8 +110,28 @@ def _play(prepared: "Prepared", console: "Console", pacer: Pacer) -> "InjectedRu
         return fault_run.play(prepared, watch)
 
 
+def _record(
+    options: CycleOptions, prepared: "Prepared", ran: "InjectedRun", progress: "ProgressTeller"
+) -> dict[str, str | bytes]:
+    """The recording of a run, as a file; nothing where none is wanted."""
+    if options.unrecorded:
+        return {}
+    from opensuction.session.recorded import cycle_recording
+
+    began_ns = time.time_ns()
+    return {
+        RECORDING: progress.wait(
+            lambda: cycle_recording.record(prepared, ran, began_ns), "Recording"
+        )
+    }
+
+
 def _run_cycle(
-    prepared: "Prepared", console: "Console", pacer: Pacer, progress: "ProgressTeller"
+    options: CycleOptions,
+    prepared: "Prepared",
+    console: "Console",
+    pacer: Pacer,
+    progress: "ProgressTeller",
 ) -> CommandResult:
     """One cycle."""
     from opensuction.report.cycle import page
@@ -118,11 +142,12 @@ def _run_cycle(
     data = cycle_summary.summary(prepared, found.columns, progress.elapsed_s, factor)
     data["faults"] = fault_run.plain(found)
     html = page.render(data, found.columns, machine_summary.sections(prepared))
-    return _write_up(data, {"report.html": html}, progress)
+    files = {"report.html": html, **_record(options, prepared, found, progress)}
+    return _write_up(data, files, progress)
 
 
 def _run_day(
-    prepared: "Prepared", asked: DayChoice, console: "Console", progress: "ProgressTeller"
+    options: CycleOptions, prepared: "Prepared", console: "Console", progress: "ProgressTeller"
 ) -> CommandResult:
     """Many cycles: the day has a page, and so has each cycle; the report is the last one's."""
     from opensuction.report import sheet
@@ -131,7 +156,7 @@ def _run_day(
     from opensuction.session.cycle import cycle_run, cycle_summary, machine_summary
     from opensuction.session.day import cycle_report, day_run, day_summary
 
-    reports: list[cycle_report.CycleReport] = []
+    asked, reports = options.day, list[cycle_report.CycleReport]()
 
     def tell(cycle: day_run.DayCycle, began: "Prepared", columns: "Columns") -> None:
         found = cycle.outcome
@@ -159,13 +184,17 @@ def _run_day(
         "day.html": sheet.render(day_page.page(data, day.samples._asdict())),
         "report.html": page.render(data, day.columns, machine_summary.sections(day.last)),
         **cycle_report.list_pages(reports),
+        **_record(options, day.last, day.ran, progress),
     }
     return _write_up(data, files, progress)
 
 
-def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> CommandResult:
+def _write_up(
+    data: Json, made: Mapping[str, str | bytes], progress: "ProgressTeller"
+) -> CommandResult:
+    data["recording"] = RECORDING if RECORDING in made else None
     data["wall_s"] = progress.elapsed_s
-    files: dict[str, str | bytes] = {**pages, "cycle.json": to_text(data), **_sound(data)}
+    files: dict[str, str | bytes] = {**made, "cycle.json": to_text(data), **_sound(data)}
     from opensuction.report.day import day_verdict
     from opensuction.report.summary import is_good
 
@@ -174,6 +203,7 @@ def _write_up(data: Json, pages: dict[str, str], progress: "ProgressTeller") -> 
         files,
         lambda console, folder: _summarise(console, data, _named(folder, list(files))),
         is_good=is_good(data) and day_verdict.is_good(data.get("day")),
+        stale=() if RECORDING in files else (RECORDING,),
     )
 
 
@@ -211,7 +241,8 @@ COMMAND = Command(
     run=run,
     sentence="One automated suction cycle on the digital twin: live phases, summary, report.",
     details="Identifies the drawn machine where the compensation needs it, runs the cycle under "
-    "the real controller, and writes report.html (open it in a browser) and cycle.json.",
+    "the real controller, and writes report.html (open it in a browser), cycle.json and "
+    "recording.mcap (every tick; see opensuction replay and export).",
     examples=cycle_help.EXAMPLES,
     ends="0 completed, 1 aborted or the patient at risk",
 )

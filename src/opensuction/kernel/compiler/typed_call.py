@@ -53,11 +53,18 @@ class TypedCall(Generic[Result]):
 
     def __call__(self, *arguments: Any) -> Result:
         """Call it."""
+        return self.find(arguments)(*arguments)
+
+    def find(self, arguments: tuple[Any, ...]) -> Callable[..., Result]:
+        """Machine code for arguments of these kinds.
+
+        Whoever calls it again and again, and with no others, need not have it looked up each time.
+        """
         kind = (self._kind(*arguments), *map(type, arguments))
         code = self._known.get(kind)
         if code is None:
             code = self._known[kind] = self._resolve(arguments)
-        return code(*arguments)
+        return code
 
     def _resolve(self, arguments: tuple[Any, ...]) -> Callable[..., Result]:
         """Machine code for arguments of these kinds; the function itself where all is Python."""

@@ -7,35 +7,80 @@ record type is generated once as straight-line code: no loop over fields survive
 import keyword
 from collections.abc import Callable
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
+from annotated_types import Len
 
 from opensuction.kernel.generated import straight_line
 from opensuction.kernel.record import Array
 
 Row = Array
 SCALARS = (float, int, bool)
+SIZED = "Annotated[tuple[float, ...], Len(n, n)]"
+
+
+class Column(NamedTuple):
+    """One scalar of a record."""
+
+    name: str
+    """Dotted path; a number of a tuple has its place there as its name."""
+    source: str
+    """The same as an expression: ``plays_mm[3]``."""
+    kind: type
+    """``float``, ``int`` or ``bool``."""
+
+
+def _length(kind: Any) -> int | None:
+    """How many numbers a tuple field declares; None for what is no such field."""
+    if get_origin(kind) is not Annotated or get_args(kind)[0] != tuple[float, ...]:
+        return None
+    lengths = [one for one in kind.__metadata__ if isinstance(one, Len)]
+    if len(lengths) != 1 or lengths[0].min_length != lengths[0].max_length:
+        return None
+    return lengths[0].min_length
+
+
+@cache
+def _hints(record_type: type) -> dict[str, Any]:
+    """Types of a record's fields by name: a sized tuple as it is declared, all else plain."""
+    declared = get_type_hints(record_type, include_extras=True)
+    plain = get_type_hints(record_type)
+    return {
+        name: kind if _length(kind) is not None else plain[name] for name, kind in declared.items()
+    }
+
+
+@cache
+def layout(record_type: type) -> tuple[Column, ...]:
+    """Every scalar in a record type, in order; arrays are left out.
+
+    record_type: a NamedTuple whose fields are scalars, arrays, tuples that declare their length
+    (`SIZED`) or NamedTuples of these. Raises TypeError for a field of any other type.
+    """
+    found: list[Column] = []
+    for name, kind in _hints(record_type).items():
+        length = _length(kind)
+        if keyword.iskeyword(name):
+            raise TypeError(f"{record_type.__name__}.{name} is a keyword")
+        if kind in SCALARS:
+            found.append(Column(name, name, kind))
+        elif length is not None:
+            found.extend(Column(f"{name}.{i}", f"{name}[{i}]", float) for i in range(length))
+        elif hasattr(kind, "_fields"):
+            inner = layout(kind)
+            found.extend(Column(f"{name}.{i.name}", f"{name}.{i.source}", i.kind) for i in inner)
+        elif get_origin(kind) is not np.ndarray:
+            raise TypeError(
+                f"{record_type.__name__}.{name} is {kind}: not a scalar, array, record, {SIZED}"
+            )
+    return tuple(found)
 
 
 @cache
 def columns(record_type: type) -> tuple[str, ...]:
-    """Dotted paths of every scalar in a record type, in order; arrays are left out.
-
-    record_type: a NamedTuple whose fields are scalars, arrays or NamedTuples of these.
-    Raises TypeError for a field of any other type.
-    """
-    names: list[str] = []
-    for name, kind in get_type_hints(record_type).items():
-        if keyword.iskeyword(name):
-            raise TypeError(f"{record_type.__name__}.{name} is a keyword")
-        if kind in SCALARS:
-            names.append(name)
-        elif hasattr(kind, "_fields"):
-            names.extend(f"{name}.{inner}" for inner in columns(kind))
-        elif getattr(kind, "__origin__", None) is not np.ndarray:
-            raise TypeError(f"{record_type.__name__}.{name} is {kind}: not a scalar, array, record")
-    return tuple(names)
+    """Dotted paths of every scalar in a record type, in order; see `layout`."""
+    return tuple(column.name for column in layout(record_type))
 
 
 def _head(signature: str, record_type: type, size: int, *, checked: bool) -> list[str]:
@@ -55,10 +100,10 @@ def writer(record_type: type, *, checked: bool = True) -> Callable[[Row, Any], N
     row: array of at least ``len(columns(record_type))`` numbers. checked: a shorter one is refused;
     else whoever calls it answers for that. What may raise keeps references counted, in every tick.
     """
-    names = columns(record_type)
+    found = layout(record_type)
     lines = [
-        *_head("write(row, record)", record_type, len(names), checked=checked),
-        *(f"    row[{i}] = record.{name}" for i, name in enumerate(names)),
+        *_head("write(row, record)", record_type, len(found), checked=checked),
+        *(f"    row[{i}] = record.{column.source}" for i, column in enumerate(found)),
     ]
     write: Callable[[Row, Any], None] = straight_line.define(
         lines, f"row of {record_type.__name__}"
@@ -73,10 +118,10 @@ def table_writer(record_type: type) -> Callable[[Array, int, Any], None]:
     checked here. A `writer` on ``table[number]`` would make a view in every tick: to count its
     references a processor waits until all that it has written before is in its caches.
     """
-    names = columns(record_type)
+    found = layout(record_type)
     lines = [
         "def write(table, number, record):",
-        *(f"    table[number, {i}] = record.{name}" for i, name in enumerate(names)),
+        *(f"    table[number, {i}] = record.{column.source}" for i, column in enumerate(found)),
     ]
     write: Callable[[Array, int, Any], None] = straight_line.define(
         lines, f"table of {record_type.__name__}"
@@ -84,24 +129,41 @@ def table_writer(record_type: type) -> Callable[[Array, int, Any], None]:
     return write
 
 
-def _rebuilt(record_type: type, scope: dict[str, Any], first: int, at: str = "") -> tuple[str, int]:
+def _rebuilt(
+    record_type: type,
+    scope: dict[str, Any],
+    first: int,
+    at: str = "",
+    arrays: list[str] | None = None,
+) -> tuple[str, int]:
     """Source that builds a record from the columns from ``first`` on, and the column after it.
 
-    at: what stands before a column's number.
+    at: what stands before a column's number. arrays: takes the names of arguments that hold the
+    record's arrays; without it a record with one is refused.
     """
     constructor = f"record_{len(scope)}"
     scope[constructor] = record_type
     parts = []
-    for name, kind in get_type_hints(record_type).items():
+    for name, kind in _hints(record_type).items():
+        length = _length(kind)
         if kind is bool:
             parts.append(f"{name}=row[{at}{first}] != 0.0")
         elif kind is int:
             parts.append(f"{name}=int(row[{at}{first}])")
         elif kind is float:
             parts.append(f"{name}=row[{at}{first}]")
+        elif length is not None:
+            numbers = (f"row[{at}{first + i}]" for i in range(length))
+            parts.append(f"{name}={straight_line.tuple_of(numbers)}")
+            first += length
+            continue
         elif hasattr(kind, "_fields"):
-            inner, first = _rebuilt(kind, scope, first, at)
+            inner, first = _rebuilt(kind, scope, first, at, arrays)
             parts.append(f"{name}={inner}")
+            continue
+        elif arrays is not None and get_origin(kind) is np.ndarray:
+            arrays.append(f"array_{len(arrays)}")
+            parts.append(f"{name}={arrays[-1]}")
             continue
         else:
             raise TypeError(f"{record_type.__name__}.{name} is {kind}: a row does not hold it")
@@ -123,6 +185,21 @@ def reader(record_type: type, *, checked: bool = True) -> Callable[[Row], Any]:
     ]
     read: Callable[[Row], Any] = straight_line.define(
         lines, f"record {record_type.__name__}", **scope
+    )
+    return read
+
+
+def reader_with_arrays(record_type: type) -> Callable[..., Any]:
+    """Compiled ``read(row, *arrays)`` for a record that has arrays, too: they become its own.
+
+    Unchecked, as for `reader`.
+    """
+    scope: dict[str, Any] = {}
+    arrays: list[str] = []
+    built, _ = _rebuilt(record_type, scope, 0, arrays=arrays)
+    lines = [f"def read({', '.join(['row', *arrays])}):", f"    return {built}"]
+    read: Callable[..., Any] = straight_line.define(
+        lines, f"record with arrays {record_type.__name__}", **scope
     )
     return read
 

@@ -6,9 +6,10 @@ held for a moment, and fails when it does not come in time; the test ends with t
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from annotated_types import Len
 
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.generated import straight_line
@@ -53,7 +54,7 @@ class CheckPlan(NamedTuple):
     """Least vacuum that it, and not the regulator, must be keeping."""
     beyond_mmhg: float
     """Set point that only the relief valve keeps the line from."""
-    limits_s: tuple[float, ...]
+    limits_s: Annotated[tuple[float, ...], Len(len(CheckItem), len(CheckItem))]
     """Longest time for each item, by its number."""
 
 

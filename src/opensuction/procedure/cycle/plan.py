@@ -1,10 +1,13 @@
 """The plan of one run: a protocol fitted to machine and patient, in the form the tick needs."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from annotated_types import Len
 
 from opensuction.control.profile import Profile
 from opensuction.control.staged_path import StagedPath
 from opensuction.kernel.compiled import compiled
+from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check import CheckPlan
 from opensuction.procedure.cycle.teaching import TravelRange
 from opensuction.procedure.suction.line_flow import FreeFlow
@@ -89,7 +92,7 @@ class Plan(NamedTuple):
     """Nobody is on the machine: it may be identified."""
     travel_known: bool
     """Whether a cycle may start: not under the plan that a person teaches with."""
-    limits_s: tuple[float, ...]
+    limits_s: Annotated[tuple[float, ...], Len(len(Phase), len(Phase))]
     """Longest duration of each phase, by its number; infinite where a person acts."""
 
 

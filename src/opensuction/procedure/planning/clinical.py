@@ -224,13 +224,17 @@ def held_against_guidelines(
     )
 
 
+def sentence(check: GuidelineCheck) -> str:
+    """What a requirement that is not met has to say, with the numbers."""
+    word = "below" if check.strict else "at most"
+    return (
+        f"{check.name} would be {check.value:.3g} {check.unit}".rstrip()
+        + f", it should be {word} {check.limit:g} {check.unit}".rstrip()
+    )
+
+
 def enforce(found: list[GuidelineCheck]) -> None:
     """Refuse the first requirement that is not met; raises InputError with the numbers."""
     for check in found:
         if not check.ok:
-            word = "below" if check.strict else "at most"
-            raise InputError(
-                f"{check.name} would be {check.value:.3g} {check.unit}".rstrip()
-                + f", it should be {word} {check.limit:g} {check.unit}".rstrip()
-                + f" ({check.source})"
-            )
+            raise InputError(f"{sentence(check)} ({check.source})")

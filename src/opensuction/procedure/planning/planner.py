@@ -1,6 +1,7 @@
 """Fits a protocol to a machine, or refuses with the arithmetic in one line."""
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from opensuction.control import profile, staged_path
@@ -132,47 +133,76 @@ def check_numbers(protocol: Protocol) -> None:
             raise InputError(f"{name} {value:g} should be greater than 0")
 
 
-def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> None:
-    """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
-    check_numbers(protocol)
-    times = timeline(protocol, abilities, site, by_contact)
-    least_cap = protocol.travel_mm + CAP_MARGIN_MM
-    if protocol.cap_mm < least_cap:
-        raise InputError(
-            f"cap_mm {protocol.cap_mm:g} mm is nearer than {CAP_MARGIN_MM:g} mm to travel_mm "
-            f"{protocol.travel_mm:g} mm: set cap_mm to {least_cap:g} mm or more"
-        )
+class Refused(NamedTuple):
+    """Why something cannot be done."""
+
+    field: str
+    """Of the protocol: what a person would change first."""
+    sentence: str
+    """With the arithmetic."""
+
+
+def _refuse_times(protocol: Protocol, times: Timeline, by_contact: bool) -> Iterator[Refused]:
+    """What does not fit its budget."""
     if times.negative_pressure > protocol.negative_pressure_budget_s:
-        raise InputError(
+        yield Refused(
+            "dwell_s",
             f"negative pressure would last {times.negative_pressure:.1f} s = dwell "
             f"{times.dwell:.1f} s + withdrawal {times.withdrawal:.1f} s + valve stroke "
             f"{times.stroke:.1f} s; the budget is {protocol.negative_pressure_budget_s:g} s: "
-            "shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm"
+            "shorten dwell_s, raise withdrawal_mm_per_s or reduce travel_mm",
         )
     if times.in_airway > protocol.in_airway_budget_s:
         backing = f"back-off {times.back_off:.1f} s + " if by_contact else ""
-        raise InputError(
+        yield Refused(
+            "in_airway_budget_s",
             f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
             f"{times.insertion:.1f} s + {backing}dwell {times.dwell:.1f} s + withdrawal "
-            f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s"
+            f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s",
         )
+
+
+def refusals(
+    protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool
+) -> Iterator[Refused]:
+    """All that cannot be done of a protocol whose numbers are some (`check_numbers`)."""
+    times = timeline(protocol, abilities, site, by_contact)
+    least_cap = protocol.travel_mm + CAP_MARGIN_MM
+    if protocol.cap_mm < least_cap:
+        yield Refused(
+            "cap_mm",
+            f"cap_mm {protocol.cap_mm:g} mm is nearer than {CAP_MARGIN_MM:g} mm to travel_mm "
+            f"{protocol.travel_mm:g} mm: set cap_mm to {least_cap:g} mm or more",
+        )
+    yield from _refuse_times(protocol, times, by_contact)
     needed = times.stroke + crossing_s(abilities, abilities.gap_out_mm)
     if protocol.dwell_s < needed:
-        raise InputError(
+        yield Refused(
+            "dwell_s",
             f"dwell_s {protocol.dwell_s:g} s is too short: the valve stroke takes "
-            f"{times.stroke:.1f} s and the gap of the way back {needed - times.stroke:.1f} s"
+            f"{times.stroke:.1f} s and the gap of the way back {needed - times.stroke:.1f} s",
         )
-    fastest = max(protocol.insertion_mm_per_s, protocol.withdrawal_mm_per_s)
+    insertion, withdrawal = protocol.insertion_mm_per_s, protocol.withdrawal_mm_per_s
+    fastest = max(insertion, withdrawal)
     if fastest > abilities.head_mm_per_s:
-        raise InputError(
+        yield Refused(
+            "withdrawal_mm_per_s" if withdrawal >= insertion else "insertion_mm_per_s",
             f"a speed of {fastest:g} mm/s is more than this machine's head can do "
-            f"({abilities.head_mm_per_s:g} mm/s)"
+            f"({abilities.head_mm_per_s:g} mm/s)",
         )
     if by_contact and protocol.contact_from_mm >= protocol.travel_mm:
-        raise InputError(
+        yield Refused(
+            "contact_from_mm",
             f"contact_from_mm {protocol.contact_from_mm:g} mm should be less than travel_mm "
-            f"{protocol.travel_mm:g} mm, where the search for contact ends"
+            f"{protocol.travel_mm:g} mm, where the search for contact ends",
         )
+
+
+def check(protocol: Protocol, abilities: Abilities, site: Site, by_contact: bool) -> None:
+    """Refuse what cannot be done. Raises InputError with the arithmetic in one line."""
+    check_numbers(protocol)
+    for refused in refusals(protocol, abilities, site, by_contact):
+        raise InputError(refused.sentence)
 
 
 def _overdue_s(planned_s: float) -> float:
@@ -208,7 +238,7 @@ def longest_cycle_s(plan: Plan) -> float:
     return sum(plan.limits_s[phase] for phase in CYCLE)
 
 
-def _suction_mm(protocol: Protocol, site: Site) -> float:
+def suction_mm(protocol: Protocol, site: Site) -> float:
     """Deepest suction by contact: off the middle of what the search may be beyond the carina.
 
     None is too deep where the tip sucks where it stopped.
@@ -257,7 +287,7 @@ def plan(
             enabled=by_contact,
             window_start_mm=protocol.contact_from_mm,
             backoff_mm=protocol.backoff_mm,
-            suction_mm=_suction_mm(protocol, site),
+            suction_mm=suction_mm(protocol, site),
         ),
         check=testing,
         plausible=teaching.PLAUSIBLE[site.age],

@@ -26,6 +26,8 @@ takes 20 ms, but for a seventh [computed]."""
 STALE_S = 0.6
 """A window older than this says nothing any more. A thin catheter's pump runs for 50 ms, and its
 rest has a window 230 ms after it began [computed]."""
+SAMPLE_S = 0.001
+"""Time between two readings that `FreeFlow.window_s` is meant for."""
 LEAST_MMHG = 10.0
 """A line with less vacuum draws nothing that could be told: a sensor's offset is as much; assumed.
 """
@@ -35,7 +37,8 @@ class FreeFlow(NamedTuple):
     """What a line and a catheter without mucus do, as the machine's profile has it."""
 
     window_s: float
-    """Time over which the flow is measured; 0 where nothing is looked for."""
+    """Time over which the flow is measured, with a reading each `SAMPLE_S`; 0 where nothing is
+    looked for."""
     pump_ml_per_s: float
     """Free-air flow of the pump."""
     pump_ml_per_s_per_mmhg: float
@@ -94,6 +97,18 @@ def share(flow: FreeFlow, mean_mmhg: float, slope_mmhg_per_s: float, pumping: bo
 
 
 @compiled
+def _is_full(flow: FreeFlow, ticks: int, dt_s: float) -> bool:
+    """Whether a window has so many readings that their noise leaves no more of a slope than it may.
+
+    The slope of a line through n readings in a time T deviates by sqrt(12 / n) / T times what they
+    do: with readings further apart the cube of T grows as the time between them.
+    """
+    time_s, window_s = ticks * dt_s, flow.window_s
+    apart = max(dt_s / SAMPLE_S, 1.0)
+    return time_s * time_s * time_s >= window_s * window_s * window_s * apart
+
+
+@compiled
 def _judge(flow: FreeFlow, seen: FlowSeen, dt_s: float) -> FlowSeen:
     """Judge a window that is full, and begin the next."""
     count = seen.ticks * 1.0
@@ -130,7 +145,7 @@ def step(
         moment_mmhg=seen.moment_mmhg + vacuum_mmhg * seen.ticks,
         age_ticks=age,
     )
-    if longer.ticks * dt_s >= flow.window_s:
+    if _is_full(flow, longer.ticks, dt_s):
         return _judge(flow, longer, dt_s)
     return longer
 

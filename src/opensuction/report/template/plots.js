@@ -63,6 +63,7 @@
     const headroom = narrow ? NARROW_HEADROOM : DEPTH_HEADROOM;
     timePlot("depth", 400, series, [
       line("tip", "Tip", "mm", 1, "tip", { width: 3 }),
+      line("estimated", "Tip, estimated", "mm", 1, series.tip ? "removed" : "tip", { width: series.tip ? 1.5 : 3 }),
       line("reference", "Desired tip", "mm", 1, "reference", { width: 1.5, dash: [7, 4] }),
       line("head", "Head", "mm", 1, "head", { width: 1.5 }),
       line("deepest", "Deepest possible", "mm", 1, "deepest", { width: 1.5, dash: [2, 3] }),

@@ -6,7 +6,9 @@ a clock after the other: see `kernel.generated.straight_line`.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from annotated_types import Len
 
 from opensuction.kernel.generated import straight_line
 from opensuction.safety.condition_mask import HANDLINGS
@@ -25,9 +27,9 @@ Seconds = tuple[float, ...]
 class Clocks(NamedTuple):
     """Time without a break, s, as far as it is of use."""
 
-    held_s: Seconds
+    held_s: Annotated[Seconds, Len(len(DELAYED), len(DELAYED))]
     """Of the conditions of `DELAYED`, in their order, as long as they wait."""
-    unanswered_s: Seconds
+    unanswered_s: Annotated[Seconds, Len(len(RISING), len(RISING))]
     """Of the conditions of `RISING`, in their order, as long as they are shown."""
 
 

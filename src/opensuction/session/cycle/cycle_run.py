@@ -22,10 +22,12 @@ from opensuction.procedure.planning.protocol import Protocol
 from opensuction.report.moment import Moment
 from opensuction.session.cycle import compensation_choice, fault_choice, preoxygenation
 from opensuction.session.cycle.resolution import ResolvedCycle
-from opensuction.simulation import closed_loop, self_calibration, trace
+from opensuction.simulation import closed_loop, input_log, self_calibration, trace
 from opensuction.simulation import rig as rigs
 from opensuction.simulation import teaching as by_hand
 from opensuction.simulation.closed_loop import COLUMNS, DT_S, Loop, LoopState
+from opensuction.simulation.injection.injection import InjectedRun
+from opensuction.simulation.input_log import InputSpan
 from opensuction.simulation.outcome import Outcome, outcome
 from opensuction.simulation.rig import Identification, Rig
 from opensuction.simulation.trace import Columns, Watcher
@@ -87,7 +89,7 @@ def teach(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> float:
     return found.taught_mm
 
 
-def _fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol:
+def fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol:
     """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
     protocol, by_contact = resolved.protocol, resolved.by_contact
     able = setup.abilities(rig.profile, resolved.compensation, calibration, rig.site)
@@ -110,15 +112,20 @@ def _refuse_early(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -
     if isinstance(found, Template):
         least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
-    protocol = _fit(resolved, first, calibration)
+    protocol = fit(resolved, first, calibration)
     kind, by_contact = resolved.compensation, resolved.by_contact
     setup.plan_settings(first.profile, protocol, kind, calibration, by_contact, first.site)
 
 
-def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: None) -> Prepared:
+def prepare(
+    resolved: ResolvedCycle,
+    tell: Callable[[str], None] = lambda _: None,
+    what: str = "One suction cycle",
+) -> Prepared:
     """Draw the machine, identify it and teach it where that is needed, and plan the cycle.
 
-    tell: called with a line of progress. Raises InputError for what cannot be planned.
+    tell: called with a line of progress. what: is prepared, for the first of them.
+    Raises InputError for what cannot be planned.
     """
     choice, kind = resolved.choice, resolved.compensation
     is_template = isinstance(resolved.protocol, Template)
@@ -131,7 +138,7 @@ def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: Non
             resolved.parameter_file, choice.compensation, rig.kind
         )
     _refuse_early(resolved, rig, calibration)
-    tell(resolved.heading)
+    tell(f"{what} on the digital twin: {resolved.chosen}")
     identification, taught_mm, known = None, None, calibration
     if resolved.parameter_file is not None:
         tell(f"Compensating with the model of {choice.compensation}")
@@ -153,7 +160,7 @@ def prepare(resolved: ResolvedCycle, tell: Callable[[str], None] = lambda _: Non
 def assemble(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Prepared:
     """The cycle of a rig that is calibrated and taught; its gaps may be changed only now."""
     kind, by_contact = resolved.compensation, resolved.by_contact
-    protocol = _fit(resolved, rig, calibration)
+    protocol = fit(resolved, rig, calibration)
     rig = self_calibration.with_widths(rig, resolved.choice.gap_scale)
     loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(resolved, rig, protocol, calibration, None, None, loop, start)
@@ -194,6 +201,22 @@ def played(
         return state, columns
     state, after = trace.record(prepared.loop, state, NO_REQUESTS, AFTERMATH_S)
     return state, trace.join([columns, after])
+
+
+def run(
+    prepared: Prepared, state: LoopState, requests: Requests, watch: Watch | None = None
+) -> InjectedRun:
+    """As `played`, with what the controller got in it."""
+    after, columns = played(prepared, state, requests, watch)
+    span = InputSpan(
+        first=0,
+        ticks=columns["time_s"].size,
+        tick=state.tick,
+        requests=requests,
+        set_by=input_log.BEGUN,
+        state=state.controller,
+    )
+    return InjectedRun(after, columns, (), columns, spans=(span,))
 
 
 _WATCHED = tuple(

@@ -4,12 +4,13 @@ Keys and units are a contract (docs/reference/results.md); ``null``: not simulat
 """
 
 from collections.abc import Iterable
-from enum import IntEnum
 
 import numpy as np
 
 from opensuction import __version__
+from opensuction.kernel import arithmetic_fingerprint
 from opensuction.kernel.age_group import AgeGroup
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import ORDER, CheckItem
 from opensuction.procedure.cycle.transition import Event
@@ -30,7 +31,7 @@ from opensuction.session.plain import Json, without_nan
 from opensuction.simulation import trace
 from opensuction.simulation.annunciation import Told
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.simulation.outcome import Outcome
+from opensuction.simulation.outcome import Abort, Outcome, TripTime
 from opensuction.simulation.trace import Columns
 
 IN_AIRWAY_GUIDELINE_S = {AgeGroup.ADULT: 15.0}
@@ -99,10 +100,19 @@ def _vitals(prepared: Prepared, columns: Columns) -> Json | None:
     return vital_sign.plain(columns, limits, prepared.rig.machine.patient.weight_kg)
 
 
-def _trips(result: Outcome) -> list[Json]:
+def phases(columns: Columns) -> list[Json]:
+    """The key ``phases``: each with its beginning and end."""
+    return [
+        {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
+        for span in trace.phase_spans(columns)
+    ]
+
+
+def trips(found: Iterable[TripTime]) -> list[Json]:
+    """The key ``trips``: every safety limit that tripped, when it did first."""
     return [
         {"name": name_of(code), "sentence": code.row.sentence, "time_s": time_s}
-        for code, time_s in result.trips
+        for code, time_s in found
     ]
 
 
@@ -144,11 +154,11 @@ def alarm_name(condition: int) -> str:
     return name_of(Condition(condition)) if known else f"unknown-{condition}"
 
 
-def _abort(result: Outcome, columns: Columns) -> Json | None:
-    """Why a cycle was broken off; the trips say more where there are any."""
-    if result.abort is None:
+def abort(found: Abort | None, columns: Columns) -> Json | None:
+    """The key ``abort``: why a cycle was broken off; the trips say more where there are any."""
+    if found is None:
         return None
-    event, phase, time_s = result.abort
+    event, phase, time_s = found
     if event not in ABORT_SENTENCES:  # the controller stopped: it broke nothing off
         return None
     failed = CheckItem(int(columns["check_failed"][-1])).failure
@@ -160,8 +170,11 @@ def _abort(result: Outcome, columns: Columns) -> Json | None:
     }
 
 
-def _check(columns: Columns) -> Json:
-    """The pre-use test: whether it was passed, what failed, and each item with its time."""
+def check(columns: Columns, dt_s: float = DT_S) -> Json:
+    """The key ``check``: whether the pre-use test was passed, what failed, each item with its time.
+
+    dt_s: length of a tick.
+    """
     failed = CheckItem(int(columns["check_failed"][-1]))
     testing = columns["phase"] == Phase.CHECKING
     tested = columns["check_item"][testing]
@@ -175,16 +188,11 @@ def _check(columns: Columns) -> Json:
                 "name": name_of(item),
                 "meaning": item.title,
                 "passed": item != failed if ticks[item] else None,
-                "seconds": ticks[item] * DT_S,
+                "seconds": ticks[item] * dt_s,
             }
             for item in ORDER
         ],
     }
-
-
-def name_of(member: IntEnum) -> str:
-    """A member as the JSON writes it."""
-    return member.name.lower().replace("_", "-")
 
 
 def _asked(prepared: Prepared) -> Json:
@@ -225,9 +233,9 @@ def _borne(prepared: Prepared, result: Outcome, columns: Columns) -> Json:
 def _noticed(prepared: Prepared, result: Outcome, columns: Columns) -> Json:
     """What the machine found wrong, what people were told, and what was really broken."""
     return {
-        "check": _check(columns),
-        "abort": _abort(result, columns),
-        "trips": _trips(result),
+        "check": check(columns),
+        "abort": abort(result.abort, columns),
+        "trips": trips(result.trips),
         "alarms": alarms(result.alarms),
         "told": told(result.told),
         "harm": [one.name for one in result.harm],
@@ -246,18 +254,16 @@ def summary(prepared: Prepared, columns: Columns, wall_s: float, realtime_factor
     data: Json = {
         "outcome": "completed" if result.completed else "aborted",
         "version": __version__,
+        "arithmetic_fingerprint": arithmetic_fingerprint.fingerprint(),
         "in_silico": True,
         **_asked(prepared),
-        "phases": [
-            {"name": span.phase.name.lower(), "start_s": span.start_s, "end_s": span.end_s}
-            for span in trace.phase_spans(columns)
-        ],
+        "phases": phases(columns),
         "tip": _tip(result),
         "timing": _timing(prepared, result, columns),
         "vacuum": _vacuum(prepared, result),
         **_borne(prepared, result, columns),
         **_noticed(prepared, result, columns),
-        "checks": [check._asdict() | {"ok": check.ok} for check in cycle_run.checks(prepared)],
+        "checks": [one._asdict() | {"ok": one.ok} for one in cycle_run.checks(prepared)],
         "anatomy": {
             "tube_end_mm": 0.0,
             "patient_boundary_mm": prepared.rig.site.boundary_mm,

@@ -21,15 +21,22 @@ def plain(prepared: Prepared, columns: Columns) -> Json:
 
     The dwell begins when the valve is asked to open, with the tip where it stopped.
     """
+    return measure(columns, prepared.loop.controller.plan.pace.nothing_comes_s, DT_S)
+
+
+def measure(columns: Columns, wait_s: float, dt_s: float) -> Json:
+    """The same of a run that need not have been simulated.
+
+    wait_s: how long nothing may come; 0 where nobody asks. dt_s: length of a tick.
+    """
     phase = columns["phase"]
     ticks = np.count_nonzero(np.isin(phase, (Phase.OPENING, Phase.SUCTIONING)))
     leaving = phase == Phase.WITHDRAWING
     ended = None
     if np.any(leaving):
         ended = ENDINGS.get(Event(int(columns["cause"][int(np.argmax(leaving))])))
-    wait_s = prepared.loop.controller.plan.pace.nothing_comes_s
     return {
-        "dwell_s": ticks * DT_S if ticks else None,
+        "dwell_s": ticks * dt_s if ticks else None,
         "dwell_ended_by": ended,
         "nothing_comes_s": wait_s if wait_s > 0.0 else None,
     }

@@ -41,8 +41,7 @@ def play(prepared: Prepared, watch: Watch) -> InjectedRun:
     """
     faults = prepared.resolved.faults
     if not faults:
-        state, columns = cycle_run.played(prepared, prepared.start, START, watch)
-        return InjectedRun(state, columns, (), columns)
+        return cycle_run.run(prepared, prepared.start, START, watch)
 
     restarts = any(one.fault in RESTARTING for one in faults)
     later = [one for one in faults if not ROWS[one.fault].is_planned]

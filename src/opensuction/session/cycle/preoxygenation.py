@@ -5,6 +5,7 @@ of a ventilator does; a lung that collapses behind it (absorption) is not modell
 """
 
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import OXYGEN_SKIPPED, OXYGENATED, Requests
 from opensuction.procedure.cycle import upkeep
@@ -74,5 +75,5 @@ def plain(columns: Columns) -> Json:
     state = Preoxygenation(int(code))
     return {
         "required": state != Preoxygenation.NOT_REQUIRED,
-        "state": state.name.lower().replace("_", "-"),
+        "state": name_of(state),
     }

@@ -44,8 +44,8 @@ class ResolvedCycle(NamedTuple):
     faults: tuple[Injection, ...]
 
     @property
-    def heading(self) -> str:
-        """What is about to run, in one line."""
+    def chosen(self) -> str:
+        """Whatever was chosen, in one line."""
         choice, used = self.choice, self.equipment
         who, reason = f", patient {used.patient_name}", " (by the patient's age)"
         if used.patient is None:
@@ -54,9 +54,9 @@ class ResolvedCycle(NamedTuple):
             reason = ""
         changed = f", gaps x {choice.gap_scale:g}" if choice.gap_scale != 1.0 else ""
         return (
-            f"One suction cycle on the digital twin: machine {used.machine_name}{who}, "
-            f"protocol {self.protocol_name}{reason}, approach {choice.approach}, compensation "
-            f"{choice.compensation}, seed {used.seed}{changed}"
+            f"machine {used.machine_name}{who}, protocol {self.protocol_name}{reason}, "
+            f"approach {choice.approach}, compensation {choice.compensation}, "
+            f"seed {used.seed}{changed}"
         )
 
 

@@ -2,11 +2,11 @@
 
 from opensuction.control.compensation import KIND_OF_NAME, ON_PLAYS
 from opensuction.kernel.errors import InputError
+from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.procedure.cycle.upkeep import LIFE_S
 from opensuction.session.choice import DayChoice
-from opensuction.session.cycle import cycle_summary
 from opensuction.session.cycle.resolution import ResolvedCycle
 from opensuction.session.day import day_fault
 from opensuction.simulation.injection import injection
@@ -56,7 +56,7 @@ def _check_learning(day: DayChoice, resolved: ResolvedCycle) -> None:
         )
     if resolved.compensation not in ON_PLAYS:
         known = " or ".join(name for name, kind in KIND_OF_NAME.items() if kind in ON_PLAYS)
-        name = cycle_summary.name_of(resolved.compensation)
+        name = name_of(resolved.compensation)
         raise InputError(
             f"--self-calibrate finds a scale of play widths, and compensation '{name}' has none: "
             f"use {known}"

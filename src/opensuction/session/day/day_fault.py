@@ -20,7 +20,6 @@ from opensuction.simulation.injection.fault_instant import AT_START, FaultInstan
 from opensuction.simulation.injection.faulty_run import FaultyRun
 from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.injection.room import Room
-from opensuction.simulation.trace import Columns
 from opensuction.twin import preset
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -78,10 +77,8 @@ class FaultyDay:
         self.reset_cycles: list[int] = []
         """Numbers of the cycles after which a person reset the machine."""
 
-    def play(
-        self, prepared: Prepared, state: LoopState, requests: Requests
-    ) -> tuple[LoopState, Columns]:
-        """One cycle and what follows it; the state afterwards, and the trace."""
+    def play(self, prepared: Prepared, state: LoopState, requests: Requests) -> InjectedRun:
+        """One cycle and what follows it."""
         self._number += 1
         if self._going is None:
             self._going = FaultyRun(prepared.loop, state, self._injections, self._room, self._seed)
@@ -95,7 +92,12 @@ class FaultyDay:
         ran = injection.take(self._going, self._injections)
         self._note(ran)
         # The next cycle overwrites the room's.
-        return ran.state, {name: column.copy() for name, column in ran.columns.items()}
+        columns = {name: column.copy() for name, column in ran.columns.items()}
+        sent = {
+            name: columns[name] if column is ran.columns[name] else column.copy()
+            for name, column in ran.sent.items()
+        }
+        return ran._replace(columns=columns, sent=sent)
 
     def afflict(self, prepared: Prepared) -> Prepared:
         """A machine with the faults that have come, for the time between two cycles."""

@@ -28,6 +28,7 @@ from opensuction.session.day.diary import DaySamples, Sample
 from opensuction.session.plain import Json
 from opensuction.simulation import idle_time
 from opensuction.simulation.closed_loop import LoopState
+from opensuction.simulation.injection.injection import InjectedRun
 from opensuction.simulation.outcome import Outcome
 from opensuction.simulation.trace import Columns
 
@@ -69,6 +70,8 @@ class Day(NamedTuple):
     """The last cycle, as it began."""
     columns: Columns
     """Its trace, from its first tick."""
+    ran: InjectedRun
+    """It as it was played, with the ticks before it in which the machine was still parked."""
     produced_ml: float
     canister_ml: float
     left_ml: float
@@ -149,6 +152,8 @@ class _PlayedCycle(NamedTuple):
     """After it."""
     columns: Columns
     """Its trace from its first tick, on the clock of the day."""
+    ran: InjectedRun
+    """As it was played."""
 
 
 def _set_schedule(prepared: Prepared, every_s: float) -> Prepared:
@@ -178,10 +183,11 @@ def _play_cycle(
     # After a change of catheter the clock begins anew: the person starts this cycle.
     by_hand = attended.catheter_changed or number == 1
     ready = attended.ready._replace(start=state)
-    after, columns = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
-    samples += diary.look_back(after, columns)
-    columns = _from_its_start(columns)
-    return _PlayedCycle(_cycle(attended, ready, after, columns, number), ready, after, columns)
+    ran = _played(ready, faulty, state, START if by_hand else NO_REQUESTS)
+    samples += diary.look_back(ran.state, ran.columns)
+    columns = _from_its_start(ran.columns)
+    done = _cycle(attended, ready, ran.state, columns, number)
+    return _PlayedCycle(done, ready, ran.state, columns, ran)
 
 
 def _sum_up(
@@ -203,6 +209,7 @@ def _sum_up(
         samples=DaySamples(*np.array(samples).T),
         last=last.ready,
         columns=_from_zero(last.columns),
+        ran=last.ran,
         produced_ml=left_ml + removed_ml + coughed_ml - began_ml,
         canister_ml=last.state.machine.bore.canister_ml,
         left_ml=left_ml,
@@ -215,10 +222,10 @@ def _sum_up(
 
 def _played(
     ready: Prepared, faulty: FaultyDay | None, state: LoopState, requests: Requests
-) -> tuple[LoopState, Columns]:
-    """One cycle, with what is broken; the state after it, and its trace."""
+) -> InjectedRun:
+    """One cycle, with what is broken."""
     if faulty is None:
-        return cycle_run.played(ready, state, requests)
+        return cycle_run.run(ready, state, requests)
     return faulty.play(ready, state, requests)
 
 

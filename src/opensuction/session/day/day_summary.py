@@ -6,6 +6,7 @@ import numpy as np
 
 from opensuction.identification.estimator.gap_scale import ScaleRecord
 from opensuction.kernel.constant import HOUR_S
+from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.report.wording import capitalise
@@ -40,7 +41,7 @@ def _row(cycle: DayCycle) -> Json:
         "told": cycle_summary.told(found.told),
         "spo2_nadir_percent": found.exposure.spo2_least_percent,
         "lung_volume_loss_ml": found.exposure.lung_volume_loss_ml,
-        "trips": [cycle_summary.name_of(item.trip) for item in found.trips],
+        "trips": [name_of(item.trip) for item in found.trips],
         "alarms": cycle_summary.alarms(found.alarms),
         "catheter_age_h": cycle.catheter_age_s / HOUR_S,
         "catheter_changed": cycle.catheter_changed,

@@ -8,31 +8,24 @@ import numpy.typing as npt
 from opensuction.controller import controller
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.constant import HOUR_S
-from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import row
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.safety.head import head_vote
-from opensuction.simulation import closed_loop, wiring
+from opensuction.simulation import closed_loop, input_log, wiring
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.simulation.injection.faulty_machine import (
-    break_machine,
-    is_of_machine,
-    next_change_s,
-)
+from opensuction.simulation.injection.faulty_side import FaultySide, Instant
 from opensuction.simulation.injection.room import PIECE_ROWS, Room
+from opensuction.simulation.input_log import InputLog, InputSpan
 from opensuction.simulation.trace import Columns
 from opensuction.simulation.wiring import Messages, Wiring
 from opensuction.twin import preset
 from opensuction.twin.fault import link
 from opensuction.twin.fault.fault import Fault
-from opensuction.twin.fault.fault_row import LinkEffect, ReadingEffect
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.fault.fault_time import FaultOnset
 from opensuction.twin.machine import drive_watchdog, machine
 
-MAINS = (Fault.POWER_LOST, Fault.POWER_LOST_WITHOUT_RESERVE, Fault.POWER_RETURNING)
 RESTARTING = (Fault.CONTROLLER_STOPPED, Fault.POWER_RETURNING)
 """Faults after which a new controller starts."""
 _COMMANDS = row.columns(Commands)
@@ -63,19 +56,15 @@ class FaultyRun:
         """Pressed in the next tick."""
         self.at_s = [float("nan")] * len(injections)
         """First tick with each fault; nan before."""
-        self.stopped_tick = -1
-        """When the controller stopped; -1 where it did not."""
         self._injections = injections
-        self._seed = seed
         self._held: set[int] = set()
         """Places of the faults whose time has not come."""
-        self._restart_tick: int | None = None
-        self._next_course: dict[int, int] = {}
-        """Next tick in which the course of a fault changes the machine, by its place."""
         self._began: dict[Phase, int] = {}
         """First tick of each phase that a fault waits for, once it has come."""
         self._noted = 0
         """Rows that have been looked through for them."""
+        self.inputs = InputLog()
+        """What the controller got beside its readings, since the rows began."""
         self._messages: Messages | None = None
         """Of a run whose link is played."""
         if is_linked(injections):
@@ -91,17 +80,21 @@ class FaultyRun:
         home_mm = loop.controller.limits.park_head_mm
         loop = loop._replace(machine=preset.limit_rack(loop.machine, home_mm))
         self._loop = loop
-        self._sound = loop.machine
-        """The machine without its faults."""
+        self._side = FaultySide(loop.machine, link.healthy(seed), seed)
         self._wiring = Wiring(
-            link=link.healthy(seed),
+            link=self._side.link,
             watchdog=drive_watchdog.of(loop.machine, home_mm),
         )
 
     @property
     def is_abandoned(self) -> bool:
         """Whether the controller has stopped and none will start."""
-        return not self._wiring.link.controller_runs and self._restart_tick is None
+        return not self._wiring.link.controller_runs and self._side.restart_done is None
+
+    @property
+    def stopped_tick(self) -> int:
+        """When the controller stopped; -1 where it did not."""
+        return self._side.stopped_done
 
     @property
     def is_resting(self) -> bool:
@@ -134,14 +127,15 @@ class FaultyRun:
         """
         passed = self.done + state.tick - self.state.tick
         self.at_s = [at_s - passed * DT_S for at_s in self.at_s]
-        self.stopped_tick = -1
-        self._next_course = {i: max(at - passed, 0) for i, at in self._next_course.items()}
+        self._side.begin_anew(passed)
         self._began, self._noted, self.done = {}, 0, 0
         self.state, self.requests = state, requests
-        self._loop = controls._replace(machine=self._loop.machine)
+        self.inputs = InputLog()
+        self._loop = controls
         oxygen_ratio = controls.machine.patient.ventilator.oxygen_ratio
-        self._sound = preset.ventilate(self._sound, oxygen_ratio)
-        self._break_machine()
+        self._side.sound = preset.ventilate(self._side.sound, oxygen_ratio)
+        self._side.rebuild(self.done)
+        self._take_over()
 
     def begin_at(self, state: LoopState) -> None:
         """Begin behind ticks that were played before, without a fault; the room has their columns.
@@ -164,7 +158,7 @@ class FaultyRun:
     def is_over(self) -> bool:
         """Whether the machine waits for a person, no fault its instant, no controller its start."""
         waits = any(self._is_waiting(place) for place in range(len(self._injections)))
-        return self.is_resting and not waits and self._restart_tick is None
+        return self.is_resting and not waits and self._side.restart_done is None
 
     def hold(self, place: int, waits: bool) -> None:
         """Let a fault wait whatever its instant, or no longer. place: among the injections."""
@@ -195,13 +189,24 @@ class FaultyRun:
         )
 
     def _play(self, ticks: int) -> None:
-        piece, first = self._room.piece(ticks), self.state.tick
+        piece, before = self._room.piece(ticks), self.state
+        first = before.tick
         self.state, ran = closed_loop.run(
             self._loop, self.state, self.requests, piece, self._wiring, self._messages
         )
         if self._messages is not None and self._commands.size:
             self._keep_sent(self._messages, first, ran)
         self._room.keep(self.done, ran)
+        wires = self._wiring.link
+        span = InputSpan(
+            first=self.done,
+            ticks=ran,
+            tick=first,
+            requests=self.requests,
+            late_until_tick=0 if self._messages is None else wires.late_until_tick,
+            runs=self._messages is None or wires.controller_runs,
+        )
+        self.inputs.note(span, before.controller)
         self.done, self.last_row = self.done + ran, piece[ran - 1]
 
     def _keep_sent(self, messages: Messages, first: int, ran: int) -> None:
@@ -269,7 +274,7 @@ class FaultyRun:
             for i, injection in enumerate(self._injections)
             if self._is_waiting(i)
         ]
-        coming = (*waiting, self._restart_tick, *self._next_course.values())
+        coming = (*waiting, self._side.next_done)
         return min((tick for tick in coming if tick is not None), default=None)
 
     def _change(self) -> None:
@@ -277,69 +282,29 @@ class FaultyRun:
         for i, injection in enumerate(self._injections):
             if self._is_waiting(i) and self._due_tick(injection) == self.done:
                 self.at_s[i] = self.done * DT_S
-                self._inject(i, injection)
-            elif self._next_course.get(i) == self.done:
-                self._follow_course(i)
-        if self._restart_tick == self.done:
+                self._inject(injection)
+        self._side.follow(self.done)
+        self._take_over()
+        if self._side.restart_done == self.done:
             self._restart()
 
-    def _inject(self, place: int, injection: Injection) -> None:
-        fault, strength = injection.fault, injection.strength
-        row = ROWS[fault]
-        onset = FaultOnset(strength, self.state.tick, DT_S)
-        if is_of_machine(fault):
-            self._follow_course(place)
-        elif isinstance(row.effect, ReadingEffect):
-            readings = machine.read(self._loop.machine, self.state.machine)
-            sensor = row.change_reading(onset, readings, self._seed)
-            self._relink(link.with_reading_fault(self._wiring.link, sensor))
-        elif isinstance(row.effect, LinkEffect):
-            ran = self._wiring.link.controller_runs
-            self._relink(row.change_link(self._wiring.link, onset))
-            if ran and not self._wiring.link.controller_runs:
-                self.stopped_tick = self.done
-            self._plan_restart(fault, strength)
-        elif fault == Fault.CATHETER_EXPIRED:
-            kept = self.state.controller.core.upkeep._replace(catheter_age_s=strength * HOUR_S)
+    def _inject(self, injection: Injection) -> None:
+        if injection.fault == Fault.CATHETER_EXPIRED:
+            kept = self.state.controller.core.upkeep._replace(
+                catheter_age_s=injection.strength * HOUR_S
+            )
             self.state = self.state._replace(
                 controller=controller.with_upkeep(self.state.controller, kept)
             )
+            self.inputs.set_state(input_log.EXPIRED)
         else:
-            raise InputError(
-                f"fault '{fault.title}' is one of the set-up: it is injected before the cycle is "
-                "planned"
-            )
+            readings = machine.read(self._side.machine, self.state.machine)
+            self._side.inject(injection, Instant(self.done, self.state.tick), readings)
 
-    def _follow_course(self, place: int) -> None:
-        """Change the machine as the course of a fault wants it now, and note when it does next."""
-        self._break_machine()
-        self._next_course.pop(place, None)
-        since_s = self.done * DT_S - self.at_s[place]
-        left_s = next_change_s(self._injections[place], since_s)
-        if np.isfinite(left_s):
-            self._next_course[place] = self.done + max(round(left_s / DT_S), 1)
-
-    def _break_machine(self) -> None:
-        """Give the machine all the faults that it has now, in the order in which they came."""
-        now_s = self.done * DT_S
-        pairs = zip(self._injections, self.at_s, strict=True)
-        came = [(injection, now_s - at_s) for injection, at_s in pairs if not np.isnan(at_s)]
-        came.sort(key=lambda one: -one[1])
-        faulty = break_machine(self._sound, came, self._wiring.link.mains)
-        self._loop = self._loop._replace(machine=faulty)
-
-    def _plan_restart(self, fault: Fault, strength: float) -> None:
-        """A fault of the link came: when the next controller starts, if one does."""
-        if fault in MAINS:
-            self._restart_tick = None
-            self._break_machine()
-        if fault == Fault.POWER_RETURNING or (
-            fault == Fault.CONTROLLER_STOPPED and self._wiring.link.mains
-        ):
-            self._restart_tick = self.done + round(strength / DT_S)
-
-    def _relink(self, faulty: link.Link) -> None:
-        self._wiring = self._wiring._replace(link=faulty)
+    def _take_over(self) -> None:
+        """Play what is broken by now."""
+        self._loop = self._loop._replace(machine=self._side.machine)
+        self._wiring = self._wiring._replace(link=self._side.link)
 
     def _restart(self) -> None:
         """A new controller starts: it knows what the head's sensors read and what its record holds.
@@ -352,14 +317,16 @@ class FaultyRun:
             self.state.tick,
         )
         head_mm = head_vote.first_mm(readings)
-        settings, kept = self._loop.controller, self.state.controller.core.upkeep
-        fresh = controller.restart(settings, head_mm, kept, self._restart_gap_s)
+        settings, before = self._loop.controller, self.state.controller.core
+        fresh = controller.restart(
+            settings, head_mm, before.upkeep, self._restart_gap_s, before.procedure.phase
+        )
         self.state = self.state._replace(controller=fresh)
+        self.inputs.set_state(input_log.RESTARTED)
         if self._messages is not None:
             wiring.release_drives(self._messages.state)
-        self._relink(self._wiring.link._replace(controller_runs=True, mains=True))
-        self._break_machine()
-        self._restart_tick = None
+        self._side.restart(self.done)
+        self._take_over()
 
     @property
     def _restart_gap_s(self) -> float:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
@@ -54,7 +55,7 @@ class Notice(NamedTuple):
         }
         if self.detector == Detector.DRIVE and self.code == Condition.WATCHDOG_FIRED:
             return "drive-watchdog"
-        return names[self.detector](self.code).name.lower().replace("_", "-")
+        return name_of(names[self.detector](self.code))
 
 
 def _find_trip(columns: Columns, first: int) -> Notice | None:

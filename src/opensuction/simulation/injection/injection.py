@@ -24,6 +24,7 @@ from opensuction.simulation.injection.first_sign import (
     find_notice,
 )
 from opensuction.simulation.injection.room import Room
+from opensuction.simulation.input_log import InputSpan
 from opensuction.simulation.trace import Columns, Watcher
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -69,6 +70,8 @@ class InjectedRun(NamedTuple):
     drives obeyed others."""
     stopped_tick: int = -1
     """When the controller stopped; -1 where it did not."""
+    spans: tuple[InputSpan, ...] = ()
+    """What the controller got beside its readings."""
 
 
 def _check_one(injection: Injection) -> None:
@@ -154,7 +157,8 @@ def follow(going: FaultyRun, after_s: float, resets: int, watcher: Watcher = UNW
 def take(going: FaultyRun, injections: Sequence[Injection]) -> InjectedRun:
     """What came of a run so far; its columns are its room's."""
     columns = going.columns
-    ran = InjectedRun(going.state, columns, (), going.sent(columns), going.stopped_tick)
+    sent, spans = going.sent(columns), tuple(going.inputs.spans)
+    ran = InjectedRun(going.state, columns, (), sent, going.stopped_tick, spans)
     found = tuple(
         Injected(injection, at_s, find_first_sign(ran, at_s))
         for injection, at_s in zip(injections, going.at_s, strict=True)

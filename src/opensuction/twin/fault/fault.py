@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+from opensuction.kernel.name import name_of
+
 
 class FaultSite(IntEnum):
     """What a fault attacks, in the order of the documentation."""
@@ -160,7 +162,7 @@ class Fault(IntEnum):
     @property
     def title(self) -> str:
         """Its name on the command line and in JSON."""
-        return self.name.lower().replace("_", "-")
+        return name_of(self)
 
 
 BY_NAME = {fault.title: fault for fault in Fault}

@@ -16,7 +16,8 @@ from opensuction.kernel.generated import row
 from opensuction.kernel.random_stream import RandomStream
 from opensuction.kernel.readings import Monitor, Readings
 from opensuction.kernel.record import Array, make_zero
-from opensuction.twin.fault import reading_fault
+from opensuction.twin.fault import bus, reading_fault
+from opensuction.twin.fault.bus import Bus, Spread
 from opensuction.twin.fault.reading_fault import FAULT_PURPOSE, ReadingFault
 
 RING_TICKS = 2048
@@ -36,6 +37,9 @@ class Message(NamedTuple):
     none."""
 
 
+SILENT = -1
+"""Number of the message of a controller that does not run: below every other."""
+_NUMBER = row.columns(Message).index("number")
 _write_message = row.table_writer(Message)
 _read_message = row.table_reader(Message)
 _write_readings = row.table_writer(Readings)
@@ -82,6 +86,8 @@ class Link(NamedTuple):
     mains: bool
     reserve: bool
     """Energy for the drives without the mains."""
+    carrier: Spread
+    """A bus under it: what messages take on top of the delays, and how many it loses."""
     stream: RandomStream
     """Chance of losses; block ``tick`` is drawn in each."""
 
@@ -101,7 +107,13 @@ class Past(NamedTuple):
     """
 
     readings: Readings
+    reading_ticks: int
+    """How old they are; 0: they are those that are sent in this tick; -1: none has come."""
     message: Message
+    command_ticks: int
+    """How old it is; 0 where none has come of those that were sent before this tick."""
+    at_once: bool
+    """What is sent in this tick comes in it, though there is a bus."""
     monitor: Monitor
 
 
@@ -128,6 +140,12 @@ def rings(state: LinkState) -> tuple[Ring, Ring, Ring]:
     _write_monitor(shown, 0, state.readings.monitor)
     got[1:], sent[1:], shown[1:] = got[0], sent[0], shown[0]
     return got, sent, shown
+
+
+def on_bus(link: Link, carrier: Bus, dt_s: float) -> Link:
+    """The same link with a bus under it. Raises InputError for what no bus does."""
+    carrier.check()
+    return link._replace(carrier=bus.spread_of(carrier, dt_s))
 
 
 def with_reading_fault(link: Link, fault: ReadingFault) -> Link:
@@ -187,13 +205,59 @@ def _step_of(tick: int) -> int:
 
 
 @compiled
+def _is_command_lost(link: Link, tick: int) -> bool:
+    lost = _chances(link, tick)[1] < link.command_lost_share
+    return lost and _is_turn(link.command_turns, tick)
+
+
+@compiled
+def _reading_ticks(link: Link, tick: int) -> int:
+    """How old the newest readings are that have come; -1 where none have for long."""
+    delay = link.reading_delay_ticks
+    if not bus.is_there(link.carrier):
+        return delay
+    for old in range(delay, delay + bus.oldest_ticks(link.carrier) + 1):
+        if bus.has_come(link.carrier, link.stream, bus.READINGS, tick - old, old - delay):
+            return old
+    return -1
+
+
+@compiled
+def _takes_command(link: Link, tick: int, old: int) -> bool:
+    """Whether a command of so many ticks ago has come over the bus by now."""
+    taken = old - link.command_delay_ticks
+    if not bus.has_come(link.carrier, link.stream, bus.COMMANDS, tick - old, taken):
+        return False
+    return not _is_command_lost(link, tick - old)
+
+
+@compiled
+def _command_ticks(link: Link, sent: Ring, tick: int) -> int:
+    """How old the newest command is that has come, of those that were sent before this tick.
+
+    0: over a bus none has, or there is no bus and no delay.
+    """
+    delay = link.command_delay_ticks
+    if not bus.is_there(link.carrier):
+        return delay
+    for old in range(max(delay, 1), delay + bus.oldest_ticks(link.carrier) + 1):
+        if sent[_ring_row(tick - old), _NUMBER] > SILENT and _takes_command(link, tick, old):
+            return old
+    return 0
+
+
+@compiled
 def recall(link: Link, got: Ring, sent: Ring, shown: Ring, tick: int) -> Past:
     """What comes in a tick of what was sent before it. got, sent, shown: see `rings`."""
     # All three, needed or not: no branch lies between the references' counts, so there are none.
-    step = _step_of(tick)
+    step, reading_ticks = _step_of(tick), _reading_ticks(link, tick)
+    command_ticks = _command_ticks(link, sent, tick)
     return Past(
-        readings=_read_readings(got, _ring_row(tick - link.reading_delay_ticks)),
-        message=_read_message(sent, _ring_row(tick - link.command_delay_ticks)),
+        readings=_read_readings(got, _ring_row(tick - reading_ticks)),
+        reading_ticks=reading_ticks,
+        message=_read_message(sent, _ring_row(tick - command_ticks)),
+        command_ticks=command_ticks,
+        at_once=bus.is_there(link.carrier) and _takes_command(link, tick, 0),
         monitor=_read_monitor(shown, _monitor_row(step - link.monitor_delay_steps)),
     )
 
@@ -219,7 +283,9 @@ def receive_readings(
     lost = _chances(link, tick)[0] < link.reading_lost_share
     if lost and _is_turn(link.reading_turns, tick):
         return _invalidate(state.readings)
-    if link.reading_delay_ticks == 0:
+    if past.reading_ticks < 0:
+        return state.readings
+    if past.reading_ticks == 0:
         return reported
     return past.readings
 
@@ -239,13 +305,14 @@ def receive_message(
     link: Link, state: LinkState, sent: Message, past: Past, tick: int
 ) -> tuple[Message, bool]:
     """What the drives go by in a tick, and whether it is new."""
-    lost = _chances(link, tick)[1] < link.command_lost_share
-    lost = lost and _is_turn(link.command_turns, tick)
+    carried = bus.is_there(link.carrier)
+    lost = not carried and _is_command_lost(link, tick)  # over a bus each message for itself
     if lost or link.commands_repeated or not link.controller_runs:
         return state.message, False
     arrived: Message = sent
-    if link.command_delay_ticks > 0:
+    earlier = carried and not (past.at_once and sent.number > SILENT)
+    if earlier or link.command_delay_ticks > 0:
         arrived = past.message
-    if arrived.number <= state.message.number:
+    if arrived.number <= state.message.number or (earlier and past.command_ticks == 0):
         return state.message, False
     return arrived, True

@@ -40,8 +40,8 @@ class SwitchState(NamedTuple):
     stream: RandomStream
 
 
-LINE_TICKS = 60
-"""Longest delay of the line."""
+LINE_TICKS = 53
+"""Longest delay of the line; as many bits a double holds exactly, and a row is of doubles."""
 LINE_MASK = (1 << LINE_TICKS) - 1
 
 

@@ -1,9 +1,10 @@
 """The drives' own watchdog: without new commands they bring the catheter out by themselves.
 
 It is part of the drives, and all that it knows of the controller is whether a command with a new
-number has come. When none comes for some time, or the mains fails, the drives close the valve, stop
-the pump, vent the line and, while they have energy, draw the head home. If the head moves inwards
-instead, its torque is switched off. They obey no command until a controller has started anew.
+number has come. When none comes for some time, or the mains fails, the drives close the valve,
+stop the pump, vent the line and, while they have energy, draw the head home. If the head moves
+inwards instead, further than it coasts, its torque is switched off. They obey no command until a
+controller has started anew.
 """
 
 from typing import NamedTuple
@@ -23,8 +24,13 @@ LEAD_MM = 2.0
 """[assumed] The drive's ramp is at most this far ahead of the head, which limits the voltage on a
 head that is blocked."""
 INWARDS_MM = 3.0
-"""[computed] A head that was moving in at 30 mm/s coasts 2.3 mm at 200 mm/s2; further than that it
-is the drive that pushes it in, and its torque is switched off."""
+"""[computed] A head that was moving in at 30 mm/s coasts 2.3 mm at `BRAKING_MM_PER_S2`; further
+than that, or than its own speed carries it, it is the drive that pushes it in, and its torque is
+switched off."""
+BRAKING_MM_PER_S2 = 200.0
+"""[assumed] Half of what a sound drive brakes with: a head at 50 mm/s coasts 3.2 mm."""
+SETTLING_S = 0.02
+"""[assumed] Time constant of the speed that the drive knows of its own encoder."""
 HOME_MM = 0.5
 """[assumed] This near to home the drive is done."""
 
@@ -52,11 +58,18 @@ class WatchdogState(NamedTuple):
     """Set point of the head while they do."""
     from_mm: float
     """Where the head was when they began."""
+    head_mm: float
+    """Where it was a tick ago."""
+    speed_ratio: float
+    """How fast it moved in, of the no-load speed; one that is not known yet counts as the highest.
+    """
+    coast_mm: float
+    """How far it may coast inwards since they began."""
     astray: bool
     """It has moved in instead of out: no torque any more."""
 
 
-LISTENING = make_zero(WatchdogState)
+LISTENING = make_zero(WatchdogState)._replace(speed_ratio=1.0)
 """As after the start of a controller."""
 IDLE = make_zero(Commands)
 """No torque, no pump; the valve shut by its spring, and the line vented."""
@@ -70,6 +83,23 @@ def of(machine: Machine, home_mm: float) -> DriveWatchdog:
         home_mm=home_mm,
         out_mm_per_s=SPEED_SHARE * axis.speed_per_v * axis.voltage_limit_v,
     )
+
+
+@compiled
+def _speed_ratio(
+    watchdog: DriveWatchdog, state: WatchdogState, head_mm: float, dt_s: float
+) -> float:
+    """How fast the head moves in, by the drive's own encoder."""
+    moved = (head_mm - state.head_mm) / dt_s * SPEED_SHARE / watchdog.out_mm_per_s
+    now = min(max(moved, 0.0), 1.0)
+    return state.speed_ratio + (now - state.speed_ratio) * dt_s / (SETTLING_S + dt_s)
+
+
+@compiled
+def _coast_mm(watchdog: DriveWatchdog, speed_ratio: float) -> float:
+    """How far a sound drive lets a head of this speed go on before it turns."""
+    speed_mm_per_s = speed_ratio * watchdog.out_mm_per_s / SPEED_SHARE
+    return max(INWARDS_MM, 0.5 * speed_mm_per_s * speed_mm_per_s / BRAKING_MM_PER_S2)
 
 
 @compiled
@@ -90,18 +120,28 @@ def step(
     # Half a tick forgives a time that is a sum of ticks.
     alone = state.alone or not mains or silent > watchdog.silence_s + 0.5 * dt_s
     if not alone:
-        return LISTENING._replace(silent_s=silent, ramp_mm=head_mm, from_mm=head_mm)
+        return LISTENING._replace(
+            silent_s=silent,
+            ramp_mm=head_mm,
+            from_mm=head_mm,
+            head_mm=head_mm,
+            speed_ratio=_speed_ratio(watchdog, state, head_mm, dt_s),
+        )
     # Never inwards, and never far ahead of the head.
     wanted = max(state.ramp_mm - watchdog.out_mm_per_s * dt_s, head_mm - LEAD_MM)
     ramp = min(max(wanted, watchdog.home_mm), max(head_mm, watchdog.home_mm))
     from_mm = state.from_mm if state.alone else head_mm
+    coast_mm = state.coast_mm if state.alone else _coast_mm(watchdog, state.speed_ratio)
     return WatchdogState(
         silent_s=silent,
         alone=True,
         alone_s=state.alone_s + dt_s,
         ramp_mm=ramp,
         from_mm=from_mm,
-        astray=state.astray or head_mm > from_mm + INWARDS_MM,
+        head_mm=head_mm,
+        speed_ratio=state.speed_ratio,
+        coast_mm=coast_mm,
+        astray=state.astray or head_mm > from_mm + coast_mm,
     )
 
 

@@ -7,7 +7,7 @@ is bend angle times diametral clearance: re-routing the conduit changes it.
 """
 
 from collections.abc import Iterable
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def bundle(values: Iterable[float]) -> Bundle:
     found = tuple(float(value) for value in values)
     if len(found) != PLAYS:
         raise ValueError(f"a conduit has {PLAYS} plays, not {len(found)}")
-    return cast(Bundle, found)
+    return found
 
 
 def after_retract(transmission: Transmission, head_mm: float) -> TransmissionState:

@@ -1,0 +1,15 @@
+# The library's names for type checkers: `__init__.py` loads each when it is asked for, and an
+# import there would be one of every room for the layers that `make check` holds apart.
+
+from opensuction.controller.configuration import Configuration as Configuration
+from opensuction.kernel.errors import InputError as InputError
+from opensuction.kernel.readings import NO_MONITOR as NO_MONITOR
+from opensuction.kernel.readings import Monitor as Monitor
+from opensuction.kernel.readings import Readings as Readings
+from opensuction.kernel.requests import NO_REQUESTS as NO_REQUESTS
+from opensuction.kernel.requests import Requests as Requests
+from opensuction.runtime.embedded_controller import Controller as Controller
+from opensuction.session.embedding import controller_settings as controller_settings
+
+__version__: str
+__all__: list[str]

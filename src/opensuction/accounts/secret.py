@@ -1,0 +1,49 @@
+"""What somebody shows who has signed in. Only its hash is kept: whoever reads it shows nothing."""
+
+import hashlib
+import hmac
+import secrets
+
+BYTES = 32
+ONE_TIME_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
+"""None is taken for another when it is copied by hand."""
+GROUPS, GROUP = 4, 5
+"""Of a one-time password: 20 of 31 letters are 99 bits."""
+LONGEST = 256
+"""Characters that are looked at."""
+
+
+def make() -> str:
+    """A secret of 256 bits, in letters that a header may carry."""
+    return secrets.token_urlsafe(BYTES)
+
+
+def make_one_time_password() -> str:
+    """A password to be copied by hand."""
+    groups = (
+        "".join(secrets.choice(ONE_TIME_LETTERS) for _ in range(GROUP)) for _ in range(GROUPS)
+    )
+    return "-".join(groups)
+
+
+def digest(*parts: str) -> str:
+    """What is kept of a secret: its SHA-256. One of 256 bits needs no salt and no slow hash."""
+    whole = hashlib.sha256()
+    for part in parts:
+        content = _to_bytes(part)
+        whole.update(len(content).to_bytes(4) + content)
+    return whole.hexdigest()
+
+
+def csrf_token(session_token: str) -> str:
+    """What a page sends along with each change: only who has the session's secret can make it."""
+    return hmac.new(_to_bytes(session_token), b"opensuction csrf", hashlib.sha256).hexdigest()
+
+
+def is_csrf_token(session_token: str, shown: str) -> bool:
+    """Whether what was shown belongs to whoever is signed in with this token."""
+    return hmac.compare_digest(_to_bytes(csrf_token(session_token)), _to_bytes(shown))
+
+
+def _to_bytes(text: str) -> bytes:
+    return text[:LONGEST].encode("utf-8", "surrogatepass")

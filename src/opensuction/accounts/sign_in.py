@@ -1,0 +1,192 @@
+"""Signing in and out, and changing one's password.
+
+A sign-in is two transactions with the slow look at the password between them, so that the recorder
+never waits for a hash. The first counts it as failed, or refuses it; the second takes that back. A
+name that nobody has goes the same way through both.
+"""
+
+from typing import NamedTuple
+
+from opensuction.accounts import lane, secret, session
+from opensuction.accounts.lane import Lane
+from opensuction.accounts.refusal import BusyError, WaitError, WrongPasswordError
+from opensuction.accounts.rule import back_off, lifetime
+from opensuction.accounts.rule import name as name_rule
+from opensuction.accounts.rule import origin as origin_rule
+from opensuction.accounts.rule import password as password_rule
+from opensuction.accounts.session import Session
+from opensuction.accounts.site import Change, Site
+from opensuction.kernel.errors import InputError
+from opensuction.records.account_rows import AccountState, Bearer, Credential
+from opensuction.records.database.column import LONGEST_NAME
+
+SOMEBODY = "somebody"
+"""Who failed to sign in, in the records: nobody knows who it was."""
+
+NOT_A_NAME = "?"
+"""What is asked for instead of a name that no account can have, by the same way."""
+
+
+class SignedIn(NamedTuple):
+    """What a browser is given."""
+
+    session_token: str
+    """Its secret: a cookie that no script reads."""
+    csrf_token: str
+    """For the page, to be sent along with each change."""
+    device_token: str
+    """Another such cookie, kept when the session ends: failures elsewhere do not count here."""
+    session: Session
+
+
+class _Tried(NamedTuple):
+    """A sign-in that was counted, before its password was looked at."""
+
+    name: str
+    origin: str
+    device: str | None
+    lanes: tuple[Lane, ...]
+    credential: Credential | None
+
+
+def sign_in(
+    site: Site, typed: str, password: str, origin: str, device: str | None = None
+) -> SignedIn:
+    """Sign somebody in.
+
+    typed: the name as it was typed. origin: the address that the request comes from, never what it
+    says of itself. device: what the browser was given before (`SignedIn.device_token`).
+    Raises WrongPasswordError, which does not say what was wrong; WaitError, with nothing looked at;
+    BusyError.
+    """
+    name = name_rule.normalise(typed[: 2 * LONGEST_NAME])
+    tried, wait_s = _count(site, name, origin_rule.normalise(origin), device)
+    if wait_s > 0.0:
+        raise WaitError(wait_s)
+    credential = tried.credential
+    try:
+        is_right = site.hasher.matches(credential and credential.password_hash, password)
+        anew = None
+        if is_right and credential and site.hasher.is_outdated(credential.password_hash):
+            anew = site.hasher.make(password)
+    except BusyError:
+        with site.changing() as change:
+            lane.refund(change, tried.lanes)
+        raise
+    with site.changing() as change:
+        if is_right and (known := _find_holder(change, tried)):
+            return _let_in(change, tried, *known, anew)
+        _put_failure_on_record(change, tried)
+    raise WrongPasswordError
+
+
+def _count(site: Site, name: str, origin: str, device: str | None) -> tuple[_Tried, float]:
+    """Count a sign-in as failed, or say how long to wait, in s."""
+    with site.changing() as change:
+        change.rows.drop_old(change.now, change.now - back_off.MEMORY)
+        digest = secret.digest(device or "", name)
+        known = change.rows.find_bearer(digest, "device")
+        own = name if name_rule.can_be(name) else NOT_A_NAME
+        lanes: tuple[Lane, ...] = (lane.of_account(name), lane.of_origin(origin))
+        if known is not None and known.account == name:
+            lanes = (lane.of_device(digest),)
+        wait_s = lane.charge(change, lanes)
+        return _Tried(own, origin, device, lanes, change.rows.find_credential(own)), wait_s
+
+
+def _find_holder(change: Change, tried: _Tried) -> tuple[AccountState, Credential] | None:
+    """The account, where it may be used and its password is still the one that was looked at."""
+    state = change.rows.find_state(tried.name)
+    credential = change.rows.find_credential(tried.name)
+    if state is None or not state.is_active or credential is None:
+        return None
+    if tried.credential is None or credential.password_hash != tried.credential.password_hash:
+        return None
+    if credential.expires_at is not None and change.now >= credential.expires_at:
+        return None
+    return state, credential
+
+
+def _let_in(
+    change: Change, tried: _Tried, state: AccountState, credential: Credential, anew: str | None
+) -> SignedIn:
+    rows, now = change.rows, change.now
+    lane.forgive(change, tried.lanes)
+    if anew is not None:
+        rows.put_credential(credential._replace(password_hash=anew))
+    token = secret.make()
+    bearer = Bearer(
+        secret.digest(token), "session", state.account, None, now, now, now + lifetime.ABSOLUTE
+    )
+    rows.put_bearer(bearer)
+    device = _remember_device(change, tried)
+    change.note(state.account, "sign-in", f"from {tried.origin}")
+    return SignedIn(token, secret.csrf_token(token), device, session.of(state, credential, bearer))
+
+
+def _remember_device(change: Change, tried: _Tried) -> str:
+    """Remember that this account signed in on this browser, which others may use, too."""
+    rows, now = change.rows, change.now
+    device = tried.device
+    if device is None or rows.find_bearer(secret.digest(device), "device") is None:
+        device = secret.make()  # one that the browser made up is not taken
+    ends_at = now + lifetime.DEVICE
+    rows.put_bearer(Bearer(secret.digest(device), "device", None, None, now, now, ends_at))
+    of_account = secret.digest(device, tried.name)
+    rows.put_bearer(Bearer(of_account, "device", tried.name, None, now, now, ends_at))
+    return device
+
+
+def _put_failure_on_record(change: Change, tried: _Tried) -> None:
+    # The same rows for a name that nobody has: its letters are not kept, it may be a password.
+    is_known = change.rows.find_state(tried.name) is not None
+    who = f"as {tried.name}" if is_known else "with a name that nobody has"
+    change.note(SOMEBODY, "sign-in-refused", f"{who}, from {tried.origin}")
+
+
+def sign_out(site: Site, token: str) -> None:
+    """End a session; one that is over already is no error."""
+    digest = secret.digest(token)
+    with site.changing() as change:
+        bearer = change.rows.find_bearer(digest, "session")
+        if bearer is not None and bearer.account is not None:
+            change.rows.drop_bearer(digest)
+            change.note(bearer.account, "sign-out")
+
+
+def change_password(site: Site, token: str, present: str, wanted: str) -> Session:
+    """Change one's own password; all other sessions of the account end.
+
+    Raises WrongPasswordError where the present one is wrong, WaitError after several of those,
+    InputError for a password that is not taken, NotSignedInError.
+    """
+    holder = session.find(site, token)
+    name = holder.account
+    password_rule.check(wanted, name)
+    if password_rule.normalise(present) == password_rule.normalise(wanted):
+        raise InputError("the new password is the present one")
+    lanes = (lane.of_device(holder.digest),)
+    with site.changing() as change:
+        wait_s = lane.charge(change, lanes)
+        credential = change.rows.find_credential(name)
+    if wait_s > 0.0:
+        raise WaitError(wait_s)
+    try:
+        is_right = site.hasher.matches(credential and credential.password_hash, present)
+        password_hash = site.hasher.make(wanted) if is_right else ""
+    except BusyError:
+        with site.changing() as change:
+            lane.refund(change, lanes)
+        raise
+    if not is_right:
+        with site.changing() as change:
+            change.note(name, "change-password-refused", "the present one is wrong")
+        raise WrongPasswordError
+    with site.changing() as change:
+        if credential is None or change.rows.find_credential(name) != credential:
+            raise WrongPasswordError  # an administrator was faster
+        lane.forgive(change, lanes)
+        change.rows.put_credential(Credential(name, password_hash, False, change.now, None))
+        change.rows.drop_bearers(name, "session", but=holder.digest)
+        change.note(name, "change-password")
+    return session.find(site, token)

@@ -1,0 +1,132 @@
+"""``inject``: faults, and a bus, into a twin that plays in real time."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli import exit_status
+from opensuction.cli.delivery import show
+from opensuction.cli.entry import Command
+from opensuction.kernel.errors import InputError
+from opensuction.session.plain import Json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.twin.fault.bus import Bus
+
+MS_PER_S = 1000.0
+PERCENT = 100.0
+
+
+class InjectOptions(NamedTuple):
+    """What the command takes."""
+
+    folder: Path
+    faults: tuple[str, ...] = ()
+    mend: bool = False
+    latency_ms: float | None = None
+    jitter_ms: float | None = None
+    lost_percent: float | None = None
+    as_json: bool = False
+
+
+def _bus(options: InjectOptions) -> "Bus | None":
+    """The bus that is wanted; None where none was named."""
+    from opensuction.twin.fault.bus import Bus
+
+    named = (options.latency_ms, options.jitter_ms, options.lost_percent)
+    if all(value is None for value in named):
+        return None
+    latency_ms, jitter_ms, lost_percent = (value or 0.0 for value in named)
+    carrier = Bus(latency_ms / MS_PER_S, jitter_ms / MS_PER_S, lost_percent / PERCENT)
+    carrier.check()
+    return carrier
+
+
+def _find(machine: Path) -> Path:
+    """The folder of a machine that was named, or the one that was given."""
+    from opensuction.runtime import room
+
+    if machine.name == str(machine) and not machine.is_dir():
+        machine = room.find(str(machine))
+    if not machine.is_dir():
+        raise InputError(f"no machine plays in {machine}: name one that runs, or its folder")
+    return machine
+
+
+def run(options: InjectOptions) -> int:
+    """Ask the twin; returns the exit status. Raises InputError where it refuses."""
+    from opensuction.devices import twin_faults
+    from opensuction.session.cycle import fault_choice
+
+    faults = [fault_choice.parse(text) for text in options.faults]
+    twin_faults.check(faults)
+    carrier = _bus(options)
+    folder = _find(options.folder)
+    if options.mend:
+        twin_faults.heal(folder)
+    if carrier is not None:
+        twin_faults.ride(folder, carrier)
+    if faults:
+        twin_faults.inject(folder, faults)
+    data: Json = {
+        "folder": str(folder),
+        "mended": options.mend,
+        "bus": None if carrier is None else carrier._asdict(),
+        "injected": [
+            {"name": one.fault.title, "at": one.at.title, "strength": one.strength}
+            for one in faults
+        ],
+        "came": [
+            {"name": one.fault.title, "strength": one.strength, "tick": one.tick}
+            for one in twin_faults.came(folder)
+        ],
+    }
+    show(options.as_json, data, lambda console: _summarise(console, data))
+    return exit_status.DONE
+
+
+def _summarise(console: "Console", data: Json) -> None:
+    if data["mended"]:
+        console.print("Mended: it is the machine that it was")
+    if data["bus"] is not None:
+        bus = data["bus"]
+        console.print(
+            f"Bus: {MS_PER_S * bus['latency_s']:g} ms +- {MS_PER_S * bus['jitter_s']:g} ms, "
+            f"{PERCENT * bus['lost_share']:g} % lost"
+        )
+    for one in data["injected"]:
+        strength = f"={one['strength']:g}" if one["strength"] else ""
+        console.print(f"Taken: {one['name']}{one['at']}{strength}")
+    if not (data["mended"] or data["bus"] or data["injected"]):
+        for one in data["came"]:
+            strength = f"={one['strength']:g}" if one["strength"] else ""
+            console.print(f"Came in tick {one['tick']}: {one['name']}{strength}")
+        if not data["came"]:
+            console.print("No fault has come")
+
+
+COMMAND = Command(
+    name="inject",
+    options=InjectOptions,
+    run=run,
+    sentence="Let something go wrong in a twin that plays in real time.",
+    details="The machine is one that opensuction run or serve began, by its name, or the folder "
+    "that its processes share. Faults are those of opensuction cycle, with their "
+    "strengths; @S counts from now, @PHASE+S from the next time that the controller's "
+    "phase begins. At most two are there or to come until --mend. The bus between "
+    "controller and machine is set while nothing is broken: each message takes the "
+    "latency plus or minus up to the jitter, drawn evenly for each, both ways alike, and "
+    "so many never come. Without an option it says what has come so far. All faults: "
+    "docs/reference/faults.md. What is wrong with the controller is done to its process "
+    "(kill, kill -STOP). Linux only.",
+    examples="""\b
+Examples:
+  opensuction inject twin --fault line-leak=0.5           now
+  opensuction inject twin --fault valve-jammed@suctioning+2
+  opensuction inject twin --fault encoder-frozen@12 --fault power-lost@20
+  opensuction inject twin --mend                          all is well again
+  opensuction inject twin --latency-ms 0.5 --jitter-ms 0.3 --lost-percent 0.1
+  opensuction inject twin --json | jq .came""",
+    ends="0 the twin has it",
+)

@@ -1,0 +1,214 @@
+"""``replay``, ``report`` and ``export``: a recording played again, shown, and handed on."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli import exit_status
+from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, show
+from opensuction.cli.entry import Command
+from opensuction.session.plain import Json
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import Console
+
+    from opensuction.cli.progress import ProgressTeller
+
+PAGE, DATA = "report.html", "report.json"
+HEADING = "recording.json"
+"""File that says of what recording the tables are."""
+
+
+class ReplayOptions(NamedTuple):
+    """What ``replay`` takes."""
+
+    recording: Path
+    as_json: bool = False
+
+
+class ExportOptions(NamedTuple):
+    """What ``export`` takes."""
+
+    recording: Path
+    format: str = "csv"
+    columns: tuple[str, ...] = ()
+    results: OutputChoice = OutputChoice()
+
+
+class ReportOptions(NamedTuple):
+    """What ``report`` takes."""
+
+    recording: Path
+    results: OutputChoice = OutputChoice()
+
+
+def _report(options: ReportOptions) -> int:
+    def work(progress: "ProgressTeller", _: Path) -> CommandResult:
+        from opensuction.cli.delivery import to_text
+        from opensuction.session.recorded import report_run
+
+        found = report_run.run([options.recording])
+        data = found.summary
+        _tell_flaw(data, progress)
+        return CommandResult(
+            data,
+            {PAGE: found.html, DATA: to_text(data)},
+            lambda console, final: _summarise_report(console, data, final),
+            is_good=not data["damaged"],
+        )
+
+    return deliver(options.results, "report", work, "Reading")
+
+
+def _summarise_report(console: "Console", data: Json, folder: Path) -> None:
+    from opensuction.report import terminal
+
+    terminal.print_summary(console, data, [folder / PAGE, folder / DATA])
+
+
+def _replay(options: ReplayOptions) -> int:
+    from opensuction.cli.progress import ProgressTeller
+    from opensuction.session.recorded import replay_run
+
+    progress = ProgressTeller()
+    data = progress.wait(lambda: replay_run.run(options.recording), "Replaying")
+    _tell_flaw(data, progress)
+    show(options.as_json, data, lambda console: _summarise_replay(console, data))
+    return exit_status.DONE if replay_run.is_good(data) else exit_status.FAILED
+
+
+def _tell_flaw(data: Json, progress: "ProgressTeller") -> None:
+    if data["flaw"] is not None:
+        progress.tell(data["flaw"])
+
+
+def _value(number: float | None) -> str:
+    """A number of a recording in words; JSON has none for those that are not finite."""
+    return "no finite number" if number is None else repr(number)
+
+
+def _summarise_replay(console: "Console", data: Json) -> None:
+    from opensuction.settings import wording
+
+    ticks, first, recorded = data["ticks"], data["first_difference"], data["recorded"]
+    if data["identical"]:
+        console.print(f"Identical: every output and state of {ticks} ticks, bit for bit.")
+    else:
+        kind = "Equivalent: within 1e-9" if data["equivalent"] else "Different"
+        console.print(
+            f"{kind}; {data['differing_ticks']} of {ticks} ticks have another bit. The first is "
+            f"tick {first['tick']} ({first['time_s']:.3f} s), {first['field']}: recorded "
+            f"{_value(first['recorded'])}, replayed {_value(first['replayed'])}.",
+            soft_wrap=True,
+        )
+    if data["gaps"]:
+        places = "1 place" if data["gaps"] == 1 else f"{data['gaps']} places"
+        console.print(f"Ticks are missing in {places}; it went on after them.")
+    for note in data["notes"]:
+        console.print(wording.one_line(f"Note: {note}."), soft_wrap=True)
+    about = ", ".join(
+        f"{name} {recorded[name]}"
+        for name in ("machine", "patient", "protocol", "seed")
+        if name in recorded
+    )
+    by = f"by opensuction {recorded['software_version']}: {about}"
+    console.print(wording.one_line(f"Recorded {recorded['began_utc']} {by}"), soft_wrap=True)
+
+
+def _export(options: ExportOptions) -> int:
+    from opensuction.session.recorded import export_run
+    from opensuction.session.recorded.export_run import Choice
+
+    choice = Choice(options.recording, options.format, options.columns)
+    export_run.check(choice)
+
+    def work(progress: "ProgressTeller", folder: Path) -> CommandResult:
+        from opensuction.cli.delivery import to_text
+
+        data = export_run.run(choice, folder, progress.show)
+        _tell_flaw(data, progress)
+        return CommandResult(
+            data,
+            {HEADING: to_text(data)},
+            lambda console, final: _summarise_export(console, data, final),
+            is_good=not data["damaged"],
+            stale=tuple(_other_tables(data)),
+        )
+
+    return deliver(options.results, "export", work, "Exporting", writes=True)
+
+
+def _other_tables(data: Json) -> "Iterator[str]":
+    """Tables of another export that the folder may hold."""
+    from opensuction.recording.cycle_file.table_export import FORMATS
+
+    written = [table["file"] for table in data["tables"]]
+    for name in ("tick", "twin"):
+        yield from (f"{name}.{form}" for form in FORMATS if f"{name}.{form}" not in written)
+
+
+def _summarise_export(console: "Console", data: Json, folder: Path) -> None:
+    for table in (*data["tables"], data["events"]):
+        width = f" of {table['columns']} columns" if "columns" in table else ""
+        console.print(f"{folder / table['file']}: {table['rows']} rows{width}", soft_wrap=True)
+    console.print(f"{folder / HEADING}: what was recorded", soft_wrap=True)
+
+
+REPLAY = Command(
+    name="replay",
+    options=ReplayOptions,
+    run=_replay,
+    sentence="Play a recording through the controller again and compare every bit.",
+    details="Feeds the recorded inputs to the same core, from each state that was set, and "
+    "compares all outputs and the whole state of every tick. What differs first is shown with "
+    "tick, field and both values. Under other arithmetic (another processor or C library) numbers "
+    "within 1e-9 are equivalent.",
+    examples="""\b
+Examples:
+  opensuction cycle --out run1
+  opensuction replay run1/recording.mcap
+  opensuction replay run1/recording.mcap --json | jq .identical
+  opensuction replay run1/recording.mcap --json | jq .first_difference
+
+A recording that was not finished, or is damaged, is replayed up to there; a line says where.""",
+    ends="0 identical, or equivalent under other arithmetic; 1 different, or the file is damaged",
+)
+REPORT = Command(
+    name="report",
+    options=ReportOptions,
+    run=_report,
+    sentence="The report of a recording: the page that a cycle gets, from its file alone.",
+    details="Reads what the machine's sensors measured and what its controller decided and "
+    "estimated, and writes report.html (open it in a browser) and report.json. There is no sensor "
+    "at the tip: where it was is the controller's estimate. What only the twin knows is said to be "
+    "not known.",
+    examples="""\b
+Examples:
+  opensuction report runs/RUN/CYCLE.mcap
+  opensuction report run1/recording.mcap --out page
+  opensuction report run1/recording.mcap --json | jq .timing
+
+A recording that was not finished, or is damaged, is reported up to there; a line and the page say
+where.""",
+    ends="0 written, 1 the file is damaged: what lies before was reported",
+)
+EXPORT = Command(
+    name="export",
+    options=ExportOptions,
+    run=_export,
+    sentence="Write a recording as tables: CSV or Parquet.",
+    details="Writes a table for each topic (tick: every input, output and state at 1 kHz; twin: "
+    "what really happened, at 100 Hz), event.csv with phases, trips, alarms and requests, and "
+    "recording.json. Each table begins with time_s, counted from the recording's beginning.",
+    examples="""\b
+Examples:
+  opensuction export run1/recording.mcap --out tables
+  opensuction export run1/recording.mcap --format parquet
+  opensuction export run1/recording.mcap --columns 'inputs.readings.*' \\
+      --columns outputs.phase --columns truth.tip_mm
+  opensuction export run1/recording.mcap --json | jq .tables
+
+All columns of a cycle are some 250 MB as CSV: name those that you want, or take Parquet.""",
+    ends="0 written, 1 the file is damaged: what lies before the damage was written",
+)

@@ -1,0 +1,182 @@
+"""``run`` and ``ask``: a machine in real time."""
+
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from opensuction.cli import exit_status, output_folder
+from opensuction.cli.command import run_help
+from opensuction.cli.delivery import show
+from opensuction.cli.entry import Command
+from opensuction.cli.interruption import Stopped
+from opensuction.session.choice import CycleChoice, RigChoice
+from opensuction.session.plain import Json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from opensuction.cli.progress import ProgressTeller
+    from opensuction.session.running.machine import Running
+    from opensuction.session.running.rounds import Rounds
+    from opensuction.session.running.run import Done
+
+
+class MachineOptions(NamedTuple):
+    """What a machine in real time is made of."""
+
+    rig: RigChoice = RigChoice()
+    protocol: str | None = None
+    approach: str = "travel"
+    compensation: str = "preview"
+    taught_mm: float | None = None
+    preoxygenation: str | None = None
+    name: str = "twin"
+    anew: bool = False
+    database: str | None = None
+    out: Path | None = None
+    as_json: bool = False
+
+    @property
+    def choice(self) -> CycleChoice:
+        """The cycle that it makes."""
+        return CycleChoice(
+            rig=self.rig,
+            protocol=self.protocol,
+            approach=self.approach,
+            compensation=self.compensation,
+            taught_mm=self.taught_mm,
+            preoxygenation=self.preoxygenation,
+        )
+
+
+class RunOptions(NamedTuple):
+    """What ``run`` takes."""
+
+    wanted: int = 1
+    apart_min: float = 30.0
+    machine: MachineOptions = MachineOptions()
+
+
+class AskOptions(NamedTuple):
+    """What ``ask`` takes."""
+
+    request: str
+    who: str | None = None
+    name: str = "twin"
+    as_json: bool = False
+
+
+def run(options: RunOptions) -> int:
+    """Carry out ``run``; returns the exit status. Raises InputError for bad input."""
+    from opensuction.session.running import rounds, run
+
+    every_s = 60.0 * options.apart_min
+    with machine_of(options.machine) as (running, out, progress):
+        with closing(rounds.Rounds(running, options.wanted, every_s, progress.tell)) as made:
+            done = supervise(running, out, made, progress)
+        data = run.plain(running, done, out, options.machine.database)
+    show(options.machine.as_json, data, lambda console: _summarise(console, data))
+    good = done.ended and run.is_good(data, options.wanted)
+    return exit_status.DONE if good else exit_status.FAILED
+
+
+@contextmanager
+def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
+    """A machine that is played, with the folder of its recordings; it is gone afterwards."""
+    from opensuction.cli.progress import ProgressTeller
+    from opensuction.session.cycle import cycle_run, resolution
+    from opensuction.session.running import machine
+
+    progress = ProgressTeller()
+    resolved = resolution.resolve(options.choice)
+    machine.check_free(options.name)
+    shown = machine.check_records(options.database)
+    out = output_folder.choose(options.out, options.name)
+    output_folder.make(out)
+    prepared = progress.wait(
+        lambda: cycle_run.prepare(resolved, progress.tell, "A machine in real time"), "Preparing"
+    )
+    running = progress.wait(
+        lambda: machine.begin(options.name, prepared, options.database, options.anew),
+        "Starting the twin",
+    )
+    if running.twin is None:
+        progress.tell("The twin of an earlier run still plays: it is taken up")
+    progress.tell(f"Recordings: {out}; records: {shown}")
+    try:
+        yield running, out, progress
+    finally:
+        running.end()
+
+
+def supervise(
+    running: "Running",
+    out: Path,
+    rounds: "Rounds | None",
+    progress: "ProgressTeller",
+    begun: Callable[[], None] = lambda: None,
+) -> "Done":
+    """Look after a machine until its rounds are done. begun: called once everything works."""
+    from opensuction.runtime.supervisor import Supervisor
+    from opensuction.session.running import run
+
+    try:
+        with Supervisor(running.folder, out.absolute()) as supervisor:
+            return run.supervise(running, supervisor, rounds, run.Watch(progress.tell, begun=begun))
+    except Stopped as ending:
+        ending.add_note(f"the recordings are in {out}")
+        raise
+
+
+def _summarise(console: "Console", data: Json) -> None:
+    for one in data["cycles"]:
+        detail = f" ({one['detail']})" if one["detail"] else ""
+        outcome = one["outcome"] or "no end on record"
+        console.print(f"Cycle {one['number']}: {outcome}{detail}, {one['recording']}")
+    if data["reason"]:
+        console.print(f"No other cycle was started: {data['reason']}")
+    if data["not_kept"]:
+        console.print(f"The recorder: {data['not_kept']}")
+    us, ticks = data["tick_us"], data["ticks"]
+    share = 100.0 * data["missed_ticks"] / max(ticks + data["missed_ticks"], 1)
+    console.print(
+        f"{ticks} ticks, {data['missed_ticks']} missed ({share:.2f} %); scheduler "
+        f"{data['scheduler']}; a tick took {us['p99_9']:.0f} us at p99.9, {us['most']:.0f} at most"
+    )
+    for refused in data["not_granted"]:
+        console.print(f"Not granted: {refused}")
+    console.print(f"Written: {data['recordings']}")
+    console.print(run_help.NOTICE)
+
+
+def ask(options: AskOptions) -> int:
+    """Carry out ``ask``; returns the exit status. Raises InputError where nobody answers."""
+    import getpass
+
+    from opensuction.session.running import asking
+
+    who = options.who or getpass.getuser()
+    answer = asking.ask(options.name, options.request, who)
+    show(options.as_json, answer, lambda console: console.print(asking.say(answer)))
+    return exit_status.DONE if answer["verdict"] == asking.PRESSED else exit_status.FAILED
+
+
+RUN = Command(
+    name="run",
+    options=RunOptions,
+    run=run,
+    sentence="A machine in real time: the twin, its controller and recorder, cycles by the clock.",
+    details=run_help.RUN,
+    examples=run_help.RUN_EXAMPLES,
+    ends="0 as many cycles completed as were asked for, 1 not",
+)
+ASK = Command(
+    name="ask",
+    options=AskOptions,
+    run=ask,
+    sentence="Press a button of a machine that runs, such as start or abort.",
+    details=run_help.ASK,
+    examples=run_help.ASK_EXAMPLES,
+    ends="0 the button went down, 1 it was refused",
+)

@@ -1,0 +1,160 @@
+"""Who asks, and whether that person, or that program, may.
+
+Routes take what they need from here by ``Depends``. Whoever looks at the database does so in a
+thread: these are plain functions.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Annotated
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from opensuction.accounts import secret, session
+from opensuction.accounts.refusal import NotAllowedError, NotSignedInError
+from opensuction.accounts.rule import right
+from opensuction.accounts.rule.right import RIGHTS, Right
+from opensuction.accounts.session import AccessToken, Session
+from opensuction.console.guard.problem import FieldError, Problem
+from opensuction.console.site import Site
+from opensuction.kernel.errors import InputError
+
+SESSION_COOKIE, DEVICE_COOKIE = "opensuction_session", "opensuction_device"
+CSRF_HEADER = "X-CSRF-Token"
+BEARER = "bearer"
+NAMES_KEPT = 1000
+GIVEN_LATER = "in the body"
+"""Stands for a reason that the route itself looks at (`check_reason`)."""
+
+Holder = Session | AccessToken | None
+"""Who asks; None: nobody who signed in."""
+
+
+def find_site(connection: HTTPConnection) -> Site:
+    """What the application was made of."""
+    found: Site = connection.app.state.site
+    return found
+
+
+Here = Annotated[Site, Depends(find_site)]
+"""The site, as a parameter of a route."""
+
+
+def session_token(connection: HTTPConnection) -> str | None:
+    """What a browser shows; None where nobody has signed in."""
+    return connection.cookies.get(SESSION_COOKIE) or None
+
+
+def _bearer_token(connection: HTTPConnection) -> str | None:
+    kind, _, token = connection.headers.get("authorization", "").partition(" ")
+    return token.strip() if kind.lower() == BEARER else None
+
+
+class Names:
+    """Who showed which session not long ago: a stop is not to wait for a database to say so."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, str] = OrderedDict()
+
+    def keep(self, token: str, account: str) -> None:
+        """Somebody was found."""
+        digest = secret.digest(token)
+        self._known[digest] = account
+        self._known.move_to_end(digest)
+        while len(self._known) > NAMES_KEPT:
+            self._known.popitem(last=False)
+
+    def forget(self, token: str) -> None:
+        """A session has ended."""
+        self._known.pop(secret.digest(token), None)
+
+    def find(self, token: str) -> str | None:
+        """Who it was; None of somebody that nobody has seen."""
+        return self._known.get(secret.digest(token))
+
+
+def find_name(connection: HTTPConnection) -> str | None:
+    """The account of whoever asks, for the record alone: nothing is allowed by it."""
+    token, names = session_token(connection), connection.app.state.names
+    return None if token is None else names.find(token)
+
+
+def find_session(site: Site, connection: HTTPConnection, token: str) -> Session:
+    """Whose session this is. Raises NotSignedInError for one that is over."""
+    try:
+        holder = site.accounts.find_session(token)
+    except NotSignedInError:
+        connection.app.state.names.forget(token)
+        raise
+    connection.app.state.names.keep(token, holder.account)
+    return holder
+
+
+def find_holder(site: Site, connection: HTTPConnection) -> Holder:
+    """Who asks for something that changes nothing. Raises NotSignedInError for what is over."""
+    bearer = _bearer_token(connection)
+    if bearer is not None:
+        return site.accounts.find_token(bearer)
+    token = session_token(connection)
+    return None if token is None else find_session(site, connection, token)
+
+
+def _require(holder: Holder, wanted: Right) -> None:
+    reason = GIVEN_LATER if RIGHTS[wanted].needs_reason else None
+    session.require(holder, wanted, reason)
+
+
+def may(wanted: Right) -> Callable[[HTTPConnection, Site], Holder]:
+    """A dependency that lets through who may see something, and says who that is.
+
+    What anybody may see asks no database, and nobody's name is known.
+    """
+
+    def find(connection: HTTPConnection, site: Here) -> Holder:
+        if wanted in right.ANYBODY:
+            return None
+        holder = find_holder(site, connection)
+        _require(holder, wanted)
+        return holder
+
+    return find
+
+
+def may_change(wanted: Right) -> Callable[[HTTPConnection, Site], Session]:
+    """A dependency that lets through who may change something: signed in, from the page itself.
+
+    The reason, where the right needs one, is the route's to check (`check_reason`).
+    """
+
+    def find(connection: HTTPConnection, site: Here) -> Session:
+        return allow_change(site, connection, wanted)
+
+    return find
+
+
+def allow_change(site: Site, connection: HTTPConnection, wanted: Right) -> Session:
+    """Who asks for a change, if that person may. Raises errors of `accounts.refusal`."""
+    if _bearer_token(connection) is not None:
+        raise NotAllowedError("a token of another program changes nothing")
+    token = session_token(connection)
+    if token is None:
+        raise NotSignedInError("sign in first")
+    shown = connection.headers.get(CSRF_HEADER)
+    try:
+        session.check_csrf(token, shown or "")
+        holder = find_session(site, connection, token)
+        _require(holder, wanted)
+    except NotAllowedError as error:
+        connection.app.state.refused.note(find_name(connection), str(wanted), str(error))
+        raise
+    return holder
+
+
+def check_reason(reason: str | None) -> str:
+    """The reason of a right that needs one; a problem of the field ``reason`` where it is none."""
+    try:
+        session.check_reason(reason)
+    except InputError as refused:
+        raise Problem(422, str(refused), [FieldError("reason", str(refused))]) from None
+    return reason or ""

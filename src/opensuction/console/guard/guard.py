@@ -1,0 +1,171 @@
+"""The first that a request meets: what cannot be meant well goes no further.
+
+Another host or origin, too much, too slow, too often: refused with a problem, and logged without
+anything that is secret. Every answer, also of what fails within, gets the headers of `header`.
+"""
+
+import logging
+import time
+from collections import Counter
+from http.cookies import CookieError, SimpleCookie
+
+from starlette.datastructures import Headers
+from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from opensuction.console.guard import body, header, origin, problem
+from opensuction.console.guard.limits import Limits
+from opensuction.console.guard.problem import Problem
+from opensuction.console.guard.rates import PREFIX, Rates
+from opensuction.settings.wording import one_line
+
+LOG = logging.getLogger("opensuction.console")
+FAILED = "this did not work; the log of the console says why. To stop the machine goes on working"
+LONGEST_PATH = 200
+REFUSED = 1008
+"""Code of a socket that is closed for what it asked."""
+FAILS = 500
+SCHEMES = {"http": "http", "https": "https", "ws": "http", "wss": "https"}
+
+
+class Guard:
+    """Around the whole application."""
+
+    def __init__(
+        self,
+        app: ASGIApp,
+        limits: Limits,
+        rates: Rates,
+        hosts: frozenset[str] | None,
+        cookie: str,
+    ) -> None:
+        """hosts: see `origin.hosts_of`. cookie: name of the session's."""
+        self.app, self._limits, self._rates = app, limits, rates
+        self._hosts, self._cookie = hosts, cookie
+        self._sockets: Counter[str] = Counter()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See ASGI."""
+        if scope["type"] == "http":
+            await self._serve(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await self._serve_socket(scope, receive, send)
+        else:
+            await self.app(scope, receive, send)
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        begun_s = time.monotonic()
+        is_interface = scope["path"].startswith(PREFIX)
+        has_tls = scope["scheme"] == "https"
+        status = 0
+
+        async def answer(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                given = message.get("headers", ())
+                message["headers"] = header.complete(given, is_interface, has_tls)
+            await send(message)
+
+        async def refuse(refused: Problem) -> None:
+            await problem.answer(refused)(scope, receive, answer)
+
+        try:
+            headers = Headers(scope=scope)
+            self._check(scope, headers)
+            body.check_length(self._limits, headers.get("content-length"))
+            whole = await body.read(self._limits, receive)
+            await self.app(scope, body.again(whole, receive), answer)
+        except Problem as refused:
+            await refuse(refused)
+        except body.GoneError:
+            pass
+        except Exception:
+            LOG.exception("%s %s failed", scope["method"], _path(scope))
+            if status == 0:
+                await refuse(Problem(FAILS, FAILED))
+            else:
+                raise
+        finally:
+            _log(scope, status, begun_s)
+
+    def _check(self, scope: Scope, headers: Headers) -> None:
+        """Raises Problem for what goes no further."""
+        peer = _peer(scope)
+        method = scope.get("method", "GET")
+        is_socket = scope["type"] == "websocket"
+        if why := origin.refuse_host(self._hosts, headers.get("host")):
+            raise Problem(421, why)
+        is_guarded = is_socket or scope["path"].startswith(PREFIX)
+        scheme = SCHEMES.get(str(scope["scheme"]), "http")
+        needs_origin = is_socket or method not in origin.SAFE
+        if is_guarded and (why := origin.refuse_origin(headers, scheme, needs_origin)):
+            raise Problem(403, why)
+        self._rates.check(method, scope["path"], peer, self._session(headers))
+
+    def _session(self, headers: Headers) -> str | None:
+        """What is shown as a session; it is not looked at here."""
+        try:
+            found = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
+        except CookieError:
+            return None
+        return None if found is None else found.value
+
+    async def _serve_socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        peer, begun_s = _peer(scope), time.monotonic()
+        try:
+            self._check(scope, Headers(scope=scope))
+            self._check_sockets(peer)
+        except Problem as refused:
+            _log(scope, refused.status, begun_s)
+            await _refuse_socket(problem.answer(refused), scope, receive, send)
+            return
+        self._sockets[peer] += 1
+        try:
+            await self.app(scope, receive, send)
+        except Exception:
+            LOG.exception("socket %s failed", _path(scope))
+        finally:
+            self._sockets[peer] -= 1
+            if not self._sockets[peer]:
+                del self._sockets[peer]
+
+    def _check_sockets(self, peer: str) -> None:
+        limits = self._limits
+        most = limits.sockets_here if origin.is_loopback(peer) else limits.sockets_elsewhere
+        if self._sockets.total() >= limits.sockets or self._sockets[peer] >= most:
+            raise Problem(429, "too many pages listen already", headers={"Retry-After": "5"})
+
+
+async def _refuse_socket(answer: Response, scope: Scope, receive: Receive, send: Send) -> None:
+    if "websocket.http.response" not in scope.get("extensions", {}):
+        await send({"type": "websocket.close", "code": REFUSED, "reason": ""})
+        return
+    has_tls = scope["scheme"] == "wss"
+
+    async def translate(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            message["headers"] = header.complete(message["headers"], True, has_tls)
+        await send({**message, "type": f"websocket.{message['type']}"})
+
+    await answer({**scope, "type": "http", "method": "GET"}, receive, translate)
+
+
+def _peer(scope: Scope) -> str:
+    client = scope.get("client")
+    return "unknown" if client is None else str(client[0])
+
+
+def _path(scope: Scope) -> str:
+    """As a log may have it: without what was asked in it."""
+    return one_line(str(scope["path"]))[:LONGEST_PATH]
+
+
+def _log(scope: Scope, status: int, begun_s: float) -> None:
+    """A line for what was refused or failed; the rest only for who looks for it."""
+    level = logging.WARNING if status >= 400 or status == 0 else logging.DEBUG
+    if not LOG.isEnabledFor(level):
+        return
+    method = scope.get("method", "socket")
+    what = f"{status} {method} {_path(scope)} from {_peer(scope)}"
+    LOG.log(level, "%s (%.0f ms)", what, 1e3 * (time.monotonic() - begun_s))

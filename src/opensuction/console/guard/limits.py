@@ -1,0 +1,56 @@
+"""How much of everything is let through; a page needs a tenth of it."""
+
+from typing import NamedTuple
+
+
+class Rate(NamedTuple):
+    """How often."""
+
+    rate_hz: float
+    most: float
+    """At once."""
+
+
+class Limits(NamedTuple):
+    """What one console lets through."""
+
+    body_bytes: int = 65_536
+    body_s: float = 10.0
+    """For the whole of it."""
+    files: Rate = Rate(500.0, 4000.0)
+    """Of one address: twenty pages that open at once take some hundred files each."""
+    reads: Rate = Rate(100.0, 600.0)
+    """Of one address, by the interface."""
+    own_reads: Rate = Rate(50.0, 400.0)
+    """Of one session."""
+    changes: Rate = Rate(20.0, 80.0)
+    """Of one address."""
+    sign_ins: Rate = Rate(5.0, 20.0)
+    """Of one address; each takes a slow look at a password."""
+    presses: Rate = Rate(400.0, 800.0)
+    """Of one address, of whatever button: before it is known which."""
+    buttons: Rate = Rate(10.0, 40.0)
+    """Of one address, of buttons that do not stop."""
+    stops: Rate = Rate(20.0, 60.0)
+    """Of one address."""
+    sockets: int = 96
+    """Open at once, in all;"""
+    sockets_here: int = 80
+    """of this computer;"""
+    sockets_elsewhere: int = 16
+    """of another address."""
+
+
+USUAL = Limits()
+NO_RATE = Rate(1e6, 1e6)
+UNHURRIED = USUAL._replace(
+    files=NO_RATE,
+    reads=NO_RATE,
+    own_reads=NO_RATE,
+    changes=NO_RATE,
+    sign_ins=NO_RATE,
+    presses=NO_RATE,
+    buttons=NO_RATE,
+    stops=NO_RATE,
+)
+"""For tests that ask more often than any person: what else is limited is so still."""

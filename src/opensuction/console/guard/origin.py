@@ -1,0 +1,67 @@
+"""Whether a request comes from the console's own page: by the headers that a browser adds itself.
+
+A page of another origin can have a browser send requests, with cookies and all; it cannot have it
+lie about where they come from. Source: [OWASP-CSRF], [Fetch-Metadata].
+"""
+
+from collections.abc import Mapping
+from ipaddress import ip_address
+
+SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
+NAMES_HERE = ("127.0.0.1", "localhost", "[::1]")
+USUAL_PORTS = {"http": 80, "https": 443}
+SAME = frozenset({"same-origin", "none"})
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address is of this computer alone.
+
+    >>> is_loopback("127.0.0.1"), is_loopback("localhost"), is_loopback("0.0.0.0")
+    (True, True, False)
+    """
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False
+
+
+def hosts_of(host: str, port: int, has_tls: bool) -> frozenset[str] | None:
+    """What the Host header may say; None: anything.
+
+    Without this a page of any name that is made to mean this computer is of the same origin (DNS
+    rebinding). To be reached from elsewhere takes a certificate, which such a name does not have:
+    there the browser refuses it.
+    """
+    if not is_loopback(host):
+        return None
+    scheme = "https" if has_tls else "http"
+    names = {*NAMES_HERE, f"[{host}]" if ":" in host else host}
+    found = {f"{name}:{port}" for name in names}
+    return frozenset(found | names if USUAL_PORTS[scheme] == port else found)
+
+
+def refuse_host(hosts: frozenset[str] | None, said: str | None) -> str:
+    """Why a Host header is refused; empty where it is not."""
+    if said is None:
+        return "the request does not say which host it means"
+    if hosts is not None and said.lower() not in hosts:
+        return "the request means another host than this one"
+    return ""
+
+
+def refuse_origin(headers: Mapping[str, str], scheme: str, needs_origin: bool) -> str:
+    """Why where a request comes from is refused; empty where it is not.
+
+    needs_origin: it changes something, or opens a socket.
+    """
+    site = headers.get("sec-fetch-site")
+    if site is not None and site not in SAME:
+        return "the request comes from a page of another origin"
+    origin = headers.get("origin")
+    if origin is None:
+        return "the request does not say from where it comes" if needs_origin else ""
+    if origin.lower() != f"{scheme}://{headers.get('host', '')}".lower():
+        return "the request comes from a page of another origin"
+    return ""

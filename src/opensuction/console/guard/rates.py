@@ -1,0 +1,51 @@
+"""Who may ask how often, by what is asked for."""
+
+import hashlib
+
+from opensuction.console.guard.bucket import Buckets
+from opensuction.console.guard.limits import Limits, Rate
+from opensuction.console.guard.origin import SAFE
+from opensuction.console.guard.problem import Problem
+
+PREFIX = "/api/"
+PRESSES, SIGN_IN = "/api/v1/requests", "/api/v1/session"
+
+
+class Rates:
+    """Of one console."""
+
+    def __init__(self, limits: Limits) -> None:
+        def make(rate: Rate) -> Buckets:
+            return Buckets(*rate)
+
+        self._files, self._reads = make(limits.files), make(limits.reads)
+        self._own_reads, self._changes = make(limits.own_reads), make(limits.changes)
+        self._sign_ins, self._presses = make(limits.sign_ins), make(limits.presses)
+        self._buttons, self._stops = make(limits.buttons), make(limits.stops)
+
+    def check(self, method: str, path: str, peer: str, session: str | None) -> None:
+        """Raises Problem where somebody asks too often."""
+        if not path.startswith(PREFIX):
+            _take(self._files, peer)
+        elif method == "POST" and path == PRESSES:
+            _take(self._presses, peer)
+        elif method == "POST" and path == SIGN_IN:
+            _take(self._sign_ins, peer)
+        elif method not in SAFE:
+            _take(self._changes, peer)
+        else:
+            _take(self._reads, peer)
+            if session is not None:
+                _take(self._own_reads, hashlib.sha256(session.encode()).hexdigest())
+
+    def check_button(self, is_stop: bool, peer: str) -> None:
+        """The same for a button, once it is known which."""
+        _take(self._stops if is_stop else self._buttons, peer)
+
+
+def _take(buckets: Buckets, name: str) -> None:
+    wait_s = buckets.take(name)
+    if wait_s > 0.0:
+        seconds = max(round(wait_s + 0.5), 1)
+        detail = f"too many requests: try again in {seconds} s"
+        raise Problem(429, detail, headers={"Retry-After": str(seconds)})

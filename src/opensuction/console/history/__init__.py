@@ -1,0 +1,1 @@
+"""What has been: cycles, alarms, acts, and what they come to over days."""

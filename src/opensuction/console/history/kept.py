@@ -1,0 +1,49 @@
+"""What was worked out of recordings, kept beside them: a figure is computed once.
+
+It is a folder of files and no table: the records are append-only and audited, and hold what
+happened; this is only what can be worked out anew. Whoever deletes the folder loses time. A file is
+named by its recording and by a key of that recording's size and time and of this software, so that
+nothing old is ever shown for something new.
+"""
+
+import contextlib
+import hashlib
+import os
+from pathlib import Path
+
+from opensuction import __version__
+from opensuction.console.history.recording_file import RecordingFile
+
+FOLDER = ".history"
+FORMAT = 2
+"""Of what is kept; the next number makes everything be worked out anew."""
+
+
+def _stem(file: RecordingFile) -> str:
+    key = f"{FORMAT} {__version__} {file.size} {file.changed_ns} {len(file.parts)}"
+    return f"{file.name}.{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+
+
+class Kept:
+    """The folder, made when something is kept first."""
+
+    def __init__(self, recordings: Path) -> None:
+        self._folder = recordings / FOLDER
+
+    def find(self, file: RecordingFile, kind: str) -> bytes | None:
+        """What is kept of a recording. kind: ``report.html``, ``replay.json``, ``figure.json``."""
+        try:
+            return (self._folder / f"{_stem(file)}.{kind}").read_bytes()
+        except OSError:
+            return None
+
+    def keep(self, file: RecordingFile, kind: str, data: bytes) -> None:
+        """Keep it, whole or not at all; a disk that cannot take it costs time later, no more."""
+        path = self._folder / f"{_stem(file)}.{kind}"
+        new = path.with_name(f"{path.name}.{os.getpid()}.new")
+        with contextlib.suppress(OSError):
+            self._folder.mkdir(mode=0o700, exist_ok=True)
+            for old in self._folder.glob(f"{file.name}.*.{kind}"):
+                old.unlink(missing_ok=True)
+            new.write_bytes(data)
+            new.replace(path)

@@ -1,0 +1,124 @@
+"""Work on recordings in a process of its own.
+
+``python -m opensuction.console.history.work_process`` asks for the least time that a computer has
+to give, so that neither the console nor the control loop notices. The first line of its input says
+what is wanted; it ends where that input ends, so that it never outlives the console. A line of its
+output is an answer.
+"""
+
+import json
+import os
+import resource
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+NICEST = 19
+INPUT, READ_BYTES = 0, 1024
+REPORT, REPLAY, FIGURES = "report", "replay", "figures"
+LIMITS_S = {REPORT: 90, REPLAY: 300, FIGURES: 900}
+"""How long each may take."""
+
+
+def _read_first_line() -> bytes:
+    """Without a buffer, whose lock the thread that waits for the end would hold."""
+    line = b""
+    while not line.endswith(b"\n"):
+        more = os.read(INPUT, 1)
+        if not more:
+            break
+        line += more
+    return line
+
+
+def _end_with_input() -> None:
+    while os.read(INPUT, READ_BYTES):
+        pass
+    os._exit(1)
+
+
+def report(paths: list[Path]) -> dict[str, Any]:
+    """The report of a recording."""
+    from opensuction.session.recorded import report_run
+
+    return {"html": report_run.run(paths).html}
+
+
+def replay(paths: list[Path]) -> dict[str, Any]:
+    """What came of it when a recording was played again; of several parts the first that differs.
+
+    Names of files and what their headings say are left out.
+    """
+    from opensuction.session.recorded import replay_run
+
+    found: dict[str, Any] = {}
+    for path in paths:
+        data = replay_run.run(path)
+        found = {
+            **{
+                name: data[name]
+                for name in ("identical", "equivalent", "differing_ticks", "whole", "damaged")
+            },
+            "first_difference": data["first_difference"],
+            "notes": data["notes"],
+            "ticks": found.get("ticks", 0) + data["ticks"],
+            "gaps": found.get("gaps", 0) + data["gaps"],
+            "is_good": replay_run.is_good(data),
+        }
+        if not found["is_good"]:
+            break
+    return found
+
+
+def figures(paths: list[Path]) -> dict[str, Any]:
+    """The figures of one recording that trends are made of; None for what is not known."""
+    from opensuction.report.summary import number, rows
+    from opensuction.session.recorded import recorded_cycle, recorded_summary
+
+    data = recorded_summary.summary(recorded_cycle.read(paths))
+    pressure = "airway_pressure_cmh2o"
+    known: dict[str, Any] = {
+        "gap_mm": number(data, "gap_mm"),
+        "alarms": float(len(rows(data, "alarms"))),
+    }
+    if not number(data, "timing", "negative_pressure_s"):
+        return known  # what never came to suction says nothing of suction
+    return known | {
+        "deepest_mm": number(data, "tip", "deepest_mm"),
+        "contact_mm": number(data, "contact", "touched_mm"),
+        "removed_ml": number(data, "secretion", "removed_ml"),
+        "dwell_s": number(data, "timing", "dwell_s"),
+        "suction_s": number(data, "timing", "negative_pressure_s"),
+        "in_airway_s": number(data, "timing", "in_airway_s"),
+        "vacuum_mmhg": number(data, "vacuum", "peak_mmhg"),
+        "airway_lowest_cmh2o": number(data, "vitals", pressure, "lowest"),
+        "airway_highest_cmh2o": number(data, "vitals", pressure, "highest"),
+        "spo2_percent": number(data, "spo2_nadir_percent"),
+        "heart_rate_per_min": number(data, "vitals", "heart_rate_per_min", "lowest"),
+    }
+
+
+WORKS = {REPORT: report, REPLAY: replay, FIGURES: figures}
+
+
+def main() -> None:
+    """Do what the first line of the input wants."""
+    os.nice(NICEST)
+    asked = json.loads(_read_first_line())
+    limit_s = LIMITS_S[asked["what"]]
+    resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s))
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    from opensuction.kernel.errors import InputError
+
+    for recording in asked["recordings"]:
+        try:
+            answer = WORKS[asked["what"]]([Path(part) for part in recording])
+        except InputError as refused:
+            answer = {"refused": str(refused)}
+        sys.stdout.write(f"{json.dumps(answer)}\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,180 @@
+"""A button pressed by a person at a page: sent to the control loop, and what became of it.
+
+The answer is found among the loop's events. What is asked again under the same key is the same
+question: it is not sent again, and gets the same answer.
+"""
+
+import asyncio
+import time
+from collections import OrderedDict
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.console.guard.problem import Problem
+from opensuction.console.live.hub import Hub
+from opensuction.console.live.row import Row
+from opensuction.console.live.state import refused
+from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
+from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.exchange.mailbox import PATIENCE_S, Sender
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.name import name_of
+from opensuction.kernel.phase import Phase
+from opensuction.records.database import utc_time
+from opensuction.runtime.room import ASK, EVENTS
+
+STOP = "abort"
+PRESSED = "pressed"
+ANSWERS_S = 0.5
+"""Within this time an answer is there: five hundred ticks."""
+LOOKS_S = 0.002
+WRITTEN_S = 0.05
+"""Within this time after an answer its row is there."""
+KEYS_KEPT = 1024
+REFUSABLE = ("start", "reset")
+"""Buttons that the core may refuse; it says so in its counters."""
+
+
+class Asked(NamedTuple):
+    """What a person asks."""
+
+    ask: str
+    """A field of `kernel.requests.Requests`."""
+    who: str
+    key: str
+
+
+class Answered(NamedTuple):
+    """What became of it."""
+
+    verdict: str
+    """See `exchange.mailbox.Answer`."""
+    refusal: dict[str, str] | None
+    """Why the core refused it, though the button went down."""
+    phase: str
+    took_ms: float
+    """From here until the answer was found."""
+
+
+class Asking:
+    """Of one machine; within one event loop."""
+
+    def __init__(self, folder: Path, hub: Hub) -> None:
+        self._folder, self._hub = folder, hub
+        self._events = FollowedRing(folder / EVENTS, lambda columns: columns == COLUMNS)
+        self._reader: EventReader | None = None
+        self._waiting: dict[str, asyncio.Future[Event]] = {}
+        self._listening: asyncio.Task[None] | None = None
+        self._asked: OrderedDict[str, tuple[Asked, asyncio.Future[Answered]]] = OrderedDict()
+        # To stop has a thread of its own: nothing else that is sent can be in its way.
+        self._threads = {is_stop: ThreadPoolExecutor(1, "ask") for is_stop in (True, False)}
+
+    def close(self) -> None:
+        """Ask no more."""
+        for one in self._threads.values():
+            one.shutdown(wait=False, cancel_futures=True)
+
+    async def ask(self, asked: Asked) -> Answered:
+        """Press a button. Raises Problem where nobody answers, or the key is another question's."""
+        known = self._asked.get(asked.key)
+        if known is not None:
+            if known[0] != asked:
+                raise Problem(409, "this key is that of another request")
+            return await asyncio.shield(known[1])
+        answer = asyncio.get_running_loop().create_task(self._carry_out(asked))
+        answer.add_done_callback(lambda done: self._forget(asked.key, done))
+        self._asked[asked.key] = (asked, answer)
+        while len(self._asked) > KEYS_KEPT:
+            self._asked.popitem(last=False)
+        return await asyncio.shield(answer)
+
+    def _forget(self, key: str, done: asyncio.Future[Answered]) -> None:
+        """What was not answered may be asked again."""
+        if done.cancelled() or done.exception() is not None:
+            self._asked.pop(key, None)
+
+    async def _carry_out(self, asked: Asked) -> Answered:
+        loop = asyncio.get_running_loop()
+        begun_s = loop.time()
+        found: asyncio.Future[Event] = loop.create_future()
+        self._listen(asked.key, found)
+        try:
+            await self._send(asked)
+            event = await asyncio.wait_for(found, ANSWERS_S)
+        except TimeoutError:
+            raise Problem(503, _unheard(asked, "the controller does not answer")) from None
+        except InputError as error:
+            raise Problem(503, _unheard(asked, str(error))) from None
+        finally:
+            self._waiting.pop(asked.key, None)
+        took_ms = 1e3 * (loop.time() - begun_s)
+        row = await self._row_after(int(event.fields["tick"]))
+        verdict = str(event.fields["verdict"])
+        is_refused = row is not None and verdict == PRESSED and asked.ask in REFUSABLE
+        return Answered(
+            verdict=verdict,
+            refusal=refused(row) if row is not None and is_refused else None,
+            phase="unknown" if row is None else name_of(Phase(row.whole("outputs.phase"))),
+            took_ms=round(took_ms, 2),
+        )
+
+    async def _send(self, asked: Asked) -> None:
+        """At once where there is room; where there is none a thread waits for it, not the pages.
+
+        A busy computer may take long to come round to another thread: the usual way has none.
+        """
+        try:
+            self._put(asked, 0.0)
+        except InputError:
+            loop = asyncio.get_running_loop()
+            await loop.run_in_executor(
+                self._threads[asked.ask == STOP], self._put, asked, PATIENCE_S
+            )
+
+    def _put(self, asked: Asked, patience_s: float) -> None:
+        sender = Sender(self._folder / ASK, asked.who, patience_s)
+        try:
+            sender.ask(asked.ask, asked.key, utc_time.now().isoformat())
+        finally:
+            sender.close()
+
+    async def _row_after(self, tick: int) -> Row | None:
+        """The row of that tick, or a later one; None where the controller has ended meanwhile."""
+        ends_s = time.monotonic() + WRITTEN_S
+        while time.monotonic() < ends_s:
+            newest = self._hub.newest()
+            if newest is not None and (row := Row(newest[1])).whole("inputs.tick") >= tick:
+                return row
+            await asyncio.sleep(LOOKS_S)
+        return None
+
+    def _listen(self, key: str, found: asyncio.Future[Event]) -> None:
+        if not self._waiting:
+            self._open()
+            if self._reader is not None and self._events.reader is not None:
+                # What was told before nobody waits for.
+                self._reader.go_on_after(self._events.reader.newest())
+        self._waiting[key] = found
+        if self._listening is None or self._listening.done():
+            self._listening = asyncio.get_running_loop().create_task(self._hear())
+
+    def _open(self) -> None:
+        if self._events.look() and self._events.reader is not None:
+            self._reader = EventReader(self._events.reader)
+
+    async def _hear(self) -> None:
+        """Read events as long as anybody waits for one."""
+        while self._waiting:
+            self._open()
+            for event in [] if self._reader is None else self._reader.read()[0]:
+                found = self._waiting.get(str(event.fields.get("key")))
+                if found is not None and not found.done():
+                    found.set_result(event)
+            await asyncio.sleep(LOOKS_S)
+
+
+def _unheard(asked: Asked, reason: str) -> str:
+    if asked.ask == STOP:
+        return f"NOBODY HEARS THE STOP ({reason}): draw the catheter out by the handle"
+    return reason

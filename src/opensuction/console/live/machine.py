@@ -1,0 +1,159 @@
+"""What is known of the machine, the patient and the next cycle before anything moves."""
+
+import json
+from datetime import timedelta
+from typing import Any
+
+from opensuction import __version__
+from opensuction.accounts.rule.right import BUTTONS
+from opensuction.console.live import plan_words
+from opensuction.console.live.hub import Hub
+from opensuction.console.live.row import Row, plain
+from opensuction.controller.record import Settings
+from opensuction.kernel.name import name_of
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.schedule import ScheduleMode
+from opensuction.records.database import utc_time
+from opensuction.report import wording
+from opensuction.runtime.about import About
+
+NOTICE = (
+    "Research software, not a medical device: not for use on people or animals. In-silico: a "
+    "digital twin"
+)
+LABELS = {
+    "start": "Start",
+    "identify": "Identify",
+    "abort": "Stop",
+    "reset": "Reset",
+    "teach": "Teach the travel length",
+    "confirm": "The tip is at the carina",
+    "home": "Bring the head home",
+    "service": "Take out of service",
+    "return_to_service": "Return to service",
+    "not_needed": "Nothing to suction",
+    "acknowledge": "Acknowledge",
+    "audio_pause": "Audio pause",
+    "assessed": "Patient looked at",
+    "oxygenated": "Oxygen given",
+    "oxygen_skipped": "Skip oxygen",
+}
+"""What the buttons of `kernel.requests.Requests` say; that of a new catheter takes its label."""
+CARINA = "carina_mm"
+"""Where it is expected, among what recordings say of a machine (`About.heading`)."""
+
+
+def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
+    """All of it, as a page takes it."""
+    limits, plan = settings.limits, settings.plan
+    return {
+        "serial": about.machine.serial,
+        "kind": about.machine.kind,
+        "is_twin": about.machine.is_twin,
+        "notice": NOTICE,
+        "approach": about.approach,
+        "patient": {"pseudonym": about.patient, "age": about.heading.get("age")},
+        "anatomy": {
+            "tube_end_mm": 0.0,
+            "boundary_mm": plain(limits.outside_mm),
+            "park_mm": plain(plan.motion.park_mm),
+            "park_head_mm": plain(plan.motion.park_head_mm),
+            "head_most_mm": plain(_head_most_mm(settings)),
+            "target_mm": plain(_suction_mm(settings)),
+            "cap_mm": plain(limits.cap_mm),
+            "carina_mm": _carina_mm(about),
+        },
+        "protocol": _protocol(about, settings),
+        "limits": {
+            "vacuum_mmhg": plain(limits.vacuum_mmhg),
+            "spo2_percent": plain(limits.patient.spo2_percent),
+            "heart_rate_per_min": plain(limits.patient.heart_rate_per_min),
+            "airway_pressure_cmh2o": [
+                plain(limits.patient.airway_least_cmh2o),
+                plain(limits.patient.airway_most_cmh2o),
+            ],
+            "is_monitored": limits.patient.monitored,
+            "negative_pressure_s": plain(limits.negative_pressure_s),
+            "in_airway_s": plain(limits.in_airway_s),
+        },
+        "plan_sentence": say_plan(settings),
+        "travel_known": plan.travel_known,
+        "software_version": __version__,
+        "next_cycle_at": _next_cycle_at(settings, hub),
+        "catheter": {
+            "label": about.catheter.label,
+            "size_fr": about.catheter.size_fr,
+            "left_s": hub.state()["catheter_left_s"],
+        },
+        "requests": [
+            {"ask": ask.replace("_", "-"), "label": LABELS[ask], "right": str(right)}
+            for ask, right in BUTTONS.items()
+            if ask in LABELS
+        ],
+        "phases": [
+            {"phase": name_of(phase), **wording.phase_words(phase.name.lower())._asdict()}
+            for phase in Phase
+        ],
+    }
+
+
+def say_plan(settings: Settings) -> str:
+    """What a start will do, in one line."""
+    plan = settings.plan
+    return plan_words.say(
+        plan.motion.target_mm,
+        _suction_mm(settings),
+        plan.vacuum_mmhg,
+        settings.limits.negative_pressure_s,
+        plan.contact.enabled,
+    )
+
+
+def _suction_mm(settings: Settings) -> float:
+    """Where suction is meant to take place; by contact nowhere deeper than this."""
+    plan = settings.plan
+    return plan.contact.suction_mm if plan.contact.enabled else plan.motion.target_mm
+
+
+def _head_most_mm(settings: Settings) -> float:
+    """Where the head would take the tip past the cap.
+
+    As `safety.tip_bound.head_cap_mm`, which is compiled; this process compiles nothing.
+    """
+    bounds = settings.limits.tip
+    return (settings.limits.cap_mm - bounds.offset_mm) / bounds.gain + 0.5 * bounds.narrow_mm
+
+
+def _carina_mm(about: About) -> float | None:
+    """Where it is expected; None where nobody has said so."""
+    try:
+        return plain(float(about.heading[CARINA]))
+    except (KeyError, ValueError):
+        return None
+
+
+def _protocol(about: About, settings: Settings) -> dict[str, Any]:
+    """The protocol as it was chosen, and what the planner has made of it."""
+    try:
+        chosen = json.loads(about.protocol.content)
+    except ValueError:
+        chosen = {}
+    plan = settings.plan
+    return {
+        **(chosen if isinstance(chosen, dict) else {}),
+        "name": about.protocol.name,
+        "vacuum_mmhg": plain(plan.vacuum_mmhg),
+        "suction_s": plain(settings.limits.negative_pressure_s),
+        "dwell_s": plain(plan.dwell_s),
+        "target_mm": plain(_suction_mm(settings)),
+    }
+
+
+def _next_cycle_at(settings: Settings, hub: Hub) -> str | None:
+    """When the next one is due by the clock; None where a person asks for it."""
+    schedule, newest = settings.service.schedule, hub.newest()
+    if schedule.mode == ScheduleMode.ON_REQUEST or newest is None:
+        return None
+    since_s = Row(newest[1]).number("state.core.upkeep.schedule.since_cycle_s")
+    due = utc_time.now() + timedelta(seconds=max(schedule.interval_s - since_s, 0.0))
+    return due.isoformat(timespec="seconds")

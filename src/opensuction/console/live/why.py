@@ -1,0 +1,35 @@
+"""Why a cycle ended as it did, in words for a person: on record stand the names."""
+
+from opensuction.kernel.name import name_of
+from opensuction.procedure.cycle.transition import Event
+from opensuction.safety.condition import Condition
+
+CAUSES = {
+    Event.TRIPPED: "a safety limit tripped",
+    Event.ABORT_REQUESTED: "a person asked for it",
+    Event.PHASE_OVERDUE: "a phase took longer than planned",
+    Event.CONTACT_MISPLACED: "contact where none was expected, or none where it was",
+    Event.CHECK_FAILED: "the pre-use test failed",
+}
+"""Every event that breaks a cycle off."""
+_WORDS = {name_of(one): words for one, words in CAUSES.items()} | {
+    name_of(one): one.row.sentence for one in Condition
+}
+
+
+def say(detail: str) -> str:
+    """The detail of an outcome in words; what is no list of names stands for itself.
+
+    >>> say("abort-requested")
+    'a person asked for it'
+    >>> say("tripped, catheter-jammed") == Condition.CATHETER_JAMMED.row.sentence
+    True
+    >>> say("nobody recorded how it ended")
+    'nobody recorded how it ended'
+    """
+    names = [name for name in detail.split(", ") if name]
+    if not names or any(name not in _WORDS for name in names):
+        return detail
+    # A limit that is named says more than that there was one.
+    told = names[1:] if names[0] == name_of(Event.TRIPPED) and len(names) > 1 else names
+    return "; ".join(_WORDS[name] for name in told)

@@ -1,0 +1,61 @@
+// What a person may tell the machine besides start and stop: each button is there where it means
+// something now.
+
+import { make, say, show } from "../dom.js";
+import { GOOD } from "../live.js";
+import { request } from "../request.js";
+import { fill, text } from "../text.js";
+
+const SAID_MS = 8000;
+
+const SHOWN = [
+  // [what is asked, right, where it means something]
+  ["reset", "reset", (state) => (state.phase === "halted" && !state.locked_out) || state.alarms.some((one) => one.latched && !one.present)],
+  ["oxygenated", "attend-patient", (state) => state.phase === "parked" && ["requested", "not-asked", "skipped"].includes(state.preoxygenation)],
+  ["oxygen-skipped", "attend-patient", (state) => state.phase === "parked" && state.preoxygenation === "requested"],
+  ["assessed", "attend-patient", (state) => isResting(state) && state.passes > 0],
+  ["not-needed", "attend-patient", (state) => state.assessment_due],
+];
+
+function isResting(state) {
+  return ["parked", "halted", "out-of-service"].includes(state.phase);
+}
+
+export class Buttons {
+  constructor(context) {
+    this.context = context;
+    this.made = SHOWN.map(([ask, right, isShown]) => {
+      const words = text.bedside.buttons;
+      const element = make("button", { type: "button", class: "tell", "data-ask": ask, hidden: true, onclick: () => this.press(ask, right) },
+        make("span", {}, words[ask]), make("span", { class: "tell-hint" }, words[`${ask}Hint`]));
+      return { element, right, isShown };
+    });
+    this.answer = make("p", { class: "tell-answer", role: "status" });
+    this.oxygen = make("p", { class: "tell-answer" });
+    this.service = make("a", { class: "tell to-setup", href: "#/setup", hidden: true }, text.bedside.toService);
+    this.element = make("div", { class: "tells" }, this.made.map((one) => one.element), this.service, this.oxygen, this.answer);
+  }
+
+  async press(ask, right) {
+    if (!this.context.session.may(right)) {
+      this.context.askSignIn();
+      return;
+    }
+    const { refusal } = await request(this.context.api, ask);
+    const left_s = Math.ceil(this.context.live.state?.oxygen_left_s ?? 0) || 120;
+    say(this.answer, refusal || fill(text.bedside.done[ask], { s: left_s }));
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => say(this.answer, ""), SAID_MS);
+  }
+
+  update(state, link) {
+    const { session } = this.context;
+    for (const { element, right, isShown } of this.made) {
+      const isTheirs = session.may(right) || session.name === null;
+      show(element, isTheirs && link.kind === GOOD && isShown(state));
+    }
+    show(this.service, state.locked_out || state.phase === "out-of-service");
+    const words = text.bedside.preoxygenation[state.preoxygenation];
+    say(this.oxygen, words && state.oxygen_left_s > 0 ? fill(words, { s: Math.ceil(state.oxygen_left_s) }) : "");
+  }
+}

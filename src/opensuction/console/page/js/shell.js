@@ -1,0 +1,222 @@
+// What is there on every view: alarm bar, header, navigation, STOP, notice.
+
+import { AlarmBar } from "./alarm/bar.js";
+import { openPassword, openSignIn } from "./account/sign_in.js";
+import { isOpen } from "./dialog.js";
+import { make, mark, say, show } from "./dom.js";
+import { GOOD } from "./live.js";
+import { NowPanel } from "./now.js";
+import { learnPhases } from "./situation.js";
+import { Stop } from "./stop.js";
+import { fill, loadText, text } from "./text.js";
+import { applyTheme, switchTheme, theme } from "./theme.js";
+import { VIEWS, viewOf } from "./views.js";
+import { age, clock } from "./words.js";
+
+const MACHINE_MS = 15000; // how often it is asked whose machine this is
+
+class Shell {
+  constructor(root, footer, context) {
+    this.root = root;
+    this.footer = footer;
+    this.context = context;
+    this.unmount = () => {};
+    this.opening = 0;
+    context.askSignIn = () => openSignIn(context.session);
+    context.machineChanged = new Set();
+    this.alarm = new AlarmBar(context);
+    this.stop = new Stop(context.api, context.live, this.alarm);
+    this.now = new NowPanel(context);
+    this.build();
+    applyTheme((now) => this.showTheme(now));
+    context.session.subscribe(() => this.showSession());
+    context.live.follow((link) => this.showLink(link));
+    addEventListener("hashchange", () => this.open());
+    setInterval(() => say(this.clock, clock(Date.now(), true)), 500);
+    this.showSession();
+    this.begin();
+  }
+
+  build() {
+    const words = text.shell;
+    this.who = make("p", { class: "who" });
+    this.what = make("p", { class: "what" }, words.unknownMachine);
+    this.link = make("p", { class: "link", role: "status" });
+    this.clock = make("p", { class: "clock" }, clock(Date.now(), true));
+    this.you = make("button", { type: "button", class: "you", onclick: () => openPassword(this.context.session) });
+    this.sign = make("button", { type: "button", class: "sign", onclick: () => this.toggleSign() });
+    this.theme = make("button", { type: "button", class: "theme", onclick: () => this.showTheme(switchTheme()) });
+    this.links = VIEWS.map((view) => make("a", { href: `#/${view.name}`, "data-view": view.name }, words.views[view.name]));
+    this.view = make("div", { class: "view", id: "view", tabindex: "-1" });
+    this.aside = make("div", { class: "aside-view" });
+    this.context.aside = this.aside;
+    const header = make("header", { class: "header" }, make("div", { class: "patient" }, this.who, this.what), this.alarm.allow, this.link, this.clock,
+      make("div", { class: "account" }, this.you, this.sign, this.theme));
+    const navigation = make("nav", { class: "navigation", "aria-label": words.navigation, "data-covered": "" }, this.links);
+    const stage = make("main", { class: "stage" }, make("div", { class: "stage-scroll", "data-covered": "" }, this.view));
+    const skip = make("a", { class: "skip", href: "#view", onclick: (event) => this.skipTo(event) }, words.skip);
+    this.root.replaceChildren(skip, this.alarm.element, this.alarm.list.element, header, navigation, stage,
+      make("aside", { class: "aside", "aria-label": words.stop.label }, this.aside, this.now.element, this.stop.element),
+      this.stop.failure);
+  }
+
+  skipTo(event) {
+    event.preventDefault();
+    this.view.focus();
+  }
+
+  async begin() {
+    this.refreshMachine();
+    try {
+      await this.context.session.load();
+    } catch {
+      // Nobody is signed in as far as this page knows; the connection says the rest.
+    }
+    this.showSession();
+    this.open();
+  }
+
+  async refreshMachine() {
+    try {
+      const machine = await this.context.api.get("/machine");
+      if (JSON.stringify(machine) !== JSON.stringify(this.context.machine)) {
+        this.context.machine = machine;
+        learnPhases(machine.phases);
+        this.showMachine(machine);
+        for (const fn of this.context.machineChanged) fn(machine);
+      }
+    } catch {
+      // The connection is shown elsewhere; what was known of the machine stays true.
+    }
+    clearTimeout(this.again);
+    this.again = setTimeout(() => this.refreshMachine(), this.context.machine ? MACHINE_MS : 1500);
+  }
+
+  showMachine(machine) {
+    const words = text.shell;
+    const { patient } = machine;
+    const old = patient?.age ? ` (${words.ages[patient.age] || patient.age})` : "";
+    const who = patient?.pseudonym ? fill(words.patient, { pseudonym: patient.pseudonym }) + old : words.bench;
+    say(this.who, who);
+    this.showWhat();
+    say(this.footer, machine.is_twin === false ? words.noticePlain : words.notice);
+  }
+
+  /** Protocol, machine, and how long the catheter may be used. */
+  showWhat() {
+    const { machine, live } = this.context;
+    if (!machine) return;
+    const words = text.shell;
+    const protocol = machine.protocol?.name ? fill(words.protocol, { name: machine.protocol.name }) : "";
+    const life_s = live.known?.catheter_left_s ?? null;
+    const life = life_s === null ? "" : life_s > 0 ? fill(words.catheterLeft, { left: age(life_s) }) : words.catheterOver;
+    say(this.what, [protocol, machine.serial, life].filter(Boolean).join(" · "));
+  }
+
+  showLink(link) {
+    this.showWhat();
+    const words = text.shell.link[link.kind];
+    const isLive = link.kind === GOOD;
+    mark(this.link, "data-kind", link.kind);
+    mark(document.documentElement, "data-link", link.kind);
+    say(this.link, isLive || link.age_s === null ? words : `${words}, ${age(link.age_s)}`);
+  }
+
+  showTheme(now = theme()) {
+    const words = now === "dark" ? text.shell.theme.toLight : text.shell.theme.toDark;
+    say(this.theme, now === "dark" ? "\u2600" : "\u263e");
+    mark(this.theme, "aria-label", words);
+    mark(this.theme, "title", words);
+  }
+
+  showSession() {
+    const words = text.shell;
+    const { session } = this.context;
+    const isKnown = session.name !== null;
+    show(this.you, isKnown);
+    if (isKnown) {
+      const roles = [words.roles[session.role] || session.role, session.is_administrator ? words.administrator : null];
+      say(this.you, fill(words.you, { name: session.name, role: roles.filter(Boolean).join(", ") }));
+      mark(this.you, "title", text.account.password.open);
+    }
+    say(this.sign, isKnown ? words.signOut : words.signIn);
+    if (session.must_change_password && !isOpen()) openPassword(session);
+    if (session.hasEnded && !isOpen()) openSignIn(session);
+    if (this.shown && this.shown !== this.sessionKey()) this.open();
+  }
+
+  sessionKey() {
+    const { name, rights } = this.context.session;
+    return JSON.stringify([name, rights]);
+  }
+
+  async toggleSign() {
+    const { session } = this.context;
+    if (session.name === null) openSignIn(session);
+    else await session.signOut().catch(() => {});
+  }
+
+  /** Show the view that the address names. */
+  async open() {
+    const view = viewOf(location.hash);
+    const title = text.shell.views[view.name];
+    this.opening += 1;
+    const mine = this.opening;
+    this.unmount();
+    this.unmount = () => {};
+    this.shown = this.sessionKey();
+    for (const link of this.links) mark(link, "aria-current", link.dataset.view === view.name ? "page" : null);
+    mark(this.root, "data-view", view.name);
+    document.title = `${title} - ${text.shell.product}`;
+    this.aside.replaceChildren();
+    show(this.now.element, view.name !== "bedside");
+    if (!this.context.session.may(view.right)) {
+      this.refuse(title);
+      return;
+    }
+    this.view.replaceChildren(make("p", { class: "view-note" }, fill(text.shell.loading, { view: title })));
+    try {
+      if (view.isOwn) await Promise.all([loadText(view.name), loadStyle(view.name)]);
+      const module = await view.load();
+      if (mine !== this.opening) return;
+      this.view.replaceChildren();
+      this.unmount = module.mount(this.view, this.context) || (() => {});
+    } catch (error) {
+      if (mine !== this.opening) return;
+      console.error(error);
+      this.view.replaceChildren(
+        make("p", { class: "view-note" }, fill(text.shell.broken, { detail: String(error.message || error) })),
+        make("button", { type: "button", onclick: () => this.open() }, text.shell.again),
+      );
+    }
+  }
+
+  refuse(title) {
+    const { session } = this.context;
+    const isKnown = session.name !== null;
+    const role = text.shell.roles[session.role] || session.role;
+    const words = isKnown ? fill(text.shell.needsRight, { view: title, role }) : fill(text.shell.needsSignIn, { view: title });
+    const button = isKnown ? null : make("button", { type: "button", class: "primary", onclick: () => openSignIn(session) }, text.shell.signIn);
+    this.view.replaceChildren(make("h1", {}, title), make("p", { class: "view-note" }, words), ...(button ? [button] : []));
+  }
+}
+
+const styles = new Map();
+
+/** Take a view's styles in, once. A view without any is shown without. */
+function loadStyle(name) {
+  if (!styles.has(name)) {
+    const sheet = make("link", { rel: "stylesheet", href: `css/${name}.css` });
+    styles.set(name, new Promise((done) => {
+      sheet.addEventListener("load", done);
+      sheet.addEventListener("error", done);
+    }));
+    document.head.append(sheet);
+  }
+  return styles.get(name);
+}
+
+/** Build the shell. */
+export function mountShell(root, footer, context) {
+  return new Shell(root, footer, context);
+}

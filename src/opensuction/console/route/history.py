@@ -1,0 +1,239 @@
+"""History: past cycles with their reports and recordings, alarms, acts, the trail, trends."""
+
+import re
+from datetime import datetime, timedelta
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
+from fastapi.responses import FileResponse, HTMLResponse
+from pydantic import AwareDatetime
+
+from opensuction.accounts.rule.right import Right
+from opensuction.accounts.session import Session
+from opensuction.console.access import Holder, may, may_change
+from opensuction.console.guard.problem import Problem, documented
+from opensuction.console.history import answer, archive, report_page
+from opensuction.console.history.archive import Archive
+from opensuction.records.entry import Outcome
+from opensuction.records.history import LARGEST_NUMBER, LONGEST_SEARCH, PAGE, PastCycle, Wanted
+
+router = APIRouter(tags=["History"])
+LONGEST_PAGE = 200
+FURTHEST_MIN = 14 * 60
+"""No clock on earth is further ahead of UTC, or behind it."""
+RANGE = re.compile(r"bytes=(?:(\d{1,15})-(\d{0,15})|-(\d{1,15}))")
+MCAP = "application/octet-stream"
+
+
+def find_archive(request: Request) -> Archive:
+    """The archive of the application."""
+    return archive.of(request.app)
+
+
+Here = Annotated[Archive, Depends(find_archive)]
+Looks = Annotated[Holder, Depends(may(Right.SEE_HISTORY))]
+Audits = Annotated[Holder, Depends(may(Right.SEE_AUDIT))]
+Id = Annotated[str, Path(pattern=r"^[0-9A-Za-z-]{1,64}$", description="Of a cycle.")]
+Before = Annotated[int | None, Query(ge=1, le=LARGEST_NUMBER, description="Numbers below this.")]
+Limit = Annotated[int, Query(ge=1, le=LONGEST_PAGE)]
+Since = Annotated[AwareDatetime | None, Query(alias="from", description="From this instant on.")]
+Until = Annotated[AwareDatetime | None, Query(alias="to", description="Before this instant.")]
+Text = Annotated[
+    str | None,
+    Query(min_length=1, max_length=LONGEST_SEARCH, description="Somewhere in its words."),
+]
+OfCycle = Annotated[str | None, Query(alias="cycle", pattern=r"^[0-9A-Za-z-]{1,64}$")]
+
+
+def wanted(since: Since = None, until: Until = None, text: Text = None) -> Wanted:
+    """What a list is narrowed to."""
+    return Wanted(_bounded(since), _bounded(until), text)
+
+
+def _bounded(instant: datetime | None) -> datetime | None:
+    """Raises Problem for an instant whose year is none in UTC."""
+    if instant is None:
+        return None
+    if not 2 <= instant.year <= 9998:
+        raise Problem(422, "the year of 'from' or 'to' should be one between 2 and 9998")
+    return instant
+
+
+Narrowed = Annotated[Wanted, Depends(wanted)]
+
+
+def _tell(here: Archive, cycle: PastCycle) -> answer.Cycle:
+    file = here.file(cycle)
+    return answer.Cycle.of(cycle, None if file is None else (len(file.parts), file.size))
+
+
+@router.get("/cycles", responses=documented(401, 403, 422, 503))
+def list_cycles(
+    here: Here,
+    _: Looks,
+    narrowed: Narrowed,
+    before: Before = None,
+    limit: Limit = PAGE,
+    outcome: Outcome | None = None,
+) -> answer.Cycles:
+    """Cycles of this machine, the newest first."""
+    found = here.history.list_cycles(here.machine(), limit + 1, before, narrowed, outcome)
+    shown = found[:limit]
+    following = shown[-1].number if len(found) > limit else None
+    return answer.Cycles(cycles=[_tell(here, one) for one in shown], next=following)
+
+
+@router.get("/cycles/{id}", responses=documented(401, 403, 404, 422, 503))
+def read_cycle(here: Here, _: Looks, id: Id) -> answer.Cycle:  # noqa: A002 - its name in the path
+    """One cycle."""
+    return _tell(here, here.cycle(id))
+
+
+@router.get(
+    "/cycles/{id}/report",
+    response_class=HTMLResponse,
+    responses=documented(401, 403, 404, 409, 422, 503),
+)
+def read_report(here: Here, _: Looks, id: Id) -> Response:  # noqa: A002
+    """The report of a cycle: the page that the command line writes, from its recording."""
+    _cycle, file = here.finished_file(id)
+    headers = {
+        "Content-Security-Policy": report_page.policy(),
+        "X-Frame-Options": "SAMEORIGIN",
+        "Cache-Control": "no-store",
+    }
+    return HTMLResponse(here.desk.report(file), headers=headers)
+
+
+@router.get(
+    "/cycles/{id}/recording",
+    response_class=FileResponse,
+    responses={
+        200: {"content": {MCAP: {}}, "description": "The recording"},
+        206: {"content": {MCAP: {}}, "description": "A part of it, as the header Range asks"},
+        416: {"description": "A range that it does not have"},
+        **documented(401, 403, 404, 409, 422, 503),
+    },
+)
+def read_recording(
+    here: Here,
+    holder: Looks,
+    id: Id,  # noqa: A002
+    part: Annotated[int, Query(ge=1, le=1000, description="More where a recorder died.")] = 1,
+    wanted_bytes: Annotated[str | None, Header(alias="Range", max_length=100)] = None,
+) -> FileResponse:
+    """The recording of a cycle (MCAP), to keep; a range of it is given too. It goes on record."""
+    cycle, file = here.finished_file(id)
+    if part > len(file.parts):
+        raise Problem(404, f"the recording has {len(file.parts)} parts")
+    path = file.parts[part - 1]
+    _check_range(wanted_bytes, path.stat().st_size)
+    if wanted_bytes is None or wanted_bytes.startswith("bytes=0-"):  # the rest of it is the same
+        here.note_taken(cycle, part, holder)
+    suffix = "" if part == 1 else f"-{part}"
+    name = f"cycle-{cycle.number}{suffix}.mcap"
+    return FileResponse(path, media_type=MCAP, filename=name)
+
+
+def _check_range(asked: str | None, size: int) -> None:
+    """Raises Problem for anything but one range that the file has a part of."""
+    found = None if asked is None else RANGE.fullmatch(asked)
+    if asked is None or (found is not None and _is_within(found, size)):
+        return
+    headers = {"Content-Range": f"bytes */{size}"}
+    raise Problem(416, "the header Range should ask for one range of its bytes", (), headers)
+
+
+def _is_within(found: re.Match[str], size: int) -> bool:
+    first, last, from_end = found.groups()
+    if from_end is not None:
+        return int(from_end) > 0
+    return int(first) < size and (not last or int(first) <= int(last))
+
+
+@router.get("/cycles/{id}/replay", responses=documented(401, 403, 404, 409, 422, 503))
+def read_replay(here: Here, _: Looks, id: Id) -> answer.Replay:  # noqa: A002
+    """What came of it when the cycle's recording was played again, where it was."""
+    return answer.Replay(**here.desk.verdict(here.finished_file(id)[1]))
+
+
+@router.post(
+    "/cycles/{id}/replay", status_code=202, responses=documented(401, 403, 404, 409, 422, 503)
+)
+def begin_replay(
+    here: Here,
+    _: Annotated[Session, Depends(may_change(Right.SEE_HISTORY))],
+    id: Id,  # noqa: A002
+) -> answer.Replay:
+    """Play the cycle's recording through the controller again and compare every bit."""
+    return answer.Replay(**here.desk.replay(here.finished_file(id)[1]))
+
+
+@router.get("/alarms", responses=documented(401, 403, 422, 503))
+def list_alarms(
+    here: Here,
+    _: Looks,
+    narrowed: Narrowed,
+    before: Before = None,
+    limit: Limit = PAGE,
+    cycle: OfCycle = None,
+    priority: Literal["low", "medium", "high"] | None = None,
+) -> answer.Alarms:
+    """Alarms of this machine, the newest first."""
+    machine = here.machine()
+    found = here.history.list_alarms(machine, limit + 1, before, cycle, narrowed, priority)
+    shown = found[:limit]
+    following = shown[-1].number if len(found) > limit else None
+    return answer.Alarms(alarms=[answer.Alarm.of(one) for one in shown], next=following)
+
+
+@router.get("/actions", responses=documented(401, 403, 422, 503))
+def list_actions(
+    here: Here,
+    _: Audits,
+    narrowed: Narrowed,
+    before: Before = None,
+    limit: Limit = PAGE,
+    cycle: OfCycle = None,
+) -> answer.Actions:
+    """What people did, wherever it is on record, the newest first."""
+    found = here.history.list_actions(None, limit + 1, before, cycle, narrowed)
+    shown = found[:limit]
+    following = shown[-1].number if len(found) > limit else None
+    return answer.Actions(actions=[answer.Action.of(one) for one in shown], next=following)
+
+
+@router.get("/audit", responses=documented(401, 403, 503))
+def read_audit(here: Here, _: Audits) -> answer.Audit:
+    """Where the trail of the records ends, and what was found when it was read last."""
+    return answer.Audit(**here.verification.tell())
+
+
+@router.post("/audit", status_code=202, responses=documented(401, 403, 422, 503))
+def begin_audit(
+    here: Here,
+    _: Annotated[Session, Depends(may_change(Right.SEE_AUDIT))],
+    asked: answer.AuditRequest,
+) -> answer.Audit:
+    """Read the whole trail and hold it against all that is on record."""
+    here.verification.begin(asked.expected)
+    return answer.Audit(**here.verification.tell())
+
+
+@router.get("/trends", responses=documented(401, 403, 422, 503))
+def read_trends(
+    here: Here,
+    _: Looks,
+    since: Since = None,
+    until: Until = None,
+    ahead_min: Annotated[
+        int,
+        Query(
+            ge=-FURTHEST_MIN, le=FURTHEST_MIN, description="Of UTC, by the clock that days are of"
+        ),
+    ] = 0,
+) -> answer.Trends:
+    """Outcomes and quantities of this machine, day by day."""
+    found = here.trends(_bounded(since), _bounded(until), timedelta(minutes=ahead_min))
+    days = [answer.TrendDay.of(one) for one in found.days]
+    return answer.Trends(**{**found._asdict(), "days": days})

@@ -1,0 +1,98 @@
+"""What people ask of the machine: each is a button of the controller's, pressed from a page."""
+
+import asyncio
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, ConfigDict, Field
+
+from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Right
+from opensuction.accounts.session import Session
+from opensuction.console.access import Here, allow_change, check_reason, find_name
+from opensuction.console.guard.problem import documented
+from opensuction.console.live.asking import STOP, Asked, Asking
+from opensuction.console.site import Site
+from opensuction.records.entry import Action
+from opensuction.runtime.journal import ANYBODY
+
+router = APIRouter(tags=["Requests"])
+NAME_MOST = 64
+Ask = Literal[
+    "start",
+    "identify",
+    "abort",
+    "reset",
+    "teach",
+    "confirm",
+    "home",
+    "service",
+    "return-to-service",
+    "not-needed",
+    "acknowledge",
+    "audio-pause",
+    "assessed",
+    "oxygenated",
+    "oxygen-skipped",
+]
+
+
+class Pressed(BaseModel):
+    """A button."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    ask: Ask
+    key: Annotated[
+        str,
+        Field(
+            pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{7,47}$",
+            description="Made by whoever asks, anew for each question: the same key again is the "
+            "same question again.",
+        ),
+    ]
+    reason: Annotated[str | None, Field(max_length=500)] = None
+
+
+class Answer(BaseModel):
+    """What became of it."""
+
+    verdict: str = Field(description="``pressed``: the button went down; else why it did not.")
+    refusal: dict[str, str] | None = Field(
+        description="Why the machine refused it though the button went down."
+    )
+    phase: str
+    took_ms: float
+
+
+@router.post("/requests", responses=documented(401, 403, 409, 503))
+async def press(request: Request, site: Here, pressed: Pressed) -> Answer:
+    """Press a button; to stop (``abort``) is anybody's and asks neither session nor database.
+
+    What came of it, phase and alarms say; the answer is that the controller has heard it.
+    """
+    ask = pressed.ask.replace("-", "_")
+    request.app.state.rates.check_button(ask == STOP, _peer(request))
+    if ask == STOP:
+        who = find_name(request) or f"{ANYBODY} ({_peer(request)})"
+    else:
+        who = (await asyncio.to_thread(_allow, request, site, ask, pressed)).account
+    asking: Asking = request.app.state.asking
+    answered = await asking.ask(Asked(ask, who[:NAME_MOST], pressed.key))
+    return Answer(**answered._asdict())
+
+
+def _peer(request: Request) -> str:
+    return "unknown" if request.client is None else request.client.host
+
+
+def _allow(request: Request, site: Site, ask: str, pressed: Pressed) -> Session:
+    """Who asks, if that person may; the reason, where one is needed, is put on record."""
+    wanted: Right = BUTTONS[ask]
+    holder = allow_change(site, request, wanted)
+    if RIGHTS[wanted].needs_reason:
+        reason = check_reason(pressed.reason)
+        machine = site.about().machine
+        site.records.note_machine(machine)
+        action = Action(holder.account, f"ask-{pressed.ask}", reason, machine.serial)
+        site.records.act(action, f"ask-{pressed.key}")
+    return holder

@@ -1,0 +1,135 @@
+"""The console's end of the network: who says too little for too long is sent away.
+
+A server that waits for the rest of a request as long as somebody likes can be kept busy by one who
+sends a letter a minute.
+"""
+
+import asyncio
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ssl import SSLContext
+
+import uvicorn
+from starlette.types import ASGIApp
+from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
+
+from opensuction.console.guard import problem
+from opensuction.console.guard.origin import is_loopback
+from opensuction.console.guard.problem import MEDIA_TYPE, Problem
+
+HEADERS_S = 10.0
+"""Within this time a request has said all but its body."""
+HEADERS_BYTES = 16_384
+KEPT_S = 30
+"""A connection on which nothing is asked any more is kept for so long."""
+CONNECTIONS_HERE, CONNECTIONS_ELSEWHERE = 400, 64
+"""Open at once, of this computer and of another address: a page takes up to eight."""
+MESSAGE_BYTES = 4096
+"""Of what a page says by a socket; it has nothing to say."""
+PING_S = 10.0
+"""A page that answers no ping for so long is gone."""
+ENDS_S = 2
+"""Within this time what is asked is answered when the console ends."""
+BAD_REQUEST = 400
+
+
+class HastyProtocol(H11Protocol):
+    """Waits for a whole request, but not for ever; and has not too many of the same address."""
+
+    headers_s = HEADERS_S
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """See `asyncio.Protocol`."""
+        super().connection_made(transport)
+        self._timer: asyncio.TimerHandle | None = None
+        peer = self.client[0] if self.client else "unknown"
+        clients = (getattr(one, "client", None) for one in self.connections)
+        peers = Counter(client[0] for client in clients if client)
+        most = CONNECTIONS_HERE if is_loopback(peer) else CONNECTIONS_ELSEWHERE
+        if peers[peer] > most:
+            self.logger.warning("too many connections from %s", peer)
+            transport.abort()
+            return
+        self._wait()
+
+    def data_received(self, data: bytes) -> None:
+        """See `asyncio.Protocol`."""
+        super().data_received(data)
+        if self._is_waiting():
+            self._wait()
+        else:
+            self._wait_no_more()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """See `asyncio.Protocol`."""
+        self._wait_no_more()
+        super().connection_lost(exc)
+
+    def _is_waiting(self) -> bool:
+        """Whether part of a request is there, and the rest is not."""
+        if self.transport.is_closing() or self.transport.get_protocol() is not self:
+            return False
+        cycle: RequestResponseCycle | None = self.cycle  # before the first request there is none
+        return cycle is None or cycle.response_complete
+
+    def _wait(self) -> None:
+        if self._timer is None:
+            self._timer = self.loop.call_later(self.headers_s, self._give_up)
+
+    def _wait_no_more(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _give_up(self) -> None:
+        self._timer = None
+        if self._is_waiting():
+            self.transport.abort()
+
+    def send_400_response(self, msg: str) -> None:  # noqa: ARG002 - not for who sent it
+        """What is no request at all is refused as a problem, too."""
+        body = bytes(problem.answer(Problem(BAD_REQUEST, "this is no request of HTTP")).body)
+        head = (
+            "HTTP/1.1 400 Bad Request",
+            f"Content-Type: {MEDIA_TYPE}",
+            f"Content-Length: {len(body)}",
+            "Cache-Control: no-store",
+            "X-Content-Type-Options: nosniff",
+            "Connection: close",
+        )
+        self.transport.write("\r\n".join((*head, "", "")).encode() + body)
+        self.transport.close()
+
+
+class Server(uvicorn.Server):
+    """Ends when it is told to, by whoever runs it: signals are not its business."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """See `uvicorn.Server`."""
+        yield
+
+
+def make_server(app: ASGIApp, context: SSLContext | None = None) -> Server:
+    """What serves an application on sockets that listen already. context: speaks HTTPS."""
+    config = uvicorn.Config(
+        app,
+        http=HastyProtocol,
+        ws="websockets-sansio",
+        loop="asyncio",
+        lifespan="on",
+        log_config=None,
+        access_log=False,
+        proxy_headers=False,
+        server_header=False,
+        h11_max_incomplete_event_size=HEADERS_BYTES,
+        timeout_keep_alive=KEPT_S,
+        timeout_graceful_shutdown=ENDS_S,
+        ws_max_size=MESSAGE_BYTES,
+        ws_ping_interval=PING_S,
+        ws_ping_timeout=PING_S,
+        ws_per_message_deflate=False,
+        ssl_context_factory=None if context is None else lambda *_: context,
+    )
+    return Server(config)

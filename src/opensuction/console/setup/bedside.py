@@ -1,0 +1,92 @@
+"""What setting up must know of the machine as it is now, from its newest row."""
+
+import time
+from typing import NamedTuple
+
+from opensuction.console.guard.problem import Problem
+from opensuction.console.site import Site
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.name import name_of
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.teaching import SENTENCES, Taught
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.session.running import basis as bases
+from opensuction.session.running.basis import Basis
+
+STALE_S = 0.5
+"""An older row says nothing of now."""
+_PHASE, _TAUGHT, _TAUGHT_MM, _AWAY, _BRINGING, _AGE, _HEAD, _INSIDE = (
+    ROW_COLUMNS.index(name)
+    for name in (
+        "outputs.phase",
+        "state.core.procedure.teaching.taught",
+        "state.core.procedure.teaching.taught_mm",
+        "state.core.procedure.teaching.away",
+        "state.core.procedure.teaching.bringing",
+        "state.core.upkeep.catheter_age_s",
+        "inputs.readings.head_mm",
+        "state.core.governor.watch.durations.inside_s",
+    )
+)
+
+
+class Now(NamedTuple):
+    """The machine now."""
+
+    phase: Phase
+    taught: Taught
+    taught_mm: float | None
+    """None where nothing was taken."""
+    is_away: bool
+    """The head has left home in this teaching."""
+    is_bringing: bool
+    """The drive brings it home."""
+    catheter_age_s: float
+    head_mm: float
+    inside_s: float
+    """How long the catheter has been in the patient."""
+
+    @property
+    def phase_name(self) -> str:
+        """As the interface names it."""
+        return name_of(self.phase)
+
+    @property
+    def taught_sentence(self) -> str:
+        """What became of the last confirmation."""
+        return SENTENCES[self.taught]
+
+
+def now(site: Site) -> Now:
+    """Raises Problem 503 where the controller does not say."""
+    newest = site.hub.newest()
+    if newest is None or time.monotonic() - float(newest[1][0]) > STALE_S:
+        raise Problem(503, "the controller does not run: what the machine does is not known")
+    row = newest[1]
+    taught = Taught(int(row[_TAUGHT]))
+    return Now(
+        phase=Phase(int(row[_PHASE])),
+        taught=taught,
+        taught_mm=float(row[_TAUGHT_MM]) if taught == Taught.TAKEN else None,
+        is_away=bool(row[_AWAY]),
+        is_bringing=bool(row[_BRINGING]),
+        catheter_age_s=float(row[_AGE]),
+        head_mm=float(row[_HEAD]),
+        inside_s=float(row[_INSIDE]),
+    )
+
+
+def basis_of(site: Site) -> Basis:
+    """What settings are made from. Raises Problem 503 where nobody said so."""
+    try:
+        return bases.read(site.folder)
+    except InputError as error:
+        raise Problem(503, str(error)) from None
+
+
+def require_parked(found: Now) -> None:
+    """Raises Problem 409 for a machine that does something, or waits for something else."""
+    if found.phase != Phase.PARKED:
+        raise Problem(
+            409, f"only while the machine is parked, and it is {found.phase_name.replace('-', ' ')}"
+        )

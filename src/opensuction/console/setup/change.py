@@ -1,0 +1,141 @@
+"""Other settings for the machine that runs: made, put on record, and taken by it at rest.
+
+One after the other: who changes what somebody else has changed meanwhile is told so. Nothing is
+done that is not on record first; what the machine made of it its own journal says.
+"""
+
+import contextlib
+import json
+import threading
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.console.guard.problem import FieldError, Problem
+from opensuction.console.setup import asked, bedside
+from opensuction.console.site import Site
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller import configuration, setup
+from opensuction.controller.configuration import Configuration
+from opensuction.exchange.mailbox import SET_PROTOCOL
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import document
+from opensuction.procedure.planning import teaching_limit
+from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.records.entry import Action, SettingsFile
+from opensuction.runtime import about, control_process, room
+from opensuction.runtime.about import About
+from opensuction.runtime.loop import SET
+from opensuction.session.running import basis as bases
+from opensuction.session.running.basis import Basis
+from opensuction.simulation.teaching import VACUUM_MMHG
+
+LOCK = threading.Lock()
+"""Held by who changes something."""
+APPROACHES = {False: "travel", True: "contact"}
+
+
+class Change(NamedTuple):
+    """What somebody wants."""
+
+    who: str
+    key: str
+    what: str
+    """As the action is on record."""
+    detail: str
+    basis: Basis
+    """The next one, its version still that of the present one."""
+    parameter_file: SettingsFile | None = None
+    """Another one; None: as it is."""
+
+
+def check_version(found: Basis, version: int) -> None:
+    """Raises Problem 409 where somebody else has changed it meanwhile."""
+    if found.version != version:
+        raise Problem(
+            409,
+            "somebody else has changed the settings meanwhile: look at what is in force now, then "
+            "save again what you still want",
+            [FieldError("version", f"in force is version {found.version}, yours is {version}")],
+        )
+
+
+def record(site: Site, who: str, what: str, detail: str, key: str) -> None:
+    """Put on record what somebody is about to do. Raises RecordsError where that cannot be."""
+    machine = site.about().machine
+    site.records.note_machine(machine)
+    site.records.act(Action(who, what, detail[:2000], machine.serial), f"{what}-{key}"[:64])
+
+
+def made(chosen: Basis, present: Configuration) -> Configuration:
+    """The settings. present: whose schedule and rests go on. Raises InputError."""
+    kind, calibration = chosen.compensation, chosen.calibration
+    if chosen.is_teaching:
+        kind = CompensationKind.EXACT_INVERSE
+        protocol = teaching_limit.protocol(chosen.site.age, VACUUM_MMHG)
+    else:
+        protocol = chosen.protocol
+    by_contact = chosen.by_contact and not chosen.is_teaching
+    found = setup.settings(chosen.profile, protocol, kind, calibration, by_contact, chosen.site)
+    before = present.settings.service
+    service = found.service._replace(schedule=before.schedule, passes=before.passes)
+    found = found._replace(service=service)
+    if chosen.is_teaching:
+        most_s = GUIDELINES[chosen.site.age].in_airway_s
+        found = found._replace(
+            limits=found.limits._replace(in_airway_s=most_s),
+            plan=found.plan._replace(travel_known=False),
+        )
+    return Configuration(found, setup.branches(kind, calibration))
+
+
+def _about(site: Site, change: Change) -> About:
+    """Whose machine it is then."""
+    found, chosen = site.about(), change.basis
+    text = json.dumps(document.write(Protocol, chosen.protocol), indent=1, sort_keys=True)
+    approach = APPROACHES[chosen.by_contact]
+    heading = {**found.heading, "protocol": chosen.protocol_name, "approach": approach}
+    return found._replace(
+        protocol=SettingsFile(chosen.protocol_name, text),
+        approach=approach,
+        parameter_file=change.parameter_file or found.parameter_file,
+        heading=heading,
+    )
+
+
+def carry_out(site: Site, change: Change) -> Basis:
+    """Have the machine go by other settings; returns what is in force then. `LOCK` is held.
+
+    Raises InputError for settings that cannot be, Problem where the machine does not take them,
+    RecordsError where it cannot be put on record: then nothing was changed.
+    """
+    bedside.require_parked(bedside.now(site))
+    folder, key = site.folder, change.key
+    following = change.basis._replace(version=change.basis.version + 1)
+    chosen = made(following, _present(folder))
+    record(site, change.who, change.what, change.detail, key)
+    files = [folder / control_process.settings_file(key)]
+    files += [folder / control_process.beside(name, key) for name in control_process.TOGETHER]
+    try:
+        files[0].write_text(configuration.to_json(chosen), encoding="utf-8")
+        about.write(folder, _about(site, change), files[1].name)
+        bases.write(folder, following, files[2].name)
+        verdict = asked.ask(folder, SET_PROTOCOL, change.who, key)
+    except OSError as error:
+        raise Problem(503, f"the settings could not be written: {error.strerror}") from None
+    # Without an answer they stay: the controller may just be reading them.
+    if verdict != SET:
+        for file in files:
+            file.unlink(missing_ok=True)
+        with contextlib.suppress(InputError):
+            record(site, change.who, f"{change.what}-refused", verdict, key)
+        raise Problem(409, asked.explain(verdict))
+    return following
+
+
+def _present(folder: Path) -> Configuration:
+    try:
+        text = (folder / room.CONFIGURATION).read_text(encoding="utf-8")
+        return configuration.from_json(text)
+    except (OSError, UnicodeDecodeError, InputError) as error:
+        raise Problem(503, f"the settings in force cannot be read: {error}") from None

@@ -1,0 +1,249 @@
+"""The identification of a machine of this kind: ``opensuction calibrate`` beside the one that runs.
+
+On the twin the real-time signals have no laser on the tip, so the machine at the bed cannot find
+its own transmission; a simulated one of the same kind, catheter and seed is excited in a process of
+the lowest priority. What comes of it an engineer may accept, with a reason.
+"""
+
+import atexit
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+from uuid import uuid4
+
+import numpy as np
+
+from opensuction.accounts.session import Session
+from opensuction.console.guard.problem import Problem
+from opensuction.console.site import Site
+from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.name import name_of
+from opensuction.report.series import directions, keep_rows, to_list
+from opensuction.session.calibration.calibration_file import RECORDING_FILE
+from opensuction.session.running.basis import Basis
+
+FOLDER = "identification"
+"""Where runs lie, beside the recordings."""
+RESULT = "calibrate.json"
+USUALLY_S = 60.0
+"""How long a run takes on a computer that has little else to do [computed]."""
+LONGEST_S = 900.0
+"""After this it is ended."""
+KEPT = 20
+"""Runs that are remembered."""
+BUCKETS = 300
+"""Of the loop that is drawn: each keeps its extremes."""
+JITTER_MM = 0.2
+NICE = "import os; os.nice(19); from opensuction.cli.app import main; main()"
+STAGES = ("Exciting the machine", "Exciting it again")
+"""What the command tells, in order."""
+MEASURED = (
+    "In-silico: a simulated machine of this one's kind, catheter and seed was excited over its "
+    "stroke, its tip under a simulated laser. The machine at the bed was not moved, and nothing "
+    "was measured on it."
+)
+
+
+class Run(NamedTuple):
+    """One identification."""
+
+    id: str
+    by: str
+    folder: Path
+    process: subprocess.Popen[bytes]
+    began_s: float
+    command: tuple[str, ...]
+
+
+class Runs:
+    """Those of one console: one at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._runs: dict[str, Run] = {}
+        self._accepted: dict[str, str] = {}
+
+    def list(self) -> list[Run]:
+        """All that are remembered, the newest first."""
+        with self._lock:
+            return list(reversed(self._runs.values()))
+
+    def find(self, name: str) -> Run:
+        """Raises Problem 404."""
+        with self._lock:
+            found = self._runs.get(name)
+        if found is None:
+            raise Problem(404, "no such identification: those of an earlier console are forgotten")
+        return found
+
+    def begin(self, site: Site, who: Session, basis: Basis) -> Run:
+        """Start one. Raises Problem 409 while another goes on."""
+        with self._lock:
+            if any(one.process.poll() is None for one in self._runs.values()):
+                raise Problem(409, "an identification goes on already: wait for its end")
+            name = uuid4().hex[:12]
+            folder = site.recordings / FOLDER / name
+            command = _command(basis, folder)
+            try:
+                folder.parent.mkdir(parents=True, exist_ok=True)
+                with (folder.parent / f"{name}.log").open("wb") as log:
+                    process = subprocess.Popen(
+                        [sys.executable, "-c", NICE, *command],
+                        stdin=subprocess.DEVNULL,
+                        stdout=subprocess.DEVNULL,
+                        stderr=log,
+                        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+                    )
+            except OSError as error:
+                raise Problem(503, f"it could not be started: {error.strerror}") from None
+            found = Run(name, who.account, folder, process, time.monotonic(), command)
+            threading.Thread(target=_watch, args=(process,), daemon=True).start()
+            self._runs[name] = found
+            while len(self._runs) > KEPT:
+                del self._runs[next(iter(self._runs))]
+            return found
+
+    def end(self) -> None:
+        """Nobody waits for them any more."""
+        for one in self.list():
+            if one.process.poll() is None:
+                one.process.kill()
+                one.process.wait()
+
+    def accepted_by(self, run: Run) -> str | None:
+        """Who has accepted it; None: nobody."""
+        return self._accepted.get(run.id)
+
+    def accept(self, run: Run, who: str) -> None:
+        """Note that somebody has."""
+        self._accepted[run.id] = who
+
+
+RUNS = Runs()
+"""Of this process."""
+atexit.register(RUNS.end)
+
+
+def _watch(process: subprocess.Popen[bytes]) -> None:
+    """End a run that takes too long."""
+    try:
+        process.wait(LONGEST_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _command(basis: Basis, folder: Path) -> tuple[str, ...]:
+    """What is run: the kind of machine that is at the bed."""
+    kind = basis.compensation
+    if kind == CompensationKind.NONE:
+        kind = CompensationKind.PREVIEW
+    words = ["calibrate", "--seed", str(basis.rig.seed), "--compensation", name_of(kind)]
+    for name in ("machine", "patient", "catheter", "conduit"):
+        value = getattr(basis.rig, name)
+        if value is not None:
+            words += [f"--{name}", value]
+    return (*words, "--out", str(folder))
+
+
+def shown(run: Run) -> dict[str, Any]:
+    """How far it is, and what it found."""
+    status = run.process.poll()
+    elapsed_s = time.monotonic() - run.began_s
+    told: dict[str, Any] = {
+        "id": run.id,
+        "by": run.by,
+        "state": "running" if status is None else "failed",
+        "stage": _stage(run) if status is None else "",
+        "elapsed_s": elapsed_s,
+        "usually_s": USUALLY_S,
+        "detail": "",
+        "measured": MEASURED,
+        "accepted_by": RUNS.accepted_by(run),
+        "result": None,
+        "loop": None,
+    }
+    if status is None:
+        return told
+    result = result_of(run)
+    if result is None:
+        return {**told, "detail": _last_words(run) or f"it ended with status {status}"}
+    loop = _loop(run.folder / RECORDING_FILE)
+    state = "found" if result["accepted"] else "refused"
+    detail = " ".join(result["reasons"])
+    return {**told, "state": state, "detail": detail, "result": _figures(result), "loop": loop}
+
+
+def _stage(run: Run) -> str:
+    text = _log(run)
+    told = [stage for stage in STAGES if stage in text]
+    return told[-1] if told else "Starting"
+
+
+def _log(run: Run) -> str:
+    try:
+        return (run.folder.parent / f"{run.id}.log").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _last_words(run: Run) -> str:
+    lines = _log(run).strip().splitlines()
+    return lines[-1][:300] if lines else ""
+
+
+def result_of(run: Run) -> dict[str, Any] | None:
+    """What it found; None before its end, and where it found nothing."""
+    try:
+        found: dict[str, Any] = json.loads((run.folder / RESULT).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found
+
+
+FIGURES = (
+    "accepted",
+    "machine",
+    "patient",
+    "catheter_mm",
+    "seed",
+    "compensation",
+    "gap_mm",
+    "gap_ratio",
+    "parameters",
+    "servo",
+    "validation",
+    "checks",
+    "samples",
+    "version",
+    "date_utc",
+)
+"""What of a result is shown."""
+
+
+def _figures(result: dict[str, Any]) -> dict[str, Any]:
+    return {name: result.get(name) for name in FIGURES}
+
+
+def _loop(path: Path) -> dict[str, list[float | None]] | None:
+    """Head and tip of the recording, thinned, with the direction of each row."""
+    try:
+        table = np.loadtxt(path, delimiter=",", skiprows=2, usecols=(0, 1, 2), ndmin=2)
+    except (OSError, ValueError):
+        return None
+    if len(table) < 2:
+        return None
+    time_s, head, tip = (np.ascontiguousarray(table[:, i]) for i in range(3))
+    inward = directions(head, JITTER_MM)
+    rows = keep_rows([head, tip], [], BUCKETS)
+    return {
+        "time": to_list(time_s[rows], 2),
+        "head": to_list(head[rows], 2),
+        "tip": to_list(tip[rows], 2),
+        "inward": to_list(inward[rows].astype(np.float64), 0),
+    }

@@ -1,0 +1,221 @@
+"""The protocol in force, drafts of another, and who may set what of it."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from opensuction.accounts.rule.right import Right
+from opensuction.accounts.session import Session, require
+from opensuction.console.access import check_reason
+from opensuction.console.guard.problem import FieldError, Problem
+from opensuction.console.setup import arithmetic, bedside, change, field
+from opensuction.console.setup import draft as drafts
+from opensuction.console.setup.bedside import Now
+from opensuction.console.setup.change import APPROACHES, Change
+from opensuction.console.setup.draft import Draft
+from opensuction.console.setup.field import FIXED, LIMITS
+from opensuction.console.site import Site
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.session.running.basis import Basis
+
+BY_CONTACT = {name: by_contact for by_contact, name in APPROACHES.items()}
+KNOWN, TAUGHT = "known", "taught"
+"""Whose depth of the carina is meant: that which the settings go by, or the one just taught."""
+
+
+class Wanted(NamedTuple):
+    """What somebody would have."""
+
+    name: str | None
+    approach: str
+    carina: str
+    numbers: Mapping[str, object]
+
+
+def site_of(found: Basis, now: Now, carina: str) -> Any:
+    """The patient's geometry with the carina that is meant. Raises Problem 409 for one untaught."""
+    if carina == KNOWN:
+        return found.site
+    if now.taught_mm is None:
+        raise Problem(409, "no travel length has been taught since the settings were last set")
+    return found.site._replace(carina_mm=now.taught_mm)
+
+
+def draft_of(found: Basis, now: Now, wanted: Wanted) -> Draft:
+    """What is wanted, its numbers checked."""
+    geometry = site_of(found, now, wanted.carina)
+    by_contact = BY_CONTACT[wanted.approach]
+    return drafts.read(wanted.numbers, by_contact, geometry, found.protocol.bench_only)
+
+
+def plan(site: Site, wanted: Wanted) -> dict[str, Any]:
+    """The planner's arithmetic of a draft, and why it cannot be."""
+    found, now = bedside.basis_of(site), bedside.now(site)
+    draft = draft_of(found, now, wanted)
+    refused = drafts.judge(found, draft)
+    needs = [] if draft.protocol is None else needed(found, draft)
+    return {
+        "version": found.version,
+        "refused": [one._asdict() for one in refused],
+        "plan": None if draft.protocol is None else arithmetic.planned(found, draft),
+        "changes": [] if draft.protocol is None else changes(found, draft),
+        "needs": [str(one) for one in needs],
+    }
+
+
+def changes(found: Basis, draft: Draft) -> list[dict[str, Any]]:
+    """What would be other than it is in force."""
+    before, after = found.protocol, draft.protocol
+    assert after is not None
+    told = [
+        {"field": name, "from": getattr(before, name), "to": getattr(after, name)}
+        for name in Protocol._fields
+        if getattr(before, name) != getattr(after, name)
+    ]
+    if draft.by_contact != found.by_contact:
+        told.append(
+            {
+                "field": "approach",
+                "from": APPROACHES[found.by_contact],
+                "to": APPROACHES[draft.by_contact],
+            }
+        )
+    if draft.site.carina_mm != found.site.carina_mm:
+        told.append({"field": "carina", "from": found.site.carina_mm, "to": draft.site.carina_mm})
+    return told
+
+
+def needed(found: Basis, draft: Draft) -> list[Right]:
+    """The rights that a change takes: a limit that the clinical protocol gives is no engineer's."""
+    names = {str(one["field"]) for one in changes(found, draft)}
+    fitted = [one for one in _fitted(found, draft).values() if isinstance(one, Protocol)]
+    own = {
+        name
+        for name in names.intersection(LIMITS)
+        if all(getattr(one, name) != getattr(draft.protocol, name) for one in fitted)
+    }
+    rights = [Right.CHANGE_LIMITS] if own else []
+    return [Right.CHOOSE_PROTOCOL, *rights] if names - own else rights
+
+
+def _fitted(found: Basis, draft: Draft) -> dict[str, Protocol | str]:
+    return drafts.fitted(found, draft.site, draft.by_contact)
+
+
+def name_of(found: Basis, draft: Draft, wanted: str | None) -> tuple[str, str | None]:
+    """The name of a protocol, and the clinical protocol that it is, where it is one."""
+    for name, one in _fitted(found, draft).items():
+        if one == draft.protocol:
+            return name, name
+    if wanted:
+        return wanted, None
+    if draft.protocol == found.protocol:
+        return found.protocol_name, found.template
+    return f"{found.protocol_name.removesuffix(', changed')}, changed", None
+
+
+def put(
+    site: Site, who: Session, wanted: Wanted, version: int, key: str, reason: str | None
+) -> Basis:
+    """Set it on the machine that runs. Raises what `change.carry_out` does, and Problem 422."""
+    with change.LOCK:
+        found, now = bedside.basis_of(site), bedside.now(site)
+        change.check_version(found, version)
+        bedside.require_parked(now)
+        draft = draft_of(found, now, wanted)
+        refused = drafts.judge(found, draft)
+        if refused or draft.protocol is None:
+            raise Problem(
+                422,
+                "this protocol cannot be set",
+                [FieldError(one.field, one.sentence) for one in refused],
+            )
+        told = changes(found, draft)
+        if not told and not found.is_teaching:
+            raise Problem(409, "nothing would be other than it is in force")
+        why = _allow(who, needed(found, draft) or [Right.CHOOSE_PROTOCOL], reason)
+        name, template = name_of(found, draft, wanted.name)
+        following = found._replace(
+            protocol=draft.protocol,
+            protocol_name=name,
+            template=template,
+            by_contact=draft.by_contact,
+            site=draft.site,
+            is_teaching=False,
+            taught_by=f"taught by {who.account}" if wanted.carina == TAUGHT else found.taught_by,
+        )
+        what = "change-limits" if why else "choose-protocol"
+        detail = f"{name}: {_in_words(told)}" + (f"; reason: {why}" if why else "")
+        return change.carry_out(site, Change(who.account, key, what, detail, following))
+
+
+def _allow(who: Session, rights: list[Right], reason: str | None) -> str:
+    """The reason, where one is needed. Raises NotAllowedError, or Problem 422 without a reason."""
+    why = ""
+    for one in rights:
+        require(who, one, "asked for below")
+        if one == Right.CHANGE_LIMITS:
+            why = check_reason(reason)
+    return why
+
+
+def _in_words(told: list[dict[str, Any]]) -> str:
+    def words(value: object) -> str:
+        return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+    return "; ".join(f"{one['field']} {words(one['from'])} -> {words(one['to'])}" for one in told)
+
+
+def shown(site: Site) -> dict[str, Any]:
+    """What is in force, with all that a form of it needs."""
+    found, now = bedside.basis_of(site), bedside.now(site)
+    given = found.protocol._asdict()
+    draft = drafts.read(given, found.by_contact, found.site, bool(given[FIXED]))
+    is_parked = now.phase == Phase.PARKED
+    return {
+        "version": found.version,
+        "name": found.protocol_name,
+        "approach": APPROACHES[found.by_contact],
+        "is_teaching": found.is_teaching,
+        "carina_mm": found.site.carina_mm,
+        "taught_by": found.taught_by,
+        "taught_mm": now.taught_mm,
+        "compensation": found.compensation.name.lower().replace("_", "-"),
+        "calibrated_by": found.calibrated_by,
+        "bench_only": found.protocol.bench_only,
+        "protocol": {name: value for name, value in given.items() if name != FIXED},
+        "plan": arithmetic.planned(found, draft),
+        "fields": [one._asdict() for one in field.fields()],
+        "presets": presets(found, now),
+        "phase": now.phase_name,
+        "may_change_now": is_parked,
+        "why_not_now": ""
+        if is_parked
+        else f"the machine is {now.phase_name.replace('-', ' ')}: only while it is parked",
+    }
+
+
+def presets(found: Basis, now: Now) -> list[dict[str, Any]]:
+    """The clinical protocols as they fit this patient, either way and for either carina."""
+    carinas = [KNOWN] if now.taught_mm is None else [KNOWN, TAUGHT]
+    told = []
+    for carina in carinas:
+        geometry = site_of(found, now, carina)
+        for approach, by_contact in BY_CONTACT.items():
+            for name, one in drafts.fitted(found, geometry, by_contact).items():
+                is_refused = isinstance(one, str)
+                told.append(
+                    {
+                        "name": name,
+                        "approach": approach,
+                        "carina": carina,
+                        "carina_mm": geometry.carina_mm,
+                        "protocol": None if is_refused else _numbers(one),
+                        "refused": one if is_refused else "",
+                    }
+                )
+    return told
+
+
+def _numbers(protocol: Any) -> dict[str, float]:
+    return {name: value for name, value in protocol._asdict().items() if name != FIXED}

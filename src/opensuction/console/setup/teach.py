@@ -1,0 +1,212 @@
+"""Teaching the travel length, a step at a time.
+
+The machine gets limits under which a person may push the catheter to the carina, and no cycle
+starts; it is taught; then either the clinical protocol is fitted to what was taught, or what was in
+force before is set again. On the twin a simulated hand pushes.
+"""
+
+import contextlib
+from enum import StrEnum
+from typing import Any
+
+from opensuction.accounts.session import Session
+from opensuction.console.guard.problem import Problem
+from opensuction.console.setup import asked, bedside, change, draft
+from opensuction.console.setup.bedside import Now
+from opensuction.console.setup.change import Change
+from opensuction.console.site import Site
+from opensuction.controller import configuration
+from opensuction.devices import twin_faults
+from opensuction.devices.twin_hand import HandTask
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.ring import RingReader
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.procedure.cycle.teaching import PLAUSIBLE
+from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.runtime import room
+from opensuction.session.running.basis import Basis
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from opensuction.twin.machine import hand
+
+FELT_N = hand.PARAMETERS["felt_n"].value
+_CONTACT = SHOWN_COLUMNS.index("truth.contact_n")
+BENCH = "a bench has no carina to be taught: its protocol names its own travel"
+
+
+class Step(StrEnum):
+    """What somebody asks for."""
+
+    PREPARE = "prepare"
+    """Set the limits under which a person pushes."""
+    BEGIN = "begin"
+    """Let the head be moved by hand."""
+    CONFIRM = "confirm"
+    """The tip is at the carina."""
+    HOME = "home"
+    """The drive shall bring the head home."""
+    PUSH = "push"
+    """Twin: the simulated hand pushes until it feels the carina."""
+    DRAW = "draw"
+    """Twin: it draws the catheter back."""
+    TAKE = "take"
+    """Fit the protocol to what was taught."""
+    LEAVE = "leave"
+    """Set again what was in force before."""
+
+
+class Stage(StrEnum):
+    """Where teaching stands."""
+
+    IDLE = "idle"
+    PREPARED = "prepared"
+    MOVING = "moving"
+    """A person moves the head."""
+    HOMING = "homing"
+    TAUGHT = "taught"
+    """A length was taken, and the head is home."""
+    BUSY = "busy"
+    """The machine does something else."""
+
+
+BUTTONS = {Step.BEGIN: "teach", Step.CONFIRM: "confirm", Step.HOME: "home"}
+HANDS = {Step.PUSH: HandTask.PUSH, Step.DRAW: HandTask.DRAW}
+ALLOWED = {
+    Stage.IDLE: (Step.PREPARE,),
+    Stage.PREPARED: (Step.BEGIN, Step.LEAVE),
+    Stage.MOVING: (Step.CONFIRM, Step.HOME, Step.PUSH, Step.DRAW),
+    Stage.HOMING: (),
+    Stage.TAUGHT: (Step.TAKE, Step.BEGIN, Step.LEAVE),
+    Stage.BUSY: (),
+}
+"""Steps that a stage allows; to stop is always allowed, and another request."""
+
+
+def stage_of(found: Basis, now: Now) -> Stage:
+    """Where teaching stands."""
+    if now.phase == Phase.TEACHING:
+        return Stage.HOMING if now.is_bringing else Stage.MOVING
+    if now.phase != Phase.PARKED:
+        return Stage.BUSY
+    if not found.is_teaching:
+        return Stage.IDLE
+    return Stage.PREPARED if now.taught_mm is None else Stage.TAUGHT
+
+
+def shown(site: Site) -> dict[str, Any]:
+    """Where teaching stands, and what was taught."""
+    found, now = bedside.basis_of(site), bedside.now(site)
+    span, is_twin = PLAUSIBLE[found.site.age], site.about().machine.is_twin
+    stage = stage_of(found, now)
+    return {
+        "version": found.version,
+        "stage": str(stage),
+        "is_prepared": found.is_teaching,
+        "steps": [str(one) for one in ALLOWED[stage] if is_twin or one not in HANDS],
+        "phase": now.phase_name,
+        "is_twin": is_twin,
+        "is_bench": found.person is None,
+        "carina_mm": found.site.carina_mm,
+        "taught_by": found.taught_by,
+        "least_mm": span.least_mm,
+        "most_mm": span.most_mm,
+        "result": now.taught.name.lower().replace("_", "-"),
+        "sentence": now.taught_sentence,
+        "taught_mm": now.taught_mm,
+        "is_away": now.is_away,
+        "feels": _feels(site) if is_twin and stage == Stage.MOVING else None,
+        "head_mm": now.head_mm,
+        "inside_s": now.inside_s,
+        "inside_most_s": GUIDELINES[found.site.age].in_airway_s,
+    }
+
+
+def _feels(site: Site) -> bool | None:
+    """Whether the twin's hand feels the carina; None where the twin does not say."""
+    try:
+        newest = RingReader(site.folder / SHOWN).snapshot()
+    except InputError:
+        return None
+    return None if newest is None else bool(newest[1][_CONTACT] >= FELT_N)
+
+
+def take_step(site: Site, who: Session, step: Step, version: int, key: str) -> None:
+    """Carry a step out. Raises Problem, InputError or RecordsError; then nothing was done."""
+    with change.LOCK:
+        found, now = bedside.basis_of(site), bedside.now(site)
+        stage = stage_of(found, now)
+        if found.person is None:
+            raise Problem(409, BENCH)
+        if step not in ALLOWED[stage]:
+            raise Problem(
+                409,
+                f"'{step}' means nothing now: the machine is {now.phase_name}, and teaching "
+                f"is {stage}",
+            )
+        if step in HANDS:
+            _hold(site, found, HANDS[step])
+            return
+        if step in BUTTONS:
+            _put_hand_away(site, found, step)
+            asked.press(site.folder, BUTTONS[step], who.account, key)
+            if step == Step.CONFIRM and site.about().machine.is_twin:
+                # It presses on the carina no longer than it must: the governor allows 2 s.
+                _hold(site, found, HandTask.DRAW)
+            return
+        change.check_version(found, version)
+        change.carry_out(site, _change(found, now, who, step, key))
+
+
+def _change(found: Basis, now: Now, who: Session, step: Step, key: str) -> Change:
+    """Other settings for a step. Raises InputError for a length that no protocol fits."""
+    if step == Step.PREPARE:
+        detail = "limits to teach with; no cycle starts"
+        return Change(
+            who.account, key, "prepare-teaching", detail, found._replace(is_teaching=True)
+        )
+    if step == Step.LEAVE:
+        detail = f"{found.protocol_name} again, carina at {found.site.carina_mm:.1f} mm"
+        return Change(who.account, key, "leave-teaching", detail, found._replace(is_teaching=False))
+    following = _taught(found, now, who)
+    detail = (
+        f"carina at {following.site.carina_mm:.1f} mm, before {found.site.carina_mm:.1f}; travel "
+        f"{following.protocol.travel_mm:.1f} mm, before {found.protocol.travel_mm:.1f}"
+    )
+    return Change(who.account, key, "take-taught-length", detail, following)
+
+
+def _taught(found: Basis, now: Now, who: Session) -> Basis:
+    """With the clinical protocol as it fits what was taught; one of its own numbers is kept."""
+    assert now.taught_mm is not None
+    geometry = found.site._replace(carina_mm=now.taught_mm)
+    following = found._replace(
+        site=geometry, is_teaching=False, taught_by=f"taught by {who.account}"
+    )
+    fitted = draft.fitted(found, geometry, found.by_contact)
+    own = fitted.get(found.template or next(iter(fitted), ""))
+    if isinstance(own, str) or own is None:
+        raise Problem(422, own or "no clinical protocol is for this patient")
+    name = found.template or next(iter(fitted))
+    checked = draft.Draft(found.by_contact, geometry, own, ())
+    if refused := draft.judge(found, checked):
+        raise Problem(422, refused[0].sentence)
+    return following._replace(protocol=own, protocol_name=name, template=name)
+
+
+def _hold(site: Site, found: Basis, task: HandTask) -> None:
+    """The twin's person does something."""
+    if not site.about().machine.is_twin:
+        raise Problem(409, "a person's own hand moves this machine")
+    try:
+        text = (site.folder / room.CONFIGURATION).read_text(encoding="utf-8")
+        park_mm = configuration.from_json(text).settings.parked.head_mm
+        twin_faults.hold(site.folder, task, park_mm, -found.site.park_mm)
+    except (InputError, OSError) as error:
+        raise Problem(503, f"the twin does not answer: {error}") from None
+
+
+def _put_hand_away(site: Site, found: Basis, step: Step) -> None:
+    """A drive that brings the head home, or another teaching, meets no hand of the one before."""
+    if step != Step.CONFIRM and site.about().machine.is_twin:
+        with contextlib.suppress(Problem):
+            _hold(site, found, HandTask.LET_GO)

@@ -1,0 +1,48 @@
+"""What the control loop asks of any machine, whether it turns motors or only reckons.
+
+A machine keeps its own time. Its readings are there when the loop comes for them, the newest ones;
+what the loop wants is there when the machine comes for it. Neither waits for the other. Without new
+commands for `Facts.watchdog_s` the machine's drives act on their own, and obey nothing until a
+controller says that it has started anew (`Sent.released`).
+"""
+
+from typing import NamedTuple, Protocol
+
+from opensuction.kernel.record import Array
+
+
+class Facts(NamedTuple):
+    """What a machine says of itself."""
+
+    name: str
+    version: str
+    """Of whatever drives it."""
+    in_silico: bool
+    """Nothing moves but numbers."""
+    period_s: float
+    """How often it reads and obeys."""
+    watchdog_s: float
+    """Without new commands for longer than this its drives act on their own."""
+    most: dict[str, float]
+    """Highest magnitude of what it obeys, by the name of the command's column; more is cut."""
+
+
+class Port(Protocol):
+    """A machine, as the loop sees it."""
+
+    facts: Facts
+
+    def read(self, readings: Array) -> int:
+        """Write the newest readings into a row by the columns of `Readings`; their number.
+
+        Numbers grow with what is new. 0: there are none yet, and the row is as it was. Never waits.
+        """
+
+    def write(self, sent: Array) -> None:
+        """Give a row by the columns of `machine_side.Sent`, which the watchdog waits for, too.
+
+        Never waits.
+        """
+
+    def close(self) -> None:
+        """Let go of the machine: it gets no more commands."""

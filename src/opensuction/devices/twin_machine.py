@@ -1,0 +1,141 @@
+"""The twin's process as a machine before the controller."""
+
+import json
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from opensuction.devices.ports import Facts
+from opensuction.devices.twin_faults import CHANGE
+from opensuction.devices.twin_process import BEGUN, COMMANDS, SHOWN
+from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import plain_row
+from opensuction.kernel.record import Array
+from opensuction.simulation import machine_side
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineSide
+from opensuction.twin.fault import link
+from opensuction.twin.fault.bus import Bus
+from opensuction.twin.machine.drive_watchdog import SILENCE_S
+from opensuction.twin.plant import PlantState
+
+BEGINS_S = 120.0
+"""Longest time until the twin plays: it may have to be compiled first."""
+LOG = "twin_process.log"
+"""What the process says."""
+COMMAND_SLOTS = 64
+LOOK_NS = 50_000_000
+"""How often a machine that is silent is looked for anew: it may have been started again."""
+READINGS = [i for i, name in enumerate(SHOWN_COLUMNS) if name.startswith("readings.")]
+_READINGS = slice(READINGS[0], READINGS[-1] + 1)
+"""One after the other, as any record's columns."""
+
+
+def launch(
+    folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | None = None
+) -> subprocess.Popen[bytes]:
+    """Start the twin in a folder; returns once it plays.
+
+    carrier: the bus between it and its controllers; None where messages are there at once. Raises
+    InputError where it does not play, or for what no bus does.
+    """
+    if carrier is not None:
+        wires = link.on_bus(side.wiring.link, carrier, DT_S)
+        side = side._replace(wiring=side.wiring._replace(link=wires))
+    begun: dict[str, Any] = {**machine_side.begin(side, plant)}
+    np.savez(folder / BEGUN, **begun)
+    (folder / SHOWN).unlink(missing_ok=True)
+    command = [sys.executable, "-m", "opensuction.devices.twin_process", str(folder)]
+    with (folder / LOG).open("ab") as log:
+        # A process of its own, which outlives whoever started it.
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=log,
+            start_new_session=True,
+        )
+    ends = time.monotonic() + BEGINS_S
+    while time.monotonic() < ends and process.poll() is None:
+        if (folder / SHOWN).exists() and RingReader(folder / SHOWN).newest():
+            return process
+        time.sleep(0.005)
+    process.kill()
+    process.wait()
+    said = (folder / LOG).read_text(encoding="utf-8", errors="replace").strip()
+    raise InputError(f"the twin does not play in {folder}: {said or 'it took too long'}")
+
+
+def change(folder: Path, side: MachineSide) -> None:
+    """Have the twin in a folder play another machine, to which its faults come from now on.
+
+    For what no fault of the table does to it; see `twin_faults` for those.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
+        sender.sendto(plain_row.pack(MachineSide, side).tobytes(), str(folder / CHANGE))
+
+
+class TwinMachine:
+    """A `ports.Port` to the twin that plays in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        """Raises InputError where no twin plays there, or another controller has it."""
+        shown = RingReader(folder / SHOWN)
+        if shown.facts.columns != SHOWN_COLUMNS:
+            raise InputError(f"{folder / SHOWN} is of another version of the twin")
+        self._ring = FollowedRing(folder / SHOWN, lambda columns: columns == SHOWN_COLUMNS)
+        self._ring.look()
+        self._before, self._number = 0, 0
+        self._looked_ns = time.monotonic_ns()
+        self._commands = RingWriter(folder / COMMANDS, SENT_COLUMNS, COMMAND_SLOTS, {})
+        self.facts = Facts(
+            name="twin",
+            version=shown.facts.told["version"],
+            in_silico=True,
+            period_s=DT_S,
+            watchdog_s=SILENCE_S,
+            most=json.loads(shown.facts.told["most"]),
+        )
+
+    def read(self, readings: Array) -> int:
+        """The newest readings; see `ports.Port.read`.
+
+        A twin that was started again is another machine, and its numbers go on from there.
+        """
+        number = self._take(readings)
+        if number == self._number and self._look():
+            self._before = number
+            number = self._take(readings)
+        self._number = number
+        return number
+
+    def _take(self, readings: Array) -> int:
+        """Write what the ring shows now; its number among all that were."""
+        newest = None if self._ring.reader is None else self._ring.reader.snapshot()
+        if newest is None:
+            return self._number
+        readings[:] = newest[1][_READINGS]
+        return self._before + newest[0]
+
+    def _look(self) -> bool:
+        """Look for another twin, now and then; whether there is one."""
+        now_ns = time.monotonic_ns()
+        if now_ns - self._looked_ns < LOOK_NS:
+            return False
+        self._looked_ns = now_ns
+        return self._ring.look()
+
+    def write(self, sent: Array) -> None:
+        """New commands; see `ports.Port.write`."""
+        self._commands.write(sent)
+
+    def close(self) -> None:
+        """No more commands: the drives' watchdog takes over."""
+        self._commands.close()

@@ -1,0 +1,128 @@
+"""The twin in real time, a process of its own: ``python -m opensuction.devices.twin_process DIR``.
+
+It plays a machine and its patient at 1 kHz and outlives the controller, whose death it is the judge
+of. In its folder lie ``machine.npz`` (`machine_side.begin`), from which it begins, the ring
+``machine.ring`` that it writes (`machine_side.Shown`, readings and truth), the ring
+``commands.ring`` that a controller writes (`machine_side.Sent`), and what `faulty_twin` has to
+break it. When it is itself kept from its work it makes up for it: nature does not wait. Only of a
+second and more it plays a second.
+"""
+
+import json
+import signal
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from opensuction import __version__
+from opensuction.devices.faulty_twin import FaultyTwin
+from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.exchange.pace import NS_PER_S, Pace, harden
+from opensuction.exchange.ring import RingWriter
+from opensuction.exchange.sole import Sole
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import plain_row
+from opensuction.kernel.record import Array
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.machine_side import (
+    SENT_COLUMNS,
+    SHOWN_COLUMNS,
+    MachineCall,
+    MachineSide,
+)
+
+PLAYS = "machine.lock"
+"""Held by the process that plays."""
+BEGUN, SHOWN, COMMANDS = "machine.npz", "machine.ring", "commands.ring"
+SLOTS = 20_000
+"""Rows that are kept: 20 s."""
+PERIOD_NS = round(DT_S * NS_PER_S)
+CAUGHT_UP = 1000
+"""Ticks that are made up for at most."""
+_RELEASED = SENT_COLUMNS.index("released")
+LOOK_TICKS = 50
+"""How often a controller that is silent is looked for anew: its ring may be another file by now."""
+
+
+class Listener:
+    """The commands of whichever controller there is.
+
+    One that has not said that it has started anew is not heard: it takes the machine for another
+    one, or for where another one was. A command that is no number is none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._ring = FollowedRing(path, lambda columns: columns == SENT_COLUMNS)
+        self._number = 0
+        self._silent = LOOK_TICKS - 1
+        self._greeted = False
+        self.row: Array = np.zeros(len(SENT_COLUMNS))
+        """The last that came."""
+
+    def hear(self) -> bool:
+        """Whether something new has come since the last call."""
+        self._silent += 1
+        if self._silent % LOOK_TICKS == 0 and self._ring.look():
+            self._number, self._greeted = 0, False
+        reader = self._ring.reader
+        if reader is None or reader.newest() == self._number:
+            return False
+        newest = reader.snapshot()
+        if newest is None:
+            return False
+        self._number, row = newest
+        self._silent = 0
+        if not np.isfinite(row).all():
+            return False
+        self._greeted = self._greeted or row[_RELEASED] != 0.0
+        if self._greeted:
+            self.row = row
+        return self._greeted
+
+
+def serve(folder: Path) -> None:
+    """Play until the process is told to end. Raises InputError where it cannot begin."""
+    try:
+        with np.load(folder / BEGUN) as begun:
+            call = MachineCall({name: begun[name] for name in begun.files})
+    except (OSError, EOFError, ValueError, KeyError) as error:
+        raise InputError(f"no machine to play in {folder / BEGUN}: {error}") from None
+    ending: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
+    told = {"version": __version__, "most": json.dumps(_most(call))}
+    with (
+        Sole(folder / PLAYS, "a twin plays"),
+        RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring,
+        FaultyTwin(folder, call) as faults,
+    ):
+        harden()
+        listener, pace = Listener(folder / COMMANDS), Pace(PERIOD_NS)
+
+        def play(new: bool) -> None:
+            faults.step()
+            call.step(listener.row, new=new)
+            ring.write(call.shown_row)
+
+        while not ending:
+            for _ in range(min(pace.wait(), CAUGHT_UP)):
+                play(new=False)
+            play(new=listener.hear())
+            faults.look()
+
+
+def _most(call: MachineCall) -> dict[str, float]:
+    """See `ports.Facts.most`."""
+    played = plain_row.unpack(MachineSide, call.side_row).machine
+    return {
+        "commands.insertion_v": played.insertion_axis.voltage_limit_v,
+        "commands.valve_v": played.valve_axis.voltage_limit_v,
+        "commands.vacuum_mmhg": played.line.relief_mmhg,
+    }
+
+
+if __name__ == "__main__":
+    try:
+        serve(Path(sys.argv[1]))
+    except InputError as problem:
+        sys.exit(f"opensuction: {problem}")

@@ -1,0 +1,245 @@
+"""What people ask of a running controller: datagrams that the loop takes up without waiting.
+
+Each says who asks, when, and by a key what is the same question again: one that comes twice is
+obeyed once. One that is old, that comes after a later one of the same sender, or from nobody is
+refused; to stop is refused to nobody, and has a socket of its own that no other request can fill.
+Every datagram is answered among the loop's events.
+"""
+
+import json
+import os
+import re
+import socket
+import time
+from collections import OrderedDict, deque
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.requests import NO_REQUESTS, Requests
+
+LARGEST = 2048
+"""Bytes of a datagram; a longer one is refused."""
+MOST = 4
+"""Datagrams that are taken up in a tick, and as many that ask to stop; the rest wait in the
+sockets, which hold some ten each."""
+PATIENCE_S = 0.2
+"""How long a sender waits for room in the socket."""
+WAITING_MOST = 16
+"""Requests that may wait for their button to be released; more are refused."""
+STALE_NS = 2_000_000_000
+"""A request that was sent longer ago meant a machine that may be another one by now."""
+EARLY_NS = 50_000_000
+"""So much later than now it may have been sent; more is no clock of this machine."""
+KEYS_KEPT = 1024
+SENDERS_KEPT = 64
+NAME_MOST = 64
+"""Letters of a name or a key."""
+STOP = "abort"
+SET_PROTOCOL = "set_protocol"
+"""No button: the controller shall go by other settings, which lie in a file named by the key."""
+ASKS = frozenset((*Requests._fields, SET_PROTOCOL))
+KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+"""What the key of such a request looks like."""
+
+
+class Answer(NamedTuple):
+    """What became of a datagram."""
+
+    key: str
+    """As it was sent; empty where it was not understood."""
+    who: str
+    ask: str
+    at: str
+    """When it was sent by the sender's clock, UTC; only for the record."""
+    verdict: str
+    """``pressed``: the button went down in this tick, and the machine's phase and counters say what
+    came of it. ``twice``, ``stale``, ``early``, ``out of order``, ``nobody``, ``unknown``,
+    ``too many`` or ``malformed``: not done, for that reason. Of other settings: ``set``, or why
+    not."""
+
+
+def _stop_path(path: Path) -> Path:
+    return path.with_name(path.name + ".stop")
+
+
+class Asked(NamedTuple):
+    """A datagram that was understood."""
+
+    ask: str
+    who: str
+    key: str
+    at: str
+    number: int
+    sent_ns: int
+
+
+def answer(asked: Asked, verdict: str) -> Answer:
+    """What became of it."""
+    return Answer(asked.key, asked.who, asked.ask, asked.at, verdict)
+
+
+def _understand(data: bytes) -> Asked | None:
+    """The datagram as it should be; None for any other."""
+    if len(data) > LARGEST:
+        return None
+    try:
+        told: Any = json.loads(data)
+        found = Asked(**told)
+    except (ValueError, TypeError, RecursionError):
+        return None
+    words = (found.ask, found.who, found.key, found.at)
+    texts = all(type(word) is str and len(word) <= NAME_MOST for word in words)
+    numbers = type(found.number) is int and type(found.sent_ns) is int
+    return found if texts and numbers and found.key else None
+
+
+class Mailbox:
+    """The loop's end."""
+
+    def __init__(self, path: Path) -> None:
+        """Listen at a path that only the same user may write to; what was there before goes.
+
+        Raises InputError where that cannot be.
+        """
+        self._paths = (_stop_path(path), path)
+        self._sockets = tuple(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in self._paths)
+        before = os.umask(0o177)
+        try:
+            for own, one in zip(self._sockets, self._paths, strict=True):
+                own.setblocking(False)
+                one.unlink(missing_ok=True)
+                own.bind(str(one))
+        except OSError as error:
+            for own in self._sockets:
+                own.close()
+            raise InputError(f"no requests can be taken at {path}: {error}") from None
+        finally:
+            os.umask(before)
+        self._seen: OrderedDict[str, None] = OrderedDict()
+        self._last: OrderedDict[str, int] = OrderedDict()
+        self._waiting: deque[Asked] = deque()
+        self._down: frozenset[str] = frozenset()
+        self.setting: Asked | None = None
+        """A request of other settings, for the loop to take and to answer."""
+
+    def close(self) -> None:
+        """Stop listening."""
+        for own, path in zip(self._sockets, self._paths, strict=True):
+            own.close()
+            path.unlink(missing_ok=True)
+
+    def receive(self) -> tuple[Requests, list[Answer]]:
+        """The buttons of this tick, and what became of the datagrams that came or waited.
+
+        A button that was down in the last tick is up in this one: two that press it press twice.
+        """
+        answers: list[Answer] = []
+        down: set[str] = set()
+        waiting, self._waiting = self._waiting, deque()
+        for asked in waiting:
+            self._press(asked, down, answers)
+        for own in self._sockets:
+            for _ in range(MOST):
+                try:
+                    data = own.recv(LARGEST + 1)
+                except BlockingIOError:
+                    break
+                self._take(data, down, answers)
+        self._down = frozenset(down)
+        if not down:
+            return NO_REQUESTS, answers
+        return NO_REQUESTS._replace(**dict.fromkeys(down, True)), answers
+
+    def _take(self, data: bytes, down: set[str], answers: list[Answer]) -> None:
+        """Obey a datagram, or say why not."""
+        asked = _understand(data)
+        if asked is None:
+            answers.append(Answer("", "", "", "", "malformed"))
+            return
+        reason = self._refuse(asked)
+        if not reason and asked.ask == SET_PROTOCOL:
+            if self.setting is None:
+                self.setting = asked
+                return
+            reason = "too many"
+        if reason:
+            answers.append(answer(asked, reason))
+        else:
+            self._press(asked, down, answers)
+
+    def _press(self, asked: Asked, down: set[str], answers: list[Answer]) -> None:
+        """Put its button down, or keep it for the next tick."""
+        if asked.ask in self._down or asked.ask in down:
+            if len(self._waiting) < WAITING_MOST:
+                self._waiting.append(asked)
+                return
+            verdict = "too many"
+        else:
+            down.add(asked.ask)
+            verdict = "pressed"
+        answers.append(answer(asked, verdict))
+
+    def _refuse(self, asked: Asked) -> str:
+        """Why it is not obeyed; empty where it is."""
+        now_ns = time.monotonic_ns()
+        # To stop once more harms nobody; a key that another request had must not prevent it.
+        if asked.key in self._seen and asked.ask != STOP:
+            return "twice"
+        if asked.ask not in ASKS:
+            return "unknown"
+        if asked.ask == SET_PROTOCOL and not KEY.fullmatch(asked.key):
+            return "malformed"
+        late = asked.number <= self._last.get(asked.who, -1)
+        if asked.ask != STOP:
+            if not asked.who.strip():
+                return "nobody"
+            if asked.sent_ns > now_ns + EARLY_NS:
+                return "early"
+            if now_ns - asked.sent_ns > STALE_NS:
+                return "stale"
+            if late:
+                return "out of order"
+        _keep(self._seen, asked.key, None, KEYS_KEPT)
+        if not late:
+            _keep(self._last, asked.who, asked.number, SENDERS_KEPT)
+        return ""
+
+
+def _keep(kept: OrderedDict[str, Any], key: str, value: int | None, most: int) -> None:
+    kept[key] = value
+    kept.move_to_end(key)
+    if len(kept) > most:
+        kept.popitem(last=False)
+
+
+class Sender:
+    """One who asks."""
+
+    def __init__(self, path: Path, who: str, patience_s: float = PATIENCE_S) -> None:
+        """Ask the loop that listens at a path.
+
+        who: the person's name, for the record. patience_s: longest wait for room; 0: none.
+        """
+        self._path, self._who, self._number = path, who, time.monotonic_ns()
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.settimeout(patience_s)
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._socket.close()
+
+    def ask(self, ask: str, key: str, at: str) -> None:
+        """Send a request. ask: a field of `Requests`. key: its own. at: UTC, for the record.
+
+        Raises InputError where nobody listens, or does not come round to it.
+        """
+        self._number += 1
+        asked = Asked(ask, self._who, key, at, self._number, time.monotonic_ns())
+        data = json.dumps(asked._asdict()).encode()
+        path = _stop_path(self._path) if ask == STOP else self._path
+        try:
+            self._socket.sendto(data, str(path))
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise InputError(f"no controller takes requests at {self._path}: {reason}") from None

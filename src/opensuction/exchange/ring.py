@@ -1,0 +1,203 @@
+"""A ring of rows in a file: one process writes and never waits, any number read.
+
+The file is mapped into memory by all of them, so what was written outlives its writer: after a
+crash whoever finds the file reads what is in it. A reader that is overtaken is told how many rows
+it has missed. The newest row is the state of the machine now.
+"""
+
+import fcntl
+import json
+import mmap
+import os
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.kernel import slot
+from opensuction.kernel.errors import InputError
+
+MAGIC = 0x6F73_7263_5F72_696E
+VERSION = 1
+HEADER_WORDS = 8
+"""Magic, version, slots, columns, bytes of what is said of them, number of the newest row, and two
+to spare."""
+NEWEST = 5
+WORD = 8
+PAGE = 4096
+HASTE_ROWS = 16
+"""How much nearer than a whole ring to the writer an overtaken reader goes on: while it copies, the
+writer does not come upon it again."""
+
+Rows = npt.NDArray[np.float64]
+
+
+class Facts(NamedTuple):
+    """What a ring says of itself."""
+
+    columns: tuple[str, ...]
+    slots: int
+    told: dict[str, str]
+    """Whatever its writer says: settings, versions, when it began."""
+
+
+class Read(NamedTuple):
+    """What a reader found."""
+
+    rows: Rows
+    """Shape (rows, columns), oldest first."""
+    first: int
+    """Number of the first of them; counted from 1."""
+    missed: int
+    """How many before it were overwritten before they were read."""
+
+
+def _place(words: int) -> int:
+    """Bytes of the header with that many bytes of text, to whole pages."""
+    return -(-(HEADER_WORDS * WORD + words) // PAGE) * PAGE
+
+
+@cache
+def _warm_up() -> None:
+    """Load the machine code of a slot, before anybody waits for it: it takes some ten ticks."""
+    slots = np.zeros((2, 1 + slot.AROUND), np.uint64)
+    row, rows, first = np.zeros(1, np.uint64), np.zeros((1, 1), np.uint64), np.uint64(1)
+    slot.write(slots, first, row)
+    slots.flags.writeable = False  # as a reader has them: machine code of another kind
+    slot.read(slots, first, row)
+    slot.read_many(slots, first, rows)
+    slot.find_newest(slots)
+
+
+class RingWriter:
+    """The one that writes."""
+
+    def __init__(
+        self,
+        path: Path,
+        columns: Sequence[str],
+        slots: int,
+        told: Mapping[str, str],
+        before: Path | None = None,
+    ) -> None:
+        """Make the file anew, or refuse where another process writes it; raises InputError.
+
+        slots: how many rows are kept. told: see `Facts.told`. before: where the file goes that was
+        there; None: it goes.
+        """
+        _warm_up()
+        self._lock = path.with_name(path.name + ".lock").open("ab")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._lock.close()
+            raise InputError(f"{path} is being written by another process") from None
+        text = json.dumps({"columns": list(columns), "told": dict(told)}).encode()
+        width = len(columns) + slot.AROUND
+        start, size = _place(len(text)), slots * width * WORD
+        # A file of its own, put in place when whole: what a reader still has mapped stays as it is.
+        new = path.with_name(path.name + ".new")
+        with new.open("w+b") as file:
+            os.posix_fallocate(file.fileno(), 0, start + size)
+            self._memory = mmap.mmap(file.fileno(), start + size)
+        self._words = np.frombuffer(self._memory, dtype=np.uint64)
+        self._memory[HEADER_WORDS * WORD : HEADER_WORDS * WORD + len(text)] = text
+        self._words[1:HEADER_WORDS] = (VERSION, slots, len(columns), len(text), 0, 0, 0)
+        self.slots = self._words[start // WORD :].reshape(slots, width)
+        self._words[0] = MAGIC
+        if before is not None and path.exists():
+            path.replace(before)
+        new.replace(path)
+        self._number = 0
+
+    def write(self, row: Rows) -> int:
+        """Publish a row; its number, from 1 on."""
+        self._number += 1
+        slot.write(self.slots, np.uint64(self._number), row.view(np.uint64))
+        self._words[NEWEST] = self._number
+        return self._number
+
+    def close(self) -> None:
+        """Let another one write; the file stays, with all that is in it."""
+        self._lock.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class RingReader:
+    """One of those that read; it keeps where it is."""
+
+    def __init__(self, path: Path) -> None:
+        """Open a ring; raises InputError where there is none, or one of another version."""
+        _warm_up()
+        try:
+            with path.open("rb") as file:
+                self._memory = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        except (OSError, ValueError) as error:
+            raise InputError(f"no ring at {path}: {error}") from None
+        words = np.frombuffer(self._memory, np.uint64, len(self._memory) // WORD)
+        if len(words) < HEADER_WORDS or int(words[0]) != MAGIC:
+            raise InputError(f"{path} is not a ring, or not whole yet")
+        version, slots, width, said = (int(words[i]) for i in range(1, NEWEST))
+        start = _place(said)
+        if version != VERSION:
+            raise InputError(
+                f"{path} is a ring of version {version}; this software reads {VERSION}"
+            )
+        if len(self._memory) < start + slots * (width + slot.AROUND) * WORD:
+            raise InputError(f"{path} is cut off: {len(self._memory)} bytes")
+        text = json.loads(self._memory[HEADER_WORDS * WORD : HEADER_WORDS * WORD + said])
+        self.facts = Facts(tuple(text["columns"]), slots, text["told"])
+        self._words = words
+        self._slots = words[start // WORD :][: slots * (width + slot.AROUND)].reshape(slots, -1)
+        self.next = 1
+        """Number of the row that is read next."""
+
+    def newest(self) -> int:
+        """Number of the newest row, 0 before the first: as its writer says."""
+        return int(self._words[NEWEST])
+
+    def snapshot(self) -> tuple[int, Rows] | None:
+        """The newest row with its number; None before the first."""
+        row = np.empty(len(self.facts.columns), np.uint64)
+        for number in range(self.newest(), max(self.newest() - HASTE_ROWS, 0), -1):
+            if slot.read(self._slots, np.uint64(number), row):
+                return number, row.view(np.float64)
+        return None
+
+    def read(self, most: int | None = None) -> Read:
+        """What has come since the last call, at most so many rows; none is an empty array."""
+        newest, missed = self.newest(), 0
+        oldest = max(newest - self.facts.slots + 1, 1)
+        if self.next < oldest:
+            kept = min(oldest + HASTE_ROWS, newest)
+            missed, self.next = kept - self.next, kept
+        wanted = newest - self.next + 1
+        rows = np.empty((min(wanted, most or wanted), len(self.facts.columns)), np.uint64)
+        count = slot.read_many(self._slots, np.uint64(self.next), rows)
+        first, self.next = self.next, self.next + count
+        if count == 0 and wanted > 0 and missed == 0:
+            # The writer has come upon it while it looked.
+            self.next = min(self.next + HASTE_ROWS, self.newest() + 1)
+            missed = self.next - first
+            first = self.next
+        return Read(rows[:count].view(np.float64), first, missed)
+
+    def drain(self) -> Read:
+        """All whole rows that are left from where it is, of a writer that is dead."""
+        newest = int(slot.find_newest(self._slots))
+        oldest = max(newest - self.facts.slots + 1, self.next, 1)
+        rows = np.empty((max(newest - oldest + 1, 0), len(self.facts.columns)), np.uint64)
+        whole = np.array(
+            [slot.read(self._slots, np.uint64(oldest + i), rows[i]) for i in range(len(rows))], bool
+        )
+        missed = max(oldest - self.next, 0) + int(np.count_nonzero(~whole))
+        self.next = newest + 1
+        return Read(rows[whole].view(np.float64), oldest, missed)

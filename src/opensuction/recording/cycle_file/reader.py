@@ -1,0 +1,209 @@
+"""Reads a recording, whole, damaged or cut off at any byte: every chunk that is whole and sound.
+
+Whatever the file is, it ends in rows, or in one line that says what is wrong and how much was read.
+"""
+
+import zlib
+from collections.abc import Iterator
+from io import BufferedReader
+from pathlib import Path
+from stat import S_ISREG
+from typing import NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import DataEnd, Footer, Header, Metadata
+
+from opensuction.kernel.errors import InputError
+from opensuction.recording.cycle_file import frame, heading
+from opensuction.recording.cycle_file.chunk_content import (
+    LARGEST_BYTES,
+    ChunkReader,
+    DamageError,
+    Rows,
+    Told,
+    parse,
+)
+from opensuction.recording.cycle_file.row_schema import Column
+from opensuction.recording.cycle_file.writer import MAGIC
+
+VERSION_AT = 5
+"""Where MCAP's magic has its version."""
+FOOTER_BYTES = 20
+WANTED = "give a recording that opensuction wrote (.mcap)"
+
+
+class _Record(NamedTuple):
+    opcode: int
+    offset: int
+    data: bytes
+
+
+class RecordingReader:
+    """An open recording, read from its beginning to its end once."""
+
+    def __init__(self, path: Path) -> None:
+        """Open the file and read its heading.
+
+        Raises InputError for what is no recording, is of a newer version, or has no heading.
+        """
+        self.path = path
+        self._file, self._size = _open(path)
+        self._crc = self._offset = 0
+        self._rows, self._span_ns = 0, (0, 0)
+        self._chunks = ChunkReader()
+        self._records = self._walk()
+        self.flaw: str | None = None
+        """What is wrong with the file, in one line, once its end has been reached."""
+        self.is_damaged = False
+        """Whether that is more than an end that is missing."""
+        try:
+            self._check_magic()
+            self.heading = self._read_heading()
+            self._chunks.read(self._next(Opcode.CHUNK))
+        except DamageError as damage:
+            self.close()
+            raise InputError(f"{path}: {self._say(damage)}; nothing of it can be read") from None
+        except InputError:
+            self.close()
+            raise
+        self.tables: dict[str, tuple[Column, ...]] = self._chunks.tables
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _check_magic(self) -> None:
+        found = self._file.read(len(MAGIC))
+        if not found:
+            raise InputError(f"{self.path}: is empty; {WANTED}")
+        if found != MAGIC:
+            if found[:VERSION_AT] == MAGIC[:VERSION_AT] and len(found) == len(MAGIC):
+                raise InputError(
+                    f"{self.path}: is an MCAP file of version {found[VERSION_AT:][:1]!r}, not 0; "
+                    f"{WANTED}"
+                )
+            raise InputError(f"{self.path}: is no MCAP file; {WANTED}")
+        self._offset, self._crc = len(MAGIC), zlib.crc32(found)
+
+    def _walk(self) -> Iterator[_Record]:
+        """Records from here on; ends where the file does. Raises DamageError."""
+        while self._offset < self._size:
+            head = self._file.read(frame.RECORD_HEAD.size)
+            if len(head) < frame.RECORD_HEAD.size:
+                break
+            opcode, length = frame.RECORD_HEAD.unpack(head)
+            if self._offset + len(head) + length > self._size:
+                break
+            if length > LARGEST_BYTES:
+                raise DamageError("a record of an impossible length")
+            data = self._file.read(length)
+            if opcode == Opcode.DATA_END:
+                self._check_end(data)
+                return
+            yield _Record(opcode, self._offset, data)
+            self._offset += len(head) + length
+            self._crc = zlib.crc32(data, zlib.crc32(head, self._crc))
+        self._file.seek(max(self._size - len(MAGIC), len(MAGIC)))
+        if self._file.read() == MAGIC:  # it was closed: nothing is missing
+            raise DamageError("a record that goes beyond the end")
+        raise _CutError
+
+    def _check_end(self, data: bytes) -> None:
+        """What lies behind the rows: checksums of all that was read, and of the index."""
+        if parse(DataEnd, data).data_section_crc not in (0, self._crc):
+            raise DamageError("something before it, for the checksum of the whole is another")
+        rest = self._file.read(LARGEST_BYTES)
+        at = len(rest) - len(MAGIC) - FOOTER_BYTES
+        if at < 0 or not rest.endswith(MAGIC):
+            raise _CutError
+        footer = parse(Footer, rest[at:])
+        if footer.summary_crc not in (0, zlib.crc32(rest[: -len(MAGIC) - 4])):
+            raise DamageError("the index behind the rows has another checksum")
+
+    def _say(self, damage: DamageError) -> str:
+        """What is wrong with the file."""
+        if isinstance(damage, _CutError):
+            return f"was not finished: it ends at byte {self._size}, where its writer stopped"
+        self.is_damaged = True
+        return f"is damaged at byte {self._offset}: {damage}"
+
+    def _next(self, opcode: int) -> bytes:
+        """The next record, which must be of a kind."""
+        record = next(self._records, None)
+        if record is None or record.opcode != opcode:
+            raise DamageError("another record than should be there")
+        return record.data
+
+    def _read_heading(self) -> heading.Heading:
+        first = parse(Header, self._next(Opcode.HEADER))
+        if first.profile != heading.PROFILE:
+            raise InputError(
+                f"{self.path}: is an MCAP file by {first.library!r}, no recording of "
+                f"opensuction; {WANTED}"
+            )
+        found = {}
+        for _ in (heading.ABOUT, heading.SETTINGS):
+            metadata = parse(Metadata, self._next(Opcode.METADATA))
+            found[metadata.name] = metadata.metadata
+        return heading.from_metadata(str(self.path), found)
+
+    def contents(self) -> Iterator[Rows | Told]:
+        """Rows and events in their order; `flaw` then says whether that was all.
+
+        A chunk that is damaged is left out: what lies behind it is none the worse.
+        """
+        said = ""
+        try:
+            for record in self._records:
+                if record.opcode == Opcode.CHUNK:
+                    try:
+                        found = self._chunks.read(record.data)
+                    except DamageError as damage:
+                        said = said or self._say(damage)
+                        continue
+                    for one in found:
+                        self._note(one)
+                        yield one
+        except DamageError as damage:
+            said = said or self._say(damage)
+        finally:
+            self.close()
+        if said:
+            self.flaw = f"{self.path}: {said}; {self._describe_read()}"
+
+    def _note(self, one: Rows | Told) -> None:
+        if isinstance(one, Rows) and one.topic == next(iter(self.tables)):
+            first = self._span_ns[0] or int(one.times_ns[0])
+            self._span_ns = first, int(one.times_ns[-1])
+            self._rows += len(one.table)
+
+    def _describe_read(self) -> str:
+        """What was read, and from which time: rows may be missing in between."""
+        seconds = (self._span_ns[1] - self._span_ns[0]) / 1e9
+        rows = f"{self._rows} row{'' if self._rows == 1 else 's'}"
+        span = f" of {seconds:.3f} s" if self.is_damaged else f", {seconds:.3f} s,"
+        return f"{rows}{span} could be read"
+
+
+class _CutError(DamageError):
+    """The file ends before its end."""
+
+
+def _open(path: Path) -> tuple[BufferedReader, int]:
+    """The file and its size in bytes. Raises InputError."""
+    try:
+        status = path.stat()
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; {WANTED}")
+        if not S_ISREG(status.st_mode):
+            raise InputError(f"{path}: is a device or a pipe; {WANTED}")
+        return path.open("rb"), status.st_size
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; {WANTED}") from None
+    except PermissionError:
+        raise InputError(f"{path}: may not be read; change its permissions") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError(f"{path}: cannot be read: {reason}") from None

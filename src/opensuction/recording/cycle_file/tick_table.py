@@ -1,0 +1,37 @@
+"""What a recording holds of a controller: a row for each tick, and each state that was set.
+
+The same columns whoever records, the simulation or a machine. A tick's row has all that went in,
+all that came out, and the whole state after it.
+"""
+
+from opensuction.controller.record import Inputs, Outputs, State
+from opensuction.kernel.generated import row
+from opensuction.recording.cycle_file.row_schema import Column
+
+TICKS = "/tick"
+"""Topic of the ticks; a tick that is missing was not made, or its row was lost."""
+STARTS = "/start"
+"""Topic of states that were set from outside; each belongs before the tick that it names."""
+INPUTS, OUTPUTS, STATE = "inputs", "outputs", "state"
+"""How the names of a tick's columns begin."""
+
+
+def prefixed(prefix: str, record_type: type) -> tuple[Column, ...]:
+    """Columns of a record, their names behind a prefix."""
+    return tuple(Column(f"{prefix}.{one.name}", one.kind) for one in row.layout(record_type))
+
+
+TICK_COLUMNS = (
+    *prefixed(INPUTS, Inputs),
+    *prefixed(OUTPUTS, Outputs),
+    *prefixed(STATE, State),
+)
+START_COLUMNS = (Column("tick", int), *prefixed(STATE, State))
+
+TABLES = {TICKS: TICK_COLUMNS, STARTS: START_COLUMNS}
+"""Columns of each topic, as a writer takes them."""
+
+INPUT_PART = slice(0, len(row.columns(Inputs)))
+OUTPUT_PART = slice(INPUT_PART.stop, INPUT_PART.stop + len(row.columns(Outputs)))
+STATE_PART = slice(OUTPUT_PART.stop, len(TICK_COLUMNS))
+"""Where a tick's row has them."""

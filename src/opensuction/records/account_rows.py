@@ -1,0 +1,211 @@
+"""The rows of people's accounts: read and written, nothing decided.
+
+What an account is stands on record, each state by the action that made it. Hashes of passwords,
+what sessions, devices and programs show, and failed sign-ins have no entry in the trail, and go.
+"""
+
+from datetime import datetime
+from typing import Any, NamedTuple
+
+from sqlalchemy import Connection, Select, delete, func, select
+
+from opensuction.records.database import account_schema
+from opensuction.records.request import Request
+
+
+class AccountState(NamedTuple):
+    """What an account is."""
+
+    account: str
+    role: str
+    is_administrator: bool
+    is_active: bool
+
+
+class Credential(NamedTuple):
+    """What a password is held against."""
+
+    account: str
+    password_hash: str
+    is_one_time: bool
+    """Must be changed before anything else."""
+    set_at: datetime
+    expires_at: datetime | None
+
+
+class Bearer(NamedTuple):
+    """Who shows a secret of this SHA-256."""
+
+    digest: str
+    kind: str
+    """Of `account_schema.BEARERS`."""
+    account: str | None
+    token_id: str | None
+    made_at: datetime
+    seen_at: datetime
+    expires_at: datetime
+
+
+class Attempt(NamedTuple):
+    """Sign-ins that failed in a row."""
+
+    failures: int
+    last_at: datetime
+
+
+class AccessToken(NamedTuple):
+    """What another program may read."""
+
+    id: str
+    label: str
+    scope: str
+    expires_at: datetime
+
+
+class AccountRows:
+    """The rows within one transaction."""
+
+    def __init__(self, connection: Connection) -> None:
+        """Of a transaction that reads, or of one that writes (`Request`)."""
+        self._connection = connection
+
+    def find_state(self, account: str) -> AccountState | None:
+        """What an account is now; None: there is none of that name."""
+        table = account_schema.account_state
+        query = select(table).where(table.c.account == account).order_by(table.c.number.desc())
+        row = self._first(query.limit(1))
+        return None if row is None else _to_state(row)
+
+    def list_states(self) -> list[AccountState]:
+        """What every account is now, by its name."""
+        table = account_schema.account_state
+        last = (
+            select(table.c.account, func.max(table.c.number).label("number"))
+            .group_by(table.c.account)
+            .subquery()
+        )
+        query = (
+            select(table)
+            .join(last, (table.c.account == last.c.account) & (table.c.number == last.c.number))
+            .order_by(table.c.account)
+        )
+        return [_to_state(row) for row in self._connection.execute(query)]
+
+    def find_credential(self, account: str) -> Credential | None:
+        """What the password of an account is held against."""
+        table = account_schema.credential
+        row = self._first(select(table).where(table.c.account == account))
+        if row is None:
+            return None
+        return Credential(
+            row.account, row.password_hash, row.is_one_time, row.set_at, row.expires_at
+        )
+
+    def put_credential(self, credential: Credential) -> None:
+        """Set it, in place of the one before."""
+        self.drop_credential(credential.account)
+        table = account_schema.credential
+        self._connection.execute(table.insert().values(credential._asdict()))
+
+    def drop_credential(self, account: str) -> None:
+        """Nobody signs in with it any more."""
+        table = account_schema.credential
+        self._connection.execute(delete(table).where(table.c.account == account))
+
+    def find_bearer(self, digest: str, kind: str) -> Bearer | None:
+        """Who shows a secret, of this kind."""
+        table = account_schema.bearer
+        query = select(table).where(table.c.digest == digest, table.c.kind == kind)
+        row = self._first(query)
+        if row is None:
+            return None
+        return Bearer(**{name: getattr(row, name) for name in Bearer._fields})
+
+    def put_bearer(self, bearer: Bearer) -> None:
+        """Know a bearer, in place of one with the same secret."""
+        self.drop_bearer(bearer.digest)
+        self._connection.execute(account_schema.bearer.insert().values(bearer._asdict()))
+
+    def drop_bearer(self, digest: str) -> None:
+        """Forget a bearer."""
+        table = account_schema.bearer
+        self._connection.execute(delete(table).where(table.c.digest == digest))
+
+    def drop_bearers(self, account: str, kind: str | None = None, but: str = "") -> None:
+        """Forget those of an account. kind: of this kind only. but: of this digest not."""
+        table = account_schema.bearer
+        statement = delete(table).where(table.c.account == account, table.c.digest != but)
+        if kind is not None:
+            statement = statement.where(table.c.kind == kind)
+        self._connection.execute(statement)
+
+    def drop_token(self, token_id: str) -> bool:
+        """Forget what shows an access token; returns whether anything did."""
+        table = account_schema.bearer
+        done = self._connection.execute(delete(table).where(table.c.token_id == token_id))
+        return done.rowcount > 0
+
+    def drop_old(self, now: datetime, attempts_before: datetime) -> None:
+        """Forget sessions and devices whose time is over, and failures of long ago.
+
+        Tokens stay: a clock that was wrong for a moment must not end them.
+        """
+        bearer, attempt = account_schema.bearer, account_schema.attempt
+        self._connection.execute(
+            delete(bearer).where(bearer.c.expires_at <= now, bearer.c.kind != "token")
+        )
+        self._connection.execute(delete(attempt).where(attempt.c.last_at < attempts_before))
+
+    def find_attempt(self, key: str) -> Attempt | None:
+        """Sign-ins that failed in a row, by the hash of what is counted."""
+        table = account_schema.attempt
+        row = self._first(select(table).where(table.c.key == key))
+        return None if row is None else Attempt(row.failures, row.last_at)
+
+    def put_attempt(self, key: str, attempt: Attempt | None) -> None:
+        """Set them; None: none failed."""
+        table = account_schema.attempt
+        self._connection.execute(delete(table).where(table.c.key == key))
+        if attempt is not None:
+            self._connection.execute(table.insert().values(key=key, **attempt._asdict()))
+
+    def find_token(self, token_id: str) -> AccessToken | None:
+        """An access token by its id, whether it still holds or not."""
+        table = account_schema.access_token
+        row = self._first(select(table).where(table.c.id == token_id))
+        return None if row is None else AccessToken(row.id, row.label, row.scope, row.expires_at)
+
+    def list_tokens(self) -> list[AccessToken]:
+        """Access tokens that something still shows, by their labels."""
+        token, bearer = account_schema.access_token, account_schema.bearer
+        query = (
+            select(token)
+            .join(bearer, bearer.c.token_id == token.c.id)
+            .order_by(token.c.label, token.c.id)
+        )
+        return [
+            AccessToken(row.id, row.label, row.scope, row.expires_at)
+            for row in self._connection.execute(query)
+        ]
+
+    def _first(self, query: Select[Any]) -> Any:
+        return self._connection.execute(query).one_or_none()
+
+
+def store_state(request: Request, action_id: str, state: AccountState) -> None:
+    """Put on record what an account is from an action on."""
+    number = request.count_up(
+        account_schema.account_state, account_schema.account_state.c.account == state.account
+    )
+    row = {"action_id": action_id, "number": number, **state._asdict()}
+    request.trail.store(account_schema.account_state, row)
+
+
+def store_token(request: Request, action_id: str, token: AccessToken) -> None:
+    """Put an access token on record, without what shows it."""
+    row = {"action_id": action_id, **token._asdict()}
+    request.trail.store(account_schema.access_token, row)
+
+
+def _to_state(row: Any) -> AccountState:
+    return AccountState(row.account, row.role, row.is_administrator, row.is_active)

@@ -1,0 +1,209 @@
+"""The tables. A migration makes them; a test holds both against each other."""
+
+from sqlalchemy import (
+    Boolean,
+    CheckConstraint,
+    Column,
+    ForeignKey,
+    Index,
+    Integer,
+    Table,
+    Text,
+    UniqueConstraint,
+)
+
+from opensuction.records.database import account_schema
+from opensuction.records.database.column import (
+    HASH_DIGITS,
+    LONGEST_NAME,
+    LONGEST_TEXT,
+    METADATA,
+    SEQUENCE,
+    bound,
+    one_of,
+)
+from opensuction.records.database.utc_time import UtcTime
+
+LONGEST_FILE = 1_000_000
+"""Characters of a settings file, as `settings.toml_file` reads them."""
+LONGEST_LIFE_S = 86_400
+"""A catheter is never used for longer. Source: [paper] II-A."""
+LARGEST_FR = 30
+OUTCOMES = ("completed", "aborted", "interrupted")
+"""Interrupted: found without an end after a crash."""
+PRIORITIES = ("low", "medium", "high")
+APPROACHES = ("travel", "contact")
+
+
+def _file_table(name: str) -> Table:
+    return Table(
+        name,
+        METADATA,
+        Column("sha256", Text, primary_key=True),
+        Column("name", Text, nullable=False),
+        Column("content", Text, nullable=False),
+        Column("known_since", UtcTime, nullable=False),
+        bound("sha256", HASH_DIGITS, HASH_DIGITS),
+        bound("name", LONGEST_NAME),
+        bound("content", LONGEST_FILE, 0),
+    )
+
+
+machine = Table(
+    "machine",
+    METADATA,
+    Column("serial", Text, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("is_twin", Boolean, nullable=False),
+    Column("known_since", UtcTime, nullable=False),
+    bound("serial", LONGEST_NAME),
+    bound("kind", LONGEST_NAME),
+    one_of("is_twin", (True, False)),
+)
+catheter = Table(
+    "catheter",
+    METADATA,
+    Column("label", Text, primary_key=True),
+    Column("size_fr", Integer, nullable=False),
+    Column("life_s", Integer, nullable=False),
+    Column("first_used_at", UtcTime, nullable=False),
+    bound("label", LONGEST_NAME),
+    CheckConstraint(f"size_fr BETWEEN 1 AND {LARGEST_FR}", name="size_fr"),
+    CheckConstraint(f"life_s BETWEEN 1 AND {LONGEST_LIFE_S}", name="life_s"),
+)
+patient = Table(
+    "patient",
+    METADATA,
+    Column("pseudonym", Text, primary_key=True),
+    Column("known_since", UtcTime, nullable=False),
+    bound("pseudonym", LONGEST_NAME),
+)
+protocol = _file_table("protocol")
+parameter_file = _file_table("parameter_file")
+cycle = Table(
+    "cycle",
+    METADATA,
+    Column("id", Text, primary_key=True),
+    Column("machine_serial", ForeignKey("machine.serial"), nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("catheter_label", ForeignKey("catheter.label"), nullable=False),
+    Column("patient_pseudonym", ForeignKey("patient.pseudonym")),
+    Column("protocol_sha256", ForeignKey("protocol.sha256"), nullable=False),
+    Column("parameter_file_sha256", ForeignKey("parameter_file.sha256")),
+    Column("approach", Text, nullable=False),
+    Column("requested_by", Text, nullable=False),
+    Column("software", Text, nullable=False),
+    Column("settings_sha256", Text),
+    Column("recording", Text),
+    Column("started_at", UtcTime, nullable=False),
+    bound("id", LONGEST_NAME),
+    one_of("approach", APPROACHES),
+    bound("requested_by", LONGEST_NAME),
+    bound("software", LONGEST_NAME),
+    bound("settings_sha256", HASH_DIGITS, HASH_DIGITS),
+    bound("recording", LONGEST_TEXT),
+    CheckConstraint("number >= 1", name="number"),
+    UniqueConstraint("machine_serial", "number"),
+    Index(None, "catheter_label"),
+)
+cycle_end = Table(
+    "cycle_end",
+    METADATA,
+    Column("cycle_id", ForeignKey("cycle.id"), primary_key=True),
+    Column("outcome", Text, nullable=False),
+    Column("detail", Text, nullable=False),
+    Column("inside_at_end", Boolean),
+    Column("ended_at", UtcTime, nullable=False),
+    one_of("outcome", OUTCOMES),
+    one_of("inside_at_end", (True, False)),
+    bound("detail", LONGEST_TEXT, 0),
+)
+alarm = Table(
+    "alarm",
+    METADATA,
+    Column("id", Text, primary_key=True),
+    Column("machine_serial", ForeignKey("machine.serial"), nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("cycle_id", ForeignKey("cycle.id")),
+    Column("condition", Text, nullable=False),
+    Column("priority", Text, nullable=False),
+    Column("detail", Text, nullable=False),
+    Column("raised_at", UtcTime, nullable=False),
+    bound("id", LONGEST_NAME),
+    bound("condition", LONGEST_NAME),
+    one_of("priority", PRIORITIES),
+    bound("detail", LONGEST_TEXT, 0),
+    CheckConstraint("number >= 1", name="number"),
+    UniqueConstraint("machine_serial", "number"),
+    Index(None, "cycle_id"),
+)
+action = Table(
+    "action",
+    METADATA,
+    Column("id", Text, primary_key=True),
+    Column("number", Integer, nullable=False),
+    Column("done_by", Text, nullable=False),
+    Column("what", Text, nullable=False),
+    Column("detail", Text, nullable=False),
+    Column("machine_serial", ForeignKey("machine.serial")),
+    Column("cycle_id", ForeignKey("cycle.id")),
+    Column("done_at", UtcTime, nullable=False),
+    bound("id", LONGEST_NAME),
+    bound("done_by", LONGEST_NAME),
+    bound("what", LONGEST_NAME),
+    bound("detail", LONGEST_TEXT, 0),
+    CheckConstraint("number >= 1", name="number"),
+    UniqueConstraint("number"),
+    Index(None, "machine_serial"),
+)
+request = Table(
+    "request",
+    METADATA,
+    Column("key", Text, primary_key=True),
+    Column("digest", Text, nullable=False),
+    Column("result", Text, nullable=False),
+    Column("taken_at", UtcTime, nullable=False),
+    bound("key", LONGEST_NAME),
+    bound("digest", HASH_DIGITS, HASH_DIGITS),
+    bound("result", LONGEST_NAME, 0),
+)
+AUDITED = (
+    machine,
+    catheter,
+    patient,
+    protocol,
+    parameter_file,
+    cycle,
+    cycle_end,
+    alarm,
+    action,
+    request,
+    account_schema.account_state,
+    account_schema.access_token,
+)
+"""Each row of these has its entry in the trail."""
+
+audit = Table(
+    "audit",
+    METADATA,
+    Column("sequence", SEQUENCE, primary_key=True, autoincrement=False),
+    Column("previous", Text, nullable=False, unique=True),
+    Column("hash", Text, nullable=False, unique=True),
+    Column("entry", Text, nullable=False),
+    CheckConstraint("sequence >= 1", name="sequence"),
+    bound("previous", HASH_DIGITS, HASH_DIGITS),
+    bound("hash", HASH_DIGITS, HASH_DIGITS),
+)
+audit_head = Table(
+    "audit_head",
+    METADATA,
+    Column("id", Integer, primary_key=True, autoincrement=False),
+    Column("sequence", SEQUENCE, nullable=False),
+    Column("hash", Text, nullable=False),
+    CheckConstraint("id = 1", name="id"),
+    bound("hash", HASH_DIGITS, HASH_DIGITS),
+)
+"""One row: where the trail ends, and what writers lock."""
+
+KEPT = (*AUDITED, audit)
+"""Tables of which no row is ever changed or removed."""

@@ -1,0 +1,108 @@
+"""What is put on record, as the caller says it."""
+
+from datetime import datetime
+from enum import StrEnum
+from typing import NamedTuple
+
+from opensuction.records.trail.chain import to_hash
+
+
+class Machine(NamedTuple):
+    """A machine."""
+
+    serial: str
+    kind: str
+    """Such as ``clinical``."""
+    is_twin: bool
+    """Simulated: nothing that it did happened to anybody."""
+
+
+class Catheter(NamedTuple):
+    """A catheter; its life begins with its first cycle."""
+
+    label: str
+    size_fr: int
+    life_s: int
+
+
+class SettingsFile(NamedTuple):
+    """A protocol or a parameter file, known by what it holds."""
+
+    name: str
+    content: str
+
+    @property
+    def sha256(self) -> str:
+        """Of the content in UTF-8."""
+        return to_hash(self.content)
+
+
+class CycleStart(NamedTuple):
+    """What is known of a cycle before it starts."""
+
+    machine: Machine
+    catheter: Catheter
+    protocol: SettingsFile
+    approach: str
+    requested_by: str
+    """The person who asked, by the name that the site uses, or the schedule."""
+    software: str
+    """With its version."""
+    patient: str | None = None
+    """Pseudonym; None on a bench."""
+    parameter_file: SettingsFile | None = None
+    settings_sha256: str | None = None
+    recording: str | None = None
+    """Where its recording will lie."""
+
+
+class Outcome(StrEnum):
+    """How a cycle ended."""
+
+    COMPLETED = "completed"
+    ABORTED = "aborted"
+    INTERRUPTED = "interrupted"
+    """Found without an end: whatever controlled it died."""
+
+
+class CycleEnd(NamedTuple):
+    """How a cycle ended."""
+
+    outcome: Outcome
+    detail: str = ""
+    inside_at_end: bool | None = None
+    """Whether the catheter was still in the airway; None: not known."""
+
+
+class Alarm(NamedTuple):
+    """An alarm that was raised."""
+
+    condition: str
+    """By name, such as ``LINE_CLOGGED``."""
+    priority: str
+    detail: str = ""
+
+
+class Action(NamedTuple):
+    """What a person did."""
+
+    done_by: str
+    what: str
+    """Such as ``reset`` or ``set-protocol``."""
+    detail: str = ""
+    machine: str | None = None
+    """Serial of a machine on record."""
+    cycle_id: str | None = None
+
+
+class Unfinished(NamedTuple):
+    """A cycle on record that has no end."""
+
+    id: str
+    machine: str
+    """Serial."""
+    catheter: str
+    """Label."""
+    patient: str | None
+    started_at: datetime
+    recording: str | None

@@ -1,0 +1,1 @@
+"""The controller against the clock: its loop, what it publishes, what it is asked, who watches."""

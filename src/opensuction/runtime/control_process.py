@@ -1,0 +1,256 @@
+"""The control loop as a process: ``python -m opensuction.runtime.control_process DIR``.
+
+In the folder lie ``configuration.json`` (what the controller is set to) and the machine's own
+files; it writes ``control.ring`` (`loop.ROW_COLUMNS`), ``control.events`` and ``heartbeat``, and
+listens at ``control.ask``. When it has crashed before, its last row tells what it must not forget:
+how often the patient was suctioned and how old the catheter is. Where the catheter is the head's
+sensors tell; if it is in, it comes out first, and the machine waits for a person.
+"""
+
+import json
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import NamedTuple
+from uuid import uuid4
+
+import numpy as np
+
+from opensuction import __version__
+from opensuction.controller import configuration, controller
+from opensuction.controller.configuration import Configuration
+from opensuction.controller.real_time_call import RealTimeCall
+from opensuction.controller.record import State
+from opensuction.devices.ports import Port
+from opensuction.devices.twin_machine import TwinMachine
+from opensuction.exchange.event_ring import EventReader, EventWriter
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.mailbox import Mailbox
+from opensuction.exchange.pace import NS_PER_S, Pace, harden
+from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.exchange.sole import Sole
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import plain_row, row
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.record import Array
+from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
+from opensuction.runtime.loop import (
+    ROW_COLUMNS,
+    SET,
+    SLOTS_S,
+    STARTED_FROM,
+    Around,
+    ControlLoop,
+)
+from opensuction.runtime.room import (
+    ABOUT,
+    ASK,
+    BASIS,
+    CONFIGURATION,
+    CONTROLS,
+    EVENTS,
+    EVENTS_BEFORE,
+    RING,
+    RING_BEFORE,
+)
+from opensuction.safety.head import head_vote
+
+PERIOD_NS = 1_000_000
+READINGS = row.columns(Readings)
+ENDED = "ended"
+AT_ONCE = 2
+"""Told so often to end it ends, wherever the catheter is: the drives bring it out."""
+ANSWERS_S = 2.0
+"""How long the machine may take to give its first readings."""
+STATE_PLACES = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
+
+
+class Before(NamedTuple):
+    """What a controller left that ran here before."""
+
+    kept: Upkeep
+    off_s: float
+    """How long none has run."""
+    died: bool
+    """It did not end as it should."""
+    phase: int
+    """What it was doing."""
+
+
+def read_before(folder: Path) -> Before | None:
+    """What is left of the last controller in this folder; None of none, or of another version."""
+    try:
+        reader = RingReader(folder / RING)
+        off_s = max(time.time() - (folder / RING).stat().st_mtime, 0.0)
+    except (InputError, OSError):
+        return None
+    if reader.facts.columns != ROW_COLUMNS:
+        return None
+    left = reader.drain().rows
+    if not len(left):
+        return None
+    state = plain_row.unpack(State, np.ascontiguousarray(left[-1, STATE_PLACES]))
+    since_s = time.monotonic() - float(left[-1, 0])
+    return Before(
+        kept=state.core.upkeep,
+        off_s=since_s if since_s >= 0.0 else off_s,
+        died=_has_died(folder),
+        phase=state.core.procedure.phase,
+    )
+
+
+def _has_died(folder: Path) -> bool:
+    """Whether the last controller did not say that it ended."""
+    try:
+        told = EventReader(folder / EVENTS).read()[0]
+    except InputError:
+        return True
+    return not told or told[-1].fields["kind"] != ENDED
+
+
+def _first_readings(port: Port) -> Readings:
+    """What the machine reads now. Raises InputError where it says nothing."""
+    found: Array = np.zeros(len(READINGS))
+    ends = time.monotonic() + ANSWERS_S
+    while not port.read(found):
+        if time.monotonic() > ends:
+            raise InputError(f"the machine '{port.facts.name}' gives no readings")
+        time.sleep(0.001)
+    return plain_row.unpack(Readings, found)
+
+
+def begin(chosen: Configuration, port: Port, before: Before | None) -> State:
+    """State of a controller that starts now."""
+    head_mm = head_vote.first_mm(_first_readings(port))
+    if before is None:
+        return controller.start(chosen.settings, head_mm, NEW_CATHETER_S)
+    return controller.restart(chosen.settings, head_mm, before.kept, before.off_s, before.phase)
+
+
+class Setting:
+    """Other settings for a controller that runs: files that whoever asks for them has written."""
+
+    def __init__(self, folder: Path, call: RealTimeCall, chosen: Configuration) -> None:
+        """chosen: what the controller goes by now; to read it once more warms up what reads."""
+        self._folder, self._call = folder, call
+        configuration.from_json(configuration.to_json(chosen))
+
+    def set(self, key: str, readings: Array) -> Iterator[str]:
+        """Go by those of a key, a piece of the work at a time; the last one says what became of it.
+
+        Each piece takes less than a tick or two, of a machine at rest.
+        """
+        file = self._folder / settings_file(key)
+        try:
+            text = file.read_text(encoding="utf-8")
+            yield ""
+            chosen = configuration.from_json(text)
+            yield ""
+            head_mm = head_vote.first_mm(plain_row.unpack(Readings, readings))
+            kept = self._call.state.core.upkeep
+            state = controller.restart(chosen.settings, head_mm, kept, 0.0)
+            yield ""
+            self._call.configure(*chosen, state)
+            file.replace(self._folder / CONFIGURATION)
+            for name in TOGETHER:
+                told = self._folder / beside(name, key)
+                if told.exists():
+                    told.replace(self._folder / name)
+            yield SET
+        except InputError as error:
+            yield f"refused: {error}"
+        except (OSError, UnicodeDecodeError):
+            yield "refused: no settings of this key"
+
+
+TOGETHER = (ABOUT, BASIS)
+"""What goes with settings: another one of it takes the place of the present one in the same tick,
+so that nothing is ever recorded under the name of settings that were not in force."""
+
+
+def settings_file(key: str) -> str:
+    """Name of the file with the settings that a request with this key is about."""
+    return f"settings-{key}.json"
+
+
+def beside(name: str, key: str) -> str:
+    """Name of the file that takes the place of one of `TOGETHER` once those settings are set."""
+    return f"{name.removesuffix('.json')}-{key}.json"
+
+
+def _read_configuration(folder: Path) -> Configuration:
+    """What the controller shall be set to. Raises InputError where there is nothing."""
+    try:
+        text = (folder / CONFIGURATION).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"no configuration to run: {error}") from None
+    return configuration.from_json(text)
+
+
+def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
+    """Control the machine of a folder until the process is told to end.
+
+    A cycle is broken off then, and the process ends once the catheter is out.
+
+    Raises InputError where it cannot begin.
+    """
+    with Sole(folder / CONTROLS, "a controller runs"):
+        chosen = _read_configuration(folder)
+        before = read_before(folder)
+        port = TwinMachine(folder)
+        call = RealTimeCall(chosen.settings, chosen.heads_mm, begin(chosen, port, before))
+        told = {
+            "version": __version__,
+            "run": f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{uuid4().hex[:8]}",
+            "settings": configuration.hash_of(chosen),
+            "machine": json.dumps(port.facts._asdict()),
+            "period_ns": str(period_ns),
+            # Of the monotonic clock's zero: the only time that anybody takes from the wall clock.
+            "began_utc_ns": str(time.time_ns() - time.monotonic_ns()),
+            STARTED_FROM: call.state_row.tobytes().hex(),
+        }
+        ending: list[int] = []
+        signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
+        slots = round(SLOTS_S * NS_PER_S / period_ns)
+        with (
+            closing(Mailbox(folder / ASK)) as mailbox,
+            EventWriter(folder / EVENTS, folder / EVENTS_BEFORE) as events,
+            RingWriter(folder / RING, ROW_COLUMNS, slots, told, folder / RING_BEFORE) as ring,
+        ):
+            heartbeat, setting = Heartbeat(folder), Setting(folder, call, chosen)
+            around = Around(port, mailbox, ring, events, heartbeat, setting.set)
+            loop = ControlLoop(call, around, period_ns / NS_PER_S)
+            _run(loop, events, period_ns, ending, before)
+        heartbeat.end(Process.CONTROL)
+        port.close()
+
+
+def _run(
+    loop: ControlLoop, events: EventWriter, period_ns: int, ending: list[int], before: Before | None
+) -> None:
+    """Tick until told to end, and what that takes."""
+    allowed = harden()
+    events.write(
+        "began",
+        0,
+        scheduler=allowed.scheduler,
+        memory_locked=str(allowed.memory_locked).lower(),
+        refusals="; ".join(allowed.refusals),
+        recovered="yes" if before is not None and before.died else "no",
+    )
+    pace = Pace(period_ns)
+    while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
+        loop.stopping = bool(ending) and not loop.is_resting
+        skipped = pace.wait()
+        loop.step(pace.deadline_ns, skipped)
+    events.write(ENDED, loop.tick)
+
+
+if __name__ == "__main__":
+    try:
+        serve(Path(sys.argv[1]), *(int(value) for value in sys.argv[2:]))
+    except InputError as problem:
+        sys.exit(f"opensuction: {problem}")

@@ -1,0 +1,147 @@
+"""A machine's processes: started in the folder that they share, and found there.
+
+They belong to no terminal and to no parent: whoever started them may die, and they go on.
+"""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from opensuction.controller import configuration
+from opensuction.controller.configuration import Configuration
+from opensuction.devices import twin_machine
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.ring import RingReader
+from opensuction.kernel.errors import InputError
+from opensuction.runtime.control_process import PERIOD_NS
+from opensuction.runtime.room import CONFIGURATION, RING
+from opensuction.simulation.closed_loop import Loop, LoopState
+from opensuction.simulation.machine_side import MachineSide
+from opensuction.simulation.wiring import Wiring
+from opensuction.twin import preset
+from opensuction.twin.fault import link
+from opensuction.twin.fault.bus import Bus
+from opensuction.twin.machine import drive_watchdog
+from opensuction.twin.plant import PlantState
+
+BEGINS_S = 180.0
+"""Longest time until a process does its work: it may have to compile first."""
+LOOKS_S = 0.005
+CONTROL, RECORDER, SUPERVISOR, CONSOLE = (
+    "opensuction.runtime.control_process",
+    "opensuction.runtime.recorder_process",
+    "opensuction.runtime.supervisor",
+    "opensuction.console.console_process",
+)
+"""Modules of the processes. The console's room lies above this one, which only starts it."""
+
+
+def side_of(loop: Loop, seed: int) -> MachineSide:
+    """The machine of a loop as a process plays it: its rack ends, its drives watch over messages.
+
+    seed: chance of a link that loses messages.
+    """
+    home_mm = loop.controller.limits.park_head_mm
+    machine = preset.limit_rack(loop.machine, home_mm)
+    return MachineSide(machine, Wiring(link.healthy(seed), drive_watchdog.of(machine, home_mm)))
+
+
+def start_twin(
+    folder: Path, loop: Loop, state: LoopState, seed: int, carrier: Bus | None = None
+) -> subprocess.Popen[bytes]:
+    """The twin's process with a machine at rest. Raises InputError where it does not play.
+
+    carrier: the bus between it and its controllers; None where messages are there at once.
+    """
+    plant = PlantState(state.machine, state.bedside)
+    return twin_machine.launch(folder, side_of(loop, seed), plant, carrier)
+
+
+def configure(folder: Path, loop: Loop) -> None:
+    """What the controller of this folder is set to."""
+    text = configuration.to_json(Configuration(loop.controller, loop.heads_mm))
+    (folder / CONFIGURATION).write_text(text, encoding="utf-8")
+
+
+def spawn(folder: Path, module: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a module as a process; what it says goes into its log in the folder."""
+    command = [sys.executable, "-m", module, str(folder), *arguments]
+    with log_of(folder, module).open("ab") as log:
+        return subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=log,
+            start_new_session=True,
+        )
+
+
+def log_of(folder: Path, module: str) -> Path:
+    """Where a process says what it has to say."""
+    return folder / f"{module.rpartition('.')[2]}.log"
+
+
+def last_words(folder: Path, module: str) -> str:
+    """What a process said last; empty where it has said nothing."""
+    try:
+        lines = log_of(folder, module).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return lines[-1].removeprefix("opensuction: ") if lines else ""
+
+
+def start_control(folder: Path, period_ns: int = PERIOD_NS) -> subprocess.Popen[bytes]:
+    """The control process on the machine of a folder; returns once it ticks.
+
+    Raises InputError where it does not.
+    """
+    ring = folder / RING
+    before = _inode(ring)
+    process = spawn(folder, CONTROL, str(period_ns))
+    return _wait(
+        folder, CONTROL, process, lambda: _inode(ring) not in (0, before) and _has_rows(ring)
+    )
+
+
+def start_recorder(folder: Path, out: Path) -> subprocess.Popen[bytes]:
+    """The recorder of a folder's controller; returns once it has given a sign of life.
+
+    Raises InputError where it does not.
+    """
+    heartbeat, before_ns = Heartbeat(folder), time.monotonic_ns()
+    process = spawn(folder, RECORDER, str(out))
+    return _wait(
+        folder,
+        RECORDER,
+        process,
+        lambda: heartbeat.age_s(Process.RECORDER) < (time.monotonic_ns() - before_ns) * 1e-9,
+    )
+
+
+def _wait(
+    folder: Path, module: str, process: subprocess.Popen[bytes], works: Callable[[], bool]
+) -> subprocess.Popen[bytes]:
+    ends_s = time.monotonic() + BEGINS_S
+    while time.monotonic() < ends_s and process.poll() is None:
+        if works():
+            return process
+        time.sleep(LOOKS_S)
+    process.kill()
+    process.wait()
+    words = last_words(folder, module) or "it took too long"
+    title = module.rpartition(".")[2].replace("_", " ")
+    raise InputError(f"the {title} does not run: {words}")
+
+
+def _has_rows(path: Path) -> bool:
+    return RingReader(path).newest() > 0
+
+
+def _inode(path: Path) -> int:
+    """Which file it is; 0 of none. A controller's ring is a new one."""
+    try:
+        return path.stat().st_ino
+    except OSError:
+        return 0

@@ -1,0 +1,246 @@
+"""The control loop: read, step, command, publish, once a period; all but the clock.
+
+It calls the same core as the simulation, through `RealTimeCall`. A row of the ring is a tick: when
+it was, what went in, what came out, and all that the controller remembers.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.controller.real_time_call import (
+    INPUT_COLUMNS,
+    OUTPUT_COLUMNS,
+    STATE_COLUMNS,
+    RealTimeCall,
+)
+from opensuction.devices.ports import Port
+from opensuction.exchange import mailbox
+from opensuction.exchange.event_ring import EventWriter
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.mailbox import Mailbox
+from opensuction.exchange.ring import RingWriter
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.kernel.record import Array
+from opensuction.kernel.requests import NO_REQUESTS, Requests
+from opensuction.safety.condition import Condition
+from opensuction.simulation.machine_side import SENT_COLUMNS
+
+TIMING_COLUMNS = (
+    "loop.time_s",
+    "loop.late_s",
+    "loop.computed_s",
+    "loop.skipped",
+    "loop.left_rest",
+)
+"""Monotonic time of the tick's deadline; how long after it the tick began; what the tick before
+took, until its commands were out and until its row was; ticks that were missed before it; tick in
+which the machine left its rest, and `AT_REST` while it rests."""
+AT_REST = -1.0
+ROW_COLUMNS = (
+    *TIMING_COLUMNS,
+    *(f"inputs.{name}" for name in INPUT_COLUMNS),
+    *(f"outputs.{name}" for name in OUTPUT_COLUMNS),
+    *(f"state.{name}" for name in STATE_COLUMNS),
+)
+"""Columns of a row of the ring."""
+SLOTS_S = 10.0
+"""How much the ring keeps."""
+RELEASED_S = 0.2
+"""For how long a controller says that drives which act on their own shall obey it again: once it
+has started, and once a person has reset a machine at rest. Whoever drives the machine looks for a
+new controller now and then."""
+RESET_S = 0.06
+"""For how long a person's reset is sent to the bedside: one that comes as the controller has just
+started would not be heard in its one tick. No longer, for what comes meanwhile is put out with it.
+"""
+NEVER = -1_000_000
+STARTED_FROM = "state"
+"""What the ring tells of the state before its first row: the bytes of its numbers."""
+STALE_S = 0.02
+"""For so long the same readings may come, as long as the drives wait for a command: the machine has
+a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell
+after 50 ticks [design]."""
+MISSED_S = 0.5
+"""Without a sign of life for longer than this a process is lost."""
+LOOK_S = 0.1
+"""How often their signs are looked for."""
+SET, CONFIGURED = "set", "configured"
+"""Verdict on other settings that were taken, and the event: from this tick on the controller goes
+by them, and from another state."""
+LOST_S = 3.0
+"""Lost it counts for at least so long: of every loss somebody is told, for something may not have
+been kept, however soon it is there again."""
+WATCHED = {
+    Process.SUPERVISOR: 1 << Condition.RECORDER_LOST,
+    Process.RECORDER: 1 << Condition.RECORDER_LOST,
+    Process.KEEPING: 1 << Condition.RECORDER_LOST,
+    Process.CONSOLE: 1 << Condition.CONSOLE_LOST,
+}
+
+_TIMING = len(TIMING_COLUMNS)
+_LEFT_REST = TIMING_COLUMNS.index("loop.left_rest")
+_INPUTS = slice(_TIMING, _TIMING + len(INPUT_COLUMNS))
+_OUTPUTS = slice(_INPUTS.stop, _INPUTS.stop + len(OUTPUT_COLUMNS))
+_STATE = slice(_OUTPUTS.stop, _OUTPUTS.stop + len(STATE_COLUMNS))
+
+
+def _places(columns: tuple[str, ...], head: str) -> slice:
+    """Where the columns of a record lie within a row."""
+    found = [i for i, name in enumerate(columns) if name.startswith(f"{head}.")]
+    return slice(found[0], found[-1] + 1)
+
+
+_READINGS = _places(INPUT_COLUMNS, "readings")
+_REQUESTS = _places(INPUT_COLUMNS, "requests")
+_TICK, _DT, _OVERRUN, _CONDITIONS = (
+    INPUT_COLUMNS.index(name) for name in ("tick", "dt_s", "host.overrun", "host.conditions")
+)
+_VALID = [i for i, name in enumerate(INPUT_COLUMNS) if name.endswith("_valid")]
+_PHASE = OUTPUT_COLUMNS.index("phase")
+_COMMANDS = _places(OUTPUT_COLUMNS, "commands")
+_PRESENT, _LATCHED = (OUTPUT_COLUMNS.index(name) for name in ("signals.present", "signals.latched"))
+_SENT_COMMANDS = _places(SENT_COLUMNS, "commands")
+_SENT_WANTED, _SENT_RESET, _SENT_RELEASED = (
+    SENT_COLUMNS.index(name) for name in ("wanted", "reset", "released")
+)
+
+
+class Around(NamedTuple):
+    """What the loop talks to. None of it ever makes it wait."""
+
+    port: Port
+    mailbox: Mailbox
+    ring: RingWriter
+    events: EventWriter
+    heartbeat: Heartbeat
+    configure: Callable[[str, Array], Iterator[str]]
+    """Have the controller go by the settings of this key, a piece of the work at a time; takes the
+    newest readings. The last piece says what becomes of it."""
+
+
+class ControlLoop:
+    """A tick after the other."""
+
+    def __init__(self, call: RealTimeCall, around: Around, period_s: float) -> None:
+        """call: the controller, started with the head where it is."""
+        self._call, self._around, self._period_s = call, around, period_s
+        self._stale_ticks, self._look_ticks = (round(s / period_s) for s in (STALE_S, LOOK_S))
+        self._row = np.zeros(len(ROW_COLUMNS))
+        self._inputs, self._outputs = self._row[_INPUTS], self._row[_OUTPUTS]
+        self._readings = self._inputs[_READINGS]
+        self._decide = call.bind(self._inputs, self._outputs)
+        self._sent = np.zeros(len(SENT_COLUMNS))
+        self._row[_LEFT_REST] = AT_REST
+        self._number, self._same = 0, 0
+        self._released_tick, self._reset_tick = 0, NEVER
+        self._pressed = False
+        self._pieces: Iterator[str] | None = None
+        """Of other settings that are being taken up."""
+        self._computed_s = 0.0
+        self._lost_until = dict.fromkeys(WATCHED, 0)
+        self._deaths = {process: around.heartbeat.deaths(process) for process in WATCHED}
+        self.tick = 0
+        """Number of the next one."""
+        self.stopping = False
+        """Whoever runs it wants to end: the catheter comes out first."""
+
+    @property
+    def is_resting(self) -> bool:
+        """Whether it waits for a person."""
+        return self.tick > 0 and self._outputs[_PHASE] in RESTING
+
+    def step(self, deadline_ns: int, skipped: int) -> None:
+        """One tick. deadline_ns: when it was due. skipped: how many were missed before it."""
+        begun_ns = time.monotonic_ns()
+        inputs, row = self._inputs, self._row
+        row[0] = deadline_ns * 1e-9
+        row[1] = (begun_ns - deadline_ns) * 1e-9
+        row[2] = self._computed_s
+        row[3] = skipped
+        inputs[_TICK] = self.tick
+        inputs[_DT] = self._period_s
+        inputs[_OVERRUN] = skipped > 0
+        self._read()
+        requests = self._hear()
+        if self.tick % self._look_ticks == 0:
+            self._look_around()
+        self._decide()
+        self._send(requests)
+        if self._outputs[_PHASE] in RESTING:
+            row[_LEFT_REST] = AT_REST
+        elif row[_LEFT_REST] == AT_REST:
+            row[_LEFT_REST] = self.tick
+        row[_STATE] = self._call.state_row
+        self._around.ring.write(row)
+        self.tick += 1
+        self._computed_s = (time.monotonic_ns() - begun_ns) * 1e-9
+
+    def _read(self) -> None:
+        """The newest readings; none where the same have come for too long."""
+        number = self._around.port.read(self._readings)
+        self._same = 0 if number != self._number else self._same + 1
+        self._number = number
+        if self._same > self._stale_ticks:
+            self._inputs[_VALID] = 0.0
+
+    def _hear(self) -> Requests:
+        """What people ask for in this tick."""
+        requests, answers = self._around.mailbox.receive()
+        if self.stopping:
+            requests = requests._replace(abort=True)
+        if requests is not NO_REQUESTS or self._pressed:
+            self._inputs[_REQUESTS] = requests
+            self._pressed = requests is not NO_REQUESTS
+        asked = self._around.mailbox.setting
+        if asked is not None and (verdict := self._set(asked.key, requests)):
+            self._around.mailbox.setting, self._pieces = None, None
+            answers.append(mailbox.answer(asked, verdict))
+        if requests.reset and self.is_resting:
+            # It may have stood still for as long as the drives wait, and know nothing of it.
+            self._released_tick = self.tick
+        for answer in answers:
+            self._around.events.write("request", self.tick, **answer._asdict())
+        return requests
+
+    def _set(self, key: str, requests: Requests) -> str:
+        """Go by other settings, a piece in each tick; what became of it, empty until it is done.
+
+        Only while nothing moves and nobody wants anything else.
+        """
+        if self._outputs[_PHASE] != Phase.PARKED or requests is not NO_REQUESTS:
+            return "not at rest"
+        if self._pieces is None:
+            self._pieces = self._around.configure(key, self._readings)
+        verdict = next(self._pieces)
+        if verdict == SET:
+            self._around.events.write(CONFIGURED, self.tick)
+        return verdict
+
+    def _look_around(self) -> None:
+        """Give a sign of life, and look who else does."""
+        heartbeat = self._around.heartbeat
+        heartbeat.beat(Process.CONTROL)
+        lost = 0
+        for process, condition in WATCHED.items():
+            deaths = heartbeat.deaths(process)
+            silent = heartbeat.is_expected(process) and heartbeat.age_s(process) > MISSED_S
+            if silent or deaths != self._deaths[process]:
+                self._deaths[process] = deaths
+                self._lost_until[process] = self.tick + round(LOST_S / self._period_s)
+            if self.tick < self._lost_until[process]:
+                lost |= condition
+        self._inputs[_CONDITIONS] = lost
+
+    def _send(self, requests: Requests) -> None:
+        """Command the drives, and tell the bedside what shall be shown."""
+        sent, outputs = self._sent, self._outputs
+        sent[_SENT_COMMANDS] = outputs[_COMMANDS]
+        sent[_SENT_WANTED] = int(outputs[_PRESENT]) | int(outputs[_LATCHED])
+        if requests.reset:
+            self._reset_tick = self.tick
+        sent[_SENT_RESET] = (self.tick - self._reset_tick) * self._period_s <= RESET_S
+        sent[_SENT_RELEASED] = (self.tick - self._released_tick) * self._period_s <= RELEASED_S
+        self._around.port.write(sent)

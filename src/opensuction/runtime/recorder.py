@@ -1,0 +1,269 @@
+"""Rows of the control loop to files: one recording for each time that the machine is not at rest.
+
+A recording begins a second before the machine leaves its rest and ends a second after it is at rest
+again. Where a person starts once more within that second, it is in both. The disk may be slow or
+full: then rows are asked for again as long as the ring has them, and what is missing in the end is
+told; who controls the machine waits for nobody.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.exchange.event_ring import Event as Happening
+from opensuction.exchange.ring import Read
+from opensuction.kernel.record import Array
+from opensuction.recording.cycle_file import tick_table
+from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.heading import Heading
+from opensuction.recording.cycle_file.tick_table import STARTS, STATE_PART, TICKS
+from opensuction.recording.cycle_file.writer import RecordingWriter
+from opensuction.runtime import row_event
+from opensuction.runtime.loop import AT_REST, CONFIGURED, ROW_COLUMNS, TIMING_COLUMNS
+
+AROUND_S = 1.0
+"""How much before and after goes with it."""
+HEARD = 64
+"""Events of that time, at most."""
+PARTS = 1000
+"""Files of one recording, at most: each recorder that begins anew makes one."""
+NS_PER_S = 1e9
+NEVER = -1
+_LEFT, _TIME, _TICK = (
+    ROW_COLUMNS.index(name) for name in ("loop.left_rest", "loop.time_s", "inputs.tick")
+)
+_TICKS = slice(len(TIMING_COLUMNS), None)
+"""A tick's part of a row: the columns of `tick_table`."""
+_STATE = slice(_TICKS.start + STATE_PART.start, _TICKS.start + STATE_PART.stop)
+
+
+def name_of(run: str, left_rest: float) -> str:
+    """The recording of what goes on since a tick in which the machine left its rest."""
+    return f"{run}-{int(left_rest):09d}.mcap"
+
+
+def is_after(recording: str | None, run: str, tick: float) -> bool:
+    """Whether it is of a cycle of this run that began after a tick."""
+    head, _, number = (recording or "").removesuffix(".mcap").rpartition("-")
+    return head == run and number.isdecimal() and int(number) > tick
+
+
+class Recorder:
+    """Takes rows and events in their order; writes where there is something to keep."""
+
+    def __init__(
+        self,
+        folder: Path,
+        run: str,
+        describe: Callable[[], Heading],
+        state: Array | None,
+        after: int = 0,
+    ) -> None:
+        """folder: of the recordings. run: name of the controller's.
+
+        describe: what each recording says of itself; its ``began_ns`` is the UTC of the monotonic
+        clock's zero. state: the controller's before the first row; None where it is not known.
+        after: number of the row before the first.
+        """
+        self._folder, self._run, self._describe = folder, run, describe
+        self._heading = describe()
+        self._before: deque[Array] = deque()
+        """Rows of the last second at rest, in pieces."""
+        self._heard: deque[Happening] = deque(maxlen=HEARD)
+        """What was told last."""
+        self._last = state
+        """The state before them; None where rows are missing there."""
+        self._missed = 0
+        """How many rows are missing there."""
+        self._writer: RecordingWriter | None = None
+        self._left = AT_REST
+        """What of it has been written: when the machine left its rest."""
+        self._rested_s = 0.0
+        """How much of the rest afterwards."""
+        self._seen = row_event.NOTHING
+        """In the row that was written or remembered last."""
+        self._offset = 0
+        """Number of the row before the first of the recording."""
+        self._number = after
+        """Of the row that was taken last."""
+        self._new_from = NEVER
+        """Tick from which on the controller goes by other settings."""
+        self.path: Path | None = None
+        """The recording that was begun last."""
+        self.lost = ""
+        """Why rows are not kept; empty where they are."""
+
+    @property
+    def kept(self) -> int:
+        """Number of the last row that need not be given again."""
+        if self._writer is None:
+            return self._number - sum(map(len, self._before))
+        return self._offset + self._writer.written_rows
+
+    def take(self, found: Read, happened: Sequence[Happening]) -> None:
+        """What the ring has given, and what was told till then.
+
+        Where it cannot be kept `lost` says why, and all after `kept` is to be given again.
+        """
+        for event in happened:
+            if event.fields["kind"] == CONFIGURED:
+                self._new_from = int(event.fields["tick"])
+        try:
+            if found.missed:
+                self._skip(found)
+            self._number = max(self._number, found.first - 1)
+            self._tell(happened)
+            for rows in _split(found.rows, self._new_from):
+                self._take(rows)
+            if self._writer is not None:
+                self._writer.keep_up(time.monotonic())
+            self.lost = ""
+        except OSError as error:
+            self.lost = error.strerror or str(error)
+            self._number = self.kept
+            self._before.clear()
+
+    def close(self) -> None:
+        """End what is being recorded."""
+        writer, self._writer = self._writer, None
+        if writer is None:
+            return
+        self._left, self._rested_s = AT_REST, 0.0
+        try:
+            writer.close()
+        except OSError as error:
+            self.lost = error.strerror or str(error)
+
+    def _skip(self, found: Read) -> None:
+        """Rows are missing before these."""
+        self._before.clear()
+        self._last, self._missed = None, found.missed
+        if self._writer is not None:
+            self._writer.flush()
+            self._offset += found.missed
+            self._tell_missed(self._writer, found.rows)
+
+    def _tell_missed(self, writer: RecordingWriter, rows: Array) -> None:
+        """That rows are missing before these."""
+        if self._missed and len(rows):
+            tick, time_ns = int(rows[0, _TICK]), int(self._utc_ns(rows[:1])[0])
+            writer.add_event(time_ns, Event(tick, "gap", "rows-missed", f"{self._missed} ticks"))
+            self._missed = 0
+
+    def _tell(self, happened: Sequence[Happening]) -> None:
+        """What was told: now, and with a recording that begins soon."""
+        self._heard.extend(happened)
+        if self._writer is not None:
+            self._add(self._writer, happened)
+
+    def _add(self, writer: RecordingWriter, happened: Sequence[Happening]) -> None:
+        for one in happened:
+            time_ns = self._heading.began_ns + int(one.fields.get("time_ns", 0))
+            writer.add_event(time_ns, row_event.of_happening(one))
+
+    def _take(self, rows: Array) -> None:
+        """Rows of one rest, or of one time between two."""
+        left = float(rows[0, _LEFT])
+        if rows[0, _TICK] == self._new_from:
+            self._begin_anew(rows)
+            return
+        if left != AT_REST:
+            if left != self._left:
+                self.close()
+                self._begin(rows)
+            self._left = left
+            self._write(rows)
+            self._last = rows[-1, _STATE]
+        elif self._writer is None:
+            self._number += len(rows)
+            self._seen = row_event.seen_in(rows[-1])
+            self._remember(rows)
+        else:
+            self._write(rows)
+            self._remember(rows)
+            if self._left != AT_REST:
+                self._rested_s += len(rows) * self._period_s(rows)
+            if self._rested_s >= AROUND_S:
+                self._writer.flush()
+                self.close()
+
+    def _period_s(self, rows: Array) -> float:
+        """Time that a row stands for."""
+        return float(rows[0, ROW_COLUMNS.index("inputs.dt_s")])
+
+    def _begin_anew(self, rows: Array) -> None:
+        """Other settings, in another state: no recording holds both."""
+        self._new_from = NEVER
+        if self._writer is not None:
+            self._writer.flush()
+        self.close()
+        self._heading = self._describe()
+        self._before.clear()
+        self._number += 1
+        self._last = rows[0, _STATE]
+        if len(rows) > 1:
+            self._take(rows[1:])
+
+    def _remember(self, rows: Array) -> None:
+        """Keep the last second."""
+        self._before.append(rows)
+        since_s = rows[-1, _TIME] - AROUND_S
+        while len(self._before) > 1 and self._before[0][-1, _TIME] < since_s:
+            self._last = self._before.popleft()[-1, _STATE]
+
+    def _utc_ns(self, rows: Array) -> npt.NDArray[np.uint64]:
+        return (self._heading.began_ns + np.round(rows[:, _TIME] * NS_PER_S)).astype(np.uint64)
+
+    def _begin(self, rows: Array) -> None:
+        """A new file, with what was before."""
+        first = self._before[0][:1] if self._before else rows[:1]
+        began_ns = int(self._utc_ns(first)[0])
+        self._writer = self._create(name_of(self._run, rows[0, _LEFT]), began_ns)
+        self._offset = self._number - sum(map(len, self._before))
+        self._seen = row_event.NOTHING
+        if self._last is not None:
+            row = np.concatenate(([first[0, _TICK]], self._last))[np.newaxis]
+            self._writer.add_rows(STARTS, np.array([began_ns], np.uint64), row)
+            self._offset -= 1
+        else:
+            self._tell_missed(self._writer, first)
+        before, self._before, self._last = list(self._before), deque(), None
+        heard = [one for one in self._heard if one.fields["time_ns"] >= first[0, _TIME] * NS_PER_S]
+        self._add(self._writer, heard)
+        for piece in before:
+            self._number -= len(piece)
+            self._write(piece)
+
+    def _create(self, name: str, began_ns: int) -> RecordingWriter:
+        """The file; where a recorder before this one has begun it, another part of it."""
+        heading = self._heading._replace(began_ns=began_ns)
+        stem = name.removesuffix(".mcap")
+        for part in range(1, PARTS):
+            self.path = self._folder / (name if part == 1 else f"{stem}-{part}.mcap")
+            try:
+                return RecordingWriter(self.path, heading, tick_table.TABLES)
+            except FileExistsError:
+                continue
+        raise OSError(f"{PARTS} recordings of {name} are there already")
+
+    def _write(self, rows: Array) -> None:
+        writer, times = self._writer, self._utc_ns(rows)
+        assert writer is not None
+        for at, event in row_event.find(rows, self._seen):
+            writer.add_event(int(times[at]), event)
+        self._seen = row_event.seen_in(rows[-1])
+        self._number += len(rows)
+        writer.add_rows(TICKS, times, np.ascontiguousarray(rows[:, _TICKS]))
+
+
+def _split(rows: Array, new_from: int) -> list[Array]:
+    """Rows in pieces: where the machine leaves its rest or comes to it, or gets other settings."""
+    if not len(rows):
+        return []
+    parts = np.diff(rows[:, _LEFT]) != 0
+    parts |= rows[1:, _TICK] == new_from
+    return np.split(rows, np.flatnonzero(parts) + 1)

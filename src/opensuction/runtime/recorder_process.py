@@ -1,0 +1,221 @@
+"""The recorder as a process: ``python -m opensuction.runtime.recorder_process DIR OUT``.
+
+It reads what the control loop publishes in DIR, writes recordings to OUT and puts on record what
+happened. How far everything is kept it notes in DIR: another one that begins after its death goes
+on there, and takes first what a controller that died has left. While something is not kept a sign
+of life is missing, so that the controller raises the alarm.
+"""
+
+import contextlib
+import math
+import signal
+import sys
+import time
+from pathlib import Path
+
+from opensuction.controller import configuration
+from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
+from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.mark import Mark, Place
+from opensuction.exchange.ring import Read
+from opensuction.exchange.sole import Sole, holder
+from opensuction.kernel import arithmetic_fingerprint
+from opensuction.kernel.errors import InputError
+from opensuction.recording.cycle_file.heading import NOTICE, Heading
+from opensuction.runtime import about, recorder
+from opensuction.runtime.clerk import Clerk, Context
+from opensuction.runtime.journal import Journal
+from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
+from opensuction.runtime.recorder import Recorder
+from opensuction.runtime.room import (
+    CONFIGURATION,
+    CONTROLS,
+    EVENTS,
+    EVENTS_BEFORE,
+    MARK,
+    RECORDS,
+    RING,
+    RING_BEFORE,
+    WATCH_EVENTS,
+)
+from opensuction.runtime.source import Source
+
+EVERY_S = 0.02
+"""How often it looks: well before the ring of 10 s comes round."""
+QUIET_S = 0.5
+"""Without rows for longer than this the controller may be another one by now."""
+PATIENCE_S = 5.0
+"""How long an end waits for a database that is away."""
+_LEFT, _TICK = (ROW_COLUMNS.index(name) for name in ("loop.left_rest", "inputs.tick"))
+_STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
+
+
+class Desk:
+    """Where everything goes that one controller publishes."""
+
+    def __init__(self, folder: Path, out: Path, source: Source, clerk: Clerk, mark: Mark) -> None:
+        self._folder, self._source, self._clerk, self._mark = folder, source, clerk, mark
+        run = source.run.name
+        self._place = mark.find(run) or Place(0, 0)
+        left = source.begin(self._place)
+        self._recorder = Recorder(out, run, self._describe, left.state, self._place.row)
+        goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
+        clerk.follow(self._place.row)
+        # Where rows are missing nobody knows what comes again.
+        last = -1.0 if left.before is None else float(left.before[_TICK])
+        last = math.inf if left.state is None else last
+        clerk.adopt(
+            self._about.machine.serial, goes_on, lambda name: recorder.is_after(name, run, last)
+        )
+        self._journal = Journal(source.run, left.before, left.goes_on)
+        self._followed = self._place.row
+
+    @property
+    def lost(self) -> str:
+        """Why something is not kept; empty where all is."""
+        return self._recorder.lost or self._clerk.lost
+
+    def _describe(self) -> Heading:
+        """What recordings of this controller say of themselves."""
+        text = (self._folder / CONFIGURATION).read_text(encoding="utf-8")
+        chosen = configuration.from_json(text)
+        self._about, self._about_of = about.read(self._folder), about.identity(self._folder)
+        self._context = Context(self._about, configuration.hash_of(chosen))
+        return Heading(
+            software_version=self._source.version,
+            settings=configuration.to_json(chosen),
+            settings_hash=self._context.settings_hash,
+            fingerprint=arithmetic_fingerprint.fingerprint(),
+            began_ns=self._source.run.began_utc_ns,
+            about={"notice": NOTICE, **self._about.heading},
+        )
+
+    def _ask_whose(self) -> None:
+        """Whose machine it is by now: a catheter is changed without other settings."""
+        found = about.identity(self._folder)
+        if found not in (self._about_of, about.NOWHERE):
+            self._about_of, self._about = found, about.read(self._folder)
+            self._context = self._context._replace(about=self._about)
+
+    def take(self, found: Read, happened: list[Event]) -> None:
+        """What the controller has published."""
+        self._ask_whose()
+        self._recorder.take(found, happened)
+        kept = self._recorder.kept
+        last = found.first + len(found.rows) - 1
+        if self._recorder.lost:
+            self._source.go_back(kept)
+        # Rows that are given again have been followed before.
+        new = found.rows[max(self._followed - found.first + 1, 0) :]
+        for entry in self._journal.follow(new, happened):
+            self._clerk.put(entry, self._context)
+        self._followed = max(self._followed, last)
+        self._clerk.reach(kept)
+        event = self._source.event if self._clerk.is_idle else self._place.event
+        self._place = Place(min(kept, self._clerk.stored), event)
+        self._mark.set(self._source.run.name, self._place)
+
+    def end(self, died: bool) -> None:
+        """No more comes. died: its writer is dead."""
+        self._recorder.close()
+        if died:
+            for entry in self._journal.end():
+                self._clerk.put(entry, self._context)
+
+
+class Office:
+    """The recorder: a desk after the other."""
+
+    def __init__(self, folder: Path, out: Path) -> None:
+        self._folder, self._out = folder, out
+        self._heartbeat, self._mark = Heartbeat(folder), Mark(folder / MARK)
+        self._clerk = Clerk(about.read(folder).database)
+        self._watch = FollowedRing(folder / WATCH_EVENTS, lambda columns: columns == COLUMNS)
+        self._watched: EventReader | None = None
+        self._said = ""
+        """Why something was not kept, as it was said last."""
+        self._ending: list[int] = []
+        signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
+
+    def serve(self) -> None:
+        """Record until the process is told to end."""
+        self._heartbeat.begin(Process.RECORDER)
+        self._finish_before()
+        while (source := self._wait()) is not None:
+            desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
+            self._follow(desk, source)
+            desk.take(*source.drain())
+            desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
+            self._beat(desk.lost)
+            if self._ending:
+                break
+        if not self._clerk.close(PATIENCE_S):
+            sys.stderr.write(f"opensuction: not all was put on record: {self._clerk.lost}\n")
+        self._heartbeat.end(Process.RECORDER)
+        self._heartbeat.end(Process.KEEPING)
+
+    def _finish_before(self) -> None:
+        """What a controller left whose recorder died, too."""
+        with contextlib.suppress(InputError, OSError):
+            source = Source(self._folder / RING_BEFORE, self._folder / EVENTS_BEFORE)
+            if self._mark.find(source.run.name) is not None:
+                desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
+                desk.take(*source.drain())
+                desk.end(died=True)
+
+    def _wait(self) -> Source | None:
+        """The controller, once there is one; None where the process is told to end before."""
+        while not self._ending:
+            self._beat(self._clerk.lost)
+            try:
+                return Source(self._folder / RING, self._folder / EVENTS)
+            except (InputError, OSError):
+                time.sleep(EVERY_S)
+        return None
+
+    def _beat(self, lost: str) -> None:
+        self._heartbeat.beat(Process.RECORDER)
+        if not lost:
+            self._heartbeat.beat(Process.KEEPING)
+        elif lost != self._said:
+            self._said = lost
+            sys.stderr.write(f"opensuction: not kept: {lost}\n")
+            sys.stderr.flush()
+
+    def _hear_watch(self) -> list[Event]:
+        """What the supervisor has told since the last call, whichever there is."""
+        if self._watch.look() and self._watch.reader is not None:
+            self._watched = EventReader(self._watch.reader)
+        return [] if self._watched is None else self._watched.read()[0]
+
+    def _follow(self, desk: Desk, source: Source) -> None:
+        """Record what one controller publishes, until it is replaced or the process shall end."""
+        came_s = time.monotonic()
+        while not self._ending:
+            found, happened = source.read()
+            desk.take(found, [*happened, *self._hear_watch()])
+            self._beat(desk.lost)
+            now_s = time.monotonic()
+            if len(found.rows):
+                came_s = now_s
+            elif now_s - came_s > QUIET_S and source.is_replaced():
+                return
+            time.sleep(EVERY_S)
+
+
+def serve(folder: Path, out: Path) -> None:
+    """Record until the process is told to end. Raises InputError where it cannot begin."""
+    with Sole(folder / RECORDS, "a recorder runs"):
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"no recordings can be kept in {out}: {error.strerror}") from None
+        Office(folder, out).serve()
+
+
+if __name__ == "__main__":
+    try:
+        serve(Path(sys.argv[1]), Path(sys.argv[2]))
+    except InputError as problem:
+        sys.exit(f"opensuction: {problem}")

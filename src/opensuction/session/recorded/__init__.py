@@ -1,0 +1,1 @@
+"""A simulated run as a recording, and recordings played again or handed on."""

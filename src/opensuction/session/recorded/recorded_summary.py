@@ -1,0 +1,267 @@
+"""What a recorded cycle came to, by what its machine measured and its controller estimated.
+
+Keys and units are those of `session.cycle.cycle_summary`, so that the same report shows both; the
+key ``basis`` says which it is. What only the twin knows is None, and no bound for the patient is
+judged: that takes the truth.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from opensuction.control.compensation import ON_PLAYS
+from opensuction.hysteresis import modified_dahl
+from opensuction.kernel.phase import Phase
+from opensuction.safety.alarm import alarm_episode
+from opensuction.session.cycle import cycle_summary, dwell_summary, preoxygenation
+from opensuction.session.cycle.vital_sign import WINDOW_S
+from opensuction.session.plain import Json, without_nan
+from opensuction.session.recorded.recorded_cycle import RecordedCycle
+from opensuction.settings.wording import one_line
+from opensuction.simulation import alarm_record, outcome, trace
+from opensuction.simulation.outcome import VENTED_MMHG
+from opensuction.simulation.trace import Columns
+
+RECORDED = "recorded"
+"""The key ``basis``: by what the machine knew."""
+UNKNOWN = "none"
+"""Of a heading's entry that is not there."""
+BROKEN_OFF = "the recording ends before the cycle does"
+CUT = "the report ends before the recording does: it holds more than a cycle"
+VITALS = {
+    "spo2_percent": "readings.monitor.spo2_percent",
+    "heart_rate_per_min": "readings.monitor.heart_rate_per_min",
+    "airway_pressure_cmh2o": "readings.monitor.airway_pressure_cmh2o",
+}
+"""Of a patient's monitor."""
+Values = npt.NDArray[np.float64]
+
+
+def gap_mm(cycle: RecordedCycle) -> float:
+    """Width of the transmission's gap that the compensation went by, mm of tip."""
+    compensation = cycle.settings.compensation
+    if compensation.kind in ON_PLAYS:
+        plays = compensation.plays
+        pairs = zip(plays.thresholds_mm, plays.weights, strict=True)
+        return 2.0 * sum(threshold_mm * weight for threshold_mm, weight in pairs)
+    return float(modified_dahl.gap_mm(compensation.model))
+
+
+def _extreme(values: Values, highest: bool) -> float | None:
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return None
+    return float(known.max() if highest else known.min())
+
+
+def touched_mm(cycle: RecordedCycle) -> float | None:
+    """Where the tip was by the controller when it met the carina; None where it did not."""
+    phase = cycle.columns["phase"]
+    met = np.flatnonzero(phase == Phase.BACKING_OFF)
+    return float(cycle.columns["procedure.touched_mm"][met[0]]) if met.size else None
+
+
+def _target_mm(cycle: RecordedCycle) -> float | None:
+    """Where suction was meant to take place; None where that was to be felt, and was not."""
+    plan = cycle.settings.plan
+    if not plan.contact.enabled:
+        return plan.motion.target_mm
+    met_mm = touched_mm(cycle)
+    return None if met_mm is None else met_mm - plan.contact.backoff_mm
+
+
+def _tip(cycle: RecordedCycle) -> Json:
+    columns, limits = cycle.columns, cycle.settings.limits
+    tip_mm, phase = columns["estimate.tip_mm"], columns["phase"]
+    sucking = np.flatnonzero(phase == Phase.SUCTIONING)
+    reached_mm = float(tip_mm[sucking[0]] if sucking.size else tip_mm.max())
+    target_mm = _target_mm(cycle)
+    return {
+        "target_mm": target_mm,
+        "reached_mm": reached_mm,
+        "stop_error_mm": None if target_mm is None else reached_mm - target_mm,
+        "rmse_mm": None,
+        "peak_error_mm": None,
+        "deepest_mm": float(tip_mm.max()),
+        "deepest_possible_mm": float(columns["verdict.deepest_mm"].max()),
+        "past_carina_mm": None,
+        "end_mm": float(tip_mm[-1]),
+        # As the governor has it: a tip that may be inside counts as inside.
+        "inside_at_end": bool(columns["verdict.deepest_mm"][-1] > limits.outside_mm),
+    }
+
+
+def _sucking(columns: Columns) -> npt.NDArray[np.bool_]:
+    """Ticks with the valve perhaps open and vacuum in the line; the pre-use test's do not count."""
+    drawing = columns["readings.line_vacuum_mmhg"] > VENTED_MMHG
+    found: npt.NDArray[np.bool_] = (columns["durations.sucking_s"] > 0.0) & drawing
+    found[columns["phase"] == Phase.CHECKING] = False
+    return found
+
+
+def _timing(cycle: RecordedCycle) -> Json:
+    columns, limits, pace = cycle.columns, cycle.settings.limits, cycle.settings.plan.pace
+    resting = np.isin(columns["phase"], (Phase.PARKED, Phase.HALTED))
+    return {
+        "cycle_s": float(np.count_nonzero(~resting)) * cycle.dt_s,
+        "in_airway_s": float(np.count_nonzero(columns["durations.inside_s"] > 0.0)) * cycle.dt_s,
+        "in_airway_budget_s": limits.in_airway_s,
+        "negative_pressure_s": float(np.count_nonzero(_sucking(columns))) * cycle.dt_s,
+        "negative_pressure_budget_s": limits.negative_pressure_s,
+        "guideline_s": None,
+        "in_airway_guideline_s": None,
+        "followed_s": float(columns["time_s"][-1]) + cycle.dt_s,
+        **dwell_summary.measure(columns, pace.nothing_comes_s, cycle.dt_s),
+    }
+
+
+def _vacuum(cycle: RecordedCycle) -> Json:
+    columns = cycle.columns
+    testing = columns["phase"] == Phase.CHECKING
+    line_mmhg = np.where(testing, np.nan, columns["readings.line_vacuum_mmhg"])
+    return {
+        "setpoint_mmhg": cycle.settings.plan.vacuum_mmhg,
+        "peak_mmhg": _extreme(line_mmhg, highest=True),
+        "limit_mmhg": cycle.settings.limits.vacuum_mmhg,
+        "delivered_mmhg": None,
+        "tip_peak_mmhg": None,
+        "guideline_mmhg": None,
+    }
+
+
+def _vitals(cycle: RecordedCycle) -> Json | None:
+    """What the patient's monitor showed; None where none was connected.
+
+    Whether a sign came back is not known: a recording ends soon after its cycle.
+    """
+    columns, limits = cycle.columns, cycle.settings.limits.patient
+    found: Json = {}
+    going_in = np.flatnonzero(columns["phase"] == Phase.INSERTING)
+    before = slice(0, max(int(going_in[0]) if going_in.size else 1, 1))
+    for key, name in VITALS.items():
+        values = columns[name]
+        lowest = _extreme(values, highest=False)
+        if lowest is None:
+            continue
+        found[key] = {
+            "before": _extreme(values[before], highest=False),
+            "lowest": lowest,
+            "highest": _extreme(values, highest=True),
+            "at_end": _extreme(values[-round(WINDOW_S / cycle.dt_s) :], highest=False),
+            "is_back": None,
+            "recovered_s": None,
+            **dict.fromkeys(("usual_least", "usual_most", "limit_least", "limit_most")),
+        }
+    bounds = {
+        "spo2_percent": {"limit_least": limits.spo2_percent},
+        "heart_rate_per_min": {"limit_least": limits.heart_rate_per_min},
+        "airway_pressure_cmh2o": {
+            "usual_least": limits.airway_least_cmh2o,
+            "usual_most": limits.airway_most_cmh2o,
+        },
+    }
+    for key, bound in bounds.items():
+        if key in found:
+            found[key] |= bound
+    return found or None
+
+
+def _lowest(vitals: Json | None, key: str) -> Any:
+    return None if vitals is None or key not in vitals else vitals[key]["lowest"]
+
+
+def _borne(cycle: RecordedCycle) -> Json:
+    """What was done to the patient, as far as it was measured, or the twin wrote it down."""
+    columns, vitals = cycle.columns, _vitals(cycle)
+    removed = columns.get("truth.secretion_removed_ml")
+    force = columns.get("truth.contact_n")
+    touching = columns["readings.contact_closed"] > 0.0
+    return {
+        "carina_force_peak_n": None if force is None else float(force.max()),
+        "contact": {
+            "closed_s": float(np.count_nonzero(touching)) * cycle.dt_s,
+            "touched_mm": touched_mm(cycle),
+        },
+        "secretion": {
+            "removed_ml": None if removed is None else float(removed[-1] - removed[0]),
+            "removed_percent": None,
+        },
+        "spo2_nadir_percent": _lowest(vitals, "spo2_percent"),
+        "lung_volume_loss_ml": None,
+        "airway_pressure_least_cmh2o": _lowest(vitals, "airway_pressure_cmh2o"),
+        "vitals": vitals,
+        "preoxygenation": preoxygenation.plain(columns),
+    }
+
+
+def _asked(cycle: RecordedCycle) -> Json:
+    """What ran, as the heading has it."""
+    about = {
+        name: None if value == UNKNOWN else one_line(value)
+        for name, value in cycle.heading.about.items()
+    }
+    names = ("machine", "protocol", "approach", "compensation", "patient", "seed")
+    return {**{name: about.get(name) for name in names}, "catheter": about.get("catheter")}
+
+
+def _ending(cycle: RecordedCycle) -> Json:
+    """How it ended: a recording may end before its cycle does."""
+    columns = cycle.columns
+    spans = trace.phase_spans(columns)
+    abort = cycle_summary.abort(outcome.find_abort(columns), columns)
+    if outcome.is_completed(spans):
+        return {"outcome": "completed", "abort": None}
+    if abort is None and spans[-1].phase not in (Phase.PARKED, Phase.HALTED):
+        said = CUT if cycle.is_cut else BROKEN_OFF
+        phase, time_s = spans[-1].phase.name.lower(), float(columns["time_s"][-1])
+        abort = {"event": "recording-ends", "phase": phase, "sentence": said, "time_s": time_s}
+        return {"outcome": "interrupted", "abort": abort}
+    return {"outcome": "aborted", "abort": abort}
+
+
+def _warnings(cycle: RecordedCycle) -> list[str]:
+    found = []
+    if cycle.flaw is not None:
+        found.append(f"The file is not whole: {cycle.flaw}.")
+    if cycle.missing:
+        found.append(f"{cycle.missing} ticks are missing in the recording.")
+    if cycle.is_cut:
+        found.append(f"{CUT[:1].upper()}{CUT[1:]}.")
+    return found
+
+
+def summary(cycle: RecordedCycle) -> Json:
+    """Everything that is known of a recorded cycle, as plain data."""
+    columns, limits = cycle.columns, cycle.settings.limits
+    data: Json = {
+        "basis": RECORDED,
+        "has_truth": cycle.has_truth,
+        **_ending(cycle),
+        "version": one_line(cycle.heading.software_version),
+        "arithmetic_fingerprint": one_line(cycle.heading.fingerprint),
+        "began_utc": cycle.heading.began_utc,
+        "in_silico": "notice" in cycle.heading.about,
+        **_asked(cycle),
+        "phases": cycle_summary.phases(columns),
+        "tip": _tip(cycle),
+        "timing": _timing(cycle),
+        "vacuum": _vacuum(cycle),
+        **_borne(cycle),
+        "check": cycle_summary.check(columns, cycle.dt_s),
+        "trips": cycle_summary.trips(outcome.trip_times(columns)),
+        "alarms": cycle_summary.alarms(alarm_episode.list_episodes(alarm_record.log(columns))),
+        "harm": None,
+        "warnings": _warnings(cycle),
+        "anatomy": {
+            "tube_end_mm": 0.0,
+            "patient_boundary_mm": limits.outside_mm,
+            "carina_mm": None,
+            "cap_mm": limits.cap_mm,
+        },
+        "gap_mm": gap_mm(cycle),
+        "missing_ticks": cycle.missing,
+        "flaw": cycle.flaw,
+        "damaged": cycle.is_damaged,
+    }
+    return without_nan(data)

@@ -1,0 +1,187 @@
+"""A machine in real time, from named choices: the twin that plays it, its settings, whose it is.
+
+The twin outlives whoever runs the machine, for a patient does. Where one of an earlier run still
+plays it is taken up as it is; a machine that is set otherwise is not.
+"""
+
+import json
+import subprocess
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.controller import configuration
+from opensuction.controller.configuration import Configuration
+from opensuction.devices import twin_machine
+from opensuction.devices.twin_process import PLAYS
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.sole import end_holder, holder
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.generated import document
+from opensuction.kernel.name import name_of
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.records.entry import Catheter, Machine, SettingsFile
+from opensuction.records.records import Records
+from opensuction.runtime import about, launch, room
+from opensuction.runtime.about import About
+from opensuction.session.cycle import preoxygenation
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.session.running import basis
+from opensuction.simulation.machine_side import MachineSide
+from opensuction.twin import preset
+
+ENDS_S = 5.0
+"""How long the twin's end may take."""
+COMES_OUT_S = 120.0
+"""How long a controller's end may take: the catheter comes out first."""
+FRENCH_PER_MM = 3.0
+
+
+class Running(NamedTuple):
+    """A machine that is played."""
+
+    name: str
+    folder: Path
+    prepared: Prepared
+    about: About
+    twin: subprocess.Popen[bytes] | None
+    """Process that plays it; None where an earlier run left it."""
+
+    @property
+    def side(self) -> MachineSide:
+        """What is played."""
+        return launch.side_of(self.prepared.loop, self.prepared.resolved.equipment.seed)
+
+    def end(self) -> None:
+        """The catheter comes out, and then the patient is gone. Raises InputError: it is not."""
+        end(self.folder)
+        if self.twin is not None:
+            self.twin.wait()
+        room.clear(self.folder)
+
+    def ventilate(self, full: bool) -> None:
+        """What a person does at the ventilator: 100 % oxygen, or what it was before."""
+        side = self.side
+        if full:
+            machine = preset.ventilate(side.machine, preoxygenation.FULL_RATIO)
+            side = side._replace(machine=machine)
+        twin_machine.change(self.folder, side)
+
+
+def check_records(database: str | None) -> str:
+    """Address of records that can be written; raises InputError in one line where they cannot."""
+    with Records.open(database) as records:
+        return records.database.address.shown
+
+
+def check_free(name: str) -> Path:
+    """The folder of a machine that nobody looks after; raises InputError where somebody does."""
+    folder = room.make(name)
+    if (pid := holder(folder / room.SUPERVISES)) is not None:
+        raise InputError(f"the machine '{name}' is run by another opensuction (process {pid})")
+    return folder
+
+
+def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Running:
+    """Have the twin play in the machine's folder.
+
+    anew: end what an earlier run has left, its twin included. Raises InputError where that is in
+    the way, or where the twin does not play.
+    """
+    folder = check_free(name)
+    _drop_console(folder)
+    if anew:
+        end(folder)
+    chosen = Configuration(prepared.loop.controller, prepared.loop.heads_mm)
+    if holder(folder / PLAYS) is not None:
+        _check_same(name, folder, chosen)
+        return Running(name, folder, prepared, about.read(folder), None)
+    if holder(folder / room.CONTROLS) is not None:
+        raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
+    room.clear(folder)
+    launch.configure(folder, prepared.loop)
+    told = _about(name, prepared, database)
+    about.write(folder, told)
+    basis.write(folder, basis.of(prepared))
+    (folder / room.BEGUN_WITH).write_text(configuration.hash_of(chosen), encoding="ascii")
+    seed = prepared.resolved.equipment.seed
+    twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
+    return Running(name, folder, prepared, told, twin)
+
+
+def _drop_console(folder: Path) -> None:
+    """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
+    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S)
+    (folder / room.CONSOLE).unlink(missing_ok=True)
+    Heartbeat(folder).end(Process.CONSOLE)
+
+
+def _check_same(name: str, folder: Path, chosen: Configuration) -> None:
+    """Whether what an earlier run has begun is what is wanted now; raises InputError.
+
+    What people have set on it since stays as they set it.
+    """
+    try:
+        begun_with = (folder / room.BEGUN_WITH).read_text(encoding="ascii")
+    except (OSError, UnicodeDecodeError):
+        begun_with = ""
+    if begun_with != configuration.hash_of(chosen):
+        raise InputError(
+            f"the machine '{name}' of an earlier run still plays, with other settings: give the "
+            "options of that run to take it up, another --name, or --anew to end it"
+        )
+
+
+def _about(name: str, prepared: Prepared, database: str | None) -> About:
+    resolved, site = prepared.resolved, prepared.rig.site
+    used, choice = resolved.equipment, resolved.choice
+    label = f"{name}-{datetime.now(tz=UTC):%Y%m%dT%H%M%S}"
+    protocol = json.dumps(document.write(Protocol, prepared.protocol), indent=1, sort_keys=True)
+    parameters = None
+    if resolved.parameter_file is not None:
+        path = Path(choice.compensation)
+        parameters = SettingsFile(path.name, path.read_text(encoding="utf-8"))
+    return About(
+        machine=Machine(name, used.machine_name, is_twin=True),
+        catheter=Catheter(
+            label,
+            size_fr=round(FRENCH_PER_MM * site.catheter_mm),
+            life_s=round(prepared.loop.controller.service.life_s),
+        ),
+        protocol=SettingsFile(Path(resolved.protocol_name).name, protocol),
+        approach=choice.approach,
+        patient=None if used.patient is None else f"twin-{used.patient_name}-{used.seed}",
+        parameter_file=parameters,
+        database=_absolute(database),
+        heading={
+            "machine": str(used.machine_name),
+            "patient": str(used.patient_name or "none"),
+            "age": name_of(site.age),
+            "carina_mm": f"{site.carina_mm:g}",
+            "protocol": str(resolved.protocol_name),
+            "approach": choice.approach,
+            "compensation": str(choice.compensation),
+            "seed": str(used.seed),
+        },
+    )
+
+
+def _absolute(database: str | None) -> str | None:
+    """For processes that may be started anew from anywhere."""
+    if database is None or "://" in database:
+        return database
+    return str(Path(database).absolute())
+
+
+def end(folder: Path) -> None:
+    """End what plays and runs in a folder: the catheter comes out before the patient goes.
+
+    Raises InputError where it does not end.
+    """
+    for lock, seconds in (
+        (room.CONTROLS, COMES_OUT_S),
+        (room.CONSOLES, room.CONSOLE_ENDS_S),
+        (room.RECORDS, ENDS_S),
+        (PLAYS, ENDS_S),
+    ):
+        end_holder(folder / lock, seconds)

@@ -1,0 +1,202 @@
+"""A machine that runs: begun, looked after, ended, and what it has done as plain data."""
+
+import time
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.exchange.event_ring import EventReader
+from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.records.database import utc_time
+from opensuction.records.entry import Outcome
+from opensuction.records.history import PastAlarm, PastCycle
+from opensuction.records.records import Records
+from opensuction.runtime import launch, room
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.supervisor import LOOKS_S, Notice, Supervisor
+from opensuction.session.plain import Json
+from opensuction.session.running.machine import Running
+from opensuction.session.running.rounds import Doing, Rounds
+
+LISTED = 1000
+"""Cycles and alarms of a run that are told, at most."""
+COUNTED = 20_001
+"""Microseconds that a tick's time is counted by; whatever takes longer is one to be seen alone."""
+SENTENCES = {
+    "control-started": "The controller has been started",
+    "control-found": "The controller of an earlier run still works",
+    "control-restarted": "The controller died and has been started anew: it brings the catheter "
+    "out and waits for a person",
+    "control-given-up": "The controller dies again and again: it is not started any more",
+    "recorder-started": "The recorder has been started",
+    "recorder-found": "The recorder of an earlier run still works",
+    "recorder-restarted": "The recorder died and has been started anew",
+    "recorder-keeps-nothing": "The recorder lives, and keeps nothing of what it hears",
+    "recorder-keeps": "The recorder keeps what it hears again",
+    "recorder-given-up": "The recorder dies again and again: nothing is recorded any more",
+    "console-started": "The console has been started",
+    "console-found": "The console of an earlier run still works",
+    "console-restarted": "The console died and has been started anew",
+    "console-given-up": "The console dies again and again: it is not started any more; the machine "
+    "goes on, and opensuction ask abort stops it",
+}
+_SKIPPED, _COMPUTED = (ROW_COLUMNS.index(name) for name in ("loop.skipped", "loop.computed_s"))
+
+
+class Tally:
+    """How the control loop has kept time, from every row of it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._ring = FollowedRing(folder / room.RING, lambda columns: columns == ROW_COLUMNS)
+        self.ticks = self.missed = 0
+        self._most_s = 0.0
+        self._counts = np.zeros(COUNTED, np.int64)
+        """Of ticks by the microseconds that they took; the last one of all that took longer."""
+
+    def look(self) -> None:
+        """Count what has come."""
+        self._ring.look()
+        if self._ring.reader is None:
+            return
+        rows = self._ring.reader.read().rows
+        self.ticks += len(rows)
+        self.missed += int(rows[:, _SKIPPED].sum())
+        if len(rows):
+            took_s = rows[:, _COMPUTED]
+            self._most_s = max(self._most_s, float(took_s.max()))
+            places = np.clip(np.floor(1e6 * took_s), 0, COUNTED - 1).astype(np.int64)
+            self._counts += np.bincount(places, minlength=COUNTED)
+
+    def computed_s(self, share: float) -> float:
+        """What this share of the ticks took at most, to a microsecond; nan before the first."""
+        if not self.ticks:
+            return float("nan")
+        place = int(np.searchsorted(np.cumsum(self._counts), share * self.ticks))
+        return self._most_s if place >= COUNTED - 1 else min(1e-6 * (place + 1), self._most_s)
+
+
+class Done(NamedTuple):
+    """What a run has come to."""
+
+    notices: list[Notice]
+    reason: str
+    """Why it ended before its time; empty where it did not."""
+    ended: bool
+    """Controller and recorder ended as they should."""
+    tally: Tally
+    began_at: datetime
+    began_s: float
+
+
+class Watch(NamedTuple):
+    """Who hears of it, as it goes."""
+
+    tell: Callable[[str], None]
+    """Takes a line."""
+    pause: Callable[[float], None] = time.sleep
+    """Waits; what it raises ends the run."""
+    begun: Callable[[], None] = lambda: None
+    """Called once everything works."""
+
+
+def supervise(
+    running: Running, supervisor: Supervisor, rounds: Rounds | None, watch: Watch
+) -> Done:
+    """Look after the machine until its rounds are done; without any, until ``pause`` raises.
+
+    Whatever ends it, the catheter comes out first and everything is written.
+    """
+    began_at, began_s = utc_time.now(), time.monotonic()
+    notices: list[Notice] = []
+    tally = Tally(running.folder)
+
+    def tell(notice: Notice) -> None:
+        notices.append(notice)
+        about = f" ({notice.detail})" if notice.detail else ""
+        watch.tell(f"{SENTENCES[notice.what]}{about}")
+        if rounds is not None and notice.what in ("control-restarted", "control-given-up"):
+            rounds.stop(SENTENCES[notice.what])
+
+    ended = False
+    try:
+        supervisor.begin(tell)
+        watch.begun()
+        while rounds is None or rounds.doing != Doing.DONE:
+            for notice in supervisor.look():
+                tell(notice)
+            tally.look()
+            if rounds is not None:
+                rounds.look()
+            watch.pause(LOOKS_S)
+    finally:
+        watch.tell("Ending: the catheter comes out first, then everything is written")
+        ended = supervisor.end(tally.look)
+    return Done(notices, rounds.reason, ended, tally, began_at, began_s)
+
+
+def plain(running: Running, done: Done, out: Path, database: str | None) -> Json:
+    """What a run has done."""
+    told = EventReader(running.folder / room.EVENTS).read()[0]
+    began = next((one.fields for one in told if one.fields["kind"] == "began"), {})
+    serial = running.about.machine.serial
+    with Records.open(database) as records:
+        history, shown = records.history, records.database.address.shown
+        cycles = [
+            one for one in history.list_cycles(serial, LISTED) if one.started_at >= done.began_at
+        ]
+        alarms = [
+            one for one in history.list_alarms(serial, LISTED) if one.raised_at >= done.began_at
+        ]
+    return {
+        "machine": serial,
+        **running.about.heading,
+        "cycles": [_cycle(one) for one in reversed(cycles)],
+        "alarms": [_alarm(one) for one in reversed(alarms)],
+        "reason": done.reason or None,
+        "not_kept": launch.last_words(running.folder, launch.RECORDER) or None,
+        "notices": [one._asdict() for one in done.notices],
+        "scheduler": began.get("scheduler"),
+        "not_granted": list(filter(None, str(began.get("refusals", "")).split("; "))),
+        "ticks": done.tally.ticks,
+        "missed_ticks": done.tally.missed,
+        "tick_us": {
+            name: 1e6 * done.tally.computed_s(share)
+            for name, share in (("p99", 0.99), ("p99_9", 0.999), ("most", 1.0))
+        },
+        "recordings": str(out),
+        "database": shown,
+        "in_silico": True,
+        "wall_s": time.monotonic() - done.began_s,
+    }
+
+
+def is_good(data: Json, asked: int) -> bool:
+    """Whether as many cycles as were asked for have been completed, and nothing was in the way."""
+    completed = [one for one in data["cycles"] if one["outcome"] == Outcome.COMPLETED]
+    return len(completed) == len(data["cycles"]) >= asked and data["reason"] is None
+
+
+def _cycle(one: PastCycle) -> Json:
+    return {
+        "number": one.number,
+        "id": one.id,
+        "outcome": one.outcome,
+        "detail": one.detail,
+        "inside_at_end": one.inside_at_end,
+        "requested_by": one.requested_by,
+        "started_at": one.started_at.isoformat(),
+        "ended_at": None if one.ended_at is None else one.ended_at.isoformat(),
+        "recording": one.recording,
+    }
+
+
+def _alarm(one: PastAlarm) -> Json:
+    return {
+        "condition": one.condition,
+        "priority": one.priority,
+        "raised_at": one.raised_at.isoformat(),
+        "cycle_id": one.cycle_id,
+    }

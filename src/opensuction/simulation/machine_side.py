@@ -1,0 +1,249 @@
+"""The twin as a process of its own plays it: a machine with its drives' watchdog and annunciator.
+
+As in `closed_loop`, but the controller is somewhere else, and with it its clock: a message is new
+where one has come since the last tick, and its number is the tick in which it came. What the
+machine is set to and what it remembers are rows, so that nothing is compiled anew and a tick costs
+Python two of them.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.kernel.commands import Commands
+from opensuction.kernel.compiled import compiled
+from opensuction.kernel.compiler.typed_call import TypedCall
+from opensuction.kernel.generated import plain_row, row
+from opensuction.kernel.readings import Readings
+from opensuction.kernel.record import Array, make_zero
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.wiring import Wiring
+from opensuction.twin import plant
+from opensuction.twin.fault import link
+from opensuction.twin.fault.link import SILENT, LinkState, Message, Ring
+from opensuction.twin.machine import annunciator, drive_watchdog, machine
+from opensuction.twin.machine.annunciator import Annunciator, Lines
+from opensuction.twin.machine.drive_watchdog import WatchdogState
+from opensuction.twin.machine.hand import HandState
+from opensuction.twin.machine.machine import Machine, Truth
+from opensuction.twin.plant import PlantState
+
+
+class MachineSide(NamedTuple):
+    """What is played."""
+
+    machine: Machine
+    wiring: Wiring
+
+
+class MachineSideState(NamedTuple):
+    """What it remembers."""
+
+    tick: int
+    plant: PlantState
+    link: LinkState
+    watchdog: WatchdogState
+    annunciator: Annunciator
+
+
+class Sent(NamedTuple):
+    """What a controller sends."""
+
+    commands: Commands
+    wanted: int
+    """Mask of the conditions that people shall be told."""
+    reset: bool
+    """A person pressed the button."""
+    released: bool
+    """The controller has just started: drives that act on their own obey it again."""
+
+
+class Shown(NamedTuple):
+    """What the machine gives, and what is so, after a tick."""
+
+    tick: int
+    readings: Readings
+    """As they leave for the controller."""
+    commands: Commands
+    """As the drives obeyed them."""
+    alone: bool
+    """The drives act on their own."""
+    annunciator: Annunciator
+    truth: Truth
+
+
+SENT_COLUMNS = row.columns(Sent)
+SHOWN_COLUMNS = row.columns(Shown)
+"""Columns of the two rows that pass."""
+
+_HAND = [
+    i
+    for i, name in enumerate(row.columns(MachineSideState))
+    if name.startswith("plant.machine.hand.")
+]
+
+_read_side = row.reader(MachineSide, checked=False)
+_read_state = row.reader_with_arrays(MachineSideState)
+_write_state = row.writer(MachineSideState, checked=False)
+_read_sent = row.reader(Sent, checked=False)
+_write_shown = row.writer(Shown, checked=False)
+
+
+class Past(NamedTuple):
+    """What the link remembers, as tables that it writes: see `link.rings`."""
+
+    got: Ring
+    sent: Ring
+    shown: Ring
+
+
+@compiled
+def _obey(
+    side: MachineSide, state: MachineSideState, sent: Sent, new: bool, past: Past
+) -> tuple[MachineSideState, Commands, Message]:
+    """What the drives go by in this tick, and what is shown at the bedside."""
+    wires, tick = side.wiring.link, state.tick
+    came = Message(sent.commands, sent.wanted, tick if new else SILENT)
+    recalled = link.recall(wires, past.got, past.sent, past.shown, tick)
+    message, heard = link.receive_message(wires, state.link, came, recalled, tick)
+    listening = drive_watchdog.LISTENING if new and sent.released else state.watchdog
+    reported = machine.read(side.machine, state.plant.machine)
+    alone = drive_watchdog.step(
+        side.wiring.watchdog, listening, heard, wires.mains, reported.head_mm, DT_S
+    )
+    lines = Lines(
+        heard=heard,
+        wanted=message.wanted,
+        reset=new and sent.reset,
+        alone=alone.alone,
+        mains=wires.mains,
+        lag_s=(tick - message.number) * DT_S,
+    )
+    shown = annunciator.step(state.annunciator, lines, DT_S)
+    commands: Commands = message.commands
+    if alone.alone:
+        powered = wires.mains or wires.reserve
+        commands = drive_watchdog.commands(
+            side.wiring.watchdog, alone, powered, reported.head_mm, reported.cam_rad
+        )
+    told = state.link._replace(message=message)
+    return state._replace(link=told, watchdog=alone, annunciator=shown), commands, came
+
+
+@compiled
+def _report(
+    side: MachineSide, state: MachineSideState, came: Message, past: Past
+) -> tuple[MachineSideState, Readings]:
+    """What leaves for the controller after the machine has moved."""
+    wires, tick = side.wiring.link, state.tick
+    reported = machine.read(side.machine, state.plant.machine)
+    link.keep(reported, came, past.got, past.sent, past.shown, tick)
+    sensed = link.sense(wires, reported, tick)
+    recalled = link.recall(wires, past.got, past.sent, past.shown, tick)
+    readings = link.receive_readings(wires, state.link, sensed, recalled, tick)
+    monitor = link.receive_monitor(wires, state.link, sensed.monitor, recalled)
+    readings = readings._replace(monitor=monitor)
+    return state._replace(link=state.link._replace(readings=readings)), readings
+
+
+class _Apart(NamedTuple):
+    """What of the state no row holds, in the order of the records' fields."""
+
+    saturations: Array
+    """What the oximeter has averaged."""
+    secretion_ml: Array
+    produced_ml_per_s: Array
+
+
+class _Memory(NamedTuple):
+    """What a tick changes: arrays all of it."""
+
+    state: Array
+    """A row by the columns of `MachineSideState`."""
+    apart: _Apart
+    past: Past
+
+
+@compiled
+def _keep(memory: _Memory, state: MachineSideState) -> None:
+    """Write a state down. memory: written."""
+    _write_state(memory.state, state)
+    bedside = state.plant.bedside
+    memory.apart.saturations[:] = bedside.patient.oximeter.history
+    memory.apart.secretion_ml[:] = bedside.secretion_ml
+    memory.apart.produced_ml_per_s[:] = bedside.produced_ml_per_s
+
+
+@compiled
+def _step(side: Array, memory: _Memory, sent: Array, new: bool, shown: Array) -> None:
+    """One tick. memory: written. shown: the row that it gives."""
+    apart, past, played = memory.apart, memory.past, _read_side(side)
+    before = _read_state(
+        memory.state, apart.saturations, apart.secretion_ml, apart.produced_ml_per_s
+    )
+    obeying, commands, came = _obey(played, before, _read_sent(sent), new, past)
+    moved = plant.step(played.machine, obeying.plant, commands, DT_S)
+    after, readings = _report(played, obeying._replace(plant=moved), came, past)
+    truth = machine.truth(played.machine, moved.machine)
+    now = Shown(
+        tick=before.tick,
+        readings=readings,
+        commands=commands,
+        alone=after.watchdog.alone,
+        annunciator=after.annunciator,
+        truth=truth,
+    )
+    _write_shown(shown, now)
+    _keep(memory, after._replace(tick=before.tick + 1))
+
+
+def begin(side: MachineSide, plant_state: PlantState) -> dict[str, Array]:
+    """A machine at rest, before a controller has sent anything, as arrays by name.
+
+    They are what `MachineCall` takes, in this process or another one.
+    """
+    reading = machine.read(side.machine, plant_state.machine)
+    told = LinkState(reading, make_zero(Message)._replace(number=SILENT))
+    state = MachineSideState(0, plant_state, told, drive_watchdog.LISTENING, annunciator.DARK)
+    apart = _Apart(*(one.copy() for one in plain_row.arrays(state)))
+    return {
+        "side": plain_row.pack(MachineSide, side),
+        "state": plain_row.pack(MachineSideState, state),
+        **apart._asdict(),
+        **Past(*link.rings(told))._asdict(),
+    }
+
+
+class MachineCall:
+    """A machine that Python steps, a tick at a time."""
+
+    def __init__(self, begun: Mapping[str, Array]) -> None:
+        """A machine as `begin` gives it. Compiles or loads what a tick needs."""
+        self.side_row = begun["side"].copy()
+        """What is played; to write into it breaks or mends the machine from the next tick on."""
+        self._memory = _memory_of(begun)
+        self._step = TypedCall(_step, lambda *_: 0)
+        self.shown_row = np.zeros(len(SHOWN_COLUMNS))
+        """What it gave in the last tick, by `SHOWN_COLUMNS`."""
+        kept, self._memory = self._memory, _memory_of(begun)
+        self.step(np.zeros(len(SENT_COLUMNS)), new=False)
+        self._memory = kept
+
+    def step(self, sent: Array, *, new: bool) -> None:
+        """One tick. sent: a row by `SENT_COLUMNS`. new: it has come since the last tick."""
+        self._step(self.side_row, self._memory, sent, new, self.shown_row)
+
+    def put_hand(self, state: HandState) -> None:
+        """What the hand at the catheter head does from the next tick on."""
+        self._memory.state[_HAND] = plain_row.pack(HandState, state)
+
+
+def _memory_of(begun: Mapping[str, Array]) -> _Memory:
+    """Copies of what a tick changes."""
+    copies = {name: value.copy() for name, value in begun.items()}
+    return _Memory(
+        copies["state"],
+        _Apart(*(copies[name] for name in _Apart._fields)),
+        Past(*(copies[name] for name in Past._fields)),
+    )

@@ -1,0 +1,199 @@
+"""History in a real browser: the real application, a real recording, its report within the page."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from playwright.sync_api import expect
+
+from opensuction.session.choice import CycleChoice, RigChoice
+from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
+from tests.console.history.past import Past, fill, remember
+from tests.console.served import Served, listening
+from tests.session.recorded import played
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+pytestmark = pytest.mark.browser
+
+TABLET = {"width": 1280, "height": 800}
+WORK_MS = 120_000
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recording")
+    choice = CycleChoice(rig=RigChoice(machine="bench"), compensation="none")
+    cycle = played.play(folder / "whole.mcap", choice)
+    return played.without_truth(cycle.path, folder / "real.mcap")
+
+
+@pytest.fixture
+def console(tmp_path: Path) -> Iterator[Served]:
+    with listening(tmp_path) as made:
+        yield made
+
+
+@pytest.fixture
+def past(console: Served, recording: Path) -> Past:
+    return remember(console, recording)
+
+
+class Tab:
+    """A page that somebody of a role has open, and what it complained of."""
+
+    def __init__(self, browser: "Browser", console: Served, role: str | None) -> None:
+        context = browser.new_context(viewport=TABLET)  # type: ignore[arg-type]
+        for name, value in console.cookies(role).items():
+            context.add_cookies([{"name": name, "value": value, "url": console.url}])
+        self.url, self.complaints = console.url, list[str]()
+        self.page: Page = context.new_page()
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("dialog", lambda dialog: self.complaints.append(dialog.message))
+
+    def open(self, place: str) -> "Page":
+        self.page.goto(f"{self.url}/#/history{place}")
+        return self.page
+
+
+def test_from_the_list_to_a_cycle_and_its_report(
+    chromium: "Browser", console: Served, past: Past
+) -> None:
+    tab = Tab(chromium, console, "observer")
+    page = tab.open("")
+    page.get_by_role("link", name="1", exact=True).click()
+    page.get_by_role("heading", name="Cycle 1").wait_for()
+    assert "completed" in page.inner_text(".cycle-head")
+    page.get_by_role("link", name="Report").click()
+    frame = page.frame_locator("iframe.report-frame")
+    frame.locator("#depth canvas").wait_for(timeout=WORK_MS)
+    assert "Completed" in frame.locator("#outcome").inner_text()
+    assert frame.locator(".u-legend").first.is_visible()
+    assert page.get_by_role("button", name="STOP").is_visible(), "STOP stays in reach"
+    assert tab.complaints == []
+    page.go_back()
+    page.get_by_role("heading", name="Cycle 1").wait_for()
+    page.context.close()
+    assert past.completed
+
+
+def test_a_recording_is_taken_and_played_again_by_keyboard(
+    chromium: "Browser", console: Served, past: Past, recording: Path
+) -> None:
+    tab = Tab(chromium, console, "clinician")
+    page = tab.open(f"/cycle/{past.completed}")
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Take the recording").focus()
+        page.keyboard.press("Enter")
+    assert Path(download.value.path()).read_bytes() == recording.read_bytes()
+    page.get_by_role("button", name="Play it again").focus()
+    page.keyboard.press("Enter")
+    page.get_by_text("Identical: every output").wait_for(timeout=WORK_MS)
+    assert tab.complaints == []
+    page.context.close()
+
+
+def test_a_list_is_narrowed_and_says_when_nothing_is_left(
+    chromium: "Browser", console: Served, past: Past
+) -> None:
+    tab = Tab(chromium, console, "observer")
+    page = tab.open("")
+    rows = page.locator(".history-list tbody tr")
+    rows.nth(2).wait_for()
+    page.get_by_label("Outcome").select_option("aborted")
+    expect(rows).to_have_count(1)
+    assert "tripped </script>" in rows.first.inner_text(), "as text"
+    page.get_by_label("Words").fill("nobody of this name")
+    page.keyboard.press("Enter")
+    page.get_by_text("No cycle is like that").wait_for()
+    page.get_by_role("button", name="Show all").click()
+    rows.nth(2).wait_for()
+    assert tab.complaints == []
+    page.context.close()
+    assert past.lost
+
+
+def test_older_ones_follow_on_demand(chromium: "Browser", console: Served) -> None:
+    fill(console, 60)
+    page = Tab(chromium, console, "observer").open("")
+    rows = page.locator(".history-list tbody tr")
+    rows.nth(49).wait_for()
+    assert rows.count() == 50
+    page.get_by_role("button", name="Older ones").click()
+    rows.nth(59).wait_for()
+    page.get_by_text("That is all.").wait_for()
+    numbers = [int(text) for text in page.locator(".history-list tbody th").all_inner_texts()]
+    assert numbers == list(range(60, 0, -1))
+    page.context.close()
+
+
+def test_alarms_trends_and_the_trail(chromium: "Browser", console: Served, past: Past) -> None:
+    tab = Tab(chromium, console, "engineer")
+    page = tab.open("/alarms")
+    page.locator(".priority.high").wait_for()
+    page.get_by_role("link", name="Trends").click()
+    page.get_by_label("Days shown").select_option("365")
+    page.locator(".trend-plot canvas").first.wait_for()
+    page.get_by_role("link", name="Who did what").click()
+    page.get_by_role("button", name="Read the whole trail").click()
+    page.get_by_text("nothing changed, removed or added. Read").wait_for(timeout=WORK_MS)
+    assert tab.complaints == []
+    page.context.close()
+    assert past.running
+
+
+def test_what_is_refused_is_said_and_can_be_tried_again(
+    chromium: "Browser", console: Served, past: Past
+) -> None:
+    page = Tab(chromium, console, "observer").open("/cycle/nobody")
+    page.get_by_text("no such cycle is on record").wait_for()
+    page.route("**/api/v1/cycles?*", lambda route: route.abort())
+    page.goto(f"{console.url}/#/history/cycles")
+    again = page.get_by_role("button", name="Try again")
+    again.wait_for()
+    page.unroute("**/api/v1/cycles?*")
+    again.click()
+    page.locator(".history-list tbody tr").first.wait_for()
+    page.context.close()
+    assert past.completed
+
+
+def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: Past) -> None:
+    page = Tab(chromium, console, "clinician").open("")
+    page.locator(".history-list tbody tr").first.wait_for()
+    assert page.get_by_role("link", name="Who did what").count() == 0
+    page.context.close()
+    page = Tab(chromium, console, None).open("")
+    page.get_by_text("Sign in to see History").wait_for()
+    page.context.close()
+    assert past.completed
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_the_history_is_for_everybody(
+    chromium: "Browser", console: Served, past: Past, scheme: Any
+) -> None:
+    tab = Tab(chromium, console, "engineer")
+    tab.page.emulate_media(color_scheme=scheme)
+    found = {}
+    for place, shown in (
+        ("/cycles", ".history-list tbody tr"),
+        (f"/cycle/{past.completed}", "text=Play it again"),
+        (f"/cycle/{past.lost}", ".priority.high"),
+        ("/alarms", ".priority.high"),
+        ("/trends", ".history-note, .trend-plot"),
+        ("/audit", ".audit-head"),
+    ):
+        page = tab.open(place)
+        page.locator(shown).first.wait_for()
+        found[place] = findings(page) + page.evaluate(SMALL, TOUCH_PX)
+    page = tab.open("/trends")
+    page.get_by_label("Days shown").select_option("365")
+    page.locator(".trend-plot canvas").first.wait_for()
+    page.get_by_text("The same as a table").click()
+    found["plots"] = findings(page) + page.evaluate(SMALL, TOUCH_PX)
+    assert found == {name: [] for name in found}
+    page.context.close()

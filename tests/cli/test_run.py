@@ -1,0 +1,171 @@
+"""``run``, ``serve`` and ``ask`` as their users meet them: processes, a twin, the clock."""
+
+import json
+import os
+import re
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from opensuction.accounts.accounts import Accounts
+from opensuction.devices.twin_process import PLAYS
+from opensuction.exchange.ring import RingReader
+from opensuction.exchange.sole import holder
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import Phase
+from opensuction.records.records import Records
+from opensuction.runtime import room
+from opensuction.runtime.loop import ROW_COLUMNS
+from tests.cli.command import begun, opensuction
+from tests.console.served import free_port
+from tests.runtime.machine_room import wait
+
+NEONATE = ("--patient", "neonate")
+
+
+@pytest.fixture
+def name() -> Iterator[str]:
+    """A machine's name of its own; whatever runs under it is gone afterwards."""
+    made = f"t{os.getpid()}-{time.monotonic_ns() % 10**9}"
+    yield made
+    folder = room.make(made)
+    for lock in (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS):
+        pid = holder(folder / lock)
+        if pid is not None:
+            os.kill(pid, signal.SIGKILL)
+    for file in folder.iterdir():
+        file.unlink()
+    folder.rmdir()
+
+
+def phase_of(name: str) -> Phase | None:
+    try:
+        newest = RingReader(room.find(name) / room.RING).snapshot()
+    except InputError:
+        return None
+    return None if newest is None else Phase(int(newest[1][ROW_COLUMNS.index("outputs.phase")]))
+
+
+def is_gone(name: str) -> bool:
+    locks = (room.SUPERVISES, room.CONSOLES, room.RECORDS, room.CONTROLS, PLAYS)
+    return not any(holder(room.find(name) / lock) for lock in locks)
+
+
+def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Path) -> None:
+    ran = opensuction(
+        *("run", *NEONATE, "--name", name, "--json", "--database", "ward.db", "--out", "kept"),
+        cwd=tmp_path,
+    )
+    data = json.loads(ran.stdout)
+    assert "  Inserting\n" in ran.stderr
+    assert is_gone(name)
+    assert not list(room.find(name).iterdir())
+    cycle = data["cycles"][0]
+    # On a machine that is busy with other things a cycle may be broken off, and then says so.
+    assert (ran.returncode, data["reason"] is None) == (
+        (0, True) if cycle["outcome"] == "completed" else (1, False)
+    )
+    assert data["ticks"] > 5000
+    assert data["in_silico"] is True
+    assert data["scheduler"] in ("fifo", "other")
+    recording = tmp_path / "kept" / cycle["recording"]
+    replayed = opensuction("replay", str(recording), "--json", cwd=tmp_path)
+    assert json.loads(replayed.stdout)["identical"] is True
+    audited = opensuction("audit", "--database", "ward.db", cwd=tmp_path)
+    assert audited.returncode == 0, audited.stdout
+    with Records.open(str(tmp_path / "ward.db")) as records:
+        did = {one.what for one in records.history.list_actions(name, 50)}
+        assert {"start", "oxygen_skipped"} & did == {"start"}  # nobody asks a neonate's for oxygen
+        assert {"control-started", "recorder-started", "controller-ended"} <= did
+
+
+def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
+    name: str, tmp_path: Path
+) -> None:
+    port = str(free_port())
+    served = begun(
+        *("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept"),
+        *("--port", port),
+        cwd=tmp_path,
+    )
+    assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
+    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
+    second = opensuction(
+        *("serve", *NEONATE, "--name", name, "--out", "other", "--port", port), cwd=tmp_path
+    )
+    assert (second.returncode, second.stdout) == (2, "")
+    assert second.stderr.splitlines()[-1].startswith(
+        f"opensuction: the machine '{name}' is run by another opensuction (process "
+    )
+    assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
+    assert ask(name, "start", tmp_path)["verdict"] == "pressed"
+    assert wait(lambda: phase_of(name) == Phase.INSERTING)
+    told = opensuction("ask", "abort", "--name", name, "--who", "nurse Kim", cwd=tmp_path)
+    assert told.returncode == 0
+    assert told.stdout.startswith("abort: the button went down; the machine is ")
+    assert wait(lambda: phase_of(name) == Phase.HALTED)
+    url = f"http://127.0.0.1:{port}"
+    assert wait(lambda: holder(room.find(name) / room.CONSOLES) is not None)
+    assert wait(lambda: state_of(url).get("phase") == "halted", 60.0)
+    machine = httpx.get(f"{url}/api/v1/machine").json()
+    assert (machine["serial"], machine["patient"]["age"]) == (name, "neonate")
+    assert machine["anatomy"]["carina_mm"] > 0.0
+    asked = {"ask": "abort", "key": "stop-0001"}
+    pressed = httpx.post(f"{url}/api/v1/requests", json=asked, headers={"Origin": url})
+    assert pressed.json()["verdict"] == "pressed"
+    served.send_signal(signal.SIGTERM)
+    said = served.communicate(timeout=60.0)[1]
+    assert served.returncode == 0, said
+    assert f"Console: {url}/" in said
+    password = re.search(r"sign in as admin with the one-time password (\S+),", said)
+    assert password is not None
+    with Records.open(str(tmp_path / "ward.db")) as records:
+        signed_in = Accounts(records.database).sign_in("admin", password[1], "127.0.0.1")
+    assert signed_in.session.must_change_password
+    assert is_gone(name)
+    with Records.open(str(tmp_path / "ward.db")) as records:
+        assert records.history.list_cycles(name)[0].outcome == "aborted"
+        acts = records.history.list_actions(name, 50)
+        assert ("nurse Kim", "abort") in [(one.done_by, one.what) for one in acts]
+
+
+def state_of(url: str) -> dict[str, object]:
+    try:
+        return dict(httpx.get(f"{url}/api/v1/state", timeout=10.0).json())
+    except httpx.HTTPError:
+        return {}
+
+
+def ask(name: str, button: str, folder: Path) -> dict[str, str]:
+    ran = opensuction("ask", button, "--name", name, "--json", cwd=folder)
+    assert ran.stderr == ""
+    return dict(json.loads(ran.stdout))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("ask", "start", "--name", "nobodys"), "no machine 'nobodys' runs here"),
+        (("ask", "jump"), "unknown request 'jump'; known: start, "),
+        (("ask", "start", "--name", "../x"), "a machine's name is 1 to 32 letters"),
+        (("run", "--patient", "nobody"), "nobody"),
+        (("serve", "--port", "0"), "--port 0: a port is 1 to 65535"),
+        (("serve", "--port", "x"), "--port"),
+        (("serve", "--host", "0.0.0.0"), "needs --certificate and --key"),
+        (("serve", "--certificate", "c.pem"), "--certificate and --key go together"),
+        (("serve", "--certificate", "c.pem", "--key", "k.pem"), "c.pem: cannot be read"),
+        (("run", "--every", "0"), "--every"),
+        (("run", "--database", "/proc/x.db"), "/proc/x.db"),
+        (("run", "--out", "/proc/x"), "--out /proc/x: cannot be written"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    ran = opensuction(*arguments, cwd=tmp_path)
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert words in ran.stderr
+    assert len(ran.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,69 @@
+"""A console with a past: cycles of each outcome on record, one of them with a real recording."""
+
+import shutil
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome
+from tests.console.served import Served
+from tests.runtime.machine_room import ABOUT
+
+NOON = datetime(2026, 11, 23, 12, 0, 0, tzinfo=UTC)
+ATTACK = "</script><img src=x onerror=alert(1)>"
+RECORDING = "20261123T120000-0badcafe-000001250.mcap"
+CLOGGED = Alarm("LINE_CLOGGED", "high", f"the suction line is clogged {ATTACK}")
+
+
+class Past(NamedTuple):
+    """Ids of cycles."""
+
+    completed: str
+    """With a recording that is there."""
+    lost: str
+    """Aborted, its recording not there."""
+    running: str
+
+
+def start(recording: str | None, catheter: str = "c-1", patient: str = "P-1") -> CycleStart:
+    return CycleStart(
+        machine=ABOUT.machine,
+        catheter=ABOUT.catheter._replace(label=catheter),
+        protocol=ABOUT.protocol,
+        approach="travel",
+        requested_by="anna",
+        software="opensuction 0.1.0",
+        patient=patient,
+        recording=recording,
+    )
+
+
+def remember(console: Served, recording: Path | None) -> Past:
+    """Put three cycles on record, a day apart; the first one's recording lies in the folder."""
+    records = console.site.records
+    if recording is not None:
+        shutil.copy(recording, console.site.recordings / RECORDING)
+    first = records.begin_cycle(start(RECORDING), at=NOON)
+    records.act(Action("anna", "start", "pressed", cycle_id=first), at=NOON)
+    records.end_cycle(
+        first,
+        CycleEnd(Outcome.COMPLETED, inside_at_end=False),
+        at=NOON + timedelta(seconds=20),
+    )
+    next_day = NOON + timedelta(days=1)
+    lost = records.begin_cycle(start("gone.mcap", "c-2", "P-2"), at=next_day)
+    records.add_alarm(ABOUT.machine, CLOGGED, lost, at=next_day + timedelta(seconds=5))
+    records.end_cycle(
+        lost, CycleEnd(Outcome.ABORTED, f"tripped {ATTACK}"), at=next_day + timedelta(seconds=9)
+    )
+    records.add_alarm(ABOUT.machine, Alarm("REST", "low"), at=next_day + timedelta(minutes=1))
+    return Past(first, lost, records.begin_cycle(start("c.mcap"), at=NOON + timedelta(days=2)))
+
+
+def fill(console: Served, cycles: int) -> None:
+    """Many cycles that ended, none with a recording."""
+    records = console.site.records
+    for number in range(cycles):
+        at = NOON + timedelta(minutes=number)
+        one = records.begin_cycle(start(None), at=at)
+        records.end_cycle(one, CycleEnd(Outcome.COMPLETED), at=at)

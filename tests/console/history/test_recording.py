@@ -1,0 +1,208 @@
+"""Recordings over the interface: given whole or in part, reported, played again, and no others."""
+
+import json
+import os
+import re
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from opensuction.console.history import recording_file, report_page
+from opensuction.recording.cycle_file.chunk_content import Rows
+from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
+from opensuction.recording.cycle_file.writer import RecordingWriter
+from opensuction.records.entry import CycleEnd, Outcome
+from tests.console.history.past import ATTACK, NOON, RECORDING, remember, start
+from tests.console.served import Served
+
+V1 = "/api/v1"
+DONE_S = 240.0
+
+
+def wait(ask: Any, is_done: Any) -> dict[str, Any]:
+    """Ask until it is so."""
+    ends_s = time.monotonic() + DONE_S
+    while True:
+        found: dict[str, Any] = ask().json()
+        if is_done(found) or time.monotonic() > ends_s:
+            return found
+        time.sleep(0.2)
+
+
+def test_a_recording_is_given_whole_and_in_parts(console: Served, recording: Path) -> None:
+    past = remember(console, recording)
+    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/recording"
+    data = recording.read_bytes()
+    answer = client.get(path)
+    assert (answer.status_code, answer.content == data) == (200, True)
+    assert answer.headers["content-disposition"] == 'attachment; filename="cycle-1.mcap"'
+    assert answer.headers["content-type"] == "application/octet-stream"
+    for asked, expected in (
+        ("bytes=0-99", data[:100]),
+        ("bytes=1000-", data[1000:]),
+        ("bytes=-64", data[-64:]),
+        (f"bytes=5-{len(data) + 5}", data[5:]),
+    ):
+        answer = client.get(path, headers={"Range": asked})
+        assert (answer.status_code, answer.content == expected) == (206, True), asked
+    for asked in (
+        "bytes=9-1",
+        f"bytes={len(data)}-",
+        "bytes=0-1,3-4",
+        "lines=0-1",
+        "bytes=-0",
+        "x",
+    ):
+        answer = client.get(path, headers={"Range": asked})
+        assert answer.status_code == 416, asked
+        assert answer.headers["content-type"] == "application/problem+json"
+    assert client.get(f"{path}?part=2").status_code == 404
+    acts = console.site.records.history.list_actions(cycle_id=past.completed)
+    taken = [(one.done_by, one.detail) for one in acts if one.what == "take-recording"]
+    assert taken == [("cora", "cycle 1")], "once, not for each piece of it"
+    assert console.client("engineer").get(path).status_code == 200
+    acts = console.site.records.history.list_actions(cycle_id=past.completed)
+    assert [one.done_by for one in acts if one.what == "take-recording"] == ["bert", "cora"]
+    assert console.client().get(path).status_code == 401
+
+
+def test_only_finished_recordings_of_this_folder_are_given(
+    console: Served, recording: Path, tmp_path: Path
+) -> None:
+    past = remember(console, recording)
+    client = console.client("engineer")
+    assert client.get(f"{V1}/cycles/{past.running}/recording").status_code == 409
+    assert client.get(f"{V1}/cycles/{past.lost}/recording").status_code == 404
+    secret = tmp_path / "secret.mcap"
+    secret.write_text("secret")
+    (console.site.recordings / "linked.mcap").symlink_to(secret)
+    os.mkfifo(console.site.recordings / "pipe.mcap")
+    names = ("linked.mcap", "pipe.mcap", str(secret), "../secret.mcap", "a/../../b.mcap", "..mcap")
+    records = console.site.records
+    records.end_cycle(past.running, CycleEnd(Outcome.INTERRUPTED))
+    for name in names:
+        cycle = records.begin_cycle(start(name), at=NOON)
+        records.end_cycle(cycle, CycleEnd(Outcome.COMPLETED), at=NOON)
+        for path in ("recording", "report", "replay"):
+            assert client.get(f"{V1}/cycles/{cycle}/{path}").status_code == 404, name
+        assert client.get(f"{V1}/cycles/{cycle}").json()["has_recording"] is False
+
+
+def test_parts_that_recorders_left_belong_together(tmp_path: Path) -> None:
+    for name in ("a.mcap", "a-2.mcap", "a-3.mcap", "a-5.mcap", "b.mcap"):
+        (tmp_path / name).write_bytes(b"x" * 10)
+    found = recording_file.find(tmp_path, "a.mcap")
+    assert found is not None
+    assert [part.name for part in found.parts] == ["a.mcap", "a-2.mcap", "a-3.mcap"]
+    assert found.size == 30
+    for other in (None, "", ".mcap", "A" * 200 + ".mcap", "a.mcap\n", "a.txt", "a\0.mcap"):
+        assert recording_file.find(tmp_path, other) is None
+
+
+def test_a_report_may_run_its_own_scripts_and_nothing_else(
+    console: Served, recording: Path
+) -> None:
+    past = remember(console, recording)
+    path = f"{V1}/cycles/{past.completed}/report"
+    answer = console.client("observer").get(path)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"].startswith("text/html")
+    policy = answer.headers["content-security-policy"]
+    assert policy == report_page.policy()
+    assert "sandbox allow-scripts" in policy
+    assert "default-src 'none'" in policy
+    scripts = re.findall(r"script-src ([^;]*)", policy)[0]
+    assert "unsafe" not in scripts
+    assert "'self'" not in scripts
+    assert "By the controller" in answer.text or "by the controller" in answer.text
+    again = console.client("observer").get(path)
+    assert again.content == answer.content
+    assert console.client().get(path).status_code == 401
+
+
+def test_a_report_of_what_is_no_recording_is_refused_in_one_line(console: Served) -> None:
+    past = remember(console, None)
+    (console.site.recordings / RECORDING).write_bytes(b"no recording\n" * 10)
+    answer = console.client("observer").get(f"{V1}/cycles/{past.completed}/report")
+    assert answer.status_code == 422
+    detail = answer.json()["detail"]
+    assert detail.startswith(f"{RECORDING}: is no MCAP file")
+    assert str(console.site.recordings) not in detail
+
+
+def test_a_replay_is_begun_once_and_its_verdict_kept(console: Served, recording: Path) -> None:
+    past = remember(console, recording)
+    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
+    assert client.get(path).json() == {"state": "none", "verdict": None, "failure": None}
+    answer = client.post(path)
+    assert (answer.status_code, answer.json()["state"]) == (202, "running")
+    found = wait(lambda: client.get(path), lambda told: told["state"] != "running")
+    assert found["state"] == "done"
+    assert found["verdict"]["identical"] is True
+    assert found["verdict"]["is_good"] is True
+    assert found["verdict"]["first_difference"] is None
+    assert client.post(path).json() == found, "nothing is played twice"
+    refused = console.client("observer")
+    refused.headers.pop("X-CSRF-Token")
+    assert refused.post(path).status_code == 403
+
+
+def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_path: Path) -> None:
+    reader = RecordingReader(recording)
+    rows = [one for one in reader.contents() if isinstance(one, Rows)]
+    column = [one.name for one in TICK_COLUMNS].index("outputs.commands.head_mm")
+    changed = tmp_path / "changed.mcap"
+    with RecordingWriter(changed, reader.heading, TABLES) as file:
+        for topic in TABLES:
+            table = np.concatenate([one.table for one in rows if one.topic == topic])
+            times = np.concatenate([one.times_ns for one in rows if one.topic == topic])
+            if topic == TICKS:
+                table[100, column] += 0.5
+            file.add_rows(topic, times, table)
+    past = remember(console, changed)
+    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
+    client.post(path)
+    found = wait(lambda: client.get(path), lambda told: told["state"] != "running")
+    first = found["verdict"]["first_difference"]
+    assert (first["tick"], first["field"]) == (100, "outputs.commands.head_mm")
+    assert first["recorded"] == pytest.approx(first["replayed"] + 0.5)
+    assert found["verdict"]["is_good"] is False
+
+
+def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
+    console: Served, recording: Path
+) -> None:
+    past = remember(console, recording)
+    client = console.client("observer")
+    begun = client.get(f"{V1}/trends").json()
+    assert (begun["pending"], begun["without_recording"]) == (1, 2)
+    found = wait(lambda: client.get(f"{V1}/trends"), lambda told: told["pending"] == 0)
+    quantities = found["days"][0]["quantities"]
+    assert quantities["vacuum_mmhg"]["cycles"] == 1
+    assert quantities["vacuum_mmhg"]["median"] > 50.0
+    assert quantities["removed_ml"] is None, "no machine measures it"
+    (kept,) = (console.site.recordings / ".history").glob("*.figure.json")
+    assert json.loads(kept.read_text())["gap_mm"] == quantities["gap_mm"]["median"]
+    recorded = console.site.recordings / RECORDING
+    recorded.write_bytes(b"no recording")
+    found = wait(lambda: client.get(f"{V1}/trends"), lambda told: told["without_recording"] == 3)
+    assert found["days"][0]["quantities"]["vacuum_mmhg"] is None, "nothing old is shown"
+    assert past.completed
+
+
+def test_names_and_details_stay_text(console: Served, recording: Path) -> None:
+    reader = RecordingReader(recording)
+    about = {**reader.heading.about, "patient": ATTACK, "machine": ATTACK}
+    rows = [one for one in reader.contents() if isinstance(one, Rows)]
+    path = console.site.recordings.parent / "attack.mcap"
+    with RecordingWriter(path, reader.heading._replace(about=about), TABLES) as file:
+        for one in rows:
+            file.add_rows(one.topic, one.times_ns, one.table)
+    past = remember(console, path)
+    answer = console.client("observer").get(f"{V1}/cycles/{past.completed}/report")
+    assert answer.status_code == 200
+    assert "<img" not in answer.text

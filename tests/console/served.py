@@ -1,0 +1,163 @@
+"""A console as it is served: the real application, real records, people of each role, a machine."""
+
+import asyncio
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from ssl import SSLContext
+from typing import NamedTuple
+
+from fastapi import FastAPI
+from starlette.testclient import TestClient, WebSocketTestSession
+
+from opensuction.accounts.accounts import Accounts
+from opensuction.accounts.sign_in import SignedIn
+from opensuction.console.access import CSRF_HEADER, DEVICE_COOKIE, SESSION_COOKIE
+from opensuction.console.app import create_app
+from opensuction.console.guard.limits import USUAL, Limits
+from opensuction.console.live.hub import Hub
+from opensuction.console.server import Server, make_server
+from opensuction.console.site import Origin, Site
+from opensuction.records.records import Records
+from opensuction.runtime import about
+from tests.accounts.example import CHEAP, PASSWORDS, ROLES, employ, enter
+from tests.console.written_machine import WrittenMachine
+
+HOST, PORT = "127.0.0.1", 8080
+PEOPLE = {role: name for name, role in ROLES.items()} | {"administrator": "admin"}
+"""Who has which role: ``clinician``, ``engineer``, ``observer``, ``administrator``."""
+STARTS_S = 10.0
+
+
+class Served(NamedTuple):
+    """The parts of it."""
+
+    app: FastAPI
+    site: Site
+    machine: WrittenMachine
+    signed_in: dict[str, SignedIn]
+    """By role."""
+
+    @property
+    def url(self) -> str:
+        """Where it believes to be."""
+        return f"http://{self.site.origin.host}:{self.site.origin.port}"
+
+    def headers(self, role: str | None) -> dict[str, str]:
+        """What a page sends along that somebody of this role has signed in to."""
+        found = {"Origin": self.url}
+        if role is not None:
+            found[CSRF_HEADER] = self.signed_in[role].csrf_token
+        return found
+
+    def cookies(self, role: str | None) -> dict[str, str]:
+        """What a browser shows where somebody of this role has signed in; None: nobody."""
+        if role is None:
+            return {}
+        found = self.signed_in[role]
+        return {SESSION_COOKIE: found.session_token, DEVICE_COOKIE: found.device_token}
+
+    def client(self, role: str | None = None) -> TestClient:
+        """The application without a network, as somebody of this role; None: nobody.
+
+        An error within is an answer, as it is for a browser. Used as a context it has its lifespan.
+        """
+        return TestClient(
+            self.app,
+            self.url,
+            raise_server_exceptions=False,
+            headers=self.headers(role),
+            cookies=self.cookies(role),
+            client=(HOST, 50000),
+        )
+
+    @contextmanager
+    def listen(self, client: TestClient, path: str) -> Iterator[WebSocketTestSession]:
+        """A socket of the interface, such as ``/live``; client: within its context."""
+        address = f"{self.url}/api/v1{path}".replace("http", "ws", 1)
+        with client.websocket_connect(address) as socket:
+            yield socket
+
+    @staticmethod
+    def password(role: str) -> str:
+        """Of the person of this role."""
+        return PASSWORDS[PEOPLE[role]]
+
+
+def employ_all(accounts: Accounts) -> dict[str, SignedIn]:
+    """An administrator and somebody of each role, signed in."""
+    made = accounts.first_start()
+    assert made is not None
+    admin = enter(accounts, "admin", made.one_time_password)
+    session = accounts.find_session(admin.session_token)
+    others = {role: employ(accounts, session, name) for name, role in ROLES.items()}
+    return {**others, "administrator": admin}
+
+
+def make_site(folder: Path, records: Records, accounts: Accounts, port: int = PORT) -> Site:
+    """The site of a machine that is played in a folder."""
+    recordings = folder / "recordings"
+    recordings.mkdir(exist_ok=True)
+    return Site(
+        folder=folder,
+        records=records,
+        accounts=accounts,
+        hub=Hub(folder),
+        recordings=recordings,
+        about=lambda: about.read(folder),
+        origin=Origin(HOST, port),
+    )
+
+
+@contextmanager
+def served(folder: Path, port: int = PORT, limits: Limits = USUAL) -> Iterator[Served]:
+    """A console with a machine that is parked, in a folder of the test's own."""
+    room = folder / "room"
+    room.mkdir()
+    database = str(folder / "records.db")
+    with Records.open(database) as records, WrittenMachine(room, database) as machine:
+        accounts = Accounts(records.database, hasher=CHEAP)
+        site = make_site(room, records, accounts, port)
+        yield Served(create_app(site, limits), site, machine, employ_all(accounts))
+
+
+def free_port() -> int:
+    """One that nobody listens at now."""
+    with socket.socket() as found:
+        found.bind((HOST, 0))
+        return int(found.getsockname()[1])
+
+
+@contextmanager
+def listening(folder: Path, limits: Limits = USUAL) -> Iterator[Served]:
+    """The same at a free port of this computer, for browsers: `Served.url`."""
+    with (
+        served(folder, free_port(), limits) as made,
+        listening_app(made.app, made.site.origin.port),
+    ):
+        yield made
+
+
+@contextmanager
+def listening_app(app: FastAPI, port: int, context: SSLContext | None = None) -> Iterator[Server]:
+    """An application that listens, in a thread. context: by HTTPS."""
+    with socket.create_server((HOST, port)) as listening:
+        server = make_server(app, context)
+        thread = threading.Thread(target=_run, args=(server, listening), daemon=True)
+        thread.start()
+        ends_s = time.monotonic() + STARTS_S
+        while not server.started and time.monotonic() < ends_s:
+            time.sleep(0.01)
+        assert server.started
+        try:
+            yield server
+        finally:
+            server.should_exit = True
+            thread.join(STARTS_S)
+
+
+def _run(server: Server, listening: socket.socket) -> None:
+    asyncio.run(server.serve(sockets=[listening]))

@@ -1,0 +1,82 @@
+"""A console at a machine that really runs: twin and controller in real time, and its people."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from starlette.testclient import TestClient
+
+from opensuction.accounts.accounts import Accounts
+from opensuction.console.app import create_app
+from opensuction.console.guard.limits import UNHURRIED
+from opensuction.console.site import Site
+from opensuction.control.compensation import CompensationKind
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.records.records import Records
+from opensuction.runtime import about
+from opensuction.session.running import basis
+from tests.accounts.example import CHEAP
+from tests.console.served import PORT, Served, employ_all, make_site
+from tests.runtime.machine_room import ATTEMPTS, Room, running, wait
+from tests.session.running.test_basis import at_bed
+
+PATIENT = "neonate"
+
+
+class Bed(NamedTuple):
+    """The parts of it."""
+
+    room: Room
+    served: Served
+
+    @property
+    def site(self) -> Site:
+        return self.served.site
+
+    def client(self, role: str | None) -> TestClient:
+        return self.served.client(role)
+
+    def get(self, path: str, role: str | None = "clinician") -> Any:
+        answer = self.client(role).get(f"/api/v1{path}")
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def settle(self) -> None:
+        """Until it is parked: a busy computer may have halted it, as it should; see `ATTEMPTS`."""
+        for _ in range(ATTEMPTS):
+            until(lambda: self.room.phase() in RESTING, 60.0)
+            if self.room.phase() == Phase.PARKED:
+                return
+            self.room.press("reset")
+            wait(lambda: self.room.phase() == Phase.PARKED, 3.0)
+        raise AssertionError(f"it does not come to rest: {self.room.phase().name}")
+
+    def actions(self) -> list[tuple[str, str, str]]:
+        """What is on record of what people did, the newest first."""
+        found = self.site.records.history.list_actions(limit=100)
+        return [(one.done_by, one.what, one.detail) for one in found]
+
+
+def prepare(folder: Path) -> None:
+    """What `session.running.machine` leaves beside the settings of `machine_room`'s machine."""
+    basis.write(folder, at_bed(PATIENT, CompensationKind.EXACT_INVERSE))
+
+
+@contextmanager
+def bed(folder: Path, port: int = PORT) -> Iterator[Bed]:
+    """A machine that is parked, with a console before it."""
+    with running() as room:
+        told = about.read(room.folder)
+        database = str(folder / "records.db")
+        about.write(room.folder, told._replace(database=database))
+        prepare(room.folder)
+        with Records.open(database) as records:
+            accounts = Accounts(records.database, hasher=CHEAP)
+            site = make_site(room.folder, records, accounts, port)
+            served = Served(create_app(site, UNHURRIED), site, None, employ_all(accounts))  # type: ignore[arg-type]
+            yield Bed(room, served)
+
+
+def until(holds: Callable[[], bool], seconds: float = 30.0) -> None:
+    assert wait(holds, seconds)

@@ -1,0 +1,76 @@
+import math
+
+import numpy as np
+import pytest
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message_factory import GetMessageClass
+from hypothesis import given
+from hypothesis import strategies as st
+
+from opensuction.recording.cycle_file import row_layout, row_schema
+from opensuction.recording.cycle_file.row_schema import Column
+
+PARTS = st.sampled_from(["head_mm", "cam", "plays", "0", "1", "is_on", "core"])
+NUMBERS = {
+    float: st.floats(allow_nan=True, allow_infinity=True, width=64),
+    int: st.integers(-(2**53), 2**53).map(float),
+    bool: st.booleans().map(float),
+}
+
+
+@st.composite
+def columns(draw: st.DrawFn) -> tuple[Column, ...]:
+    """Columns of records within records, fields of one record beside each other."""
+    kinds = st.sampled_from([float, int, bool])
+    tops = draw(st.lists(PARTS, min_size=1, max_size=4, unique=True))
+    found = []
+    for top in tops:
+        inner = draw(st.lists(PARTS, max_size=5, unique=True))
+        names = [f"{top}.{part}" for part in inner] or [top]
+        found += [Column(name, draw(kinds)) for name in names]
+    return tuple(found)
+
+
+@given(columns(), st.data())
+def test_a_table_comes_back_bit_for_bit_and_protobuf_reads_the_same(
+    columns: tuple[Column, ...], data: st.DataObject
+) -> None:
+    table = np.array([[data.draw(NUMBERS[one.kind]) for one in columns] for _ in range(3)])
+    layout = row_layout.layout_of(columns)
+    rows = np.empty((3, 4 + layout.size), np.uint8)
+    row_layout.pack(layout, table, rows, 4)
+    assert row_layout.unpack(layout, rows, 4).tobytes() == table.tobytes()
+
+    description = row_schema.describe("Tick", columns)
+    pool = DescriptorPool()
+    pool.Add(FileDescriptorSet.FromString(description).file[0])
+    message = GetMessageClass(pool.FindMessageTypeByName("opensuction.Tick"))
+    read = message.FromString(rows[1, 4:].tobytes())
+    for column, number in zip(columns, table[1], strict=True):
+        value = read
+        for part in column.name.split("."):
+            value = getattr(value, part if part.isidentifier() else f"item_{part}")
+        assert value == number or (math.isnan(value) and math.isnan(number))
+        assert column.kind is float or isinstance(value, column.kind)
+
+
+@given(columns())
+def test_the_description_holds_names_and_kinds(columns: tuple[Column, ...]) -> None:
+    assert row_schema.columns_of("Tick", row_schema.describe("Tick", columns)) == columns
+
+
+def test_a_name_that_comes_twice_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"a\.b: there are two"):
+        row_schema.describe("Tick", [Column("a.b", float), Column("a.b", int)])
+    with pytest.raises(ValueError, match="a is a column itself"):
+        row_schema.describe("Tick", [Column("a", float), Column("a.b", int)])
+
+
+def test_a_row_of_another_layout_is_refused() -> None:
+    one = row_layout.layout_of([Column("a", float), Column("b.c", bool)])
+    other = row_layout.layout_of([Column("b.c", bool), Column("a", float)])
+    rows = np.empty((1, one.size), np.uint8)
+    row_layout.pack(one, np.ones((1, 2)), rows, 0)
+    with pytest.raises(ValueError, match="not laid out"):
+        row_layout.unpack(other, rows, 0)

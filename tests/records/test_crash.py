@@ -1,0 +1,59 @@
+"""Whoever writes is killed at any instant: what was answered is there, and the trail is whole."""
+
+import signal
+
+import pytest
+
+from opensuction.records.entry import CycleEnd, Outcome
+from opensuction.records.records import Records
+from tests.records.test_two_writers import begin_writer
+
+DEAD = CycleEnd(Outcome.INTERRUPTED, "the program was killed", None)
+MAKING = (1, 5, 12, 30, 56, 80)
+"""Statements while a new database is made, the commits among them (PostgreSQL 56, SQLite 80)."""
+WRITING = range(8, 48, 5)
+"""Statements while an old one is opened and cycles are begun and ended."""
+
+
+def check(url: str, answered: list[str]) -> None:
+    """As the supervisor does after a crash."""
+    with Records.open(url) as records:
+        assert records.audit().broken is None
+        for left in records.unfinished_cycles():
+            records.end_cycle(left.id, DEAD)
+        for cycle in answered:
+            assert records.find_end(cycle) is not None, "the cycle's record exists"
+        assert records.unfinished_cycles() == []
+        assert records.audit().broken is None
+
+
+def kill_before(url: str, statement: int, cycles: int) -> list[str]:
+    writer = begin_writer(url, "M-1", cycles, statement)
+    said, _ = writer.communicate(timeout=300)
+    assert writer.returncode == -signal.SIGKILL
+    return said.split()
+
+
+@pytest.mark.parametrize("statement", MAKING)
+def test_killed_while_a_database_is_made(url: str, statement: int) -> None:
+    check(url, kill_before(url, statement, 2))
+
+
+def test_killed_while_cycles_are_written(url: str) -> None:
+    answered: list[str] = []
+    check(url, answered)
+    for statement in WRITING:
+        answered += kill_before(url, statement, 3)
+        check(url, answered)
+    assert answered
+
+
+def test_killed_from_outside(url: str) -> None:
+    answered: list[str] = []
+    for after in (1, 4, 9):
+        writer = begin_writer(url, "M-1", 1000)
+        assert writer.stdout is not None
+        answered += [writer.stdout.readline().strip() for _ in range(after)]
+        writer.kill()
+        answered += writer.communicate(timeout=300)[0].split()
+        check(url, answered)

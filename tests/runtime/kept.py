@@ -1,0 +1,38 @@
+"""What a recorder has kept, and what the controller says of it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from opensuction.recording.cycle_file.chunk_content import Rows, Told
+from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file.tick_table import TICKS
+from opensuction.runtime import replay
+from opensuction.runtime.replay import Replay
+from opensuction.safety.condition import Condition
+from tests.runtime.machine_room import Room
+
+
+def ticks_of(path: Path) -> np.ndarray:
+    reader = RecordingReader(path)
+    rows = [one.table for one in reader.contents() if isinstance(one, Rows) and one.topic == TICKS]
+    reader.close()
+    return np.concatenate(rows)
+
+
+def told_of(path: Path) -> list[tuple[str, str]]:
+    reader = RecordingReader(path)
+    found = [one.event for one in reader.contents() if isinstance(one, Told)]
+    reader.close()
+    return [(event.kind, event.name) for event in found]
+
+
+def is_recorder_missed(room: Room) -> bool:
+    return int(room.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
+
+
+def replayed(path: Path) -> Replay:
+    reader = RecordingReader(path)
+    verdict = replay.replay(reader)
+    reader.close()
+    return verdict

@@ -1,0 +1,331 @@
+"""Deaths of processes in the middle of cycles, and what is so afterwards: judged by the oracle.
+
+The twin survives all of it. Where the tip is, and whether somebody was told at the bedside, is its
+truth; what the dead had to say is looked for on disk and on record.
+"""
+
+import math
+import os
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from opensuction.devices.twin_process import SHOWN
+from opensuction.devices.witness import Witness
+from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.exchange.ring import RingReader
+from opensuction.exchange.sole import holder
+from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.records.entry import Outcome
+from opensuction.records.history import PastCycle
+from opensuction.records.records import Records
+from opensuction.runtime import launch, replay
+from opensuction.runtime.room import CONTROLS, RECORDS, SUPERVISES
+from opensuction.safety.condition import Condition
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.runtime.kept import is_recorder_missed
+from tests.runtime.machine_room import ABOUT, Room, wait
+
+VICTIMS = {
+    "control": (CONTROLS,),
+    "recorder": (RECORDS,),
+    "supervisor": (SUPERVISES,),
+    "all": (SUPERVISES, RECORDS, CONTROLS),
+}
+CYCLE_S = 10.5
+"""How long the neonate's cycle takes: the kill comes at any instant of it."""
+OUT_WITHIN_S = 12.0
+"""From the death of the controller to the tip out of the tube: the drives draw it out at once, with
+suction still on or not, at the speed of a withdrawal."""
+CYCLE_WITHIN_S = 40.0
+"""Where the controller lives, the cycle ends as it would have."""
+TOLD_WITHIN_S = 5.0
+ON_RECORD_WITHIN_S = 60.0
+TIP, SAID, FIRED = (
+    SHOWN_COLUMNS.index(name)
+    for name in ("truth.tip_mm", "annunciator.said", "annunciator.watchdog_fired")
+)
+
+
+class Fate(NamedTuple):
+    """What came of one death."""
+
+    number: int
+    victim: str
+    at_s: float
+    """After the start's button."""
+    phase: str
+    depth_mm: float
+    """Of the tip below the tube's end when it died."""
+    out_s: float
+    """From then until the tip was out for good."""
+    told_s: float
+    """From then until the bedside told somebody."""
+    lit: bool
+    """The lamp was lit by what the cycle had come to before; it has stayed lit then."""
+    outcome: str
+    detail: str
+    recordings: int
+    wrong: tuple[str, ...]
+    """What was not as it must be; empty where all was."""
+
+
+class Ward(Room):
+    """A room with a supervisor, which is replaced by whoever holds the campaign, as a system's
+    service manager would."""
+
+    def __init__(self, folder: Path, out: Path) -> None:
+        super().__init__(folder)
+        self.out, self.truths = out, RingReader(folder / SHOWN)
+        self.witness = Witness(folder, self.cap_mm)
+        self.supervisor: subprocess.Popen[bytes] | None = None
+        self.seen: list[np.ndarray] = []
+        self.database = str(folder / "records.db")
+        self.supervise()
+
+    def supervise(self) -> None:
+        """Start a supervisor, and wait until everything works."""
+        self.supervisor = launch.spawn(self.folder, launch.SUPERVISOR, str(self.out))
+        locks = (CONTROLS, RECORDS, SUPERVISES)
+        assert wait(
+            lambda: self._is_ticking() and all(map(self.holder, locks)) and self._is_recording(),
+            120.0,
+        )
+
+    def _is_recording(self) -> bool:
+        return Heartbeat(self.folder).age_s(Process.RECORDER) < 0.5
+
+    def _is_ticking(self) -> bool:
+        self.meanwhile()
+        try:
+            self.reopen()
+            first = self.now("inputs.tick")
+        except Exception:
+            return False
+        time.sleep(0.05)
+        return self.now("inputs.tick") > first
+
+    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """See `Room.begin_cycle`."""
+        assert wait(lambda: self._is_ticking() and self.phase() in RESTING, 60.0)
+        # Of the death before people have been told, and the lamp is out again.
+        assert wait(lambda: not self._is_missing_somebody(), 10.0)
+
+        def look() -> None:
+            self.meanwhile()
+            meanwhile()
+
+        super().begin_cycle(look)
+
+    def _is_missing_somebody(self) -> bool:
+        self.meanwhile()
+        return is_recorder_missed(self)
+
+    def last_on_record(self) -> int:
+        """Number of the machine's last cycle on record; 0 of none."""
+        with Records.open(self.database) as records:
+            last = records.history.list_cycles(ABOUT.machine.serial, 1)
+            return last[0].number if last else 0
+
+    def is_settled(self) -> bool:
+        """Everybody works, the machine rests, and the tip is out."""
+        return self._is_ticking() and self.phase() in RESTING and self.is_out()
+
+    def holder(self, lock: str) -> int | None:
+        return holder(self.folder / lock)
+
+    def kill(self, victim: str) -> None:
+        for lock in VICTIMS[victim]:
+            pid = self.holder(lock)
+            if pid is not None:
+                os.kill(pid, signal.SIGKILL)
+        if victim in ("supervisor", "all"):
+            assert self.supervisor is not None
+            self.supervisor.wait()
+
+    def close(self) -> None:
+        for lock in (SUPERVISES, RECORDS, CONTROLS):
+            pid = self.holder(lock)
+            if pid is not None:
+                os.kill(pid, signal.SIGKILL)
+        super().close()
+        if self.supervisor is not None:
+            self.supervisor.wait()
+
+    def meanwhile(self) -> None:
+        """What the twin has shown since the last call."""
+        self.witness.look()
+        found = self.truths.read()
+        assert not found.missed, f"{found.missed} ticks of the twin were not looked at"
+        self.seen.append(found.rows[:, [TIP, SAID, FIRED]])
+
+
+def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
+    """A cycle in which somebody dies."""
+    # The cycles of the campaign follow each other faster than any patient's.
+    ward.witness.begin()
+    before = ward.last_on_record()
+    ward.begin_cycle()
+    ends_s = time.monotonic() + at_s
+    while (left_s := ends_s - time.monotonic()) > 0.0:
+        time.sleep(min(left_s, 0.5))
+        ward.meanwhile()
+    phase, depth_mm = ward.phase(), ward.truth("truth.tip_mm")
+    in_cycle = phase in CYCLE or phase == Phase.ABORTING
+    ward.meanwhile()
+    lit = bool(_shown(np.concatenate(ward.seen), victim)[-1])
+    ward.seen.clear()
+    ward.kill(victim)
+    if victim in ("supervisor", "all"):
+        ward.supervise()
+    bound_s = OUT_WITHIN_S if victim in ("control", "all") else CYCLE_WITHIN_S
+    ends_s = time.monotonic() + bound_s + TOLD_WITHIN_S
+    while time.monotonic() < ends_s:
+        ward.meanwhile()
+        told_s = _first_told_s(np.concatenate(ward.seen), victim, lit)
+        if told_s < math.inf and ward.is_settled():
+            break
+        time.sleep(0.05)
+    ward.meanwhile()
+    rows = np.concatenate(ward.seen)
+    out_s, told_s = _last_inside_s(rows, ward.mouth_mm), _first_told_s(rows, victim, lit)
+    with ThreadPoolExecutor(1) as aside:
+        looked = aside.submit(_look_at_what_is_kept, ward, victim, in_cycle, before)
+        while not looked.done():
+            ward.meanwhile()
+            time.sleep(0.05)
+    cycle, recordings, wrong = looked.result()
+    if not ward.is_settled():
+        wrong.append(f"not at rest: {ward.phase().name}")
+    if out_s > bound_s:
+        wrong.append(f"inside for {out_s:.1f} s")
+    if told_s > TOLD_WITHIN_S:
+        wrong.append("nobody was told")
+    wrong.extend(_judged(ward))
+    return Fate(
+        number=number,
+        victim=victim,
+        at_s=at_s,
+        phase=phase.name.lower(),
+        depth_mm=depth_mm,
+        out_s=out_s,
+        told_s=told_s,
+        lit=lit,
+        outcome=str(cycle.outcome),
+        detail=cycle.detail,
+        recordings=recordings,
+        wrong=tuple(wrong),
+    )
+
+
+def _judged(ward: Ward) -> list[str]:
+    """What the oracle says of all that the twin has played so far."""
+    verdict = ward.witness.verdict()
+    wrong = [f"{one.name}: {one.worst:.3g}" for one in verdict.harm]
+    if verdict.inside_at_end:
+        wrong.append(f"inside at {verdict.end_mm:.1f} mm")
+    if verdict.missed_ticks:
+        wrong.append(f"{verdict.missed_ticks} ticks that nobody judged")
+    return wrong
+
+
+def _last_inside_s(rows: np.ndarray, mouth_mm: float) -> float:
+    inside = np.flatnonzero(rows[:, 0] > mouth_mm)
+    return 0.0 if not len(inside) else float(inside[-1] + 1) * 1e-3
+
+
+def _shown(rows: np.ndarray, victim: str) -> np.ndarray:
+    """Whether the bedside shows what it has to show of this death."""
+    if victim in ("control", "all"):
+        return np.asarray(rows[:, 2] == 1.0)
+    return (rows[:, 1].astype(np.int64) >> Condition.RECORDER_LOST & 1).astype(bool)
+
+
+def _first_told_s(rows: np.ndarray, victim: str, lit: bool) -> float:
+    """When the bedside first showed it.
+
+    lit: it did so before, in the same cycle. Then it must go on until people have been told.
+    """
+    shown = _shown(rows, victim)
+    if lit and shown[: round(TOLD_WITHIN_S / DT_S)].all():
+        return 0.0
+    # A lamp that was lit before and went out tells nobody anything new.
+    found = np.flatnonzero(shown & ~np.concatenate((shown[:1], shown[:-1])))
+    return float(found[0]) * 1e-3 if len(found) else float("inf")
+
+
+def _look_at_what_is_kept(
+    ward: Ward, victim: str, in_cycle: bool, before: int
+) -> tuple[PastCycle, int, list[str]]:
+    """The cycle on record, how many files it has, and what is wrong with them.
+
+    before: number of the one before.
+    """
+    wrong = []
+    with Records.open(ward.database) as records:
+
+        def has_ended() -> bool:
+            last = records.history.list_cycles(ABOUT.machine.serial, 1)
+            return bool(last) and last[0].number > before and last[0].outcome is not None
+
+        if not wait(has_ended, ON_RECORD_WITHIN_S):
+            wrong.append(f"no end on record after cycle {before}")
+        cycle = records.history.list_cycles(ABOUT.machine.serial, 1)[0]
+        broken = records.audit().broken
+    if broken is not None:
+        wrong.append(f"audit: {broken}")
+    expected: tuple[Outcome, ...] = (Outcome.COMPLETED, Outcome.ABORTED)
+    if victim in ("control", "all") and in_cycle:
+        expected = (Outcome.INTERRUPTED,)
+    if cycle.outcome not in expected:
+        wrong.append(f"on record as {cycle.outcome}")
+    assert cycle.recording is not None
+    files = sorted(ward.out.glob(f"{Path(cycle.recording).stem}*.mcap"))
+    if not files:
+        wrong.append(f"no recording {cycle.recording}")
+    for file in files:
+        wrong.extend(_look_at(file))
+    return cycle, len(files), wrong
+
+
+def _look_at(file: Path) -> list[str]:
+    """What is wrong with a recording: it can be read, and replays to the last bit."""
+    reader = RecordingReader(file)
+    try:
+        verdict = replay.replay(reader)
+        if not verdict.identical:
+            return [f"{file.name}: replay differs: {verdict.first}"]
+        if reader.is_damaged:
+            return [f"{file.name}: {reader.flaw}"]
+    finally:
+        reader.close()
+    return []
+
+
+def campaign(deaths: int, seed: int) -> list[Fate]:
+    """So many deaths, of each in turn, at random instants of a cycle."""
+    chance = random.Random(seed)
+    folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
+    fates = []
+    ward = Ward(folder, folder / "recordings")
+    try:
+        for number in range(deaths):
+            victim = list(VICTIMS)[number % len(VICTIMS)]
+            fates.append(one(ward, victim, number, chance.uniform(0.0, CYCLE_S)))
+            for file in (folder / "recordings").glob("*.mcap"):
+                file.unlink()
+    finally:
+        ward.close()
+        shutil.rmtree(folder)
+    return fates

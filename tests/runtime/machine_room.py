@@ -1,0 +1,186 @@
+"""A twin and a controller as processes, and who asks them and looks."""
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.mailbox import Sender
+from opensuction.exchange.ring import RingReader
+from opensuction.exchange.sole import holder
+from opensuction.kernel.phase import CYCLE, RESTING, Phase
+from opensuction.procedure.cycle.refusal import Refusal
+from opensuction.records.entry import Catheter, Machine, SettingsFile
+from opensuction.runtime import about, launch
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.room import ASK, CONTROLS, RECORDS, RING
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.controller.bedside import at_bed
+
+ABOUT = about.About(
+    machine=Machine("twin-1", "clinical", is_twin=True),
+    catheter=Catheter("c-1", 6, 86_400),
+    protocol=SettingsFile("neonate", "{}"),
+    approach="travel",
+    patient="P-1",
+    parameter_file=None,
+    database=None,
+    heading={"patient": "neonate"},
+)
+ATTEMPTS = 8
+"""A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
+then, as it should be: it is begun again."""
+REST_S = 1.0
+"""Between passes."""
+STARTS = 8
+"""One may be refused for a moment: the machine may still be drawing out, or the patient resting."""
+INSIDE_MM = 3.0
+"""Below the tube's end."""
+
+
+class Room:
+    """Both processes, and who asks and looks."""
+
+    def __init__(self, folder: Path) -> None:
+        loop, state = at_bed("neonate")
+        # Or a campaign of two hundred deaths would last half a day.
+        service = loop.controller.service
+        rule = service.passes._replace(rest_s=REST_S)
+        settings = loop.controller._replace(service=service._replace(passes=rule))
+        loop = loop._replace(controller=settings)
+        self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
+        self.cap_mm = loop.controller.limits.cap_mm
+        launch.configure(folder, loop)
+        about.write(folder, ABOUT._replace(database=str(folder / "records.db")))
+        self.twin = launch.start_twin(folder, loop, state, seed=1)
+        self.control: subprocess.Popen[bytes] | None = None
+        self.recorder: subprocess.Popen[bytes] | None = None
+        self.person = Sender(folder / ASK, "nurse")
+
+    def begin(self) -> None:
+        """Start a controller."""
+        self.control = launch.start_control(self.folder)
+        self.reopen()
+
+    def reopen(self) -> None:
+        """Look at the controller that there is now."""
+        self.rows = RingReader(self.folder / RING)
+
+    def stop(self) -> None:
+        """Kill the controller."""
+        assert self.control is not None
+        self.control.kill()
+        self.control.wait()
+
+    def record(self, out: Path) -> None:
+        """Start a recorder."""
+        self.recorder = launch.start_recorder(self.folder, out)
+
+    def end_recorder(self, words: str = "") -> None:
+        """As it should end. words: with which what it has said begins; of a sound one nothing."""
+        assert self.recorder is not None
+        self.recorder.terminate()
+        assert self.recorder.wait(10.0) == 0
+        said = launch.log_of(self.folder, launch.RECORDER).read_text()
+        assert said.startswith(words), said
+        assert bool(said) == bool(words), said
+
+    def close(self) -> None:
+        self.person.close()
+        for process in (self.control, self.recorder, self.twin):
+            if process is not None:
+                process.kill()
+                process.communicate()
+        # What a supervisor of this folder has started, where a test has failed.
+        for lock in (RECORDS, CONTROLS):
+            pid = holder(self.folder / lock)
+            if pid is not None:
+                os.kill(pid, signal.SIGKILL)
+
+    def now(self, name: str) -> float:
+        newest = self.rows.snapshot()
+        assert newest is not None
+        return float(newest[1][ROW_COLUMNS.index(name)])
+
+    def phase(self) -> Phase:
+        return Phase(int(self.now("outputs.phase")))
+
+    def truth(self, name: str) -> float:
+        newest = RingReader(self.folder / SHOWN).snapshot()
+        assert newest is not None
+        return float(newest[1][SHOWN_COLUMNS.index(name)])
+
+    def ask(self, ask: str, key: str) -> None:
+        self.person.ask(ask, key, "2026-11-23T12:00:00Z")
+
+    def press(self, *buttons: str) -> None:
+        """One after the other, each with a key of its own."""
+        for button in buttons:
+            self.asked += 1
+            self.ask(button, f"key {self.asked}")
+            time.sleep(0.05)
+
+    def is_out(self) -> bool:
+        return self.truth("truth.tip_mm") < self.mouth_mm
+
+    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """From rest to a cycle that has begun, whatever went on before.
+
+        meanwhile: done now and then.
+        """
+        assert wait(lambda: self.phase() in RESTING, 60.0)
+        for _ in range(STARTS):
+            if self.now("outputs.counters.locked_out"):
+                self.press("service", "return_to_service")
+            self.press("reset", "assessed", "oxygen_skipped", "start")
+            if wait(lambda: (meanwhile(), self.phase() in CYCLE)[1], 2.0):
+                return
+        refused = Refusal(int(self.now("outputs.counters.refusal")))
+        raise AssertionError(f"no cycle begins: {self.phase().name}, {refused.name}")
+
+    def reach(
+        self, there: Callable[[], bool], meanwhile: Callable[[], object] = lambda: None
+    ) -> None:
+        """Begin cycles until one has come so far; each that was broken off has come out.
+
+        meanwhile: done now and then.
+        """
+
+        def looks(holds: Callable[[], bool]) -> Callable[[], bool]:
+            return lambda: (meanwhile(), holds())[1]
+
+        for _ in range(ATTEMPTS):
+            self.begin_cycle(meanwhile)
+            if wait(looks(lambda: there() or self.phase() == Phase.HALTED), 60.0) and there():
+                return
+            assert wait(looks(self.is_out))
+        raise AssertionError(f"no cycle came so far: {self.phase().name}")
+
+
+@contextmanager
+def running(begins: bool = True) -> Iterator[Room]:
+    """Both of them, in a folder of their own. begins: the controller, too."""
+    folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
+    made = Room(folder)
+    try:
+        if begins:
+            made.begin()
+        yield made
+    finally:
+        made.close()
+        shutil.rmtree(folder)
+
+
+def wait(holds: Callable[[], bool], seconds: float = 30.0) -> bool:
+    ends = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > ends:
+            return False
+        time.sleep(0.005)
+    return True

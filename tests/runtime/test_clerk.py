@@ -1,0 +1,104 @@
+"""What is put on record where a recorder dies between storing and saying so."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from opensuction.records.entry import Action, CycleEnd, Outcome
+from opensuction.records.history import PastCycle
+from opensuction.records.records import Records
+from opensuction.runtime import recorder
+from opensuction.runtime.clerk import Clerk, Context
+from opensuction.runtime.journal import Begun, Entry
+from tests.runtime.machine_room import ABOUT
+
+RUN = "20261123T120000-0123abcd"
+SERIAL = ABOUT.machine.serial
+CONTEXT = Context(ABOUT, "ab" * 32)
+BEGAN = datetime(2026, 11, 23, 12, tzinfo=UTC)
+
+
+def begun(tick: int) -> Entry:
+    what = Begun("nurse", recorder.name_of(RUN, tick))
+    return Entry(f"{RUN}-{tick}-begin", BEGAN + timedelta(milliseconds=tick), what)
+
+
+def ended(tick: int) -> Entry:
+    what = CycleEnd(Outcome.COMPLETED, inside_at_end=False)
+    return Entry(f"{RUN}-{tick}-end", BEGAN + timedelta(milliseconds=tick), what)
+
+
+def stored(database: Path, work: Callable[[Clerk], None]) -> list[PastCycle]:
+    """What a clerk leaves, oldest first."""
+    clerk = Clerk(str(database))
+    work(clerk)
+    assert clerk.close(20.0), clerk.lost
+    with Records.open(str(database)) as records:
+        assert records.audit().broken is None
+        return list(reversed(records.history.list_cycles(SERIAL)))
+
+
+def test_a_cycle_that_was_stored_and_comes_again_is_one_cycle_with_its_own_end(
+    tmp_path: Path,
+) -> None:
+    """Killed before it noted how far it was: the next one hands over the beginning once more."""
+    database = tmp_path / "records.db"
+    stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
+
+    def go_on(clerk: Clerk) -> None:
+        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 400))
+        clerk.put(begun(500), CONTEXT)
+        clerk.put(ended(9000), CONTEXT)
+        clerk.put(begun(12_000), CONTEXT)
+        clerk.put(ended(20_000), CONTEXT)
+
+    cycles = stored(database, go_on)
+    assert [one.recording for one in cycles] == [
+        recorder.name_of(RUN, 500),
+        recorder.name_of(RUN, 12_000),
+    ]
+    assert [one.outcome for one in cycles] == [Outcome.COMPLETED] * 2
+
+
+def test_one_of_which_nothing_comes_any_more_is_ended_as_not_seen(tmp_path: Path) -> None:
+    database = tmp_path / "records.db"
+    stored(database, lambda clerk: clerk.put(begun(500), CONTEXT))
+
+    def go_on(clerk: Clerk) -> None:
+        clerk.adopt(SERIAL, None, lambda name: recorder.is_after(name, RUN, 500))
+        clerk.put(begun(12_000), CONTEXT)
+        clerk.put(ended(20_000), CONTEXT)
+
+    first, second = stored(database, go_on)
+    assert first.outcome == Outcome.INTERRUPTED
+    assert first.detail == "nobody recorded how it ended"
+    assert second.outcome == Outcome.COMPLETED
+
+
+def test_an_end_that_is_refused_holds_nothing_of_the_next_cycle_up(tmp_path: Path) -> None:
+    """Somebody has ended it meanwhile: what people do afterwards is not put down to it."""
+    database = tmp_path / "records.db"
+
+    def work(clerk: Clerk) -> None:
+        clerk.put(begun(500), CONTEXT)
+        clerk.put(ended(9000), CONTEXT)
+        clerk.adopt(SERIAL, None, lambda _: False)
+        clerk.put(begun(500), CONTEXT)  # again: the one that has ended
+        clerk.put(ended(9001), CONTEXT)  # refused
+        act = Action("nurse", "assessed", "pressed")
+        clerk.put(Entry("act", BEGAN, act), CONTEXT)
+
+    (cycle,) = stored(database, work)
+    assert cycle.outcome == Outcome.COMPLETED
+    with Records.open(str(database)) as records:
+        (act,) = records.history.list_actions(SERIAL)
+        assert act.cycle_id is None
+
+
+def test_whether_a_recording_is_of_a_cycle_to_come() -> None:
+    name = recorder.name_of(RUN, 500)
+    assert recorder.is_after(name, RUN, 499)
+    assert not recorder.is_after(name, RUN, 500)
+    assert not recorder.is_after(name, f"{RUN}0", 0)
+    assert not recorder.is_after(None, RUN, 0)
+    assert not recorder.is_after("somebody's.mcap", RUN, 0)

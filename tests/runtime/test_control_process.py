@@ -1,0 +1,102 @@
+"""The control loop as a process, before the twin in real time: both are what a machine would be."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from opensuction.exchange.event_ring import EventReader
+from opensuction.kernel.phase import Phase
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.room import EVENTS
+from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
+
+
+@pytest.fixture
+def room() -> Iterator[Room]:
+    with running() as made:
+        yield made
+
+
+def test_a_person_starts_a_cycle_and_it_is_done(room: Room) -> None:
+    seen: list[Phase] = []
+
+    def is_done() -> bool:
+        rows = room.rows.read().rows
+        seen.extend(Phase(int(value)) for value in rows[:, ROW_COLUMNS.index("outputs.phase")])
+        return Phase.CLOSING in seen and seen[-1] == Phase.PARKED
+
+    room.reach(is_done)
+    assert Phase.SUCTIONING in seen
+    assert room.truth("truth.secretion_removed_ml") > 0.0
+    assert room.is_out()
+    events = EventReader(room.folder / EVENTS).read()[0]
+    told = [
+        (one.fields["kind"], one.fields.get("ask"), one.fields.get("verdict")) for one in events
+    ]
+    assert told[0] == ("began", None, None)
+    assert ("request", "start", "pressed") in told
+
+
+def test_killed_in_the_airway_the_drives_bring_it_out_and_the_next_one_waits_for_a_person(
+    room: Room,
+) -> None:
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    passes = room.now("outputs.counters.passes")
+    room.stop()
+    assert wait(lambda: room.truth("annunciator.watchdog_fired") == 1.0, 1.0)
+    room.begin()
+    assert wait(room.is_out)
+    assert wait(lambda: room.phase() in (Phase.HALTED, Phase.PARKED))
+    first = EventReader(room.folder / EVENTS).read()[0][0]
+    assert first.fields["recovered"] == "yes"
+    assert room.now("outputs.counters.passes") >= passes  # the plug undoes no limit
+    # Whoever had been told stays told until a person resets it.
+    assert room.truth("annunciator.watchdog_fired") == 1.0
+
+
+def test_told_to_end_in_a_cycle_it_comes_out_first(room: Room) -> None:
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    assert room.control is not None
+    room.control.send_signal(signal.SIGTERM)
+    assert room.control.wait(20.0) == 0
+    assert room.is_out()
+    assert EventReader(room.folder / EVENTS).read()[0][-1].fields["kind"] == "ended"
+
+
+def test_a_machine_that_says_nothing_any_more_is_a_fault_within_a_tenth_of_a_second(
+    room: Room,
+) -> None:
+    room.twin.send_signal(signal.SIGSTOP)
+    try:
+        assert wait(lambda: room.now("inputs.readings.head_valid") == 0.0, 1.0)
+        assert wait(lambda: room.now("outputs.verdict.trips") != 0.0, 1.0)
+    finally:
+        room.twin.send_signal(signal.SIGCONT)
+
+
+def test_a_second_controller_is_refused_in_a_line(room: Room) -> None:
+    command = [sys.executable, "-m", "opensuction.runtime.control_process", str(room.folder)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert found.returncode == 1
+    assert room.control is not None
+    assert f"a controller runs already: process {room.control.pid}, by " in found.stderr
+    assert found.stderr.count("\n") == 1
+    assert wait(lambda: room.phase() == Phase.PARKED, 1.0)
+
+
+def test_ticks_come_by_the_clock_and_what_is_missed_is_counted(room: Room) -> None:
+    time.sleep(2.0)
+    rows = room.rows.read().rows
+    columns = {name: rows[:, i] for i, name in enumerate(ROW_COLUMNS)}
+    steps = np.diff(columns["loop.time_s"])
+    assert steps == pytest.approx(1e-3 * (1.0 + columns["loop.skipped"][1:]), abs=1e-6)
+    assert (columns["inputs.dt_s"] == 1e-3).all()
+    late = columns["inputs.host.overrun"] == 1.0
+    assert (late == (columns["loop.skipped"] > 0)).all()
+    assert (np.diff(columns["inputs.tick"]) == 1.0).all()
+    assert np.median(columns["loop.computed_s"]) < 0.5e-3

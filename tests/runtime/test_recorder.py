@@ -1,0 +1,93 @@
+"""What recordings hold of a machine that is started again before the last one has ended."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from opensuction.controller import configuration
+from opensuction.controller.configuration import Configuration
+from opensuction.exchange.ring import Read
+from opensuction.kernel import arithmetic_fingerprint
+from opensuction.kernel.phase import RESTING
+from opensuction.kernel.record import Array
+from opensuction.kernel.requests import ABORT, ASSESSED, OXYGEN_SKIPPED, RESET, START
+from opensuction.recording.cycle_file.heading import Heading
+from opensuction.recording.cycle_file.tick_table import STATE_PART
+from opensuction.runtime.loop import TIMING_COLUMNS
+from opensuction.runtime.recorder import Recorder
+from tests.runtime.kept import replayed, ticks_of, told_of
+from tests.runtime.stepped_room import SteppedRoom
+from tests.runtime.timing.timing_run import at_work
+
+STATE = slice(len(TIMING_COLUMNS) + STATE_PART.start, len(TIMING_COLUMNS) + STATE_PART.stop)
+"""Of a row: the controller's state."""
+PIECE = 50
+"""Rows that are read at once."""
+BUTTONS = (RESET, ASSESSED, OXYGEN_SKIPPED)
+"""What a person who is in haste presses before the start, a tick each."""
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Iterator[SteppedRoom]:
+    made = SteppedRoom(tmp_path, *at_work())
+    yield made
+    made.close()
+
+
+def heading() -> Heading:
+    loop, _ = at_work()
+    chosen = Configuration(loop.controller, loop.heads_mm)
+    return Heading(
+        software_version="0",
+        settings=configuration.to_json(chosen),
+        settings_hash=configuration.hash_of(chosen),
+        fingerprint=arithmetic_fingerprint.fingerprint(),
+        began_ns=0,
+        about={},
+    )
+
+
+def broken_off(room: SteppedRoom) -> None:
+    """A cycle that a person begins and ends half a second later; until it rests."""
+    for button in BUTTONS:
+        room.step(button)
+    room.step(START)
+    assert room.phase() not in RESTING, "it has begun"
+    room.run(0.5)
+    room.step(ABORT)
+    while room.phase() not in RESTING:
+        room.step()
+
+
+def record(rows: Array, folder: Path) -> list[Path]:
+    """As a recorder does that knows the first row, and what the controller was in then."""
+    recorder = Recorder(folder, "run", heading, rows[0, STATE], after=1)
+    for first in range(1, len(rows), PIECE):
+        recorder.take(Read(rows[first : first + PIECE], first + 1, 0), [])
+        assert not recorder.lost
+    recorder.close()
+    return sorted(folder.glob("run*.mcap"))
+
+
+@pytest.mark.parametrize("rest_s", [0.0, 0.3, 1.2, 2.5])
+def test_each_of_two_cycles_begins_with_its_rest_and_replays(
+    room: SteppedRoom, tmp_path: Path, rest_s: float
+) -> None:
+    """However soon a person starts again: the recording of the first still goes on then."""
+    room.run(0.2)
+    broken_off(room)
+    room.run(rest_s)
+    broken_off(room)
+    room.run(2.0)
+    paths = record(np.array(room.rows), tmp_path)
+    assert len(paths) == 2
+    for path in paths:
+        ticks = ticks_of(path)[:, 0]
+        assert (np.diff(ticks) == 1.0).all()
+        verdict = replayed(path)
+        assert verdict.identical, verdict.first
+        assert (verdict.ticks, verdict.gaps, verdict.starts) == (len(ticks), 0, 1)
+        phases = [name for kind, name in told_of(path) if kind == "phase"]
+        assert phases[phases.index("checking") - 1] in {"halted", "parked"}

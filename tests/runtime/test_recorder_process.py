@@ -1,0 +1,194 @@
+"""The recorder beside a machine that runs: what it keeps, and what its death does."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from opensuction.controller import configuration
+from opensuction.exchange.event_ring import EventReader
+from opensuction.kernel.phase import RESTING, Phase
+from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.records.entry import Outcome
+from opensuction.records.records import Records
+from opensuction.runtime import about
+from opensuction.runtime.control_process import settings_file
+from opensuction.runtime.room import CONFIGURATION, EVENTS
+from tests.runtime.kept import is_recorder_missed, replayed, ticks_of, told_of
+from tests.runtime.machine_room import ABOUT, INSIDE_MM, Room, running, wait
+
+
+@pytest.fixture
+def room() -> Iterator[Room]:
+    with running() as made:
+        yield made
+
+
+def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path: Path) -> None:
+    room.record(tmp_path / "kept")
+    room.reach(lambda: room.phase() == Phase.CLOSING)
+    assert wait(lambda: room.phase() == Phase.PARKED)
+    room.end_recorder()
+    path = sorted((tmp_path / "kept").glob("*.mcap"))[-1]
+    ticks = ticks_of(path)
+    assert (np.diff(ticks[:, 0]) == 1.0).all()
+    told = told_of(path)
+    assert ("request", "start") in told
+    phases = [name for kind, name in told if kind == "phase"]
+    at = phases.index("checking")  # after a cycle that was broken off it was halted, too
+    assert phases[at - 1 : at + 2] == ["parked", "checking", "preloading"]
+    verdict = replayed(path)
+    assert verdict.identical, verdict.first
+    assert (verdict.ticks, verdict.gaps, verdict.starts) == (len(ticks), 0, 1)
+    with Records.open(str(room.folder / "records.db")) as records:
+        last = records.history.list_cycles("twin-1", 1)[0]
+        assert last.recording == path.name
+        assert (last.outcome, last.requested_by) == (Outcome.COMPLETED, "nurse")
+        assert records.audit().broken is None
+
+
+def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_path: Path) -> None:
+    room.record(tmp_path)
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    assert room.recorder is not None
+    room.recorder.kill()
+    room.recorder.wait()
+    last = room.now("inputs.tick")
+    first = sorted(tmp_path.glob("*.mcap"))[-1]
+    assert last - ticks_of(first)[-1, 0] < 250.0  # this test's own way to look included
+    assert wait(lambda: is_recorder_missed(room), 4.0)
+    room.record(tmp_path)
+    assert wait(lambda: not is_recorder_missed(room), 5.0)
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder()
+    second = first.with_name(f"{first.stem}-2.mcap")
+    # The ring had what nobody wrote.
+    assert ticks_of(second)[0, 0] == ticks_of(first)[-1, 0] + 1.0
+    assert replayed(second).identical
+    assert ("alarm", "recorder-lost") in told_of(second)
+    with Records.open(str(room.folder / "records.db")) as records:
+        cycles = records.history.list_cycles("twin-1", 9)
+        assert cycles[0].recording == first.name
+        assert cycles[0].outcome in (Outcome.COMPLETED, Outcome.ABORTED)
+        assert records.unfinished_cycles() == []
+
+
+def test_of_a_controller_that_was_killed_everything_is_kept(room: Room, tmp_path: Path) -> None:
+    room.record(tmp_path)
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    room.stop()
+    last = room.now("inputs.tick")
+    before = sorted(tmp_path.glob("*.mcap"))[-1]
+    room.begin()
+    assert wait(lambda: len(list(tmp_path.glob("*.mcap"))) > 1, 10.0)
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder()
+    assert ticks_of(before)[-1, 0] == last
+    with Records.open(str(room.folder / "records.db")) as records:
+        cycle = records.history.list_cycles("twin-1", 1)[0]
+        assert (cycle.recording, cycle.outcome) == (before.name, Outcome.INTERRUPTED)
+        assert "the controller died while" in cycle.detail
+        did = [one.what for one in records.history.list_actions("twin-1", 20)]
+        assert {"start", "controller-restarted", "drawn-out"} <= set(did)
+
+
+def test_after_the_death_of_both_nothing_of_either_is_missing(room: Room, tmp_path: Path) -> None:
+    room.record(tmp_path)
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    assert room.recorder is not None
+    room.recorder.kill()
+    room.recorder.wait()
+    room.stop()
+    last = room.now("inputs.tick")
+    first = sorted(tmp_path.glob("*.mcap"))[-1]
+    room.begin()
+    room.record(tmp_path)
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder()
+    second = first.with_name(f"{first.stem}-2.mcap")
+    kept = np.concatenate((ticks_of(first)[:, 0], ticks_of(second)[:, 0]))
+    assert (np.diff(kept) == 1.0).all()
+    assert kept[-1] == last
+    with Records.open(str(room.folder / "records.db")) as records:
+        cycle = records.history.list_cycles("twin-1", 1)[0]
+        assert (cycle.recording, cycle.outcome) == (first.name, Outcome.INTERRUPTED)
+        assert records.audit().broken is None
+
+
+def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
+    room: Room, tmp_path: Path
+) -> None:
+    database = tmp_path / "away" / "records.db"
+    about.write(room.folder, ABOUT._replace(database=str(database)))
+    (tmp_path / "away").write_text("no folder")
+    room.record(tmp_path)
+    room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
+    assert wait(lambda: is_recorder_missed(room), 4.0)
+    (tmp_path / "away").unlink()
+    assert wait(lambda: not is_recorder_missed(room), 6.0)
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder("opensuction: not kept: ")
+    with Records.open(str(database)) as records:
+        assert records.history.list_cycles("twin-1", 1)[0].requested_by == "nurse"
+        conditions = {one.condition for one in records.history.list_alarms("twin-1", 9)}
+        assert "RECORDER_LOST" in conditions
+
+
+def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
+    room: Room, tmp_path: Path
+) -> None:
+    database = str(tmp_path / "records.db")
+    told = ABOUT._replace(database=database)
+    about.write(room.folder, told)
+    room.record(tmp_path)
+    about.write(room.folder, told._replace(catheter=told.catheter._replace(label="c-2")))
+    room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder()
+    with Records.open(database) as records:
+        cycles = records.history.list_cycles("twin-1", 9)
+        assert {one.catheter for one in cycles} == {"c-2"}
+
+
+def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
+    room: Room, tmp_path: Path
+) -> None:
+    text = (room.folder / CONFIGURATION).read_text()
+    chosen = configuration.from_json(text)
+    limits = chosen.settings.limits
+    other = chosen._replace(
+        settings=chosen.settings._replace(
+            limits=limits._replace(vacuum_mmhg=limits.vacuum_mmhg - 1.0)
+        )
+    )
+    room.record(tmp_path)
+    (room.folder / settings_file("k-1")).write_text(configuration.to_json(other))
+    room.ask("set_protocol", "k-1")
+    assert wait(lambda: ("k-1", "set") in verdicts(room))
+    (room.folder / settings_file("k-2")).write_text("{}")
+    for key in ("k-2", "k-3", "../k"):
+        room.ask("set_protocol", key)
+        assert wait(lambda key=key: key in dict(verdicts(room)))  # type: ignore[misc]
+    said = dict(verdicts(room))
+    assert said["k-2"].startswith("refused: controller settings")
+    assert said["k-3"] == "refused: no settings of this key"
+    assert said["../k"] == "malformed"
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    (room.folder / settings_file("k-4")).write_text(text)
+    room.ask("set_protocol", "k-4")
+    assert wait(lambda: ("k-4", "not at rest") in verdicts(room))
+    assert wait(lambda: room.phase() in RESTING)
+    room.end_recorder()
+    path = sorted(tmp_path.glob("*.mcap"))[-1]
+    reader = RecordingReader(path)
+    assert reader.heading.settings_hash == configuration.hash_of(other)
+    reader.close()
+    verdict = replayed(path)
+    assert verdict.identical, verdict.first
+
+
+def verdicts(room: Room) -> list[tuple[str, str]]:
+    told = EventReader(room.folder / EVENTS).read()[0]
+    asked = [one.fields for one in told if one.fields["kind"] == "request"]
+    return [(one["key"], one["verdict"]) for one in asked if one["ask"] in ("", "set_protocol")]

@@ -1,0 +1,116 @@
+"""Who looks after the processes: what stands still is replaced, what cannot start is said."""
+
+import os
+import resource
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.ring import RingReader
+from opensuction.exchange.sole import holder
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.phase import RESTING
+from opensuction.runtime.room import CONFIGURATION, CONTROLS, RECORDS
+from opensuction.runtime.supervisor import Notice, Supervisor
+from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
+from tests.runtime.test_disk import LARGEST_BYTES
+
+
+@pytest.fixture
+def room() -> Iterator[Room]:
+    with running(begins=False) as made:
+        yield made
+
+
+def look(supervisor: Supervisor, seconds: float, wanted: str) -> Notice:
+    """Let it look until it has done something."""
+    ends_s = time.monotonic() + seconds
+    while time.monotonic() < ends_s:
+        for notice in supervisor.look():
+            if notice.what == wanted:
+                return notice
+        time.sleep(0.02)
+    raise AssertionError(f"no {wanted} within {seconds:g} s")
+
+
+def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
+    room: Room, tmp_path: Path
+) -> None:
+    with Supervisor(room.folder, tmp_path) as supervisor:
+        told: list[str] = []
+        supervisor.begin(lambda notice: told.append(notice.what))
+        assert told == ["control-started", "recorder-started"]
+        room.reopen()
+        with pytest.raises(InputError, match=f"a supervisor runs already: process {os.getpid()}"):
+            # Of another process: a lock of one's own is no hindrance.
+            _in_another_process(room.folder, tmp_path)
+        room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM, supervisor.look)
+        recorder, control = holder(room.folder / RECORDS), holder(room.folder / CONTROLS)
+        assert recorder is not None
+        assert control is not None
+        os.kill(recorder, signal.SIGSTOP)
+        look(supervisor, 5.0, "recorder-restarted")
+        os.kill(control, signal.SIGSTOP)
+        look(supervisor, 5.0, "control-restarted")
+        assert wait(lambda: supervisor.look() == [] and supervisor.control.works(), 60.0)
+        room.reopen()
+        assert wait(lambda: supervisor.look() == [] and room.phase() in RESTING)
+        assert room.is_out()
+        assert RingReader(room.folder / SHOWN).newest() > 0
+        assert supervisor.end()
+    assert holder(room.folder / RECORDS) is holder(room.folder / CONTROLS) is None
+
+
+def _in_another_process(folder: Path, out: Path) -> None:
+    from opensuction.runtime import launch
+
+    process = launch.spawn(folder, launch.SUPERVISOR, str(out))
+    assert process.wait(60.0) == 1
+    raise InputError(launch.last_words(folder, launch.SUPERVISOR))
+
+
+def test_a_recorder_that_cannot_keep_anything_is_told_with_its_reason(
+    room: Room, tmp_path: Path
+) -> None:
+    """A disk that is full: nobody has died, and what is seen now will be missing."""
+    with Supervisor(room.folder, tmp_path) as supervisor:
+        supervisor.begin()
+        room.reopen()
+        recorder = holder(room.folder / RECORDS)
+        assert recorder is not None
+        resource.prlimit(recorder, resource.RLIMIT_FSIZE, (LARGEST_BYTES, resource.RLIM_INFINITY))
+        room.begin_cycle(supervisor.look)
+        notice = look(supervisor, 30.0, "recorder-keeps-nothing")
+        assert notice.detail.startswith("not kept: "), notice.detail
+        resource.prlimit(
+            recorder, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
+        )
+        look(supervisor, 5.0, "recorder-keeps")
+        assert wait(lambda: supervisor.look() == [] and room.phase() in RESTING)
+        assert supervisor.end()
+
+
+def test_a_controller_that_cannot_begin_is_said_and_nothing_is_left(
+    room: Room, tmp_path: Path
+) -> None:
+    (room.folder / CONFIGURATION).write_text("{}")
+    with Supervisor(room.folder, tmp_path) as supervisor:
+        with pytest.raises(InputError, match="the control does not run: controller settings"):
+            supervisor.begin()
+        assert holder(room.folder / RECORDS) is holder(room.folder / CONTROLS) is None
+
+
+def test_one_that_dies_again_and_again_is_given_up(room: Room, tmp_path: Path) -> None:
+    with Supervisor(room.folder, tmp_path) as supervisor:
+        supervisor.begin()
+        (room.folder / CONFIGURATION).write_text("{}")
+        pid = holder(room.folder / CONTROLS)
+        assert pid is not None
+        os.kill(pid, signal.SIGKILL)
+        notice = look(supervisor, 60.0, "control-given-up")
+        assert "controller settings" in notice.detail
+        supervisor.end()

@@ -1,0 +1,231 @@
+"""The real-time runtime for a while beside a busy machine: what is seen of it.
+
+Twin, controller and recorder as processes, a neonate suctioned again and again; beside them a loop
+of plain Python that takes what a core gives, and a bare sleeping loop of the same scheduler class,
+which shows what the machine lets any loop keep. `timing_figures` says what came of it.
+"""
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.event_ring import EventReader
+from opensuction.exchange.mailbox import Sender
+from opensuction.exchange.ring import RingReader
+from opensuction.kernel.phase import RESTING
+from opensuction.kernel.record import Array
+from opensuction.oracle import exposure
+from opensuction.runtime import about, launch
+from opensuction.runtime.loop import ROW_COLUMNS
+from opensuction.runtime.room import ASK, EVENTS, RING
+from opensuction.simulation.closed_loop import Loop, LoopState
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from tests.controller.bedside import at_bed
+from tests.runtime.machine_room import ABOUT
+
+BARE = Path(__file__).with_name("bare_loop.py")
+BUSY = "while True: pass"
+REST_S = 2.0
+"""Between two passes, instead of the three minutes that a patient has: cycles are what is timed."""
+LOOK_S = 0.1
+"""How often the rings are read: long before they come round."""
+SAMPLE_S = 1.0
+"""And how often the memory and the machine's load are."""
+BUTTONS = ("reset", "assessed", "oxygen_skipped", "start")
+"""What a person presses where the machine rests, one at each look."""
+PAUSE_S = REST_S + 0.5
+"""For how long they wait before, and before they try once more."""
+KEPT = (
+    "loop.time_s",
+    "loop.late_s",
+    "loop.computed_s",
+    "loop.skipped",
+    "inputs.tick",
+    "inputs.dt_s",
+    "inputs.host.overrun",
+    "inputs.host.conditions",
+    "outputs.phase",
+    "outputs.verdict.trips",
+)
+"""Columns of the control loop that are kept."""
+TRUTH = ("tick", "alone", *(name for name in exposure.COLUMNS if name != "time_s"))
+"""And of the machine."""
+
+
+class TimingRun(NamedTuple):
+    """What was seen."""
+
+    loop: Loop
+    ticks: dict[str, Array]
+    """`KEPT`, one entry a tick of the loop."""
+    truth: dict[str, Array]
+    """`TRUTH`, one entry a tick of the machine."""
+    lost: int
+    """Rows of either ring that were overwritten before they were read."""
+    bare: dict[str, Any]
+    """As `bare_loop` says."""
+    began: dict[str, Any]
+    """The control process' first event: scheduler class, what the kernel refused."""
+    resident_kb: list[int]
+    """Memory of the control process that is no file's, each `SAMPLE_S`."""
+    load: list[float]
+    """Of the machine, averaged over a minute, each `SAMPLE_S`."""
+    stolen_percent: float
+    """Of the processors' time what their host gave to others."""
+
+
+class Follower:
+    """Some columns of a ring, from now on."""
+
+    def __init__(self, path: Path, columns: tuple[str, ...], kept: tuple[str, ...]) -> None:
+        self._reader, self._kept = RingReader(path), kept
+        self._reader.next = self._reader.newest() + 1
+        self._places = [columns.index(name) for name in kept]
+        self._parts = [np.empty((0, len(kept)))]
+        self.lost = 0
+
+    def look(self) -> None:
+        """Keep what came since the last call."""
+        found = self._reader.read()
+        self.lost += found.missed
+        if len(found.rows):
+            self._parts.append(found.rows[:, self._places])
+
+    def now(self, name: str) -> float:
+        """Of the newest row; not a number before the first."""
+        newest = self._parts[-1]
+        return float(newest[-1, self._kept.index(name)]) if len(newest) else float("nan")
+
+    def by_name(self) -> dict[str, Array]:
+        """All that was kept."""
+        return dict(zip(self._kept, np.concatenate(self._parts).T, strict=True))
+
+
+class Person:
+    """Starts a cycle wherever the machine rests."""
+
+    def __init__(self, folder: Path) -> None:
+        self._sender, self._number, self._next_s = Sender(folder / ASK, "nurse"), 0, 0.0
+
+    def look(self, phase: float) -> None:
+        """Press the next button, where the machine waits for one."""
+        now_s = time.monotonic()
+        if phase not in RESTING:
+            self._next_s = now_s + PAUSE_S
+        if now_s < self._next_s:
+            return
+        button = BUTTONS[self._number % len(BUTTONS)]
+        self._number += 1
+        self._sender.ask(button, f"key {self._number}", "2026-11-23T12:00:00Z")
+        if button == BUTTONS[-1]:
+            self._next_s = now_s + PAUSE_S
+
+    def close(self) -> None:
+        """Go."""
+        self._sender.close()
+
+
+def _resident_kb(pid: int) -> int:
+    """Memory of its own: the rings' pages are files, which come as they are first written."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("RssAnon"))
+
+
+def _processor_time() -> tuple[int, int]:
+    """All of it so far, and what was stolen."""
+    numbers = [int(word) for word in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+    return sum(numbers), numbers[7]
+
+
+@contextmanager
+def _process(command: list[str]) -> Iterator[subprocess.Popen[bytes]]:
+    process = subprocess.Popen(command)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def at_work() -> tuple[Loop, LoopState]:
+    """A neonate who is suctioned more often than any should be."""
+    loop, state = at_bed("neonate")
+    settings = loop.controller
+    passes = settings.service.passes._replace(rest_s=REST_S)
+    service = settings.service._replace(passes=passes)
+    return loop._replace(controller=settings._replace(service=service)), state
+
+
+@contextmanager
+def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int) -> Iterator[int]:
+    """Twin, controller and recorder; the controller's process number."""
+    processes = []
+    try:
+        launch.configure(folder, loop)
+        about.write(folder, ABOUT._replace(database=str(folder / "records.db")))
+        processes.append(launch.start_twin(folder, loop, state, seed=1))
+        processes.append(launch.start_control(folder, period))
+        processes.append(launch.start_recorder(folder, out))
+        yield processes[1].pid
+    finally:
+        for process in reversed(processes):
+            process.kill()
+            process.communicate()
+
+
+def run(out: Path, seconds: float, period_ns: int) -> TimingRun:
+    """Let it run for so long. out: where the recorder may write."""
+    folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
+    loop, state = at_work()
+    try:
+        with ExitStack() as stack:
+            control = stack.enter_context(_machine(folder, out, loop, state, period_ns))
+            stack.enter_context(_process([sys.executable, "-c", BUSY]))
+            told = folder / "bare.json"
+            command = [sys.executable, str(BARE), str(told), str(period_ns)]
+            bare = stack.enter_context(_process(command))
+            person = stack.enter_context(closing(Person(folder)))
+            found = _watch(folder, loop, seconds, control, person)
+            bare.terminate()
+            bare.wait(10.0)
+            return found._replace(bare=json.loads(told.read_text(encoding="utf-8")))
+    finally:
+        shutil.rmtree(folder)
+
+
+def _watch(folder: Path, loop: Loop, seconds: float, control: int, person: Person) -> TimingRun:
+    ticks = Follower(folder / RING, ROW_COLUMNS, KEPT)
+    truth = Follower(folder / SHOWN, SHOWN_COLUMNS, TRUTH)
+    resident_kb, load, before = [], [], _processor_time()
+    began_s = next_s = time.monotonic()
+    while (now_s := time.monotonic()) < began_s + seconds:
+        ticks.look()
+        truth.look()
+        person.look(ticks.now("outputs.phase"))
+        if now_s >= next_s:
+            next_s += SAMPLE_S
+            resident_kb.append(_resident_kb(control))
+            load.append(float(Path("/proc/loadavg").read_text().split()[0]))
+        time.sleep(LOOK_S)
+    after = _processor_time()
+    return TimingRun(
+        loop=loop,
+        ticks=ticks.by_name(),
+        truth=truth.by_name(),
+        lost=ticks.lost + truth.lost,
+        bare={},
+        began=EventReader(folder / EVENTS).read()[0][0].fields,
+        resident_kb=resident_kb,
+        load=load,
+        stolen_percent=100.0 * (after[1] - before[1]) / (after[0] - before[0]),
+    )

@@ -1,0 +1,43 @@
+"""The library's own names: there, typed, and loaded only when they are asked for."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import opensuction
+
+
+@pytest.mark.parametrize("name", opensuction.__all__)
+def test_every_name_is_there(name: str) -> None:
+    assert getattr(opensuction, name) is not None
+
+
+def test_type_checkers_are_told_of_every_name_and_where_it_is() -> None:
+    stub = Path(opensuction.__file__).with_suffix(".pyi")
+    assert stub.name == "__init__.pyi"
+    imports = [
+        one for one in ast.parse(stub.read_text("utf-8")).body if isinstance(one, ast.ImportFrom)
+    ]
+    told = {alias.asname: one.module for one in imports for alias in one.names}
+    modules = vars(opensuction)["_MODULES"]
+    assert told == {name: f"opensuction.{where}" for name, where in modules.items()}
+    assert set(opensuction.__all__) == {*told, "__version__"}
+
+
+def test_a_name_that_is_not_there_is_missed_as_usual() -> None:
+    with pytest.raises(AttributeError, match="module 'opensuction' has no attribute 'Kontroller'"):
+        vars(opensuction)["__getattr__"]("Kontroller")
+    assert not hasattr(opensuction, "Kontroller")
+
+
+def test_to_import_it_loads_nothing_heavy() -> None:
+    program = "import opensuction, sys; print(*sorted(sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stdout.split())
+    assert "opensuction" in loaded
+    assert not loaded & {"numba", "numpy", "scipy", "pydantic", "rich", "opensuction.kernel"}
