@@ -34,6 +34,8 @@ def refused(console: Served, client: TestClient, query: str = HEAD) -> dict[str,
     with pytest.raises(WebSocketDenialResponse) as found, listen(console, client, query):
         pass
     assert found.value.headers["content-type"] == "application/problem+json"
+    assert found.value.headers["content-security-policy"]
+    assert found.value.headers["cache-control"] == "no-store"
     problem: dict[str, Any] = found.value.json()
     assert problem["status"] == found.value.status_code
     return problem

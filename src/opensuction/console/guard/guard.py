@@ -121,8 +121,15 @@ class Guard:
             await _refuse_socket(problem.answer(refused), scope, receive, send)
             return
         self._sockets[peer] += 1
+        has_tls = scope["scheme"] == "wss"
+
+        async def tell(message: Message) -> None:
+            if message["type"] == "websocket.http.response.start":
+                message["headers"] = header.complete(message.get("headers", ()), True, has_tls)
+            await send(message)
+
         try:
-            await self.app(scope, receive, send)
+            await self.app(scope, receive, tell)
         except Exception:
             LOG.exception("socket %s failed", _path(scope))
         finally:
