@@ -11,6 +11,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from opensuction.runtime import launch
+from tests.browser.console.test_everybody import SMALL, TOUCH_PX
 from tests.console.load.browser_page import FIGURES, opened
 from tests.console.load.console_machine import CONSOLE, ConsoleMachine, console_machine
 
@@ -167,6 +168,7 @@ def test_everybody_can_use_it(page: "Page", scheme: str) -> None:
         said = [
             f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found.response["violations"]
         ]
+        said += page.evaluate(SMALL, TOUCH_PX)
         assert not said, json.dumps(said, indent=1)
 
 
