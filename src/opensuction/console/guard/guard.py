@@ -113,14 +113,6 @@ class Guard:
 
     async def _serve_socket(self, scope: Scope, receive: Receive, send: Send) -> None:
         peer, begun_s = _peer(scope), time.monotonic()
-        try:
-            self._check(scope, Headers(scope=scope))
-            self._check_sockets(peer)
-        except Problem as refused:
-            _log(scope, refused.status, begun_s)
-            await _refuse_socket(problem.answer(refused), scope, receive, send)
-            return
-        self._sockets[peer] += 1
         has_tls = scope["scheme"] == "wss"
 
         async def tell(message: Message) -> None:
@@ -128,6 +120,14 @@ class Guard:
                 message["headers"] = header.complete(message.get("headers", ()), True, has_tls)
             await send(message)
 
+        try:
+            self._check(scope, Headers(scope=scope))
+            self._check_sockets(peer)
+        except Problem as refused:
+            _log(scope, refused.status, begun_s)
+            await _refuse_socket(problem.answer(refused), scope, receive, tell)
+            return
+        self._sockets[peer] += 1
         try:
             await self.app(scope, receive, tell)
         except Exception:
@@ -148,11 +148,8 @@ async def _refuse_socket(answer: Response, scope: Scope, receive: Receive, send:
     if "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": REFUSED, "reason": ""})
         return
-    has_tls = scope["scheme"] == "wss"
 
     async def translate(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            message["headers"] = header.complete(message["headers"], True, has_tls)
         await send({**message, "type": f"websocket.{message['type']}"})
 
     await answer({**scope, "type": "http", "method": "GET"}, receive, translate)

@@ -3,15 +3,15 @@
 from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle.transition import Event
 from opensuction.safety.condition import Condition
+from opensuction.session.cycle.cycle_summary import ABORT_SENTENCES
 
 CAUSES = {
-    Event.TRIPPED: "a safety limit tripped",
-    Event.ABORT_REQUESTED: "a person asked for it",
+    **ABORT_SENTENCES,
     Event.PHASE_OVERDUE: "a phase took longer than planned",
-    Event.CONTACT_MISPLACED: "contact where none was expected, or none where it was",
     Event.CHECK_FAILED: "the pre-use test failed",
 }
-"""Every event that breaks a cycle off."""
+"""Every event that breaks a cycle off, as a report says it; which phase and what failed are not on
+record."""
 _WORDS = {name_of(one): words for one, words in CAUSES.items()} | {
     name_of(one): one.row.sentence for one in Condition
 }
