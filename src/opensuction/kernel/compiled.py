@@ -200,3 +200,11 @@ def _content_hash(function: Callable[..., object]) -> str:
     named = [(getattr(one, "__module__", ""), getattr(one, "__qualname__", one)) for one in known]
     content = repr((code.co_code, code.co_consts, code.co_names, named))
     return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+
+def as_python(function: Function) -> Function:
+    """A compiled function as it is written, for whoever calls it seldom and compiles nothing.
+
+    Only for one that calls no other: those would be compiled.
+    """
+    return cast(Function, getattr(function, "py_func", function))

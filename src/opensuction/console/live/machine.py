@@ -10,12 +10,14 @@ from opensuction.console.live import plan_words
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
+from opensuction.kernel.compiled import as_python
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.records.database import utc_time
 from opensuction.report import wording
 from opensuction.runtime.about import About
+from opensuction.safety import tip_bound
 
 NOTICE = (
     "Research software, not a medical device: not for use on people or animals. In-silico: a "
@@ -39,6 +41,7 @@ LABELS = {
     "oxygen_skipped": "Skip oxygen",
 }
 """What the buttons of `kernel.requests.Requests` say; that of a new catheter takes its label."""
+HEAD_CAP_MM = as_python(tip_bound.head_cap_mm)
 CARINA = "carina_mm"
 """Where it is expected, among what recordings say of a machine (`About.heading`)."""
 
@@ -58,7 +61,7 @@ def tell(about: About, settings: Settings, hub: Hub) -> dict[str, Any]:
             "boundary_mm": plain(limits.outside_mm),
             "park_mm": plain(plan.motion.park_mm),
             "park_head_mm": plain(plan.motion.park_head_mm),
-            "head_most_mm": plain(_head_most_mm(settings)),
+            "head_most_mm": plain(HEAD_CAP_MM(limits.tip, limits.cap_mm)),
             "target_mm": plain(_suction_mm(settings)),
             "cap_mm": plain(limits.cap_mm),
             "carina_mm": _carina_mm(about),
@@ -113,15 +116,6 @@ def _suction_mm(settings: Settings) -> float:
     """Where suction is meant to take place; by contact nowhere deeper than this."""
     plan = settings.plan
     return plan.contact.suction_mm if plan.contact.enabled else plan.motion.target_mm
-
-
-def _head_most_mm(settings: Settings) -> float:
-    """Where the head would take the tip past the cap.
-
-    As `safety.tip_bound.head_cap_mm`, which is compiled; this process compiles nothing.
-    """
-    bounds = settings.limits.tip
-    return (settings.limits.cap_mm - bounds.offset_mm) / bounds.gain + 0.5 * bounds.narrow_mm
 
 
 def _carina_mm(about: About) -> float | None:

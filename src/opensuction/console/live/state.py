@@ -11,6 +11,7 @@ from opensuction.console.live import phase_left
 from opensuction.console.live.row import Row, plain
 from opensuction.controller.record import Settings
 from opensuction.exchange.heartbeat import Heartbeat, Process
+from opensuction.kernel.compiled import as_python
 from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
@@ -21,10 +22,12 @@ from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.suction import line_flow
 from opensuction.runtime import decision
 from opensuction.runtime.decision import Alarm
+from opensuction.safety import tip_bound
 from opensuction.safety.alarm.alarm_state import NOTHING
 from opensuction.safety.condition import OUT_FIRST, Condition
 from opensuction.safety.condition_mask import decode
 from opensuction.safety.priority import Priority
+from opensuction.safety.tip_bound import TipInterval
 
 State = dict[str, Any]
 CONNECTED_S = 0.5
@@ -44,6 +47,7 @@ LOST = Alarm(
 )
 """What the console itself says: the only alarm that does not come from the controller, because
 there is none."""
+DEEPEST_MM, SHALLOWEST_MM = map(as_python, (tip_bound.deepest_mm, tip_bound.shallowest_mm))
 _WATCH, _UPKEEP = "state.core.governor.watch", "state.core.upkeep"
 
 
@@ -123,11 +127,9 @@ def _phase(settings: Settings, row: Row) -> State:
 
 
 def _motion(settings: Settings, row: Row) -> State:
-    bounds, limits = settings.limits.tip, settings.limits
-    high, low = (
-        bounds.gain * row.number(f"{_WATCH}.tip.{name}") + bounds.offset_mm
-        for name in ("foremost_mm", "rearmost_mm")
-    )
+    limits = settings.limits
+    tip = TipInterval(*(row.number(f"{_WATCH}.tip.{name}") for name in TipInterval._fields))
+    high, low = DEEPEST_MM(limits.tip, tip), SHALLOWEST_MM(limits.tip, tip)
     speed = row.number(f"{_WATCH}.speed_mm_per_s")
     moving = "in" if speed > MOVING_MM_PER_S else "out" if speed < -MOVING_MM_PER_S else "still"
     closed = row.valid("inputs.readings.contact_closed", "inputs.readings.contact_valid")

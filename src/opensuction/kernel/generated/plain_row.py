@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from opensuction.kernel.compiled import as_python
 from opensuction.kernel.generated import row
 from opensuction.kernel.record import Array, Record
 
@@ -65,5 +66,5 @@ def unpack(record_type: type[Record], values: row.Row) -> Record:
     Raises IndexError for a row that is too short, ValueError for nan where it should be whole.
     """
     read: Any = _reader(record_type, checked=False)
-    record: Record = getattr(read, "py_func", read)(values.tolist())
+    record: Record = as_python(read)(values.tolist())
     return record
