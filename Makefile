@@ -39,7 +39,7 @@ docs: $(PACKAGE) ## write anew what the documentation takes from the code, and b
 	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --builder html docs build/site
 	@echo "The site: build/site/index.html"
 
-examples: $(PACKAGE) ## run what README, tutorials and how-to guides show, and hold the site to its rules
+examples: $(PACKAGE) ## run what README, tutorials, guides and notebooks show, and hold the site to its rules
 	@$(BIN)/python -m pytest -m examples -n auto -p no:benchmark tests/docs $(ARGS)
 
 bench: $(PACKAGE) ## speed of the core

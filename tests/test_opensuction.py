@@ -22,8 +22,11 @@ def test_type_checkers_are_told_of_every_name_and_where_it_is() -> None:
         one for one in ast.parse(stub.read_text("utf-8")).body if isinstance(one, ast.ImportFrom)
     ]
     told = {alias.asname: one.module for one in imports for alias in one.names}
-    modules = vars(opensuction)["_MODULES"]
-    assert told == {name: f"opensuction.{where}" for name, where in modules.items()}
+    modules, rooms = vars(opensuction)["_MODULES"], vars(opensuction)["_ROOMS"]
+    assert told == {
+        **{name: f"opensuction.{where}" for name, where in modules.items()},
+        **dict.fromkeys(rooms, "opensuction"),
+    }
     assert set(opensuction.__all__) == {*told, "__version__"}
 
 
@@ -41,3 +44,7 @@ def test_to_import_it_loads_nothing_heavy() -> None:
     loaded = set(done.stdout.split())
     assert "opensuction" in loaded
     assert not loaded & {"numba", "numpy", "scipy", "pydantic", "rich", "opensuction.kernel"}
+
+
+def test_a_person_who_looks_sees_every_name() -> None:
+    assert set(opensuction.__all__) <= set(dir(opensuction))

@@ -10,9 +10,10 @@ from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.meaning import Meaning
 from opensuction.procedure.planning import clinical, guideline, protocol
 from opensuction.safety import patient_limit
+from opensuction.settings import conduit_file, transmission_choice
 from opensuction.settings.limit import describe, trim
 from opensuction.settings.unit import unit_of
-from opensuction.twin import parameter
+from opensuction.twin import parameter, transmission_parameter
 from opensuction.twin.machine import catheter, hand
 from opensuction.twin.parameter_row import Parameter
 from opensuction.twin.patient import patient_airway, patient_kind
@@ -23,6 +24,12 @@ SOURCES_TEXT = """tags in square brackets are explained in [sources](../sources.
 ranges are the project's own judgement."""
 COLUMNS = ("unit", "range in a file", "meaning", "source")
 BOTH = ("bench", "clinical")
+CLASSES = "../explanations/twin.md#transmissions-that-are-not-ours"
+TRANSMISSIONS = {
+    "plays": "clearances along the bends and a narrow stretch: the machine's own parameters",
+    "bouc-wen": "a lag that bends into saturation, with the paper's own parameters",
+    "rubbing": "little clearance, and friction that depends on speed",
+}
 
 
 def page(machine_example: str, patient_example: str) -> str:
@@ -55,16 +62,26 @@ def _machines(example: str) -> str:
             "## Machine files\n",
             f"`opensuction cycle --machine FILE.toml` ([example](../examples/machine.toml)):\n\n"
             f"```toml\n{example}```\n",
-            "`preset`, `catheter` and `conduit` must be there. Held against each other: the "
-            "controller's supply with the twin's; its speeds, acceleration and cam with what the "
-            "twin's motors do against friction and spring; its open angle with the cam's stroke; "
-            "the catheter with its conduit and with the patient's tube.\n",
+            "`preset`, `catheter` and `conduit` must be there; `transmission` may be. "
+            "Held against each other: the controller's supply with the twin's; its speeds, "
+            "acceleration and cam with what the twin's motors do against friction and spring; its "
+            "open angle with the cam's stroke; the catheter with its conduit and with the "
+            "patient's tube.\n",
             "### [twin]\n",
             "What the machine does. `bend_rad` and `clearance_mm` follow from the conduit; "
             f"{_quoted(patient_airway.REPLACED)} are the bench's and come from the patient at a "
             "clinical machine. Values that depend on the catheter are those of the paper's 12 Fr "
             "catheter; another one scales them ([the twin](../explanations/twin.md)).\n",
             twin_table(),
+            "### Transmissions\n",
+            "`transmission = NAME` in a machine file, or `--machine bench-NAME`; without it "
+            "`plays`. A seed draws each as it draws the rest, and catheter and conduit widen each "
+            "by bend and clearance. The controller's nominal transmission is then what identifies "
+            f"of the nominal machine ([the classes]({CLASSES})).\n",
+            transmission_table(),
+            "What a class adds to `[twin]`, or has other values of. Recorded conduits have a "
+            "`gain` of 1, no `gain_per_100mm`, and an `offset_mm` of their own.\n",
+            transmission_parameter_table(),
             "### [controller]\n",
             "What the controller goes by. Its nominal transmission is the paper's identified "
             "model, its gap as wide as conduit and catheter make it.\n",
@@ -187,6 +204,29 @@ def twin_table() -> str:
         cells = (_cell(bench), "" if bedside == bench else _cell(bedside))
         rows.append([f"`{name}`", *cells, bench.unit, _range(bench), bench.meaning, source])
     return _table(("parameter", "bench", "clinical, if other", *COLUMNS), rows)
+
+
+def transmission_table() -> str:
+    """Classes of transmission by name; of recorded ones how well they describe their recording."""
+    rows = [[f"`{name}`", TRANSMISSIONS[name], "", "", ""] for name in transmission_choice.BUILT]
+    for name in conduit_file.NAMES:
+        shipped, (_, lost_mm) = conduit_file.load(name), conduit_file.smoothed(name)
+        kind = "Preisach model" if name in conduit_file.PREISACH else "play readout"
+        what = f"{kind} of [MRD-2018] {shipped.recording}, {shipped.input} to jaw"
+        figures = (shipped.residual_mm, shipped.scatter_mm, lost_mm)
+        rows.append([f"`{name}`", what, *(f"{figure:.2f}" for figure in figures)])
+    header = ("transmission", "is", "leaves, mm", "recording's scatter, mm", "form of the twin, mm")
+    return _table(header, rows)
+
+
+def transmission_parameter_table() -> str:
+    """The parameters of the classes that are built, but for the machines' own."""
+    rows = []
+    for chosen in transmission_choice.BUILT.values():
+        for name, entry in transmission_parameter.rows(chosen).items():
+            told = (entry.unit, _range(entry), entry.meaning, entry.source)
+            rows.append([f"`{name}`", f"`{chosen.name}`", _cell(entry), *told])
+    return _table(("parameter", "transmission", "value", *COLUMNS), rows)
 
 
 def controller_table() -> str:

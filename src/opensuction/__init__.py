@@ -10,23 +10,40 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODULES = {
+    "Comparison": "library.workbench",
     "Configuration": "controller.configuration",
     "Controller": "runtime.embedded_controller",
+    "Fit": "library.fit",
     "InputError": "kernel.errors",
     "Monitor": "kernel.readings",
     "NO_MONITOR": "kernel.readings",
     "NO_REQUESTS": "kernel.requests",
     "Readings": "kernel.readings",
     "Requests": "kernel.requests",
+    "Run": "library.run",
+    "compare": "library.workbench",
     "controller_settings": "session.embedding",
+    "cycle": "library.run",
+    "identify": "library.workbench",
+    "load": "library.fit",
+    "read": "library.file",
 }
 """Where each name is; `__init__.pyi` tells type checkers the same. A name is loaded when it is
 asked for: help and completion need none of them."""
 
-__all__ = ["__version__", *_MODULES]  # noqa: PLE0604 - all of them are names
+_ROOMS = ("hysteresis",)
+"""Rooms that are used by their own names."""
+
+__all__ = ["__version__", *_MODULES, *_ROOMS]  # noqa: PLE0604 - all of them are names
 
 
 def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return import_module(f"opensuction.{name}")
     if name not in _MODULES:
         raise AttributeError(f"module 'opensuction' has no attribute {name!r}")
     return getattr(import_module(f"opensuction.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

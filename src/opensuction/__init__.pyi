@@ -1,6 +1,7 @@
 # The library's names for type checkers: `__init__.py` loads each when it is asked for, and an
 # import there would be one of every room for the layers that `make check` holds apart.
 
+from opensuction import hysteresis as hysteresis
 from opensuction.controller.configuration import Configuration as Configuration
 from opensuction.kernel.errors import InputError as InputError
 from opensuction.kernel.readings import NO_MONITOR as NO_MONITOR
@@ -8,6 +9,14 @@ from opensuction.kernel.readings import Monitor as Monitor
 from opensuction.kernel.readings import Readings as Readings
 from opensuction.kernel.requests import NO_REQUESTS as NO_REQUESTS
 from opensuction.kernel.requests import Requests as Requests
+from opensuction.library.file import read as read
+from opensuction.library.fit import Fit as Fit
+from opensuction.library.fit import load as load
+from opensuction.library.run import Run as Run
+from opensuction.library.run import cycle as cycle
+from opensuction.library.workbench import Comparison as Comparison
+from opensuction.library.workbench import compare as compare
+from opensuction.library.workbench import identify as identify
 from opensuction.runtime.embedded_controller import Controller as Controller
 from opensuction.session.embedding import controller_settings as controller_settings
 

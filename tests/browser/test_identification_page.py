@@ -90,6 +90,18 @@ def test_phone_shows_everything_without_sideways_scrolling(
     report.page.context.close()
 
 
+@pytest.mark.parametrize("width", [760, 1100])
+def test_ranking_is_no_wider_than_the_page(chromium: "Browser", tmp_path: Path, width: int) -> None:
+    html = identification_page.render(example.compared(), example.curves())
+    report = _open(chromium, tmp_path, html, viewport={"width": width, "height": 900})
+    wide, room = report.page.evaluate(
+        "(() => { const table = document.querySelector('.ranking');"
+        " return [table.scrollWidth, table.parentElement.clientWidth]; })()"
+    )
+    assert wide <= room
+    report.page.context.close()
+
+
 def test_dark_page_prints_on_white(chromium: "Browser", tmp_path: Path) -> None:
     html = identification_page.render(example.compared(), example.curves())
     report = _open(chromium, tmp_path, html, color_scheme="dark")

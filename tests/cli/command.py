@@ -80,10 +80,12 @@ def begun(*arguments: str, cwd: Path, environment: Mapping[str, str] | None = No
     )
 
 
-def wait_for(words: str, stream: IO[str] | None) -> None:
-    """Read lines of a running command until one has these words."""
+def wait_for(words: str, stream: IO[str] | None) -> str:
+    """Read lines of a running command until one has these words; all that was read."""
     assert stream is not None
+    said = ""
     for line in stream:
+        said += line
         if words in line:
-            return
+            return said
     raise AssertionError(f"no line with {words!r}")

@@ -18,10 +18,13 @@ KEYS = {
     "peak_mm",
     "head_mm_per_s",
     "completed",
+    "in_class",
+    "floor_mm",
+    "disturbances",
 }
 
 
-@pytest.mark.soak  # a minute: every plant, every compensator
+@pytest.mark.soak  # minutes: every plant, every compensator, every change
 def test_one_seed_gives_json_and_a_page(tmp_path: Path) -> None:
     done = opensuction("benchmark", "--seeds", "1", "--json", "--out", "b", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

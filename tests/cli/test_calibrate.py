@@ -91,7 +91,9 @@ def test_another_kind_of_machine_does_not_take_the_file(ran: Ran) -> None:
 
 def test_the_recording_can_be_identified_again(ran: Ran) -> None:
     columns = ("--input", "head_mm", "--output", "tip_mm", "--time", "time_s")
-    done = opensuction("identify", "b3/recording.csv", *columns, "--json", cwd=ran.cwd)
+    # Models of the whole range are fitted to the excitation, not to the shorter strokes after it.
+    span = ("--to", "39.99")
+    done = opensuction("identify", "b3/recording.csv", *columns, *span, "--json", cwd=ran.cwd)
     assert done.returncode == 0, done.stderr
     again = json.loads(done.stdout)["parameters"]
     for name in ("slope", "velocity_gain", "decay", "offset"):

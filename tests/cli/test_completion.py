@@ -11,12 +11,13 @@ from opensuction.control.compensation import KIND_OF_NAME
 from opensuction.evidence.trial.cohort import COHORTS
 from opensuction.evidence.trial.draw import FAULT_COUNTS
 from opensuction.identification.judgement.recommendation import PURPOSES
-from opensuction.identification.workbench import METHODS, MODELS
+from opensuction.identification.method import METHODS, MODELS
 from opensuction.kernel.requests import Requests
 from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.procedure.planning.protocol import PROTOCOLS
 from opensuction.session.cycle.preoxygenation import ANSWERS
 from opensuction.session.cycle.resolution import APPROACHES
+from opensuction.settings import transmission_choice
 from opensuction.twin import preset
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
@@ -40,7 +41,7 @@ def completed(
 @pytest.mark.parametrize(
     ("names", "known"),
     [
-        (completion.MACHINES, preset.MACHINE_TABLES),
+        (completion.MACHINES, [*preset.MACHINE_TABLES, *transmission_choice.MACHINES]),
         (completion.PROTOCOLS, {**TEMPLATES, **PROTOCOLS}),
         (completion.PATIENTS, PATIENT_TABLES),
         (completion.REQUESTS, [name.replace("_", "-") for name in Requests._fields]),
@@ -72,7 +73,8 @@ def test_names_are_those_of_the_rooms_that_know_them(
         ("opensuction cycle --patient ", list(completion.PATIENTS)),
         ("opensuction cycle --patient ad", ["adult-icu", "adult-ards"]),
         ("opensuction cycle --protocol p", ["paediatric", "paper"]),
-        ("opensuction cycle --machine b", ["bench"]),
+        ("opensuction cycle --machine c", ["clinical"]),
+        ("opensuction cycle --machine bench-b", ["bench-bouc-wen"]),
         ("opensuction calibrate --compensation ex", ["exact-inverse"]),
         ("opensuction cycle --fault pump", ["pump-runaway", "pump-weak", "pump-lost"]),
         ("opensuction identify my.csv --model d", ["dahl"]),

@@ -60,6 +60,7 @@ def test_a_signal_ends_a_recording_s_reading(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["long.csv"]
 
 
+@pytest.mark.sweep
 def test_a_signal_ends_the_processes_of_a_safety_case(tmp_path: Path) -> None:
     # Every run breaks its bound and says so: the first here, the second by another process.
     table = ROW.replace("safe_ms = 10000", "safe_ms = 1") + FAULT

@@ -118,7 +118,6 @@ def test_an_adult_s_protocol_is_refused_for_a_neonate(tmp_path: Path) -> None:
     ("changes", "words"),
     [
         ({"cap_mm": 5.0}, "cap_mm 5 mm is nearer than 5 mm to travel_mm 2 mm"),
-        ({"travel_mm": 8.0, "cap_mm": 14.0}, "cap_mm 14 mm is too deep for this patient"),
         ({"dwell_s": 4.0}, "suction time would be"),
         ({"negative_pressure_budget_s": 4.0}, "negative pressure would last"),
         ({"insertion_mm_per_s": 15.0}, "speed inwards would be 15 mm/s"),
@@ -138,6 +137,35 @@ def test_a_protocol_file_that_suits_the_patient_runs(tmp_path: Path) -> None:
     ran = opensuction("cycle", *arguments, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert json.loads(ran.stdout)["vacuum"]["setpoint_mmhg"] == 80.0
+
+
+def test_a_protocol_file_is_held_against_what_was_taught(tmp_path: Path) -> None:
+    """Nobody knows where the drawn carina is: the length that a hand taught counts."""
+    (tmp_path / "p.toml").write_text(protocol_text())
+    arguments = ("--protocol", "p.toml", "--patient", "neonate", "--json")
+    data = json.loads(opensuction("cycle", *arguments, cwd=tmp_path).stdout)
+    taught_mm, error_mm = data["taught_mm"], data["teaching"]["error_mm"]
+    assert data["teaching"]["source"] == "hand"
+    assert 0.5 < error_mm < 4.0
+    # Allowed is a cap of 4 mm less than the taught length, whatever the carina that was drawn.
+    deepest_mm = round(taught_mm - 4.0 - 0.02, 2)
+    for cap_mm, returncode in ((deepest_mm, 0), (deepest_mm + 0.04, 2)):
+        text = protocol_text(travel_mm=cap_mm - 5.0, cap_mm=cap_mm)
+        (tmp_path / "p.toml").write_text(text)
+        ran = opensuction("cycle", *arguments, cwd=tmp_path)
+        assert ran.returncode == returncode, ran.stderr
+    assert f"whose taught length is {taught_mm:.1f} mm - 4" in ran.stderr
+
+
+def test_a_given_length_counts_for_a_protocol_file_too(tmp_path: Path) -> None:
+    """9 mm lie above the drawn carina, but not above 12 - 4; above 13 - 4 they do."""
+    (tmp_path / "p.toml").write_text(protocol_text(travel_mm=4.0, cap_mm=9.0))
+    arguments = ("--protocol", "p.toml", "--patient", "neonate")
+    line = refused(opensuction("cycle", *arguments, "--taught", "12", cwd=tmp_path), tmp_path, 1)
+    assert "cap_mm 9 mm is too deep for this patient, whose taught length is 12.0 mm" in line
+    ran = opensuction("cycle", *arguments, "--taught", "13", "--json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert json.loads(ran.stdout)["taught_mm"] == 13.0
 
 
 @pytest.mark.parametrize(

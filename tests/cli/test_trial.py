@@ -152,6 +152,7 @@ def test_one_cycle_can_be_played_again(tmp_path: Path) -> None:
     assert done.returncode in (0, 1)  # as that cycle ended
 
 
+@pytest.mark.sweep
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path) -> None:
     """Within a second; what comes of it is what a trial comes to that nobody broke off."""
     few = ("trial", "--cycles", "12", "--cohort", "neonate", "--faults", "none", "--workers", "1")

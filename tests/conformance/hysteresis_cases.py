@@ -9,6 +9,7 @@ import numpy as np
 
 from opensuction.hysteresis import bouc_wen, generalised, modified_dahl
 from opensuction.hysteresis.bank.play_readout import PlayReadout
+from opensuction.hysteresis.bank.residual_readout import ResidualReadout
 from opensuction.hysteresis.bouc_wen import BoucWen
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel, Ranges, Record
@@ -43,7 +44,7 @@ class Case(NamedTuple):
     @property
     def refuses_inverse(self) -> bool:
         """Numerical inverses are refused where the root found would be one of several."""
-        return not self.monotone and self.name in {"bouc-wen", "generalised"}
+        return not self.monotone and self.name in {"bouc-wen", "generalised", "residual-readout"}
 
     @property
     def model(self) -> HysteresisModel:
@@ -81,6 +82,23 @@ def _readout(direct: float, lags: list[float]) -> PlayReadout:
         decays_mm=np.array([9.0, 20.0][: len(lags)]),
         lags=np.array(lags),
         offset_mm=3.0,
+    )
+
+
+def _residual(velocity_gain: float) -> ResidualReadout:
+    """Lines that vary from corner to corner; what fades is 0 in every past told as a ratio."""
+    corner = np.arange(9)
+    return ResidualReadout(
+        low_mm=10.0,
+        high_mm=90.0,
+        slope=0.9,
+        velocity_gain=velocity_gain,
+        decay_per_mm=0.1,
+        offset_mm=3.0,
+        curve_mm=0.4 * np.sin(1.7 * corner),
+        decays_mm=np.array([2.0, 14.0]),
+        gains=np.array([0.05 * np.cos(1.1 * corner), 0.02 + 0.02 * np.sin(corner)]),
+        fades_mm=np.array([5.0, 80.0]),
     )
 
 
@@ -151,4 +169,5 @@ CASES: dict[str, Case] = {
     "generalised, wrong way": Case(
         "generalised", _generalised([8.0], [], [0.6], [40.0, 48.0]), 200.0, False, -1, False
     ),
+    "residual readout": Case("residual-readout", _residual(0.6), 400.0, False, -1, False),
 }

@@ -247,7 +247,7 @@ def speed_mm_per_s(port: Port, volts: float) -> float:
     return float((readings[place] - from_mm) / ((last - first) * port.facts.period_s))
 
 
-@pytest.mark.parametrize("times", [10.0, 1e300])
+@pytest.mark.parametrize("times", [10.0, pytest.param(1e300, marks=pytest.mark.sweep)])
 @before_a_machine
 def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: float) -> None:
     most_v = port.facts.most["commands.insertion_v"]
@@ -262,7 +262,9 @@ def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: f
         assert speed_mm_per_s(again, -times * most_v) == pytest.approx(-usual, rel=0.1)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(
+    "value", [np.nan, *(pytest.param(each, marks=pytest.mark.sweep) for each in (np.inf, -np.inf))]
+)
 @before_a_machine
 def test_a_command_with_anything_in_it_that_is_no_number_is_none(port: Port, value: float) -> None:
     """Neither obeyed nor a sign of life, in whichever of its fields it is."""

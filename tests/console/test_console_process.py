@@ -149,6 +149,7 @@ def _hear_all(page: object) -> None:
         page.recv(timeout=5.0)  # type: ignore[attr-defined]
 
 
+@pytest.mark.sweep
 def test_one_that_dies_again_and_again_is_given_up_and_the_machine_goes_on(
     served: Served,
 ) -> None:
@@ -169,6 +170,7 @@ def test_one_that_dies_again_and_again_is_given_up_and_the_machine_goes_on(
     )
 
 
+@pytest.mark.sweep
 def test_the_console_shows_that_the_controller_died_and_then_the_one_that_came(
     served: Served,
 ) -> None:
@@ -188,6 +190,7 @@ def test_the_console_shows_that_the_controller_died_and_then_the_one_that_came(
     assert served.ask("abort").json()["verdict"] == "pressed"
 
 
+@pytest.mark.sweep
 def test_a_second_console_is_refused_in_one_line(served: Served) -> None:
     second = launch.spawn(served.room.folder, launch.CONSOLE)
     assert second.wait(60.0) == 1
@@ -195,6 +198,7 @@ def test_a_second_console_is_refused_in_one_line(served: Served) -> None:
     assert words.startswith(f"a console runs already: process {served.pid()}")
 
 
+@pytest.mark.sweep
 def test_told_to_end_it_ends_and_nobody_misses_it(served: Served) -> None:
     beats = Heartbeat(served.room.folder)
     pid = served.pid()

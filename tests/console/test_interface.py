@@ -33,7 +33,7 @@ CHECKS = [
     response_schema_conformance,
 ]
 ROLES = (None, "observer", "clinician", "engineer", "administrator")
-FEW, MANY = 4, 80
+FEW, MANY, MOST = 4, 24, 80
 """Requests of each kind to each route, for each role."""
 LAST = ("DELETE", "/api/v1/session")
 """Signs out: nothing of that role can be asked after it."""
@@ -97,6 +97,13 @@ def test_nothing_that_is_asked_fails_within_or_is_answered_as_nobody_said(
 def test_the_same_with_many_more(tmp_path: Path, role: str | None) -> None:
     with listening(tmp_path, UNHURRIED) as console:
         assert play(console, role, MANY) > MANY * len(operations(console)) / 2
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("role", ROLES)
+def test_the_same_with_most(tmp_path: Path, role: str | None) -> None:
+    with listening(tmp_path, UNHURRIED) as console:
+        assert play(console, role, MOST) > MOST * len(operations(console)) / 2
 
 
 def test_each_refusal_of_each_route_is_a_problem(console: Served) -> None:

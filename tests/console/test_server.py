@@ -157,6 +157,7 @@ def test_a_socket_from_elsewhere_is_refused_with_a_problem(console: Served) -> N
     assert refused.value.response.headers["content-type"] == "application/problem+json"
 
 
+@pytest.mark.sweep
 def test_a_page_that_hangs_costs_the_others_nothing(console: Served) -> None:
     """It reads no more: its socket fills, and it alone waits."""
     headers = {"Origin": console.url}

@@ -128,12 +128,17 @@ class WrittenMachine:
             }
         )
 
+    @property
+    def number(self) -> int:
+        """Of the next row's tick."""
+        return int(self._row[ROW_COLUMNS.index("inputs.tick")])
+
     def tick(self) -> None:
         """Take what is asked, and write a row."""
         with self._lock:
             asked, answers = self._mailbox.receive()
             self._row[0] = time.monotonic()
-            number = int(self._row[ROW_COLUMNS.index("inputs.tick")])
+            number = self.number
             for one in answers:
                 if one.verdict == "pressed":
                     self.pressed.append((one.ask, one.who))

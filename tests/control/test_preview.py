@@ -131,3 +131,45 @@ def test_a_rehearsal_finds_that_some_run_in_is_better_than_none_or_much() -> Non
     assert min(COSTS) < 0.5 * COSTS[0]
     assert min(COSTS) < 0.9 * COSTS[-1]
     assert RUN_INS_S[0] < RUN_IN.inwards_s < RUN_INS_S[-1]
+
+
+EAGER = play_sum.bundle(
+    PrandtlIshlinskii(
+        thresholds_mm=np.array([1.25, 1.5, 2.75]),
+        weights=np.array([0.23, 0.12, 0.01]),
+        slope=0.56,
+        offset_mm=-7.0,
+        curvature_per_mm=0.0,
+    )
+)
+"""The tip turns with the head at once, with three fifths of its slope: the paper's Bouc-Wen model
+as it is identified."""
+
+
+@pytest.mark.parametrize(("model", "turns_back"), [(MODEL, False), (EAGER, True)])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_head_that_came_too_far_turns_back_only_where_the_tip_comes_with_it(
+    model: play_sum.PlaySum, turns_back: bool, direction: float, ahead: bool
+) -> None:
+    plays = play_sum.retracted_positions_mm(model, 50.0 - 60.0 * direction)
+    state = HeadState(50.0, 0.0, 0.0, play_sum.step(model, plays, 50.0))
+    came_mm = play_sum.output_mm(model, state.plays_mm, state.head_mm)
+    target_mm = came_mm - direction * 0.9 * preview.STILL_MM
+    heads = [state.head_mm]
+    for _ in range(400):
+        goal = (
+            preview.aim_ahead(RUN_IN, target_mm, 0.0, direction, -1.0)
+            if ahead
+            else preview.aim_now(model, state, target_mm, 0.0)
+        )
+        state = preview.step(model, LIMITS, state, goal, DT_S)
+        heads.append(state.head_mm)
+    if not turns_back:
+        assert set(heads) == {50.0}
+        return
+    left_mm = play_sum.output_mm(model, state.plays_mm, state.head_mm) - target_mm
+    assert left_mm == pytest.approx(0.0, abs=1e-9)
+    assert np.max(np.diff(heads) * direction) < 1e-4, "beyond it by less than .1 um"
+    faster = np.diff(np.abs(np.diff(heads, prepend=50.0))) / DT_S**2
+    assert faster.max() <= LIMITS.acceleration_mm_per_s2 * (1.0 + 1e-9)

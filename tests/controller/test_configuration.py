@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from opensuction.control.compensation import ON_CURVES, Branches, CompensationKind
+from opensuction.control.compensation import ON_TABLE, Branches, CompensationKind
 from opensuction.controller import configuration, setup
 from opensuction.controller.calibration import Feedforward, assume_nominal
 from opensuction.controller.configuration import Configuration
@@ -30,6 +30,7 @@ def of_kind(kind: CompensationKind) -> Configuration:
 
 PREVIEW = of_kind(CompensationKind.PREVIEW)
 CURVED = of_kind(CompensationKind.LOOKUP_TABLE)
+TABLED = configuration.to_json(of_kind(CompensationKind.MODEL_PREVIEW))
 ROW = plain_row.pack(Settings, PREVIEW.settings)
 FREE = [
     i
@@ -54,7 +55,7 @@ def test_every_kind_comes_back_bit_for_bit(kind: CompensationKind) -> None:
     assert is_same(back, chosen)
     assert configuration.to_json(back) == text
     assert "\n" not in text
-    assert (chosen.heads_mm is not None) == (kind in ON_CURVES)
+    assert (chosen.heads_mm is not None) == (kind in ON_TABLE)
 
 
 @given(
@@ -104,7 +105,7 @@ def with_heads(heads_mm: Any, text: str = "") -> str:
     return json.dumps(json.loads(text or configuration.to_json(CURVED)) | {"heads_mm": heads_mm})
 
 
-NO_SHAPE = "heads_mm should be null or two lists of as many numbers"
+NO_SHAPE = "heads_mm should be null or lists of as many numbers"
 BAD = {
     "{": "no JSON: ",
     "[" * 100_000: "no JSON: ",
@@ -125,6 +126,12 @@ BAD = {
     with_heads([[1.0, "2"], [1.0, 2.0]]): NO_SHAPE,
     with_heads([1.0, 2.0]): NO_SHAPE,
     with_heads([[1.0, 10**400], [1.0, 2.0]]): "heads_mm has a number that is not finite",
+    with_heads(None, TABLED): "'model-preview' needs a table, and there is none: see heads_mm",
+    with_heads([[1.0, 2.0]] * 3, TABLED): "heads_mm is 3 x 2 numbers: should be a row for the",
+    with_heads([[1.0] * 6] * 2000, TABLED): "heads_mm is 2000 x 6 numbers: should be at most 10000",
+    with_heads([[1.0, -7.0, 1.0, 0.0], [20.0, 0.0, -0.9, 0.0]], TABLED): (
+        "no head can be driven by the model of heads_mm: it is not monotone: a gain is -0.9"
+    ),
 }
 
 

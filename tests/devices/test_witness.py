@@ -207,6 +207,7 @@ def cap_mm() -> float:
     return at_bed("neonate")[0].controller.limits.cap_mm
 
 
+@pytest.mark.sweep
 def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drives_say_so(
     room: Room,
 ) -> None:
@@ -235,6 +236,7 @@ def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drive
     assert len([one for one in found.runs if one.borne.in_airway_s > 0.0]) == 1
 
 
+@pytest.mark.sweep
 def test_it_finds_the_catheter_that_drives_without_a_watchdog_leave_inside(room: Room) -> None:
     witness, side = Witness(room.folder, cap_mm()), read_machine(room.folder)
     deaf = side.wiring.watchdog._replace(silence_s=1e9)

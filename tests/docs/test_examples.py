@@ -22,6 +22,8 @@ PAGES = [
     ROOT / "README.md",
     *sorted((ROOT / "docs" / "tutorials").glob("*.md")),
     *sorted((ROOT / "docs" / "how-to").glob("*.md")),
+    ROOT / "docs" / "notebooks" / "index.md",
+    ROOT / "docs" / "reference" / "library.md",
 ]
 COMMENT = re.compile(r"<!--\s*(exit|not run):\s*(.*?)\s*-->")
 TIMEOUT_S = 600.0

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from opensuction.identification import fold
 
@@ -67,3 +68,11 @@ def test_a_model_that_fails_in_a_block_is_not_saved_by_the_others() -> None:
     steady, wild = 1.0 + 0.1 * np.abs(NOISE), 0.8 + 0.1 * np.abs(NOISE)
     wild[:7] = 50.0
     assert fold.choose_simplest([wild, steady]) == 1
+
+
+def test_how_much_of_the_range_was_passed_either_way() -> None:
+    """A stroke and back over three quarters of it, and an advance over the rest."""
+    there = np.linspace(0.0, 75.0, 300)
+    path = np.concatenate([there, there[::-1], np.linspace(0.0, 100.0, 400)])
+    assert fold.cut(path).both_ways == pytest.approx(0.8)  # sixteen of twenty places
+    assert fold.cut(np.concatenate([path, path[::-1]])).both_ways == 1.0

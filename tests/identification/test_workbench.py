@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
 from opensuction.identification.judgement.diagnosis import Labels
-from opensuction.identification.workbench import METHODS, MODELS, compare, identify, methods_of
+from opensuction.identification.method import METHODS, MODELS, methods_of
+from opensuction.identification.workbench import compare, identify
 from opensuction.kernel.errors import InputError
 from tests.identification.plant import paper_plant
 
@@ -165,6 +166,7 @@ def test_an_output_of_noise_is_said_to_mean_nothing() -> None:
         assert any("its parameters mean nothing" in warning for warning in result.warnings)
 
 
+@pytest.mark.sweep
 def test_units_and_origin_change_no_score() -> None:
     one = compare(HEAD, TIP + NOISE, holdout_ratio=0.25)
     other = compare(1e-6 * HEAD + 7.0, 1e3 * (TIP + NOISE) - 50.0, holdout_ratio=0.25)
@@ -190,6 +192,7 @@ COUPLED = TIP - 0.3 * OTHER + NOISE
 NAMED = Labels("head_mm", "tip_mm", other_names=("bend_deg",))
 
 
+@pytest.mark.sweep
 def test_several_inputs_are_followed_together_and_what_each_adds_is_told() -> None:
     one, *_ = compare(HEAD, COUPLED, TIME_S, 0.25, NAMED)
     found, *rest = compare(np.array([HEAD, OTHER]), COUPLED, TIME_S, 0.25, NAMED)

@@ -90,6 +90,7 @@ def test_one_sample_of_one_sensor_ends_no_cycle(machines: list[Prepared]) -> Non
     assert_nobody_left_inside(machines, GLITCHES, range(48), ends=False)
 
 
+@pytest.mark.sweep
 @pytest.mark.requirement("OS-R45")
 def test_a_sensor_or_a_motor_that_is_wrong_for_good_leaves_nobody_behind(
     machines: list[Prepared],

@@ -50,6 +50,7 @@ def assert_nobody_left_inside(machines: list[Prepared], numbers: range) -> None:
     assert came == len(numbers)
 
 
+@pytest.mark.sweep
 def test_no_outage_leaves_the_catheter_inside(machines: list[Prepared]) -> None:
     assert_nobody_left_inside(machines, range(48))
 

@@ -7,6 +7,7 @@ for anything at all. What is too large is proved by contract, callee by callee.
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 import z3
 
 from opensuction.control import compensation
@@ -86,6 +87,7 @@ def test_the_cam_is_commanded_within_its_stroke() -> None:
     check_contract(VALVE)
 
 
+@pytest.mark.sweep
 @proves(
     "F3",
     "Where the head is taken to be, and the motor's speed, stay numbers within bounds from tick to "

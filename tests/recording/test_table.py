@@ -116,7 +116,12 @@ FOREIGN = {
     "spreadsheet": (b"PK\x03\x04rest", "export the sheet as CSV"),
     "gzip": (b"\x1f\x8b\x08rest", "unpack it first"),
     "UTF-16": ("a,b\n1,2\n".encode("utf-16"), "save it as UTF-8"),
-    "Latin-1": (b"a,b\n1,2\nK\xf6ln,3\n", "line 3: not UTF-8 text"),
+    "no text of the west": (b"a,b\n1,2\n\x81\x8d,3\n", "line 3: neither UTF-8 nor Windows-1252"),
+    "NumPy array": (b"\x93NUMPY\x01\0v\0", "save named ones with numpy.savez"),
+    "HDF5": (b"\x89HDF\r\n\x1a\n", "an HDF5 file that MATLAB did not write"),
+    "unknown MATLAB": (b"MATLAB 9.9 MAT-file", "a MATLAB file of an unknown version"),
+    "cut off MATLAB": (b"MATLAB 5.0 MAT-file", "damaged or incomplete MATLAB file"),
+    "cut off MATLAB 7.3": (b"MATLAB 7.3 MAT-file", "damaged or incomplete MATLAB file"),
     "one endless line": (b"a," * 600_000, "more than 1000000 characters"),
     "cut off Parquet": (b"PAR1\x15\x04", "damaged or incomplete"),
 }
@@ -204,3 +209,12 @@ def test_real_recordings_are_read_as_they_are() -> None:
         assert list(columns) == ["t_s", "motor_deg", "spindle_deg", "jaw_deg", "jaw_torque_Nm"]
         assert len(columns["t_s"]) == len(path.read_text().splitlines()) - 1
         assert np.diff(columns["t_s"]).min() > 0.0
+
+
+def test_text_of_windows_is_read_and_said_so(file: Path) -> None:
+    file.write_bytes("Weg;Größe µm\n0,5;1\n1,5;2\n".encode("cp1252"))
+    opened = table.open_table(file)
+    assert opened.note == "is not UTF-8; read as Windows-1252 (cp1252)"
+    assert read(file) == {"Weg": [0.5, 1.5], "Größe µm": [1.0, 2.0]}
+    file.write_text("Weg;Größe µm\n0,5;1\n1,5;2\n", encoding="utf-8")
+    assert table.open_table(file).note == ""

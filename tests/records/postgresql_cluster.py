@@ -22,6 +22,8 @@ VARIABLE = "OPENSUCTION_TEST_POSTGRESQL"
 INSTALLED = Path("/usr/lib/postgresql")
 """Where Debian keeps the programs of each version, out of the search path."""
 ACCOUNT = "postgres"
+RUNUSER = shutil.which("runuser", path=f"{os.environ.get('PATH', os.defpath)}:/usr/sbin:/sbin")
+"""It lies where a search path that is kept short does not lead."""
 
 
 def find_programs() -> Path | None:
@@ -37,7 +39,7 @@ def _run(*command: str | Path) -> None:
     """Run a program, under the account of the server where this is root."""
     words = [str(word) for word in command]
     if os.geteuid() == 0:
-        words = ["runuser", "-u", ACCOUNT, "--", *words]
+        words = [RUNUSER or "runuser", "-u", ACCOUNT, "--", *words]
     done = subprocess.run(words, cwd="/", capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}: {done.stdout}{done.stderr}")

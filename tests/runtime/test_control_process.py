@@ -42,6 +42,7 @@ def test_a_person_starts_a_cycle_and_it_is_done(room: Room) -> None:
     assert ("request", "start", "pressed") in told
 
 
+@pytest.mark.sweep
 def test_killed_in_the_airway_the_drives_bring_it_out_and_the_next_one_waits_for_a_person(
     room: Room,
 ) -> None:
@@ -59,6 +60,7 @@ def test_killed_in_the_airway_the_drives_bring_it_out_and_the_next_one_waits_for
     assert room.truth("annunciator.watchdog_fired") == 1.0
 
 
+@pytest.mark.sweep
 def test_told_to_end_in_a_cycle_it_comes_out_first(room: Room) -> None:
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     assert room.control is not None

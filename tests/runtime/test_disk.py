@@ -29,6 +29,7 @@ def limit(room: Room, largest: int) -> None:
     resource.prlimit(room.recorder.pid, resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
 
 
+@pytest.mark.sweep
 def test_what_a_full_disk_refused_is_written_once_there_is_room(room: Room, tmp_path: Path) -> None:
     limit(room, LARGEST_BYTES)
     room.reach(lambda: is_recorder_missed(room))
@@ -43,6 +44,7 @@ def test_what_a_full_disk_refused_is_written_once_there_is_room(room: Room, tmp_
     assert skipped <= 20.0
 
 
+@pytest.mark.sweep
 def test_a_disk_that_does_not_answer_leaves_a_gap_that_is_told(room: Room, tmp_path: Path) -> None:
     """The recorder stands still, as it does in a call to a disk that has gone to sleep."""
     assert room.recorder is not None

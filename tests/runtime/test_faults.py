@@ -25,6 +25,7 @@ def room(tmp_path: Path) -> Iterator[Room]:
         yield made
 
 
+@pytest.mark.sweep
 def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(room: Room, tmp_path: Path) -> None:
     witness = Witness(room.folder, room.cap_mm)
     for fault in FAULTS:

@@ -48,6 +48,7 @@ def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path:
         assert records.audit().broken is None
 
 
+@pytest.mark.sweep
 def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
@@ -74,6 +75,7 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_pa
         assert records.unfinished_cycles() == []
 
 
+@pytest.mark.sweep
 def test_of_a_controller_that_was_killed_everything_is_kept(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
@@ -93,6 +95,7 @@ def test_of_a_controller_that_was_killed_everything_is_kept(room: Room, tmp_path
         assert {"start", "controller-restarted", "drawn-out"} <= set(did)
 
 
+@pytest.mark.sweep
 def test_after_the_death_of_both_nothing_of_either_is_missing(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
@@ -116,6 +119,7 @@ def test_after_the_death_of_both_nothing_of_either_is_missing(room: Room, tmp_pa
         assert records.audit().broken is None
 
 
+@pytest.mark.sweep
 def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     room: Room, tmp_path: Path
 ) -> None:
@@ -135,6 +139,7 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
         assert "RECORDER_LOST" in conditions
 
 
+@pytest.mark.sweep
 def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
     room: Room, tmp_path: Path
 ) -> None:
@@ -151,6 +156,7 @@ def test_a_catheter_that_was_changed_is_the_one_of_the_next_cycle(
         assert {one.catheter for one in cycles} == {"c-2"}
 
 
+@pytest.mark.sweep
 def test_other_settings_are_taken_at_rest_and_recorded_as_what_they_are(
     room: Room, tmp_path: Path
 ) -> None:

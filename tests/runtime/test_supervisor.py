@@ -73,6 +73,7 @@ def _in_another_process(folder: Path, out: Path) -> None:
     raise InputError(launch.last_words(folder, launch.SUPERVISOR))
 
 
+@pytest.mark.sweep
 def test_a_recorder_that_cannot_keep_anything_is_told_with_its_reason(
     room: Room, tmp_path: Path
 ) -> None:
@@ -104,6 +105,7 @@ def test_a_controller_that_cannot_begin_is_said_and_nothing_is_left(
         assert holder(room.folder / RECORDS) is holder(room.folder / CONTROLS) is None
 
 
+@pytest.mark.sweep
 def test_one_that_dies_again_and_again_is_given_up(room: Room, tmp_path: Path) -> None:
     with Supervisor(room.folder, tmp_path) as supervisor:
         supervisor.begin()

@@ -38,6 +38,7 @@ datetime.datetime = Stepped
 """Read by every interpreter that starts with this in its path: a clock that somebody sets."""
 
 
+@pytest.mark.sweep
 def test_a_clock_that_is_set_changes_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,6 +20,7 @@ from opensuction.simulation import trace
 from opensuction.simulation.closed_loop import Loop
 from opensuction.simulation.rig import Rig
 from opensuction.twin import preset
+from tests.cli.test_files import protocol_text
 from tests.settings.test_identification_file import identified
 
 TAUGHT_MM = 85.0
@@ -100,3 +101,16 @@ def test_what_is_not_known_or_does_not_fit_is_refused_in_one_line(words: str) ->
     with pytest.raises(InputError, match=words) as caught:
         controller_settings(**REFUSED[words])
     assert "\n" not in str(caught.value)
+
+
+def test_a_protocol_file_too_is_held_against_the_taught_length(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        protocol_text(travel_mm=40.0, cap_mm=46.0, negative_pressure_budget_s=15.0), "utf-8"
+    )
+    named: dict[str, Any] = {"patient": "adult-icu", "protocol": str(file)}
+    with pytest.raises(InputError, match="is held against the patient's depth: give taught_mm"):
+        controller_settings(**named)
+    with pytest.raises(InputError, match=r"taught length is 49\.9 mm - 4"):
+        controller_settings(**named, taught_mm=49.9)
+    assert controller_settings(**named, taught_mm=50.0).settings.limits.cap_mm == 46.0

@@ -44,10 +44,15 @@ def test_names_that_are_too_many_are_not_all_in_the_line() -> None:
         choose("leak", known, "fault", "'opensuction cycle --help'")
     assert str(raised.value) == "unknown fault 'leak'; all 73 are in 'opensuction cycle --help'"
     with pytest.raises(InputError) as raised:
-        choose("fault-7", {"fault-71": 1, "fault-72": 2, "line": 3}, "fault", "the list")
-    assert str(raised.value) == (
-        "unknown fault 'fault-7': did you mean 'fault-72' or 'fault-71'? All 3 are in the list"
-    )
+        choose("lime", {**known, "line": 3}, "fault", "the list")
+    message = "unknown fault 'lime': did you mean 'line'? All 74 are in the list"
+    assert str(raised.value) == message
+
+
+def test_names_that_fit_are_in_the_line_though_they_are_listed_elsewhere_too() -> None:
+    with pytest.raises(InputError) as raised:
+        choose("leak", {"one": 1, "two": 2}, "fault", "the list")
+    assert str(raised.value) == "unknown fault 'leak'; known: one, two"
 
 
 def test_a_choice_of_nothing_says_so() -> None:

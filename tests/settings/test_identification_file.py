@@ -4,6 +4,7 @@ import math
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,6 +20,7 @@ from opensuction.settings.identification_file import (
     Quantity,
     Source,
 )
+from tests.settings.play_model_file import LINES, NOMINAL, of_preisach
 
 MONOTONE = ModifiedDahl(slope=0.97, velocity_gain=0.4, decay_per_mm=0.04, offset_mm=-7.0)
 
@@ -115,7 +117,7 @@ def test_a_servo_section_is_checked(tmp_path: Path) -> None:
 
 
 CHANGES = [
-    ("format_version = 1", "format_version = 3", "update opensuction"),
+    ("format_version = 1", "format_version = 4", "update opensuction"),
     ("format_version = 1\n", "", "no format_version"),
     ("format_version = 1", "format_version = true", "no format_version"),
     ("samples = 800\n", "", "recording.samples is missing"),
@@ -171,3 +173,47 @@ def test_an_infinite_interval_is_refused(tmp_path: Path) -> None:
     start = text.index("ci95 = [")
     end = text.index("]", start)
     assert "ci95" in refusal(tmp_path, text[:start] + f"ci95 = [0.0, {math.inf}" + text[end:])
+
+
+def test_a_model_of_plays_is_read_back_and_drives(tmp_path: Path) -> None:
+    original = of_preisach()
+    path = written(tmp_path, original)
+    assert identification_file.load(path) == original
+    found = identification_file.to_calibration(identification_file.load(path), path)
+    assert found.model == NOMINAL
+    np.testing.assert_array_equal(found.lines.gains, LINES.gains)
+
+
+UNDRIVEN = [
+    ("gains = ", "gaines = ", "driven: unknown key gaines"),
+    ("0.32", "-0.32", "driven cannot drive a head: it is not monotone: a gain is -0.32"),
+    ("0.32", "nan", "driven: gains"),
+    ("16.0", "-16.0", "driven.widths_mm holds -16, none should be below 0"),
+    ("cell_mm = 50.0", "cell_mm = 0.0", "driven: cell_mm"),
+    ("velocity_gain = 0.8", "velocity_gain = -0.8", "modified_dahl: velocity_gain"),
+    ("[modified_dahl]", "[modified_doll]", "unknown key modified_doll"),
+    ("[driven]", "[drive]", "unknown key drive"),
+    ('"model-preview"', '"preview"', "model-preview"),
+    ('undriven = ""', 'undriven = "its loops drift"', "drives no head: its loops drift"),
+    (
+        'model = "preisach"',
+        'model = "bouc-wen"',
+        "a search whose steps no tick could bound; identif",
+    ),
+    ('column = "head_mm"\nunit = "mm"', 'column = "head_mm"\nunit = "deg"', "in deg"),
+]
+
+
+@pytest.mark.parametrize(("before", "after", "words"), UNDRIVEN)
+def test_a_model_of_plays_changed_for_the_worse_is_refused(
+    tmp_path: Path, before: str, after: str, words: str
+) -> None:
+    text = identification_file.to_toml(of_preisach())
+    assert before in text
+    assert words in refusal(tmp_path, text.replace(before, after, 1))
+
+
+def test_a_model_of_plays_needs_both_of_its_sections(tmp_path: Path) -> None:
+    assert "has no section driven" in refusal(tmp_path, of_preisach()._replace(driven=None))
+    lacking = of_preisach()._replace(nominal=None)
+    assert "has no section modified_dahl" in refusal(tmp_path, lacking)

@@ -7,7 +7,8 @@ import pytest
 from opensuction.kernel.errors import InputError
 from opensuction.settings import machine_file
 from opensuction.simulation import machine_kind
-from opensuction.twin import parameter
+from opensuction.twin import parameter, transmission_parameter
+from opensuction.twin.conduit import transmission_class
 from opensuction.twin.machine import catheter
 
 LEAST = 'preset = "clinical"\ncatheter = "12fr"\nconduit = "standard"\n'
@@ -57,9 +58,33 @@ bend_rad = 8.0
     assert catheter.gap_ratio(kind.catheter, kind.conduit) == pytest.approx(12.0 / 19.2)
 
 
+def test_a_transmission_brings_its_parameters(tmp_path: Path) -> None:
+    text = LEAST + 'transmission = "rubbing"\n[twin]\nrub_static_mm = 2.0\n'
+    kind = machine_file.load(written(tmp_path, text))
+    assert kind.transmission == transmission_class.RUBBING
+    assert kind.table["rub_static_mm"].value == 2.0
+    assert kind.table["rub_kinetic_mm"] == transmission_parameter.RUBBING["rub_kinetic_mm"]
+
+
+def test_the_clearances_are_a_transmission_by_name(tmp_path: Path) -> None:
+    kind = machine_file.load(written(tmp_path, LEAST + 'transmission = "plays"\n'))
+    assert kind == machine_file.load(written(tmp_path, LEAST))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        (
+            LEAST + 'transmission = "rubing"\n',
+            "unknown transmission 'rubing': did you mean 'rubbing'",
+        ),
+        (LEAST + "transmission = 3\n", "unknown transmission 3; known: plays, bouc-wen, rubbing"),
+        (LEAST + "[transmission]\n", "unknown transmission a section; known: plays"),
+        (LEAST + "[twin]\nrub_static_mm = 2.0\n", "unknown key twin.rub_static_mm"),
+        (
+            LEAST + 'transmission = "rubbing"\n[twin]\nrub_static_mm = 0\n',
+            "twin.rub_static_mm is 0 mm; give a number from 0.05 to 10 mm",
+        ),
         ("", "preset is missing; give one of bench, clinical"),
         ('preset = "clinical"\nconduit = "short"\n', "catheter is missing; give one of 6fr, 8fr"),
         ('preset = "clinical"\ncatheter = "6fr"\n', "conduit is missing; give one of standard"),

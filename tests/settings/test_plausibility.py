@@ -38,9 +38,12 @@ def test_plays_and_curves_of_another_machine_are_refused_though_the_model_fits()
     plausibility.check(own, PUBLISHED, "my.toml")
     wide = own.plays._replace(thresholds_mm=2.0 * own.plays.thresholds_mm)
     far = own.table._replace(first_mm=own.table.first_mm + 20.0)
+    lines = own.lines._replace(widths_mm=2.0 * own.lines.widths_mm)
     for changed, words in (
         (own._replace(plays=wide), "the gap of the plays is 44.4 mm"),
         (own._replace(table=far), "the zero of the recording"),
+        (own._replace(lines=lines), "the gap of driven is 44.4 mm"),
+        (own._replace(lines=own.lines._replace(offset_mm=20.0)), "the zero of the recording"),
     ):
         with pytest.raises(InputError, match=words):
             plausibility.check(changed, PUBLISHED, "my.toml")

@@ -1,19 +1,23 @@
 """Twin and controller of a machine are held against each other before anything runs."""
 
+import numpy as np
 import pytest
 
+from opensuction.hysteresis import modified_dahl
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
 from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.settings import transmission_choice
 from opensuction.simulation import machine_kind
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_kind import MachineKind
-from opensuction.twin import preset
-from opensuction.twin.machine import catheter, suction_line
+from opensuction.twin import parameter, preset
+from opensuction.twin.machine import catheter, suction_line, transmission
 from opensuction.twin.parameter import SPREAD_LIMIT
 from opensuction.twin.patient import patient_kind
 
 CLINICAL = machine_kind.of_preset("clinical", AgeGroup.ADULT)
+BENCH = machine_kind.of_preset("bench", None)
 
 
 def twin(name: str, value: float) -> MachineKind:
@@ -83,3 +87,42 @@ def test_the_controller_is_told_of_the_gap_of_its_conduit(route: str) -> None:
     told = kind.profile.transmission
     half_width = told.velocity_gain / told.decay_per_mm
     assert half_width == pytest.approx(found.velocity_gain / found.decay_per_mm, rel=0.15)
+
+
+@pytest.mark.parametrize("name", transmission_choice.NAMES)
+def test_a_controller_is_told_of_its_machines_transmission(name: str) -> None:
+    """The nominal model leaves of the nominal machine about what identification leaves of ours."""
+    kind = machine_kind.transmitting(BENCH, transmission_choice.find(name))
+    machine_kind.check(kind)
+    conduit = preset.transmission_of(parameter.nominal(kind.table), kind.transmission)
+    head = np.concatenate([np.linspace(0.0, 100.0, 5000), np.linspace(100.0, 0.0, 5000)])
+    start = transmission.after_retract(conduit, 0.0)
+    tip = transmission.simulate(conduit, start, head, 0.001)
+    told = kind.profile.transmission
+    model = modified_dahl.simulate(told, head, float(modified_dahl.saturation_mm(told)))
+    assert np.sqrt(np.mean(np.square(tip - model))) < 1.2
+
+
+def test_another_conduit_makes_every_gap_wider() -> None:
+    for name in transmission_choice.NAMES:
+        kind = machine_kind.transmitting(BENCH, transmission_choice.find(name))
+        looped = machine_kind.equipped(kind, kind.catheter, catheter.lay("looped", kind.catheter))
+        ratio = catheter.gap_ratio(kind.catheter, looped.conduit)
+        values = parameter.nominal(kind.table)
+        one, other = (
+            preset.machine(values, None, each.catheter, each.conduit, each.transmission)
+            for each in (kind, looped)
+        )
+        assert other.transmission.widths_mm == pytest.approx(
+            [ratio * width for width in one.transmission.widths_mm]
+        )
+        assert other.transmission.lag_ratio == pytest.approx(ratio * one.transmission.lag_ratio)
+        was, now = kind.profile.transmission, looped.profile.transmission
+        assert now.decay_per_mm == pytest.approx(was.decay_per_mm / ratio)
+
+
+def test_a_seed_draws_the_transmission_with_the_machine() -> None:
+    kind = machine_kind.transmitting(BENCH, transmission_choice.find("preisach-25"))
+    drawn = {rigs.rig_of(kind, None, seed).machine.transmission.widths_mm for seed in range(1, 6)}
+    assert len(drawn) == 5
+    assert rigs.rig_of(kind, None, 1).machine == rigs.rig_of(kind, None, 1).machine

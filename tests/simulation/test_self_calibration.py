@@ -1,9 +1,14 @@
 """The conduit is routed otherwise behind the controller's back; two contact cycles mend it."""
 
+import math
+
 import pytest
 
 from opensuction.control.compensation import CompensationKind
+from opensuction.controller import adaptation
+from opensuction.identification.estimator.adaptation import Finding
 from opensuction.identification.estimator.gap_scale import MEASURING_ERROR
+from opensuction.identification.estimator.mouth_passage import AS_IDENTIFIED, Missed, Shift
 from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.tip_bound import GAP_MOST
@@ -35,7 +40,7 @@ def rmse_mm(seed: int, change: str) -> tuple[list[float], bool]:
     touched: Rig = moved._replace(
         machine=moved.machine._replace(airway=moved.machine.airway._replace(carina_mm=65.0))
     )
-    kind, scale, used, errors = CompensationKind.PREVIEW, 1.0, identified, []
+    kind, shift, used, errors = CompensationKind.PREVIEW, AS_IDENTIFIED, identified, []
     in_range = True
     for contact in range(CONTACTS + 1):
         loop, start = rigs.assemble(moved, TRAVELLING, kind, used, 2)
@@ -47,9 +52,12 @@ def rmse_mm(seed: int, change: str) -> tuple[list[float], bool]:
         errors.append(figures.rmse_mm)
         loop, start = rigs.assemble(touched, TOUCHING, kind, used, 3 + contact, by_contact=True)
         columns = trace.record(loop, start, START, 60.0)[1]
-        record = self_calibration.learned(rig.profile, identified, scale, columns)
-        in_range &= record.in_range
-        scale, used = record.new, self_calibration.rescaled(identified, record)
+        seen = self_calibration.seen(
+            rig.profile, CompensationKind.PREVIEW, identified, math.inf, columns
+        )
+        found = adaptation.learn(identified, shift, seen)
+        in_range &= found.in_range
+        shift, used = found.new, adaptation.adapted(identified, found.new)
     return errors, in_range
 
 
@@ -65,13 +73,17 @@ def test_two_contact_cycles_find_the_gap(change: str) -> None:
     assert after <= promised_mm(change)
 
 
-def test_a_cycle_without_contact_changes_nothing() -> None:
+def test_a_cycle_without_contact_or_barrier_changes_nothing() -> None:
     rig = rigs.rig("bench", 1)
     identified = rigs.identify(rig).calibration
     loop, start = rigs.assemble(rig, PAPER, CompensationKind.PREVIEW, identified, 2)
     columns = trace.record(loop, start, START, 60.0)[1]
-    record = self_calibration.learned(rig.profile, identified, 1.1, columns)
-    assert (record.new, record.in_range) == (1.1, True)
+    seen = self_calibration.seen(
+        rig.profile, CompensationKind.PREVIEW, identified, math.inf, columns
+    )
+    change = adaptation.learn(identified, Shift(1.1, 0.2), seen)
+    assert (change.new, change.finding) == (Shift(1.1, 0.2), Finding.NOTHING_SEEN)
+    assert seen.missed == Missed.NO_BARRIER  # the bench has none
 
 
 def widened(seed: int, change: str) -> float:

@@ -9,7 +9,18 @@ from collections.abc import Callable, Iterable
 
 from opensuction.twin.fault.fault import BY_NAME
 
-MACHINES = ("bench", "clinical")
+MACHINES = (
+    "bench",
+    "clinical",
+    "bench-bouc-wen",
+    "bench-rubbing",
+    "bench-preisach-00",
+    "bench-preisach-25",
+    "bench-preisach-45",
+    "bench-readout-00",
+    "bench-readout-25",
+    "bench-readout-45",
+)
 PROTOCOLS = ("adult", "paediatric", "paper")
 PATIENTS = ("adult-icu", "adult-ards", "child-10kg", "neonate")
 CATHETERS = ("6fr", "8fr", "10fr", "12fr", "14fr")
@@ -23,6 +34,7 @@ COMPENSATIONS = (
     "lookup-table",
     "prandtl-ishlinskii",
     "preview",
+    "model-preview",
 )
 MODELS = (
     "modified-dahl",
@@ -32,6 +44,7 @@ MODELS = (
     "preisach",
     "play-readout",
     "generalised",
+    "residual-readout",
 )
 PURPOSES = ("predict", "compensate", "transfer")
 METHODS = (
@@ -39,6 +52,7 @@ METHODS = (
     "genetic-algorithm",
     "differential-evolution",
     "non-negative",
+    "rising",
     "regularised",
 )
 FAULTS = tuple(BY_NAME)

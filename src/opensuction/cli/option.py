@@ -59,15 +59,17 @@ OPTIONS: dict[str, Any] = {
     ),
     "compensation": _take_name(
         "Compensation of the backlash: none, direct-inverse (the paper's, as printed), "
-        "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii or preview, identified on the "
-        "twin before use; or, for a cycle, a parameter file (TOML) that opensuction identify or "
-        "calibrate wrote. Default: preview.",
+        "exact-inverse, gap-width, lookup-table, prandtl-ishlinskii, preview or model-preview (any "
+        "model of plays), identified on the twin before use; or, for a cycle, a parameter file "
+        "(TOML) that opensuction identify or calibrate wrote; or, to calibrate, best: the one "
+        "whose model predicts best. Default: preview, to calibrate best.",
         completion.COMPENSATIONS,
         NAME_OR_FILE,
     ),
     "taught_mm": typer.Option(
         "--taught",
-        help="Way from the tube's lower end to the carina that a person measured, in mm. "
+        help="Way from the tube's lower end to the carina that a person measured, in mm; the "
+        "protocol is fitted to it, or its depths are held against it. "
         "Default: taught by hand on the twin, with a hand's error.",
         metavar="MM",
     ),
@@ -99,14 +101,23 @@ OPTIONS: dict[str, Any] = {
     ),
     "self_calibrates": typer.Option(
         "--self-calibrate",
-        help="Measure the gap at each contact and compensate it in the next cycle; with --approach "
-        "contact, --repeat and a compensation on plays (preview, prandtl-ishlinskii).",
+        help="Measure gap and offset of the tip in each cycle, where the tip passes the light "
+        "barrier and by --approach contact at the carina, and compensate them in the next one; "
+        "with --repeat and any compensation but none.",
     ),
     "gap_scale": typer.Option(
         help="Twin: every gap width is multiplied by this behind the controller's back, after "
         "identification and teaching, as if the conduit were laid otherwise; 0.5 to 1.5. "
         "Default: 1.",
         metavar="X",
+        show_default=False,
+    ),
+    "tip_shift_mm": typer.Option(
+        "--tip-shift",
+        help="Twin: the tip lies this much deeper (below 0: shallower) behind the controller's "
+        "back, after identification and teaching, as if the catheter were clamped anew; -10 to "
+        "10. Default: 0.",
+        metavar="MM",
         show_default=False,
     ),
     "seed": typer.Option(
@@ -165,7 +176,9 @@ OPTIONS: dict[str, Any] = {
     ),
     "table": typer.Option(help="Hazard table (TOML). Default: the project's own.", metavar="FILE"),
     "file": typer.Argument(
-        metavar="FILE", help="The recording: CSV or Parquet.", show_default=False
+        metavar="FILE",
+        help="The recording: CSV, Parquet, .npz or .mat; - is standard input.",
+        show_default=False,
     ),
     "input": typer.Option(
         metavar="COL",
@@ -179,9 +192,9 @@ OPTIONS: dict[str, Any] = {
         "--negate-output", help="Turn the output's sign round, where it falls as the input rises."
     ),
     "model": _take_name(
-        "Model of the hysteresis: modified-dahl (the paper's; the only one that a cycle can be "
-        "compensated with), dahl, bouc-wen, prandtl-ishlinskii, preisach, play-readout (of one "
-        "or several inputs) or generalised. Default: modified-dahl.",
+        "Model of the hysteresis: modified-dahl (the paper's), prandtl-ishlinskii, preisach or "
+        "play-readout (of one or several inputs), which a cycle can be compensated with; dahl, "
+        "bouc-wen, generalised or residual-readout, which drive no head. Default: modified-dahl.",
         completion.MODELS,
     ),
     "purpose": _take_name(
@@ -191,7 +204,8 @@ OPTIONS: dict[str, Any] = {
     ),
     "method": _take_name(
         "Way to fit it: variable-projection, genetic-algorithm (the paper's), "
-        "differential-evolution, non-negative or regularised. Default: the model's own.",
+        "differential-evolution, non-negative, rising (a play readout that can drive) or "
+        "regularised. Default: the model's own.",
         completion.METHODS,
     ),
     "holdout": typer.Option(
@@ -212,6 +226,12 @@ OPTIONS: dict[str, Any] = {
     "unrecorded": typer.Option(
         "--no-recording",
         help="Write no recording.mcap: it has every tick, .22 MB a second of the run.",
+    ),
+    "trace": typer.Option(
+        help="Write the time series, a row for each millisecond, as FILE.csv or FILE.parquet "
+        "(needs pip install 'opensuction[parquet]'); of a day the last cycle's.",
+        metavar="FILE",
+        show_default=False,
     ),
     "format": typer.Option(
         help="csv, or parquet (needs pip install 'opensuction[parquet]'). Default: csv.",
@@ -326,7 +346,9 @@ OPTIONS: dict[str, Any] = {
     "out": typer.Option(
         help="Folder of the results. Default: one of its own under runs/.", metavar="DIR"
     ),
-    "force": typer.Option("--force", help="Write into a folder that is not empty."),
+    "force": typer.Option(
+        "--force", help="Write into a folder that is not empty, over a file that is there."
+    ),
     "as_json": typer.Option("--json", help="One JSON object on stdout and nothing else."),
 }
 """By the name of the field that an option fills; the same one for every command that has it."""

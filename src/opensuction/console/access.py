@@ -31,8 +31,12 @@ Holder = Session | AccessToken | None
 """Who asks; None: nobody who signed in."""
 
 
-def find_site(connection: HTTPConnection) -> Site:
-    """What the application was made of."""
+async def find_site(connection: HTTPConnection) -> Site:
+    """What the application was made of.
+
+    Asynchronous, so that it needs no thread: a stop must not wait for one when all of them wait for
+    a database that hangs.
+    """
     found: Site = connection.app.state.site
     return found
 

@@ -9,12 +9,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.control import direct_inverse, exact_inverse, head_path, lookup_table, preview
+from opensuction.control import (
+    direct_inverse,
+    exact_inverse,
+    head_path,
+    lookup_table,
+    model_preview,
+    preview,
+)
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.lookup_table import Curves
 from opensuction.control.preview import RunIn
 from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
+from opensuction.hysteresis.bank import play_table, turning_point
+from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play_sum import NO_PLAYS, PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
@@ -40,25 +49,31 @@ class CompensationKind(IntEnum):
     """Plays inverted exactly, without knowing what comes next."""
     PREVIEW = 6
     """The same with the reference known ahead: gap crossed before it moves, start prepared."""
+    MODEL_PREVIEW = 7
+    """Any model of plays with lines over them (Preisach, play readout), likewise known ahead."""
 
 
 KIND_OF_NAME = by_name(CompensationKind)
 """Compensators by their name on the command line and in files."""
 
-LOOKS_AHEAD = (CompensationKind.EXACT_INVERSE, CompensationKind.PREVIEW)
+RUNS_IN = (CompensationKind.PREVIEW, CompensationKind.MODEL_PREVIEW)
+"""Kinds whose head begins to move a moment before the reference does."""
+LOOKS_AHEAD = (CompensationKind.EXACT_INVERSE, *RUNS_IN)
 """Kinds that cross the gap before the reference moves; the procedure plans the time for it."""
 ON_PLAYS = (CompensationKind.PRANDTL_ISHLINSKII, CompensationKind.PREVIEW)
 """Kinds on the Prandtl-Ishlinskii model."""
 ON_CURVES = (CompensationKind.GAP_WIDTH, CompensationKind.LOOKUP_TABLE)
 """Kinds on a curve for each direction."""
+ON_TABLE = (*ON_CURVES, CompensationKind.MODEL_PREVIEW)
+"""Kinds whose numbers go apart, as `Branches`."""
 FED_FORWARD = (*LOOKS_AHEAD, CompensationKind.PRANDTL_ISHLINSKII)
 """Kinds whose servo gets velocity and friction feedforward; the others keep the paper's PD."""
 
 
 Branches = Array
-"""Heads inwards and outwards of the curves, shape (2, n); a kind that is on none has None, and then
-nothing of them is compiled. Apart from the `Compensation`, for a reference to an array in a record
-is counted at every hand."""
+"""Of a kind on curves: heads inwards and outwards, shape (2, n). Of `MODEL_PREVIEW`: the
+`play_table.Table` of its model. Any other kind has None, and then nothing of them is compiled.
+Apart from the `Compensation`, for a reference to an array in a record is counted at every hand."""
 
 
 class CurvesGrid(NamedTuple):
@@ -110,10 +125,12 @@ def choose(
     )
 
 
-def branches(kind: CompensationKind, curves: Curves) -> Branches | None:
-    """The heads that go with a compensation of a kind; see `choose`."""
+def branches(kind: CompensationKind, curves: Curves, lines: PlayLines) -> Branches | None:
+    """The numbers that go with a compensation of a kind; see `choose`."""
     if kind in ON_CURVES:
         return np.array([curves.inwards_mm, curves.outwards_mm])
+    if kind == CompensationKind.MODEL_PREVIEW:
+        return play_table.tabulate(lines)
     return None
 
 
@@ -132,6 +149,8 @@ def head_after_travel_mm(
         plays = play_sum.unbundle(compensation.plays)
         return float(prandtl_ishlinskii.saturated_head_mm(plays, tip_mm, direction))
     if heads_mm is not None:
+        if compensation.kind == CompensationKind.MODEL_PREVIEW:
+            return float(play_table.saturated_head_mm(heads_mm, tip_mm, direction))
         inner, outer = lookup_table.branches_mm(curves_of(compensation, heads_mm), tip_mm)
         return inner if direction > 0.0 else outer
     if compensation.kind == CompensationKind.NONE:
@@ -147,12 +166,15 @@ def rest(compensation: Compensation, heads_mm: Branches | None, reference_mm: fl
     lag = float(modified_dahl.saturation_mm(compensation.model))
     if compensation.kind in ON_CURVES:
         lag = 0.5 * (head_after_travel_mm(compensation, heads_mm, reference_mm, 1.0) - head)
+    elif heads_mm is not None:
+        lag = float(heads_mm[0, play_table.DECAY])
     return Rest(head_mm=head, lag_mm=lag)
 
 
 def park(compensation: Compensation, at: Rest) -> HeadState:
     """State of a head at rest after a long retract."""
-    return after_retract(compensation, at, at.head_mm, 0.0)
+    state: HeadState = after_retract(compensation, at, at.head_mm, 0.0)
+    return state
 
 
 @compiled
@@ -190,13 +212,50 @@ def step(
         else:
             goal = preview.aim_now(compensation.plays, state, reference_mm, reference_mm_per_s)
         return preview.step(compensation.plays, compensation.limits, state, goal, dt_s)
-    return _follow_now(compensation, heads_mm, state, reference_mm, reference_mm_per_s, dt_s)
+    if heads_mm is not None:
+        return _by_table(
+            compensation,
+            heads_mm,
+            state,
+            reference_mm,
+            reference_mm_per_s,
+            direction,
+            starts_in_s,
+            dt_s,
+        )
+    return _follow_now(compensation, state, reference_mm, reference_mm_per_s, dt_s)
+
+
+@compiled
+def _by_table(
+    compensation: Compensation,
+    heads_mm: Branches,
+    state: HeadState,
+    reference_mm: float,
+    reference_mm_per_s: float,
+    direction: float,
+    starts_in_s: float,
+    dt_s: float,
+) -> HeadState:
+    """Head command of the kinds whose numbers go apart."""
+    if compensation.kind == CompensationKind.MODEL_PREVIEW:
+        goal = preview.aim_ahead(
+            compensation.run_in, reference_mm, reference_mm_per_s, direction, starts_in_s
+        )
+        return model_preview.step(heads_mm, compensation.limits, state, goal, dt_s)
+    return lookup_table.step(
+        curves_of(compensation, heads_mm),
+        compensation.limits,
+        state,
+        reference_mm,
+        reference_mm_per_s,
+        dt_s,
+    )
 
 
 @compiled
 def _follow_now(
     compensation: Compensation,
-    heads_mm: Branches | None,
     state: HeadState,
     reference_mm: float,
     reference_mm_per_s: float,
@@ -205,15 +264,6 @@ def _follow_now(
     """Head command of the kinds that know only where the reference is and goes now."""
     if compensation.kind == CompensationKind.DIRECT_INVERSE:
         return direct_inverse.step(compensation.model, state, reference_mm, dt_s)
-    if heads_mm is not None:
-        return lookup_table.step(
-            curves_of(compensation, heads_mm),
-            compensation.limits,
-            state,
-            reference_mm,
-            reference_mm_per_s,
-            dt_s,
-        )
     return state._replace(head_mm=reference_mm, head_mm_per_s=reference_mm_per_s)
 
 
@@ -222,20 +272,29 @@ def after_retract(
     compensation: Compensation, at: Rest, head_mm: float, head_mm_per_s: float
 ) -> HeadState:
     """State with the memory of a long retract, the head being commanded to some position."""
+    if compensation.kind == CompensationKind.MODEL_PREVIEW:
+        turns = turning_point.after_retract(at.head_mm)
+        return HeadState(head_mm, head_mm_per_s, at.lag_mm, turns)
     plays = play_sum.retracted_positions_mm(compensation.plays, at.head_mm)
     return HeadState(head_mm, head_mm_per_s, at.lag_mm, plays)
 
 
 @compiled
 def advance(
-    compensation: Compensation, state: HeadState, head_mm: float, speed: float
+    compensation: Compensation,
+    heads_mm: Branches | None,
+    state: HeadState,
+    head_mm: float,
+    speed: float,
 ) -> HeadState:
     """State once the head has gone somewhere for another reason than the tip, at a speed, mm/s."""
     there = state._replace(head_mm=head_mm, head_mm_per_s=speed)
+    if heads_mm is not None:
+        if compensation.kind == CompensationKind.MODEL_PREVIEW:
+            return model_preview.advance(heads_mm, state, head_mm, speed)
+        return there
     if compensation.kind in ON_PLAYS:
         return there._replace(plays_mm=play_sum.step(compensation.plays, state.plays_mm, head_mm))
-    if compensation.kind in ON_CURVES:
-        return there
     move = head_mm - state.head_mm
     return there._replace(lag_mm=modified_dahl.step(compensation.model, state.lag_mm, move))
 
@@ -243,6 +302,7 @@ def advance(
 @compiled
 def home(
     compensation: Compensation,
+    heads_mm: Branches | None,
     state: HeadState,
     park_head_mm: float,
     speed_mm_per_s: float,
@@ -260,7 +320,7 @@ def home(
         acceleration_mm_per_s2=compensation.limits.acceleration_mm_per_s2,
     )
     velocity = head_path.step(limits, distance, 0.0, velocity, dt_s)
-    return advance(compensation, state, state.head_mm + velocity * dt_s, velocity)
+    return advance(compensation, heads_mm, state, state.head_mm + velocity * dt_s, velocity)
 
 
 @compiled
@@ -280,12 +340,21 @@ def at_contact(
     compensation: Compensation, heads_mm: Branches | None, state: HeadState, reading_mm: float
 ) -> tuple[HeadState, float]:
     """State with the head stopped where it was measured, and the tip position this gives, mm."""
-    there = advance(compensation, state, reading_mm, 0.0)
+    there = advance(compensation, heads_mm, state, reading_mm, 0.0)
     tip = reading_mm
     if compensation.kind in ON_PLAYS:
         tip = play_sum.output_mm(compensation.plays, there.plays_mm, reading_mm)
     elif heads_mm is not None:
-        tip = lookup_table.tip_mm(curves_of(compensation, heads_mm), reading_mm, there.lag_mm > 0.0)
+        tip = _tip_by_table(compensation, heads_mm, there)
     elif compensation.kind != CompensationKind.NONE:
         tip = modified_dahl.output_mm(compensation.model, reading_mm, there.lag_mm)
     return there, tip
+
+
+@compiled
+def _tip_by_table(compensation: Compensation, heads_mm: Branches, there: HeadState) -> float:
+    """Tip of the kinds whose numbers go apart."""
+    if compensation.kind == CompensationKind.MODEL_PREVIEW:
+        return float(model_preview.tip_mm(heads_mm, there))
+    curves, outwards = curves_of(compensation, heads_mm), there.lag_mm > 0.0
+    return float(lookup_table.tip_mm(curves, there.head_mm, outwards))

@@ -26,9 +26,11 @@ class HeadState(NamedTuple):
     head_mm: float
     head_mm_per_s: float
     lag_mm: float
-    """Of the modified Dahl model; of the curves half the gap, above 0 on the way out."""
+    """Of the modified Dahl model, or a slow state; of the curves half the gap, above 0 on the way
+    out."""
     plays_mm: Sixteen
-    """Positions of the Prandtl-Ishlinskii plays."""
+    """Positions of the Prandtl-Ishlinskii plays, or the turning points that plays of any width
+    follow from (`hysteresis.bank.turning_point`)."""
 
 
 AT_REST = HeadState(0.0, 0.0, 0.0, NONE_MM)

@@ -24,6 +24,9 @@ EARLY_MM = 0.5
 """Furthest the modelled tip may move ahead of a reference that is about to start."""
 STILL_MM = 0.02
 """Error at which a head that follows a standing reference lets it be: a few encoder steps."""
+FOLLOWED = 3.0
+"""[design] The tip comes with the head at once where the head's way to a target is at most so many
+times the tip's; across a gap it is tens of times as far."""
 REHEARSED_S = 2.0
 """How long after the reference's start a run-in is judged."""
 
@@ -33,6 +36,12 @@ class RunIn(NamedTuple):
 
     inwards_s: float
     outwards_s: float
+
+
+@compiled
+def is_followed(distance_mm: float, missing_mm: float) -> bool:
+    """Whether it costs no gap to move the tip by what is missing. distance_mm: the head's way."""
+    return 0.0 < abs(distance_mm) <= FOLLOWED * abs(missing_mm)
 
 
 class Goal(NamedTuple):
@@ -53,9 +62,10 @@ def aim_now(
     if reference_mm_per_s != 0.0:
         direction = 1.0 if reference_mm_per_s > 0.0 else -1.0
     else:
-        tip = play_sum.output_mm(model, state.plays_mm, state.head_mm)
-        if abs(reference_mm - tip) > STILL_MM:
-            direction = 1.0 if reference_mm > tip else -1.0
+        missing_mm = reference_mm - play_sum.output_mm(model, state.plays_mm, state.head_mm)
+        distance = play_sum.inverse_step(model, state.plays_mm, state.head_mm, reference_mm)
+        if abs(missing_mm) > STILL_MM or is_followed(distance, missing_mm):
+            direction = 1.0 if missing_mm > 0.0 else -1.0
     return Goal(reference_mm, reference_mm_per_s, direction)
 
 
@@ -80,34 +90,83 @@ def aim_ahead(
     return Goal(target_mm, reference_mm_per_s, direction)
 
 
+class Ahead(NamedTuple):
+    """What a model says of the head's way to a goal."""
+
+    distance_mm: float
+    """Head travel to the target; where the tip is beyond it, by how much the head is early."""
+    follow_mm_per_s: float
+    """Velocity with which the head follows a target that moves, once it is there."""
+
+
+@compiled
+def lead(distance_mm: float, further_mm: float, direction: float, dt_s: float) -> Ahead:
+    """The way to a target that lies ahead. further_mm: to where it will be a tick later."""
+    # At rest where the next instant lies across the gap.
+    follow_mm_per_s = (further_mm - distance_mm) / dt_s
+    if follow_mm_per_s * direction < 0.0:
+        follow_mm_per_s = 0.0
+    return Ahead(distance_mm, follow_mm_per_s)
+
+
+@compiled
+def wait(goal: Goal, missing_mm: float, slope: float) -> Ahead:
+    """The target is behind: let it catch up, by the distance the head is early.
+
+    missing_mm: tip that is missing, signed. slope: of the tip, where the head moves on.
+    """
+    per_tip = min(1.0 / slope, STEEPEST) if slope > 0.0 else STEEPEST
+    return Ahead(missing_mm * per_tip, goal.target_mm_per_s * per_tip)
+
+
+@compiled
+def is_too_far(goal: Goal, missing_mm: float, head_mm_per_s: float) -> bool:
+    """Whether a head at rest has brought the tip beyond a target that stands."""
+    return (
+        goal.target_mm_per_s == 0.0
+        and missing_mm * goal.direction < 0.0
+        and head_mm_per_s * goal.direction <= 0.0
+    )
+
+
+@compiled
+def pursue(
+    limits: HeadLimits, ahead: Ahead, direction: float, head_mm_per_s: float, dt_s: float
+) -> float:
+    """Velocity of a head that goes in one direction or not at all."""
+    velocity = head_path.step(limits, ahead.distance_mm, ahead.follow_mm_per_s, head_mm_per_s, dt_s)
+    if velocity * direction < 0.0:
+        velocity = 0.0  # turning back would open the gap again
+    return velocity
+
+
 @compiled
 def step(
     model: PlaySum, limits: HeadLimits, state: HeadState, goal: Goal, dt_s: float
 ) -> HeadState:
-    """Head on its way to a goal in one direction; it never moves against it but waits."""
+    """Head on its way to a goal in one direction.
+
+    It does not move against it but waits, for that would open the gap again: but where it came to
+    rest too far, and the tip comes back with it at once.
+    """
     plays, head, direction = state.plays_mm, state.head_mm, goal.direction
     velocity = 0.0
     if direction != 0.0:
         missing_mm = goal.target_mm - play_sum.output_mm(model, plays, head)
+        if is_too_far(goal, missing_mm, state.head_mm_per_s):
+            distance = play_sum.inverse_step(model, plays, head, goal.target_mm)
+            direction = -direction if is_followed(distance, missing_mm) else direction
         if missing_mm * direction >= 0.0:
             distance = play_sum.inverse_step(model, plays, head, goal.target_mm)
             further = distance
             if goal.target_mm_per_s != 0.0:
                 ahead_mm = goal.target_mm + goal.target_mm_per_s * dt_s
                 further = play_sum.inverse_step(model, plays, head, ahead_mm)
-            # At rest where the next instant lies across the gap.
-            follow_mm_per_s = (further - distance) / dt_s
-            if follow_mm_per_s * direction < 0.0:
-                follow_mm_per_s = 0.0
+            ahead = lead(distance, further, direction, dt_s)
         else:
-            # The target is behind: let it catch up, by the distance the head is early.
             slope = play_sum.advance_slope(model, plays, head, direction)
-            per_tip = min(1.0 / slope, STEEPEST) if slope > 0.0 else STEEPEST
-            distance = missing_mm * per_tip
-            follow_mm_per_s = goal.target_mm_per_s * per_tip
-        velocity = head_path.step(limits, distance, follow_mm_per_s, state.head_mm_per_s, dt_s)
-        if velocity * direction < 0.0:
-            velocity = 0.0  # turning back would open the gap again
+            ahead = wait(goal, missing_mm, slope)
+        velocity = pursue(limits, ahead, direction, state.head_mm_per_s, dt_s)
     head = head + velocity * dt_s
     return state._replace(
         head_mm=head, head_mm_per_s=velocity, plays_mm=play_sum.step(model, plays, head)

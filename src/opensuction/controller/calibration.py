@@ -7,6 +7,8 @@ from annotated_types import Ge
 
 from opensuction.control.lookup_table import Curves
 from opensuction.hysteresis import modified_dahl
+from opensuction.hysteresis.bank import play_lines
+from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 
@@ -30,6 +32,8 @@ class Calibration(NamedTuple):
     width: Curves
     """One backlash width: two parallel lines."""
     table: Curves
+    lines: PlayLines
+    """A model of plays with lines over them, which `model-preview` is on."""
 
 
 def assume_nominal(model: ModifiedDahl, feedforward: Feedforward) -> Calibration:
@@ -46,4 +50,5 @@ def assume_nominal(model: ModifiedDahl, feedforward: Feedforward) -> Calibration
     tip_mm = np.array([0.0, 1.0])
     heads_mm = middle_mm + tip_mm / model.slope
     width = Curves(0.0, 1.0, heads_mm + half_mm, heads_mm - half_mm)
-    return Calibration(model, feedforward, plays, width, width)
+    lines = play_lines.of_prandtl_ishlinskii(plays)
+    return Calibration(model, feedforward, plays, width, width, lines)

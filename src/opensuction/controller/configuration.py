@@ -11,9 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from opensuction.control.compensation import ON_CURVES, Branches, CompensationKind
+from opensuction.control.compensation import (
+    ON_CURVES,
+    ON_TABLE,
+    Branches,
+    CompensationKind,
+)
 from opensuction.controller import settings_check
 from opensuction.controller.record import Settings
+from opensuction.hysteresis.bank import play_lines, play_table
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
 from opensuction.kernel.name import name_of
@@ -22,6 +28,9 @@ WHERE = "controller settings"
 """Opens every message."""
 LEAST_ENTRIES = 2
 """Of a branch: two make a line."""
+MOST_NUMBERS = 10_000
+"""Of a table: three times those of the largest that is identified, 40 plays of 40 cells, whose tick
+stays within its period [design]."""
 
 
 class Configuration(NamedTuple):
@@ -29,7 +38,7 @@ class Configuration(NamedTuple):
 
     settings: Settings
     heads_mm: Branches | None = None
-    """Branches of the compensation's curves; None where it is on none."""
+    """Branches of the compensation's curves, or its model's table; None where it has neither."""
 
 
 def check(configuration: Configuration) -> None:
@@ -43,21 +52,45 @@ def check(configuration: Configuration) -> None:
     if kind not in list(CompensationKind):
         raise InputError(f"{WHERE}: compensation.kind is {kind}: no compensator has that number")
     name = name_of(CompensationKind(kind))
-    if (kind in ON_CURVES) != (heads_mm is not None):
-        lacks = "needs curves, and there are none" if heads_mm is None else "goes by no curves"
+    if (kind in ON_TABLE) != (heads_mm is not None):
+        needs = "curves, and there are none" if kind in ON_CURVES else "a table, and there is none"
+        lacks = f"needs {needs}" if heads_mm is None else "goes by no curves"
         raise InputError(f"{WHERE}: compensation '{name}' {lacks}: see heads_mm")
     if heads_mm is not None:
-        _check_branches(np.asarray(heads_mm))
+        numbers = np.asarray(heads_mm)
+        if not np.isfinite(numbers).all():
+            raise InputError(f"{WHERE}: heads_mm has a number that is not finite")
+        if kind in ON_CURVES:
+            _check_branches(numbers)
+        else:
+            _check_table(numbers)
 
 
 def _check_branches(heads_mm: Branches) -> None:
     if heads_mm.ndim != 2 or heads_mm.shape[0] != 2 or heads_mm.shape[1] < LEAST_ENTRIES:
         raise InputError(
-            f"{WHERE}: heads_mm is {' x '.join(map(str, heads_mm.shape))} numbers: should be two "
-            f"branches of {LEAST_ENTRIES} entries or more"
+            f"{WHERE}: heads_mm is {_shape(heads_mm)} numbers: should be two branches of "
+            f"{LEAST_ENTRIES} entries or more"
         )
-    if not np.isfinite(heads_mm).all():
-        raise InputError(f"{WHERE}: heads_mm has a number that is not finite")
+
+
+def _shape(numbers: Branches) -> str:
+    return " x ".join(map(str, numbers.shape))
+
+
+def _check_table(table: Branches) -> None:
+    if table.ndim != 2 or table.shape[0] < 2 or table.shape[1] < 4 or table.shape[1] % 2:
+        raise InputError(
+            f"{WHERE}: heads_mm is {_shape(table)} numbers: should be a row for the model and one "
+            "for each play, of 2 numbers and 2 for each cell"
+        )
+    if table.size > MOST_NUMBERS:
+        raise InputError(
+            f"{WHERE}: heads_mm is {_shape(table)} numbers: should be at most {MOST_NUMBERS}"
+        )
+    reason = play_lines.why_not_driven(play_table.to_lines(table))
+    if reason is not None:
+        raise InputError(f"{WHERE}: no head can be driven by the model of heads_mm: {reason}")
 
 
 def to_json(configuration: Configuration) -> str:
@@ -116,7 +149,7 @@ def _branches(found: Any) -> Branches | None:
         for branch in found
     )
     if not numbers or len({len(branch) for branch in found}) != 1:
-        raise InputError(f"{WHERE}: heads_mm should be null or two lists of as many numbers")
+        raise InputError(f"{WHERE}: heads_mm should be null or lists of as many numbers")
     return np.array([[_finite(one) for one in branch] for branch in found])
 
 

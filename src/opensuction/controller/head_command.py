@@ -14,14 +14,19 @@ from opensuction.procedure.cycle.progress import ControlFeedback
 
 @compiled
 def _home(
-    settings: Settings, let_through: HeadState, demand: Demand, phase: int, dt_s: float
+    settings: Settings,
+    heads_mm: Branches | None,
+    let_through: HeadState,
+    demand: Demand,
+    phase: int,
+    dt_s: float,
 ) -> HeadState:
     """Head on its way to its park position, or to the jog of the pre-use test."""
     home_mm = settings.plan.motion.park_head_mm + demand.jog_mm
     speed = settings.plan.motion.abort_mm_per_s
     if phase == Phase.TEACHING:
         speed = teaching.HOME_MM_PER_S
-    sent = compensation.home(settings.compensation, let_through, home_mm, speed, dt_s)
+    sent = compensation.home(settings.compensation, heads_mm, let_through, home_mm, speed, dt_s)
     if phase == Phase.CHECKING:
         # The jog stays within the gap: it moves no tip, though the model has none so sharp.
         return compensation.after_retract(
@@ -51,7 +56,7 @@ def step(
     if demand.homing:
         # From what was let through: the compensation may be far ahead of what the head can do.
         let_through = head._replace(head_mm=let_through_mm)
-        return _home(settings, let_through, demand, phase, dt_s)
+        return _home(settings, heads_mm, let_through, demand, phase, dt_s)
     return compensation.step(
         settings.compensation,
         heads_mm,

@@ -1,14 +1,13 @@
 """Settings of the controller from what is known of the machine, the protocol and a calibration."""
 
-import math
-
 import numpy as np
 
-from opensuction.control import compensation, preview
+from opensuction.control import compensation, model_preview, preview
 from opensuction.control.compensation import (
     FED_FORWARD,
     LOOKS_AHEAD,
     ON_PLAYS,
+    RUNS_IN,
     Branches,
     Compensation,
     CompensationKind,
@@ -16,9 +15,9 @@ from opensuction.control.compensation import (
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.lookup_table import Curves
 from opensuction.control.preview import RunIn
-from opensuction.control.profile import Profile
 from opensuction.control.servo import Servo
 from opensuction.control.valve import ValveMotion
+from opensuction.controller import run_in as run_ins
 from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward
 from opensuction.controller.free_flow import free_flow
 from opensuction.controller.governor_limit import limits
@@ -26,7 +25,6 @@ from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
 from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
-from opensuction.hysteresis.play_sum import PlaySum
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
@@ -43,14 +41,8 @@ from opensuction.safety.alarm.signal_value import REMINDER
 
 AUDIO_PAUSE_S = 120.0
 """Length of an audio pause: the longest that is allowed."""
-RUN_INS_S = tuple(0.01 * step for step in range(16))
-"""Run-ins that are tried for `preview`: the best of the machines here lie at 0.04 to 0.1 s."""
-LIKELY_RUN_IN_S = 0.06
-"""Where the search begins; the nearer to the best, the sooner the others are seen to be worse."""
-REHEARSAL_TICK_S = 0.001
-"""The control loop's own tick."""
-REHEARSED_MM = 90.0
-"""Length of the rehearsed move: longer than what its start needs."""
+GAPS_LOOKED_AT = 10
+"""Depths of a cycle at which the gap of a model is looked at that changes with the place."""
 
 
 def _plays_gap_mm(plays: PrandtlIshlinskii) -> float:
@@ -61,14 +53,30 @@ def _plays_gap_mm(plays: PrandtlIshlinskii) -> float:
     return float(prandtl_ishlinskii.inverse_step(plays, positions, 0.0, touched_mm))
 
 
+def _lines_gap_mm(table: Branches) -> float:
+    """Head travel across the widest gap that plays with lines have along a cycle, either way.
+
+    As far as the tip may go early: where it creeps along, the crossing is part of the run-in.
+    """
+    widest_mm = 0.0
+    for tip_mm in np.linspace(TUBE_END_MM, run_ins.REHEARSED_MM, GAPS_LOOKED_AT).tolist():
+        for direction in (1.0, -1.0):
+            rest = model_preview.at_rest(table, tip_mm, -direction)
+            crossed = model_preview.cross(table, rest, direction * preview.EARLY_MM)
+            widest_mm = max(widest_mm, abs(crossed.head_mm - rest.head_mm))
+    return widest_mm
+
+
 def _gap_mm(chosen: Compensation, heads_mm: Branches | None) -> float:
-    """Head travel across the gap, the same both ways: by the model that the kind is on."""
+    """Head travel across the gap, the widest there is: by the model that the kind is on."""
     if chosen.kind in ON_PLAYS:
         return _plays_gap_mm(play_sum.unbundle(chosen.plays))
     if chosen.kind == CompensationKind.EXACT_INVERSE:
         full = float(modified_dahl.saturation_mm(chosen.model))
         return abs(float(modified_dahl.gap_move(chosen.model, full, 1.0)))
     if heads_mm is not None:
+        if chosen.kind == CompensationKind.MODEL_PREVIEW:
+            return _lines_gap_mm(heads_mm)
         return float(np.max(heads_mm[0] - heads_mm[1]))
     return 0.0
 
@@ -119,7 +127,7 @@ def _servos(
     return insertion, valve
 
 
-def _check_cap(
+def check_cap(
     chosen: Compensation, heads_mm: Branches | None, protocol: Protocol, highest_mm: float
 ) -> None:
     """Refuse a cap that would stop the head short of the target."""
@@ -135,23 +143,13 @@ def _check_cap(
         )
 
 
-def _run_in_s(plays: PlaySum, limits: HeadLimits, move: Profile) -> float:
-    """Run-in of `preview` that leaves the smallest tip error at the start of a move."""
-    best = (math.inf, 0.0)
-    for run_in_s in sorted(RUN_INS_S, key=lambda run_in_s: abs(run_in_s - LIKELY_RUN_IN_S)):
-        # A rehearsal ends as soon as it is worse than the best one before.
-        cost = preview.rehearse(plays, limits, move, run_in_s, REHEARSAL_TICK_S, best[0])
-        best = min(best, (float(cost), run_in_s))
-    return best[1]
-
-
 def _curves(kind: CompensationKind, calibration: Calibration) -> Curves:
     return calibration.width if kind == CompensationKind.GAP_WIDTH else calibration.table
 
 
 def branches(kind: CompensationKind, calibration: Calibration) -> Branches | None:
-    """The heads of the curves that a compensation of a kind is on; they go with its settings."""
-    return compensation.branches(kind, _curves(kind, calibration))
+    """The curves or the table that a compensation of a kind is on; they go with its settings."""
+    return compensation.branches(kind, _curves(kind, calibration), calibration.lines)
 
 
 def compensator(
@@ -162,21 +160,17 @@ def compensator(
 ) -> Compensation:
     """Compensation by kind, on a calibrated (or nominal) model, within the machine's limits.
 
-    speeds_mm_per_s: of the tip when it starts inwards and outwards; `preview` rehearses both
-    starts. Without them it has no run-in: enough to plan with.
+    speeds_mm_per_s: of the tip when it starts inwards and outwards; a kind that runs in rehearses
+    both starts. Without them it has no run-in: enough to plan with.
     """
     limits = HeadLimits(
         speed_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
     )
     run_in = RunIn(0.0, 0.0)
-    if kind == CompensationKind.PREVIEW and speeds_mm_per_s is not None:
-        moves = [
-            Profile(0.0, REHEARSED_MM, speed, profile.acceleration_mm_per_s2)
-            for speed in speeds_mm_per_s
-        ]
-        plays = play_sum.bundle(calibration.plays)
-        run_in = RunIn(*(_run_in_s(plays, limits, move) for move in moves))
+    if kind in RUNS_IN and speeds_mm_per_s is not None:
+        table = branches(kind, calibration)
+        run_in = run_ins.find(calibration.plays, table, limits, speeds_mm_per_s)
     return compensation.choose(
         kind,
         limits,
@@ -194,9 +188,9 @@ def abilities(
     chosen, heads_mm = compensator(profile, kind, calibration), branches(kind, calibration)
     turn_mm = _gap_mm(chosen, heads_mm)
     ahead_mm = turn_mm if kind in LOOKS_AHEAD else 0.0
-    if kind == CompensationKind.PREVIEW:
+    if kind in RUNS_IN:
         # Room for the run-in, wherever its best length turns out to lie.
-        ahead_mm += RUN_INS_S[-1] * profile.head_planned_mm_per_s
+        ahead_mm += run_ins.RUN_INS_S[-1] * profile.head_planned_mm_per_s
     return Abilities(
         head_mm_per_s=profile.head_planned_mm_per_s,
         acceleration_mm_per_s2=profile.acceleration_mm_per_s2,
@@ -253,7 +247,7 @@ def plan_settings(
     if protocol.nothing_comes_s > 0.0:
         flow = free_flow(profile, site.catheter_mm, protocol.vacuum_mmhg, rests_open)
         plan = plan._replace(flow=flow)
-    _check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
+    check_cap(chosen, heads_mm, protocol, float(tip_bound.head_cap_mm(held.tip, held.cap_mm)))
     service = Service(
         life_s=LIFE_S,
         cycle_s=planner.longest_cycle_s(plan),

@@ -125,7 +125,7 @@ def _gain_mm(model: ModifiedDahl, pull_mm: float, travel_mm: float) -> float:
 
 
 @compiled
-def _far_root_mm(model: ModifiedDahl, pull_mm: float, gain_mm: float) -> float:
+def far_root_mm(model: ModifiedDahl, pull_mm: float, gain_mm: float) -> float:
     """Largest travel that gains exactly ``gain_mm``, which must be reachable; Newton, monotone.
 
     ``(gain + u)/c`` is where the curve's asymptote reaches the gain: right of the far root where
@@ -165,7 +165,7 @@ def move_to(
     turning_mm = _turning_travel_mm(model, pull_mm)
     if gain_mm <= _gain_mm(model, pull_mm, turning_mm):
         return direction * turning_mm
-    return direction * max(_far_root_mm(model, pull_mm, gain_mm), turning_mm)
+    return direction * max(far_root_mm(model, pull_mm, gain_mm), turning_mm)
 
 
 @compiled
@@ -179,4 +179,4 @@ def gap_move(model: ModifiedDahl, lag_mm: float, direction: float) -> float:
     turning_mm = _turning_travel_mm(model, pull_mm)
     if turning_mm == 0.0:
         return 0.0
-    return direction * max(_far_root_mm(model, pull_mm, 0.0), turning_mm)
+    return direction * max(far_root_mm(model, pull_mm, 0.0), turning_mm)

@@ -36,6 +36,9 @@ ENDS = (0.1, 0.9)
 """Quantiles of the blocks' speeds between which, at their geometric mean, slow ends and fast
 begins."""
 
+PLACES = 20
+"""Places of the range for each of which is asked whether strokes of either direction passed."""
+
 LEAST_SHARE = 1e-6
 """A block's error is not taken for smaller than this share of the mean: below it is rounding."""
 
@@ -51,6 +54,8 @@ class Folds(NamedTuple):
     """Whether the parts differ in speed, or only in time."""
     reversals: tuple[int, int]
     """Reversals of the input in either part."""
+    both_ways: float = 1.0
+    """Share of the input's range that strokes of either direction passed through."""
 
     @property
     def cuts(self) -> list[slice]:
@@ -108,7 +113,19 @@ def cut(input_: Array, time_s: Array | None = None) -> Folds:
     by_speed = by_speed and min(_count_turns(turns, edges, parts)) >= LEAST_TURNS
     if not by_speed:
         parts = (middles > input_.size // 2).astype(np.int64)
-    return Folds(edges, parts, by_speed, _count_turns(turns, edges, parts))
+    reversals = _count_turns(turns, edges, parts)
+    return Folds(edges, parts, by_speed, reversals, _share_both_ways(input_, marks))
+
+
+def _share_both_ways(input_: Array, marks: NDArray[np.int64]) -> float:
+    """Share of the input's range that strokes of either direction passed. marks: their ends."""
+    low, range_ = float(input_.min()), max(float(np.ptp(input_)), 1e-300)
+    places = np.floor((input_ - low) / range_ * PLACES).clip(0, PLACES - 1).astype(np.int64)
+    passed = np.zeros((2, PLACES), dtype=np.bool_)
+    for first, end in pairwise(marks.tolist()):
+        ends = sorted((int(places[first]), int(places[end])))
+        passed[int(input_[end] > input_[first]), ends[0] : ends[1] + 1] = True
+    return float(np.mean(passed[0] & passed[1]))
 
 
 def _count_turns(

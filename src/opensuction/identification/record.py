@@ -1,6 +1,7 @@
 """Recordings as estimators take them: checked, and thinned without losing a turn of the input."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,6 +69,26 @@ def read_pair(
     return one, two
 
 
+class _Extent(NamedTuple):
+    """How far a quantity goes."""
+
+    range: float
+    back: float
+    """Furthest that it comes back from the highest it was before."""
+    forth: float
+    """Furthest that it rises from the lowest it was before."""
+
+
+@compiled
+def _extent(record: Array) -> _Extent:
+    lowest = highest = record[0]
+    back = forth = 0.0
+    for value in record:
+        lowest, highest = min(lowest, value), max(highest, value)
+        back, forth = max(back, highest - value), max(forth, value - lowest)
+    return _Extent(highest - lowest, back, forth)
+
+
 def check_motion(names: tuple[str, str], input_: Array, output: Array, unit: str = "") -> None:
     """Refuse what cannot show a hysteresis. names, unit: of the input, as messages call them.
 
@@ -75,16 +96,15 @@ def check_motion(names: tuple[str, str], input_: Array, output: Array, unit: str
     an input that never reverses.
     """
     for name, record in zip(names, (input_, output), strict=True):
-        if not np.ptp(record) > 0.0:
+        range_ = _extent(record).range
+        if not range_ > 0.0:
             raise InputError(f"{name}: constant at {record[0]:g}, should move")
-        if np.ptp(record) < LEAST_RANGE:
+        if range_ < LEAST_RANGE:
             raise InputError(
-                f"{name}: moves within {np.ptp(record):g}, less than {LEAST_RANGE:g}; record in a "
+                f"{name}: moves within {range_:g}, less than {LEAST_RANGE:g}; record in a "
                 "smaller unit"
             )
-    range_ = float(np.ptp(input_))
-    back = float(np.max(np.maximum.accumulate(input_) - input_))
-    forth = float(np.max(input_ - np.minimum.accumulate(input_)))
+    range_, back, forth = _extent(input_)
     if min(back, forth) < REVERSAL_SHARE * range_:
         raise InputError(
             f"{names[0]}: reverses by {min(back, forth):.4g} of a range of "

@@ -5,31 +5,37 @@ refused in one line. Only the columns asked for are kept in memory.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from io import BufferedReader
 from pathlib import Path
 from stat import S_ISREG
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording import parquet_table, text_table
+from opensuction.recording import mat_table, npz_table, parquet_table, text_table
 from opensuction.recording.bound import LARGEST_TEXT_BYTES, megabytes
 
-KINDS = "a table of columns: CSV text or Parquet"
+KINDS = "a table of columns: CSV text, Parquet, NumPy (.npz) or MATLAB (.mat)"
+
+Columns = dict[str, NDArray[np.float64]]
+"""Numbers by the name of their column, each of shape (samples,)."""
 
 FOREIGN = {
-    b"PK\x03\x04": "a zip archive or a spreadsheet; export the sheet as CSV",
+    npz_table.MAGIC: "a zip archive or a spreadsheet; export the sheet as CSV",
+    b"PK\x05\x06": "an empty zip archive",
+    b"\x93NUMPY": "a single NumPy array; save named ones with numpy.savez",
     b"\xd0\xcf\x11\xe0": "a spreadsheet of an old kind; export the sheet as CSV",
     b"\x1f\x8b": "compressed (gzip); unpack it first",
     b"\x28\xb5\x2f\xfd": "compressed (zstd); unpack it first",
     b"BZh": "compressed (bzip2); unpack it first",
     b"\xfd7zXZ": "compressed (xz); unpack it first",
     b"ARROW1": "an Arrow file; save it as Parquet or CSV",
-    b"\x89HDF": "an HDF5 file; export the columns as CSV or Parquet",
-    b"MATLAB": "a MATLAB file; export the columns as CSV or Parquet",
+    b"\x89HDF": "an HDF5 file that MATLAB did not write; export the columns as CSV or Parquet",
+    b"MATLAB": "a MATLAB file of an unknown version; save it with '-v7'",
     b"\xff\xfe": "UTF-16 text; save it as UTF-8",
     b"\xfe\xff": "UTF-16 text; save it as UTF-8",
 }
@@ -39,16 +45,26 @@ LOOKED_AT_BYTES = 65536
 """Beginning of a file by which text is recognised."""
 
 
+class Reader(NamedTuple):
+    """How a kind of file is read."""
+
+    names: Callable[[Path], tuple[str, ...]]
+    columns: Callable[[Path, Sequence[str]], Columns]
+
+
 class RecordedTable(NamedTuple):
     """A file that can be read as a table."""
 
     path: Path
     names: tuple[str, ...]
     """Of the columns, in their order."""
-    parquet: bool
+    read: Callable[[Path, Sequence[str]], Columns]
+    """Numbers of some columns; see `read_columns`."""
     size_bytes: int
     sha256: str
     """Of the whole file, in hexadecimal: identifies the recording under any name."""
+    note: str = ""
+    """What a person should know of how it was read."""
 
 
 def open_table(path: Path) -> RecordedTable:
@@ -75,14 +91,25 @@ def open_table(path: Path) -> RecordedTable:
         raise InputError(f"{path}: cannot be read: {reason}") from None
 
 
+BINARY = {
+    parquet_table.MAGIC: Reader(parquet_table.read_names, parquet_table.read_columns),
+    mat_table.MAGIC: Reader(mat_table.read_names, mat_table.read_columns),
+    mat_table.MAGIC_73: Reader(mat_table.read_names_73, mat_table.read_columns_73),
+}
+"""Kinds of files by how they begin."""
+
+ARCHIVE = Reader(npz_table.read_names, npz_table.read_columns)
+
+
 def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
     head = file.read(LOOKED_AT_BYTES)
     if not head:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
-    parquet = head.startswith(parquet_table.MAGIC)
-    if parquet:
-        names = parquet_table.read_names(path)
-    else:
+    reader = next((one for start, one in BINARY.items() if head.startswith(start)), None)
+    note = ""
+    if head.startswith(npz_table.MAGIC) and npz_table.is_archive(path):
+        reader = ARCHIVE
+    if reader is None:
         _refuse_foreign(path, head)
         if size_bytes > LARGEST_TEXT_BYTES:
             raise InputError(
@@ -90,11 +117,16 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
                 f"{megabytes(LARGEST_TEXT_BYTES)} MB for text; keep only the columns and the "
                 "cycles that matter, or save it as Parquet"
             )
-        names = text_table.read_names(path)
+        encoding = text_table.find_encoding(path)
+        note = text_table.NOTES.get(encoding, "")
+        reader = Reader(
+            partial(text_table.read_names, encoding=encoding),
+            partial(text_table.read_columns, encoding=encoding),
+        )
+    names = reader.names(path)
     file.seek(0)
-    return RecordedTable(
-        path, names, parquet, size_bytes, hashlib.file_digest(file, "sha256").hexdigest()
-    )
+    digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return RecordedTable(path, names, reader.columns, size_bytes, digest, note)
 
 
 def _refuse_foreign(path: Path, head: bytes) -> None:
@@ -105,12 +137,12 @@ def _refuse_foreign(path: Path, head: bytes) -> None:
         raise InputError(f"{path}: is a binary file; give the path of {KINDS}")
 
 
-def read_columns(table: RecordedTable, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns(table: RecordedTable, wanted: Sequence[str]) -> Columns:
     """The numbers of some columns by name, each of shape (samples,), all finite.
 
     wanted: names that the table has, each once in it.
     Raises InputError for a cell that is empty, no number or not finite, with its line; for a name
-    that two columns share; for more rows than the bound.
+    that two columns share; for more rows than the bound; for columns of different lengths.
     """
     for name in wanted:
         if table.names.count(name) > 1:
@@ -118,6 +150,12 @@ def read_columns(table: RecordedTable, wanted: Sequence[str]) -> dict[str, NDArr
                 f"{table.path}: {table.names.count(name)} columns are called {name!r}; rename "
                 "all but one"
             )
-    read: Any = parquet_table.read_columns if table.parquet else text_table.read_columns
-    found: dict[str, NDArray[np.float64]] = read(table.path, tuple(dict.fromkeys(wanted)))
+    found = table.read(table.path, tuple(dict.fromkeys(wanted)))
+    first, *others = found.items()
+    for name, values in others:
+        if values.size != first[1].size:
+            raise InputError(
+                f"{table.path}: {first[0]!r} has {first[1].size} samples, {name!r} {values.size}; "
+                "they should be as many"
+            )
     return found

@@ -1,9 +1,11 @@
 """CSV and its relatives: commas, semicolons or tabs, decimal commas, comments, quotes.
 
 The separator is the one that gives the header and the row below it as many cells. A decimal comma
-is possible where the separator is not a comma. Lines that begin with ``#`` are comments.
+is possible where the separator is not a comma. Lines that begin with ``#`` are comments. Text that
+is no UTF-8 is taken for Windows-1252, as spreadsheets of western languages still write it.
 """
 
+import codecs
 import csv
 import math
 from array import array
@@ -21,6 +23,10 @@ from opensuction.recording.bound import MOST_SAMPLES, describe_excess
 SEPARATORS = (";", "\t", ",")
 """Tried in this order: in text with decimal commas, commas would also cut."""
 COMMENT = "#"
+UTF8, WINDOWS = "utf-8-sig", "cp1252"
+NOTES = {WINDOWS: "is not UTF-8; read as Windows-1252 (cp1252)"}
+"""What a person should know of an encoding."""
+CHUNK_BYTES = 1 << 20
 LONGEST_LINE = 1_000_000
 """Characters of a line; a longer one belongs to another kind of file."""
 SHOWN = 40
@@ -36,17 +42,32 @@ class _Layout(NamedTuple):
     names: tuple[str, ...]
 
 
-def read_names(path: Path) -> tuple[str, ...]:
+def find_encoding(path: Path) -> str:
+    """UTF-8 if all of the file is, else Windows-1252."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        with path.open("rb") as file:
+            while chunk := file.read(CHUNK_BYTES):
+                decoder.decode(chunk)
+            decoder.decode(b"", final=True)
+    except UnicodeDecodeError:
+        return WINDOWS
+    return UTF8
+
+
+def read_names(path: Path, encoding: str = UTF8) -> tuple[str, ...]:
     """Names of the columns. Raises InputError for text that has no header or no rows."""
-    return _read_layout(path).names
+    return _read_layout(path, encoding).names
 
 
-def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns(
+    path: Path, wanted: Sequence[str], encoding: str = UTF8
+) -> dict[str, NDArray[np.float64]]:
     """Numbers of the columns that are wanted; see `table.read_columns`."""
-    layout = _read_layout(path)
+    layout = _read_layout(path, encoding)
     places = [layout.names.index(name) for name in wanted]
     kept = [array("d") for _ in wanted]
-    with _text(path) as file:
+    with _text(path, encoding) as file:
         rows = _rows(path, file, layout)
         next(rows)
         parse = _Parser(path, layout)
@@ -61,9 +82,9 @@ def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.floa
     }
 
 
-def _text(path: Path) -> TextIO:
-    """The file as UTF-8 text; bytes that are none become surrogates, found line by line."""
-    return path.open(encoding="utf-8-sig", errors="surrogateescape", newline="")
+def _text(path: Path, encoding: str) -> TextIO:
+    """The file as text; bytes that are none become surrogates, found line by line."""
+    return path.open(encoding=encoding, errors="surrogateescape", newline="")
 
 
 def _lines(path: Path, file: TextIO) -> Iterator[tuple[int, str]]:
@@ -77,7 +98,10 @@ def _lines(path: Path, file: TextIO) -> Iterator[tuple[int, str]]:
         if line.isspace() or line.startswith(COMMENT):
             continue
         if not line.isascii() and any("\udc80" <= letter <= "\udcff" for letter in line):
-            raise InputError(f"{path}: line {number}: not UTF-8 text; save the file as UTF-8")
+            raise InputError(
+                f"{path}: line {number}: neither UTF-8 nor Windows-1252 text; save the file as "
+                "UTF-8"
+            )
         yield number, line
 
 
@@ -88,9 +112,9 @@ def _cells(path: Path, line: str, separator: str) -> list[str]:
         raise InputError(f"{path}: cannot be cut into cells: {error}") from None
 
 
-def _read_layout(path: Path) -> _Layout:
+def _read_layout(path: Path, encoding: str) -> _Layout:
     """How to cut a file, by its header and the row below."""
-    with _text(path) as file:
+    with _text(path, encoding) as file:
         beginning = [line for _, line in islice(_lines(path, file), 2)]
     if not beginning:
         raise InputError(f"{path}: holds no line with values; give a table with a header line")

@@ -8,6 +8,9 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
+LISTED = "'opensuction cycle --help'"
+"""Where all names are that are too many for a message: faults, machines, compensations."""
+
 
 class RigChoice(NamedTuple):
     """Machine and patient."""
@@ -36,11 +39,13 @@ class CycleChoice(NamedTuple):
     compensation: str = "preview"
     """Name of a compensator, or path of a parameter file that names one and holds its model."""
     taught_mm: float | None = None
-    """Travel length that a person measured, tube's lower end to carina; None: taught by hand."""
+    """Length that a person measured, tube's lower end to carina; None: taught by hand."""
     faults: tuple[str, ...] = ()
     """What goes wrong; see `session.cycle.fault_choice`."""
     gap_scale: float = 1.0
     """Of every gap width, changed after the identification: the conduit was laid otherwise."""
+    tip_shift_mm: float = 0.0
+    """By how much the tip lies deeper after the identification: the catheter was clamped anew."""
     preoxygenation: str | None = None
     """What a person answers before each cycle, confirmed or skipped; None: confirmed, on the twin
     given, where guidelines ask for it."""
@@ -53,7 +58,7 @@ class DayChoice(NamedTuple):
     every_min: float | None = None
     """From start to start."""
     self_calibrates: bool = False
-    """The gap is measured at each contact, and the next cycle compensates that."""
+    """Gap and offset are measured in each cycle, and the next one compensates them."""
 
     @property
     def every_s(self) -> float:
@@ -66,8 +71,9 @@ class CalibrationChoice(NamedTuple):
 
     rig: RigChoice = RigChoice()
     """The patient, where there is one, only says where the machine parks and with what catheter."""
-    compensation: str = "preview"
-    """Name of the compensator that the parameter file is for."""
+    compensation: str = "best"
+    """Name of the compensator that the parameter file is for; best: the one whose model predicts
+    best."""
 
 
 class RecordingChoice(NamedTuple):

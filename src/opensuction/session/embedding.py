@@ -35,8 +35,8 @@ def controller_settings(
     the one for the patient's age without it. approach: ``travel`` or ``contact``.
     compensation: a compensator, or the path of a parameter file that names one and holds the
     model of this very machine; with a name alone the machine's nominal transmission is taken.
-    taught_mm: from the tube's lower end to the carina as it was measured in this patient. Needed
-    by a protocol that is fitted to the patient; one that names its own travel takes none.
+    taught_mm: from the tube's lower end to the carina as it was measured in this patient. A
+    protocol is fitted to it, or held against it where it names its own travel; a bench takes none.
     Raises InputError for names, files and numbers that are not known or do not fit.
     """
     choice = CycleChoice(
@@ -49,10 +49,12 @@ def controller_settings(
     resolved = resolution.resolve(choice)
     if not resolved.equipment.on_bench and patient is None:
         raise InputError("patient: a machine at a patient needs one: give a preset or a file")
-    if isinstance(resolved.protocol, Template) and taught_mm is None:
+    if not resolved.equipment.on_bench and taught_mm is None:
+        is_template = isinstance(resolved.protocol, Template)
+        what = "fitted to the patient" if is_template else "held against the patient's depth"
         raise InputError(
-            f"protocol '{resolved.protocol_name}' is fitted to the patient: give taught_mm, the "
-            "length from the tube's lower end to the carina"
+            f"protocol '{resolved.protocol_name}' is {what}: give taught_mm, the length from the "
+            "tube's lower end to the carina"
         )
     used = resolved.equipment
     rig = rigs.rig_of(used.machine, used.patient, NOMINAL_SEED, nominal=True)

@@ -14,25 +14,36 @@ import tomli_w
 from annotated_types import Ge, Gt
 
 from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
+from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.duhem_family import MODIFIED_DAHL_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import write_unit
 from opensuction.hysteresis.modified_dahl import ModifiedDahl, is_monotone
 from opensuction.kernel.errors import InputError
-from opensuction.settings import calibration_section
+from opensuction.settings import calibration_section, lines_section, model_structure
 from opensuction.settings.calibration_section import Measured
 from opensuction.settings.choice import choose
+from opensuction.settings.lines_section import Lines
+from opensuction.settings.model_structure import ModelPart, Structure
 from opensuction.settings.toml_file import load_toml
 from opensuction.settings.validation import to_mapping, validate
 from opensuction.settings.wording import name_source, one_line, refuse, unknown
 
-FORMAT_VERSION: Final = 2
-"""Raised with every change that older software would misread. 2: what a calibration measured."""
+FORMAT_VERSION: Final = 3
+"""Raised with every change that older software would misread. 2: what a calibration measured. 3:
+models of plays with lines over them, which drive."""
 
 NO_COMPENSATOR: Final = "none"
 
-COMPENSATORS: Final = {"modified-dahl": ("exact-inverse", "direct-inverse")}
-"""Compensators that can use a model alone, the one it is meant for first; other models have none
-yet."""
+ON_LINES: Final = "model-preview"
+"""The compensator of every model that drives as plays with lines over them."""
+
+COMPENSATORS: Final = {
+    name: (ON_LINES,) if model.lines is not None else ("exact-inverse", "direct-inverse")
+    for name, model in CATALOGUE.items()
+    if not model.undriven
+}
+"""Compensators that can use a model alone, the one it is meant for first; other models drive no
+head."""
 
 COMPENSATOR_OF_MODEL: Final = {model: names[0] for model, names in COMPENSATORS.items()}
 
@@ -110,6 +121,8 @@ class IdentificationFile(NamedTuple):
     rmse_unit: str
     rmse_percent_of_range: Annotated[float, Ge(0)]
     recording: Source
+    undriven: str = ""
+    """Why no compensator takes the model; empty where one does."""
 
 
 class Identified(NamedTuple):
@@ -121,14 +134,23 @@ class Identified(NamedTuple):
     """Servo feedforward of the same machine, which a person may add; None: plain PD."""
     measured: Measured | None = None
     """What only a calibration of the machine finds; None for a recording of one's own."""
+    structure: tuple[Structure, ...] = ()
+    """What the names of the parameters stand for, one for each input; none where they say all."""
+    driven: Lines | None = None
+    """The model of plays that drives the head; None where another one does."""
+    nominal: ModifiedDahl | None = None
+    """The modified Dahl model of the same recording, which the tip's bounds go by; None where it is
+    the model itself."""
 
 
 def to_toml(identified: Identified) -> str:
     """The file as TOML, which `load` reads back as the same record."""
-    about, parameters, servo, measured = to_mapping(identified).values()
+    about, parameters, servo, measured, structure, driven, nominal = to_mapping(identified).values()
     content = {**about, "parameters": parameters}
-    if servo is not None:
-        content["servo"] = servo
+    if structure:
+        content["structure"] = structure
+    sections = {"servo": servo, "modified_dahl": nominal, "driven": driven}
+    content |= {name: section for name, section in sections.items() if section is not None}
     return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(content | (measured or {})))
 
 
@@ -137,7 +159,9 @@ def load(path: Path | str) -> Identified:
     content = load_toml(path)
     _check_version(content, path)
     parameters = content.pop("parameters", None)
-    servo = content.pop("servo", None)
+    servo, driven = content.pop("servo", None), content.pop("driven", None)
+    nominal = content.pop("modified_dahl", None)
+    structure = content.pop("structure", [])
     measured = {name: content.pop(name) for name in Measured._fields if name in content}
     if not isinstance(parameters, Mapping) or not parameters:
         raise refuse(path, f"has no section parameters; {_REMEDY}")
@@ -152,7 +176,29 @@ def load(path: Path | str) -> Identified:
         },
         servo=None if servo is None else validate(Feedforward, servo, f"{path}: servo"),
         measured=validate(Measured, measured, path) if measured else None,
+        structure=_structure(structure, path),
+        driven=None if driven is None else validate(Lines, driven, f"{path}: driven"),
+        nominal=None
+        if nominal is None
+        else validate(ModifiedDahl, nominal, f"{path}: modified_dahl"),
     )
+
+
+def _structure(given: object, path: Path | str) -> tuple[Structure, ...]:
+    """The structure of each input. Raises InputError."""
+    if not isinstance(given, list):
+        raise refuse(path, f"structure should be a list of sections; {_REMEDY}")
+    return tuple(validate(Structure, one, f"{path}: structure") for one in given)
+
+
+def to_model(identified: Identified, path: Path | str) -> tuple[ModelPart, ...]:
+    """The model of a parameter file, a part for each input: what was fitted, to the last bit.
+
+    path: names the file in messages. Raises InputError for parameters that make no model.
+    """
+    values = {name: found.value for name, found in identified.parameters.items()}
+    with name_source(path):
+        return model_structure.rebuild(identified.about.model, values, identified.structure)
 
 
 _REMEDY: Final = "give a file that opensuction identify or opensuction calibrate wrote"
@@ -191,15 +237,11 @@ def to_calibration(identified: Identified, path: Path | str) -> Calibration:
     or surplus parameters, values a model cannot have, and a compensator that the model breaks.
     """
     about = identified.about
-    known = COMPENSATORS.get(about.model)
-    if known is None:
-        raise refuse(
-            path,
-            f"holds the model '{about.model}', which no compensator uses yet; identify with "
-            f"--model {' or '.join(COMPENSATORS)}",
-        )
-    usable = known if identified.measured is None else (*known, *ON_MEASURED)
-    choose(about.compensator, dict.fromkeys(usable), f"compensator for {about.model}, in {path},")
+    known = _usable(identified, path)
+    choose(about.compensator, dict.fromkeys(known), f"compensator for {about.model}, in {path},")
+    _check_units(identified, path)
+    if about.model != "modified-dahl":
+        return _of_lines(identified, path)
     model = _modified_dahl(identified, path)
     if about.well_posed != is_monotone(model):
         raise refuse(
@@ -217,12 +259,46 @@ def to_calibration(identified: Identified, path: Path | str) -> Calibration:
     return _measured(assume_nominal(model, identified.servo or PLAIN_PD), identified, path)
 
 
+def _usable(identified: Identified, path: Path | str) -> tuple[str, ...]:
+    """Compensators that can use the file. Raises InputError where none can, with the reason."""
+    about = identified.about
+    known = COMPENSATORS.get(about.model)
+    if known is None:
+        entry = CATALOGUE.get(about.model)
+        why = "which no compensator uses" if entry is None else f"and {entry.undriven}"
+        raise refuse(
+            path,
+            f"holds the model '{about.model}', {why}; identify with --model "
+            f"{' or '.join(COMPENSATORS)}",
+        )
+    if about.undriven:
+        raise refuse(path, f"its {about.model} model drives no head: {about.undriven}")
+    if identified.measured is not None:
+        known = (*known, *ON_MEASURED)
+    if identified.driven is not None and ON_LINES not in known:
+        known = (*known, ON_LINES)
+    return known
+
+
+def _of_lines(identified: Identified, path: Path | str) -> Calibration:
+    """The calibration of a model of plays; all else is the plain backlash of its modified Dahl."""
+    driven, nominal = identified.driven, identified.nominal
+    if driven is None or nominal is None:
+        lacks = "driven" if driven is None else "modified_dahl"
+        raise refuse(path, f"has no section {lacks}, by which a head is driven; {_REMEDY}")
+    found = assume_nominal(nominal, identified.servo or PLAIN_PD)
+    with name_source(path):
+        return found._replace(lines=lines_section.read(driven))
+
+
 def _measured(found: Calibration, identified: Identified, path: Path | str) -> Calibration:
     """The calibration with its plays and curves as they were measured, where they were."""
     measured, depths = identified.measured, identified.about.recording.output
     if measured is None:
         return found
     with name_source(path):
+        if identified.driven is not None:
+            found = found._replace(lines=lines_section.read(identified.driven))
         return found._replace(
             plays=calibration_section.read_plays(measured.plays, depths.lowest, depths.highest),
             width=calibration_section.read_curves(measured.gap_width, "gap_width"),
@@ -230,8 +306,8 @@ def _measured(found: Calibration, identified: Identified, path: Path | str) -> C
         )
 
 
-def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
-    recording, given = identified.about.recording, identified.parameters
+def _check_units(identified: Identified, path: Path | str) -> None:
+    recording = identified.about.recording
     for what, unit in (("input", recording.input.unit), ("output", recording.output.unit)):
         if unit != "mm":
             raise refuse(
@@ -241,6 +317,10 @@ def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
             )
     if identified.about.rmse_unit != recording.output.unit:
         raise refuse(path, f"rmse_unit is '{identified.about.rmse_unit}', should be 'mm'")
+
+
+def _modified_dahl(identified: Identified, path: Path | str) -> ModifiedDahl:
+    given = identified.parameters
     for name in given:
         if name not in (*MODIFIED_DAHL, _INITIAL_LAG.name):
             raise refuse(path, unknown(f"key parameters.{name}", name, MODIFIED_DAHL))

@@ -3,6 +3,7 @@
 preset = "clinical"
 catheter = "12fr"        # or a section [catheter] with outer_mm and bore_mm
 conduit = "standard"     # or a section [conduit] with bore_mm, length_mm and bend_rad
+transmission = "plays"   # may be left out; or another class, with parameters of its own
 [twin]                   # what the machine does: any parameter of the preset
 [controller]             # what its controller goes by
 """
@@ -12,6 +13,7 @@ from os import PathLike
 from typing import Any, TypeVar
 
 from opensuction.controller.machine_profile import SOURCES, MachineProfile
+from opensuction.settings import transmission_choice
 from opensuction.settings.choice import choose
 from opensuction.settings.parameter_section import LISTED, Table, change
 from opensuction.settings.toml_file import load_toml
@@ -19,7 +21,7 @@ from opensuction.settings.validation import validate
 from opensuction.settings.wording import join_key, name_source, refuse, show, unknown
 from opensuction.simulation import machine_kind
 from opensuction.simulation.machine_kind import MachineKind
-from opensuction.twin import preset
+from opensuction.twin import preset, transmission_parameter
 from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, Catheter, Conduit
 from opensuction.twin.patient import patient_airway
@@ -31,6 +33,8 @@ CHOICES = {
 }
 """Keys that a machine file must have, and what they take."""
 SECTIONS = ("twin", "controller")
+TRANSMISSION = "transmission"
+"""Key of the transmission's class; without it the clearances are it."""
 OF_CONDUIT = ("bend_rad", "clearance_mm")
 """Parameters of the twin that follow from catheter and conduit."""
 
@@ -44,7 +48,7 @@ def load(path: str | PathLike[str]) -> MachineKind:
     out of its range, and a twin and a controller that do not agree, with the arithmetic.
     """
     given = load_toml(path)
-    known = (*CHOICES, *SECTIONS)
+    known = (*CHOICES, TRANSMISSION, *SECTIONS)
     for key in given:
         if key not in known:
             raise refuse(path, unknown(f"key {join_key('', key)}", key, known))
@@ -58,6 +62,11 @@ def load(path: str | PathLike[str]) -> MachineKind:
 
 def _read_kind(name: str, given: Mapping[str, Any], path: object) -> MachineKind:
     start = machine_kind.of_preset(name, None)
+    if TRANSMISSION in given:
+        chosen = transmission_choice.find(given[TRANSMISSION])
+        start = start._replace(
+            table=start.table | transmission_parameter.rows(chosen), transmission=chosen
+        )
     catheter = _choose_or_read(Catheter, given["catheter"], "catheter", CATHETERS, path)
     conduit = _choose_or_read(
         Conduit,

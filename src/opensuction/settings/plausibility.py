@@ -11,6 +11,8 @@ import numpy as np
 from opensuction.control.lookup_table import Curves
 from opensuction.controller.calibration import Calibration
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis.bank import play_table
+from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.settings.wording import refuse
@@ -51,6 +53,7 @@ def check(found: Calibration, nominal: ModifiedDahl, where: object) -> None:
         ("the gap of the plays", "the slope of the plays", _of_plays(found.plays)),
         ("the gap of gap_width", "the slope of gap_width", _of_curves(found.width)),
         ("the gap of lookup_table", "the slope of lookup_table", _of_curves(found.table)),
+        ("the gap of driven", "the slope of driven", _of_lines(found.lines)),
     )
     for gap_name, slope_name, shape in shapes:
         problem = _problem(shape, built, gap_name, slope_name)
@@ -86,6 +89,22 @@ def _of_plays(model: PrandtlIshlinskii) -> _Shape:
     inner_mm = slope * HALF_WAY_MM
     bent = 1.0 + model.curvature_per_mm * inner_mm
     return _Shape(prandtl_ishlinskii.gap_mm(model), slope, model.offset_mm + inner_mm * bent)
+
+
+def _of_lines(lines: PlayLines) -> _Shape:
+    """Of the tips half way in, and a quarter of the way before and behind, after long ways."""
+    table = play_table.tabulate(lines)
+    tips_mm = np.empty((2, 2))
+    for row, head_mm in enumerate((0.5 * HALF_WAY_MM, 1.5 * HALF_WAY_MM)):
+        for column, direction in enumerate((1.0, -1.0)):
+            turns = play_table.turns_after_travel(direction, head_mm)
+            positions = play_table.positions_mm(table, turns, head_mm)
+            tips_mm[row, column] = play_table.output_mm(
+                table, positions, -direction * lines.decay_mm
+            )
+    inwards_mm, outwards_mm = tips_mm.mean(axis=0).tolist()
+    slope = float(np.diff(tips_mm.mean(axis=1))[0]) / HALF_WAY_MM
+    return _Shape(outwards_mm - inwards_mm, slope, 0.5 * (inwards_mm + outwards_mm))
 
 
 def _of_curves(curves: Curves) -> _Shape:

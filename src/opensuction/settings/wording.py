@@ -21,6 +21,9 @@ ENOUGH_ALIKE: Final = 0.6
 SHORTEST_PART: Final = 3
 """Letters from which a part of a known name points to it."""
 
+LONGEST_LINE: Final = 160
+"""Characters up to which a message names all that is known where another place lists them too."""
+
 _BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -98,13 +101,12 @@ def unknown(what: str, name: object, known: Iterable[str], listed: str | None = 
     """Refusal of a name that is not known, with the nearest ones.
 
     what: as it opens the message, with the name where that is wanted: ``protocol 'papr'``.
-    listed: where the names are listed, for those that are too many for one line; None: named here.
+    listed: where the names are listed, should they be too many for one line; None: named here.
     """
     names = list(known)
     alike = nearest(name, names) if isinstance(name, str) else []
-    every = f"all {len(names)} are in {listed}" if listed else f"known: {', '.join(names)}"
-    if not names:
-        every = "there are none"
-    if alike:
-        return f"unknown {what}: did you mean {one_of(alike)}? {every[0].upper()}{every[1:]}"
-    return f"unknown {what}; {every}"
+    opening = f"unknown {what}: did you mean {one_of(alike)}? " if alike else f"unknown {what}; "
+    every = f"known: {', '.join(names)}" if names else "there are none"
+    if listed and len(opening) + len(every) > LONGEST_LINE:
+        every = f"all {len(names)} are in {listed}"
+    return opening + (every[0].upper() + every[1:] if alike else every)

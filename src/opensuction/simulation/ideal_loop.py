@@ -81,10 +81,11 @@ def lead(
     demand: Array,
     dt_s: float,
 ) -> Array:
-    """Head positions under a compensator, mm, shape (n,).
+    """Head positions under a compensator at the end of each tick, mm, shape (n,).
 
-    heads_mm: branches of the compensation. limits: of the head, which follows the command no
-    faster. demand: as `Course.demand`.
+    A command is where the head shall be when its tick ends; by then the reference is that of the
+    next tick. heads_mm: branches of the compensation. limits: of the head, which follows the
+    command no faster. demand: as `Course.demand`.
     """
     heads = np.empty(demand.shape[0])
     state, head, velocity = start, start.head_mm, 0.0
@@ -101,7 +102,9 @@ def lead(
         )
         most = limits.speed_mm_per_s
         wanted = min(max(state.head_mm_per_s, -most), most)
-        velocity = head_path.step(limits, state.head_mm - head, wanted, velocity, dt_s)
+        # From where the command was a tick ago: at the end of this one the head is where it is.
+        distance = state.head_mm - wanted * dt_s - head
+        velocity = head_path.step(limits, distance, wanted, velocity, dt_s)
         head += velocity * dt_s
         heads[tick] = head
     return heads

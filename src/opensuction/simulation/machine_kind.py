@@ -4,14 +4,22 @@ The twin is what the machine does, the profile what its controller goes by. Wher
 must know, the two are held against each other.
 """
 
+import math
 from typing import NamedTuple
+
+import numpy as np
 
 from opensuction.controller import machine_profile
 from opensuction.controller.machine_profile import MachineProfile
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
+from opensuction.identification.estimator import modified_dahl
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.errors import InputError
-from opensuction.twin import parameter, preset
+from opensuction.twin import parameter, preset, transmission_parameter
+from opensuction.twin.conduit.transmission_class import PLAYS as CLEARANCES
+from opensuction.twin.conduit.transmission_class import TransmissionClass, TransmissionKind
 from opensuction.twin.machine import catheter as catheter_model
+from opensuction.twin.machine import transmission
 from opensuction.twin.machine.catheter import Catheter, Conduit
 from opensuction.twin.parameter_row import Parameter
 
@@ -19,6 +27,8 @@ SPEED_MARGIN = 1.05
 """The governor's speed limit may be this much over what the fastest machine does."""
 ANGLE_TOLERANCE = 0.01
 """Share by which the controller's open angle may differ from the cam's stroke."""
+IDENTIFYING_TICK_S = 0.01
+"""Of the motion that a transmission of another class is identified by: .16 mm of head at most."""
 
 
 RELIEF_MMHG = {AgeGroup.ADULT: 150.0, AgeGroup.CHILD: 110.0, AgeGroup.NEONATE: 90.0}
@@ -36,6 +46,8 @@ class MachineKind(NamedTuple):
     profile: MachineProfile
     catheter: Catheter
     conduit: Conduit
+    transmission: TransmissionClass = CLEARANCES
+    """The table holds its parameters."""
 
 
 def of_preset(name: str, age: AgeGroup | None) -> MachineKind:
@@ -69,11 +81,36 @@ def equipped(kind: MachineKind, catheter: Catheter, conduit: Conduit) -> Machine
     """
     catheter_model.check(catheter, conduit)
     known = machine_profile.PROFILES[kind.preset].transmission
+    if kind.transmission.kind != TransmissionKind.PLAYS:
+        known = _nominal_model(kind)
     told = kind.profile._replace(transmission=known)
     ratio = catheter_model.gap_ratio(catheter, conduit)
     return kind._replace(
         profile=machine_profile.with_gap(told, ratio), catheter=catheter, conduit=conduit
     )
+
+
+def transmitting(kind: MachineKind, chosen: TransmissionClass) -> MachineKind:
+    """The same machine with a transmission of another class, and its controller told of it.
+
+    What a builder knows of such a machine is the nominal one's identification.
+    """
+    table = kind.table | transmission_parameter.rows(chosen)
+    changed = kind._replace(table=table, transmission=chosen)
+    return equipped(changed, kind.catheter, kind.conduit)
+
+
+def _nominal_model(kind: MachineKind) -> ModifiedDahl:
+    """What identifies of a kind's nominal transmission in the paper's conduit, without noise."""
+    values = parameter.nominal(kind.table)
+    conduit = preset.transmission_of(values, kind.transmission)
+    excitation = kind.profile.excitation
+    time_s = np.arange(round(excitation.duration_s / IDENTIFYING_TICK_S)) * IDENTIFYING_TICK_S
+    turns = 2.0 * math.pi / excitation.period_s * time_s
+    head_mm = 0.5 * excitation.range_mm * (1.0 - np.cos(turns))
+    start = transmission.after_retract(conduit, 0.0)
+    tip_mm = transmission.simulate(conduit, start, head_mm, IDENTIFYING_TICK_S)
+    return modified_dahl.fit(head_mm, tip_mm).model
 
 
 def _least(entry: Parameter) -> float:

@@ -11,6 +11,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import setup
 from opensuction.controller.calibration import PLAIN_PD, Calibration, Feedforward, assume_nominal
 from opensuction.controller.machine_profile import MachineProfile
+from opensuction.hysteresis.bank import play_lines
 from opensuction.identification.estimator import branch_curve
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
@@ -21,6 +22,7 @@ from opensuction.identification.estimator.servo import ServoFit
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import IDENTIFY, NO_REQUESTS
+from opensuction.procedure.cycle.plan import Excitation
 from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S
 from opensuction.procedure.planning.protocol import PAPER, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE, Site
@@ -49,6 +51,9 @@ FAST_MM_PER_S = 30.0
 DEFAULT_PATIENT = "adult-icu"
 EXCITING = PAPER._replace(negative_pressure_budget_s=60.0, in_airway_budget_s=60.0)
 """Protocol of an identification run: nobody is on the machine, and the valve stays closed."""
+INNER_STROKES = (0.8, 0.6, 0.4, 0.2)
+"""[design] Lengths of further strokes, as shares of the excitation's, as fast: a model whose loops
+change with the place has to see turns at more places than both ends."""
 IDENTIFICATION_RUN = 1
 """Number of the noise stream of identification runs; cycles use others."""
 
@@ -104,7 +109,7 @@ def rig_of(kind: MachineKind, patient: PatientKind | None, seed: int, nominal: b
     """One machine of a kind, with a patient of a kind or (the bench) nobody; as `rig`."""
     values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed)
     person = None if patient is None else patient_kind.draw(patient, seed, nominal)
-    machine = preset.machine(values, person, kind.catheter, kind.conduit)
+    machine = preset.machine(values, person, kind.catheter, kind.conduit, kind.transmission)
     site = BENCH_SITE._replace(catheter_mm=kind.catheter.outer_mm)
     if person is not None:
         site = bedside(machine)
@@ -137,7 +142,7 @@ def with_carina(chosen: Rig, carina_mm: float) -> Rig:
     """The same machine without a patient: the rubber carina at a distance from the tube's end."""
     values = {**chosen.values, "carina_mm": carina_mm}
     kind = chosen.kind
-    machine = preset.machine(values, None, kind.catheter, kind.conduit)
+    machine = preset.machine(values, None, kind.catheter, kind.conduit, kind.transmission)
     machine = machine._replace(mouth_mm=chosen.machine.mouth_mm)
     site = chosen.site._replace(monitored=False)
     return chosen._replace(values=values, machine=machine, site=site)
@@ -162,36 +167,75 @@ def assemble(
     return loop, trace.power_up(loop, state, NEW_CATHETER_S)
 
 
+def strokes(excitation: Excitation, inner: bool) -> tuple[Excitation, ...]:
+    """What a recording is made of: the excitation, and where ``inner`` the shorter strokes."""
+    shares = INNER_STROKES if inner else ()
+    shorter = [
+        Excitation(
+            range_mm=share * excitation.range_mm,
+            period_s=share * excitation.period_s,
+            duration_s=share * excitation.period_s,
+        )
+        for share in shares
+    ]
+    return (excitation, *shorter)
+
+
 def excite(chosen: Rig, run: int = IDENTIFICATION_RUN, names: Sequence[str] = COLUMNS) -> Columns:
     """Trace of the identification excitation: the head over its stroke and back, twice.
 
     The rubber trachea is taken off: nothing is in the tip's way, and nobody's cap shortens the
     stroke. run: number of the noise stream. names: the columns that are wanted.
     """
+    return _excite(chosen, run, names, inner=False)[0]
+
+
+def _excite(chosen: Rig, run: int, names: Sequence[str], inner: bool) -> list[Columns]:
+    """The trace of each of `strokes`."""
     chosen = with_carina(chosen, NO_CARINA_MM)
     loop, state = assemble(
         chosen, EXCITING, CompensationKind.NONE, uncalibrated(chosen.profile), run
     )
-    limit_s = loop.controller.plan.excitation.duration_s + 2.0
+    parts = strokes(loop.controller.plan.excitation, inner)
+    limit_s = parts[0].duration_s + 2.0
     # Bench: nobody is there, nor a tube with its light barrier.
     limits = loop.controller.limits._replace(
         in_airway_s=limit_s, cap_mm=NO_CARINA_MM, mouth_mm=math.inf
     )
     loop = loop._replace(controller=loop.controller._replace(limits=limits))
     state, _ = trace.record(loop, state, NO_REQUESTS, STANDING_S, ())
-    _, columns = trace.record(loop, state, IDENTIFY, limit_s, names)
-    return columns
+    traces = []
+    for part in parts:
+        plan = loop.controller.plan._replace(excitation=part)
+        loop = loop._replace(controller=loop.controller._replace(plan=plan))
+        state, columns = trace.record(loop, state, IDENTIFY, limit_s, names)
+        traces.append(columns)
+    return traces
+
+
+def recordings(chosen: Rig, run: int, inner: bool) -> tuple[Recording, ...]:
+    """What encoder and laser saw of the identification excitation, and what drove it.
+
+    run: number of the noise stream. inner: go on with `INNER_STROKES`, a recording each; the first
+    one is the same without. One is shorter than its part of the excitation where that was broken
+    off.
+    """
+    names = ("phase", "readings.head_mm", "truth.laser_mm", "commands.insertion_v")
+    found = []
+    for columns in _excite(chosen, run, names, inner):
+        during = columns["phase"] == Phase.IDENTIFYING
+        found.append(Recording(*(columns[name][during] for name in names[1:])))
+    return tuple(found)
 
 
 def recording(chosen: Rig, run: int) -> Recording:
-    """What encoder and laser saw of the identification excitation, and what drove it.
+    """The excitation alone: see `recordings`."""
+    return recordings(chosen, run, inner=False)[0]
 
-    run: number of the noise stream. Shorter than the excitation where it was broken off.
-    """
-    names = ("phase", "readings.head_mm", "truth.laser_mm", "commands.insertion_v")
-    columns = excite(chosen, run, names)
-    during = columns["phase"] == Phase.IDENTIFYING
-    return Recording(*(columns[name][during] for name in names[1:]))
+
+def join(parts: Sequence[Recording]) -> Recording:
+    """Recordings one after the other."""
+    return Recording(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def identify(chosen: Rig, run: int = IDENTIFICATION_RUN) -> Identification:
@@ -245,4 +289,5 @@ def calibrated(
         plays=plays.model,
         width=branch_curve.fit_parallel(head_mm, laser_mm),
         table=branch_curve.fit_table(head_mm, laser_mm),
+        lines=play_lines.of_prandtl_ishlinskii(plays.model),
     )

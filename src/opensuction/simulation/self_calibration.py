@@ -1,4 +1,6 @@
-"""Self-calibration between cycles: what a contact cycle taught, carried into the next cycle.
+"""Self-calibration between cycles: what a cycle taught, carried into the next one.
+
+What it shows is in `identification.estimator`: contact and the barrier at the tube's mouth.
 
 The compensation learns, the governor does not: see docs/decisions/0007.
 """
@@ -6,24 +8,31 @@ The compensation learns, the governor does not: see docs/decisions/0007.
 import numpy as np
 
 from opensuction.control import compensation
+from opensuction.control.compensation import CompensationKind
+from opensuction.controller import adaptation, setup
 from opensuction.controller.calibration import Calibration
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
-from opensuction.hysteresis import prandtl_ishlinskii
 from opensuction.identification.estimator import gap_scale
-from opensuction.identification.estimator.gap_scale import ScaleLimits, ScaleRecord
+from opensuction.identification.estimator.adaptation import Evidence
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS
+from opensuction.procedure.planning.protocol import Protocol
+from opensuction.procedure.planning.site import Site
 from opensuction.safety import tip_bound
 from opensuction.simulation import closed_loop, trace
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.rig import Rig
 from opensuction.simulation.trace import Columns
-from opensuction.twin.machine.transmission import bundle
+from opensuction.twin.machine import transmission
 
 PARKING_S = 1.0
 """Time in which a parked head goes to its new park position; a few mm take .2 s."""
+PARKING_STEPS = 5
+"""Steps towards a park position: the first is exact but for the curvature."""
+PARKED_MM = 0.001
+"""By so much the tip parks farther out than would just do."""
 
 
 def with_widths(chosen: Rig, scale: float = 1.0, shift_mm: float = 0.0) -> Rig:
@@ -31,42 +40,99 @@ def with_widths(chosen: Rig, scale: float = 1.0, shift_mm: float = 0.0) -> Rig:
 
     Every gap width is multiplied and then enlarged. The drawn values keep what was drawn.
     """
-    transmission = chosen.machine.transmission
-    widths = bundle(max(scale * width + shift_mm, 0.0) for width in transmission.widths_mm)
-    moved = transmission._replace(widths_mm=widths)
+    moved = transmission.widen(chosen.machine.transmission, scale)
+    widths = transmission.bundle(max(width + shift_mm, 0.0) for width in moved.widths_mm)
+    moved = moved._replace(widths_mm=widths)
     return chosen._replace(machine=chosen.machine._replace(transmission=moved))
 
 
-def learned(
-    profile: MachineProfile,
-    identified: Calibration,
-    old: float,
-    columns: Columns,
-    limits: ScaleLimits = gap_scale.TRUSTED,
-) -> ScaleRecord:
-    """What a recorded cycle says of the gap, from switch and encoder alone.
+def with_offset(chosen: Rig, deeper_mm: float) -> Rig:
+    """The same machine, its catheter clamped anew behind the controller's back: the tip is deeper.
 
-    identified: as the laser found it, scale 1. old: the scale that the cycle ran with.
+    The drawn values keep what was drawn.
     """
+    transmission = chosen.machine.transmission
+    moved = transmission._replace(offset_mm=transmission.offset_mm + deeper_mm)
+    return chosen._replace(machine=chosen.machine._replace(transmission=moved))
+
+
+def seen(
+    profile: MachineProfile,
+    kind: CompensationKind,
+    identified: Calibration,
+    mouth_mm: float,
+    columns: Columns,
+) -> Evidence:
+    """What a recorded cycle shows of the transmission, from switch, barrier and encoder alone.
+
+    kind: whose model the barrier is read by. identified: as the laser found it. mouth_mm: depth of
+    the barrier, infinite where there is none.
+    """
+    head_mm = columns["readings.head_mm"]
+    clear, by_lines = columns["readings.mouth_clear"], kind == CompensationKind.MODEL_PREVIEW
+    passed = adaptation.passed(identified, clear, head_mm, mouth_mm, DT_S, by_lines)
+    if not np.any(columns["phase"] == Phase.BACKING_OFF):
+        return passed
     moving = np.isin(columns["phase"], (Phase.INSERTING, Phase.BACKING_OFF))
-    seen = None
-    if np.any(columns["phase"] == Phase.BACKING_OFF):
-        seen = gap_scale.find_contact(
-            columns["readings.contact_closed"][moving],
-            columns["readings.head_mm"][moving],
-            DT_S,
-            profile.contact_latency_s,
-        )
-    return gap_scale.update(identified.plays, old, seen, limits)
+    touched = gap_scale.find_contact(
+        columns["readings.contact_closed"][moving],
+        head_mm[moving],
+        DT_S,
+        profile.contact_latency_s,
+    )
+    if touched is None:
+        return passed
+    scale = gap_scale.estimate_scale(identified.plays, touched, gap_scale.TRUSTED)
+    return passed._replace(contact_scale=scale)
 
 
-def rescaled(identified: Calibration, record: ScaleRecord) -> Calibration:
-    """Calibration for the next cycle: the identified plays with the scale of the record."""
-    return identified._replace(plays=prandtl_ishlinskii.scale_widths(identified.plays, record.new))
+def parking_mm(
+    profile: MachineProfile,
+    kind: CompensationKind,
+    used: Calibration,
+    park_mm: float,
+    held_head_mm: float,
+) -> float:
+    """Where the tip parks on a learned transmission, the head no farther in than it was.
+
+    park_mm: where it parked. held_head_mm: head there on the identified transmission. With a gap
+    that is narrower the head would come farther in; the tip parks as much farther out instead.
+    """
+    chosen, heads_mm = setup.compensator(profile, kind, used), setup.branches(kind, used)
+    for _ in range(PARKING_STEPS):
+        too_far_mm = compensation.rest(chosen, heads_mm, park_mm).head_mm - held_head_mm
+        if too_far_mm <= 0.0:
+            break
+        park_mm -= used.model.slope * too_far_mm + PARKED_MM
+    return park_mm
+
+
+def replanned(
+    profile: MachineProfile,
+    protocol: Protocol,
+    kind: CompensationKind,
+    used: Calibration,
+    by_contact: bool,
+    site: Site,
+    identified: Settings,
+) -> Settings:
+    """Settings of the same protocol for a learned calibration; see `bounded`.
+
+    identified: as they were made from the identified one. Raises InputError where the protocol
+    cannot be done within the limits of those.
+    """
+    park_mm = parking_mm(profile, kind, used, site.park_mm, identified.parked.head_mm)
+    planned = setup.settings(
+        profile, protocol, kind, used, by_contact, site._replace(park_mm=park_mm)
+    )
+    # The planner took the cap on the head from the learned gap.
+    highest_mm = float(tip_bound.head_cap_mm(identified.limits.tip, identified.limits.cap_mm))
+    setup.check_cap(planned.compensation, setup.branches(kind, used), protocol, highest_mm)
+    return bounded(planned, identified)
 
 
 def bounded(learned: Settings, identified: Settings) -> Settings:
-    """Settings for a learned gap, held by the governor's limits of the identified one.
+    """Settings for a learned transmission, held by the governor's limits of the identified one.
 
     learned, identified: of the same protocol on the same machine. Of the limits only the position
     where a forced withdrawal ends may move, and only farther out.
@@ -92,5 +158,11 @@ def parked_anew(loop: Loop, state: LoopState) -> LoopState:
     settings = loop.controller
     here = settings.parked._replace(head_mm=state.controller.core.governor.last.head_mm)
     head = compensation.park(settings.compensation, here)
-    state = state._replace(controller=state.controller._replace(compensation=head))
+    core = state.controller.core
+    # The tip may park elsewhere: what is asked of it would else be where it parked before.
+    procedure = core.procedure._replace(reference_mm=settings.plan.motion.park_mm)
+    controller = state.controller._replace(
+        compensation=head, core=core._replace(procedure=procedure)
+    )
+    state = state._replace(controller=controller)
     return closed_loop.run(loop, state, NO_REQUESTS, trace.rows(PARKING_S))[0]

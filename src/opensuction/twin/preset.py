@@ -15,12 +15,17 @@ from opensuction.twin.airway.secretion import BIN_MM, Bins
 from opensuction.twin.airway.tip import Tip
 from opensuction.twin.bedside import BedsideState
 from opensuction.twin.behaviour import behaviour, clearance
+from opensuction.twin.conduit.bouc_wen_lag import NO_LAG, BoucWenLag
+from opensuction.twin.conduit.rate_friction import NO_FRICTION, RateFriction
+from opensuction.twin.conduit.transmission_class import PLAYS as CLEARANCES
+from opensuction.twin.conduit.transmission_class import TransmissionClass, TransmissionKind
 from opensuction.twin.machine import bore, contact_switch, hand, transmission
 from opensuction.twin.machine import catheter as catheter_model
 from opensuction.twin.machine import machine as machine_model
 from opensuction.twin.machine.bore import Bore
 from opensuction.twin.machine.catheter import BORE_MMHG, LENGTH_M, STROKE_MM, Catheter, Conduit
 from opensuction.twin.machine.contact_switch import ContactSwitch
+from opensuction.twin.machine.creep import Creep
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.machine.laser import Laser, LaserState
 from opensuction.twin.machine.machine import Machine, MachineState
@@ -35,6 +40,8 @@ from opensuction.twin.sensor import sensor, sensor_preset
 
 GIVEN_MASS_KG = parameter.BENCH["moving_mass_kg"].value
 """Moving mass for which an insertion axis's time constant is given."""
+NOMINAL_WIDTH_MM = parameter.BENCH["bend_rad"].value * parameter.BENCH["clearance_mm"].value
+"""Mean width of the paper's gap: lags of other classes are given for it."""
 BINS = 12
 """Bins of secretions along the airway."""
 NOISE_PURPOSE = 1000
@@ -90,20 +97,55 @@ def load_v_per_n(values: ParameterValues) -> float:
     return values["insertion_time_constant_s"] / (GIVEN_MASS_KG * speed_m_per_s_per_v)
 
 
-def transmission_of(values: ParameterValues) -> Transmission:
+def transmission_of(
+    values: ParameterValues, chosen: TransmissionClass = CLEARANCES
+) -> Transmission:
     """Transmission from its parameters: mean width is bend angle times diametral clearance."""
     mean_width = values["bend_rad"] * values["clearance_mm"]
+    widths = bundle(play_widths_mm(mean_width, values["width_spread_mm"], PLAYS))
+    lag_ratio = mean_width / NOMINAL_WIDTH_MM
+    if chosen.kind == TransmissionKind.RUBBING:  # as stretch: it goes with the bend
+        lag_ratio = values["bend_rad"] / parameter.BENCH["bend_rad"].value
+    elif chosen.kind == TransmissionKind.RECORDED:
+        widths = bundle(lag_ratio * width for width in chosen.lines.widths_mm)
     return Transmission(
-        widths_mm=bundle(play_widths_mm(mean_width, values["width_spread_mm"], PLAYS)),
+        kind=int(chosen.kind),
+        widths_mm=widths,
         stretch_mm=values["stretch_mm"],
         gain=values["gain"],
         gain_per_mm=values["gain_per_100mm"] / 100.0,
         middle_mm=50.0,
         offset_mm=values["offset_mm"],
-        creep_fast_mm=values["creep_fast_mm"],
-        creep_fast_per_s=1.0 / values["creep_fast_s"],
-        creep_slow_mm=values["creep_slow_mm"],
-        creep_slow_per_s=1.0 / values["creep_slow_s"],
+        creep=Creep(
+            fast_mm=values["creep_fast_mm"],
+            fast_per_s=1.0 / values["creep_fast_s"],
+            slow_mm=values["creep_slow_mm"],
+            slow_per_s=1.0 / values["creep_slow_s"],
+        ),
+        lag_ratio=lag_ratio,
+        bouc_wen=_bouc_wen(values) if chosen.kind == TransmissionKind.BOUC_WEN else NO_LAG,
+        friction=_friction(values) if chosen.kind == TransmissionKind.RUBBING else NO_FRICTION,
+        lines=chosen.lines,
+    )
+
+
+def _bouc_wen(values: ParameterValues) -> BoucWenLag:
+    dissipation, bend = values["bouc_wen_dissipation"], values["bouc_wen_bend"]
+    return BoucWenLag(
+        gain=values["bouc_wen_gain"],
+        outward=bend + dissipation,
+        homeward=bend - dissipation,
+        exponent=values["bouc_wen_exponent"],
+        share=values["bouc_wen_memory_gain"] / values["gain"],
+    )
+
+
+def _friction(values: ParameterValues) -> RateFriction:
+    return RateFriction(
+        static_mm=values["rub_static_mm"],
+        kinetic_mm=values["rub_kinetic_mm"],
+        stribeck_mm_per_s=values["rub_stribeck_mm_per_s"],
+        film_s=values["rub_film_s"],
     )
 
 
@@ -188,12 +230,13 @@ def machine(
     patient: Patient | None = None,
     catheter: Catheter | None = None,
     conduit: Conduit | None = None,
+    transmission_class: TransmissionClass = CLEARANCES,
 ) -> Machine:
     """A machine with its airway from a full set of parameters.
 
     patient: whose airway it is; without one it is the bench's rubber trachea. catheter: the one for
     the patient's age where none is given, the paper's on the bench. conduit: the standard one for
-    the catheter where none is given.
+    the catheter where none is given. transmission_class: values hold its parameters.
     """
     chosen = catheter if catheter is not None else catheter_model.for_patient(patient)
     laid = conduit if conduit is not None else catheter_model.lay("standard", chosen)
@@ -211,7 +254,7 @@ def machine(
         clamp_slip_ratio=0.0,
         mouth_mm=math.inf if patient is None else -(patient.tube_length_mm + MOUTH_MM),
         weak_tip_mm=0.0,
-        transmission=transmission_of(fitted),
+        transmission=transmission_of(fitted, transmission_class),
         valve_axis=_valve_axis(fitted),
         valve=_valve(fitted),
         line=_line(fitted),

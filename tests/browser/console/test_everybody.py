@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.browser
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
+SCHEMES = ("dark", pytest.param("light", marks=pytest.mark.sweep))
+"""Colours, dark as the console is at first."""
 INSIDE = {"tip_mm": 49.0, "is_inside": True}
 STATES: dict[str, dict[str, Any]] = {
     "parked": {"passes": 1},
@@ -37,7 +39,7 @@ def findings(page: "Page") -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_bedside_view_is_for_everybody(bedside: Bedside, scheme: Any) -> None:
     page, machine = bedside.page, bedside.machine
     page.emulate_media(color_scheme=scheme)
@@ -55,7 +57,7 @@ def test_the_bedside_view_is_for_everybody(bedside: Bedside, scheme: Any) -> Non
     assert found == {name: [] for name in found}
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_people_and_dialogs_are_for_everybody(bedside: Bedside, scheme: Any) -> None:
     page, machine = bedside.page, bedside.machine
     page.emulate_media(color_scheme=scheme)

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from opensuction.session.choice import CycleChoice, RigChoice
-from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
+from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
 from tests.console.history.past import Past, fill, remember
 from tests.console.served import Served, listening
 from tests.session.recorded import played
@@ -172,7 +172,8 @@ def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: 
     assert past.completed
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.sweep
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_history_is_for_everybody(
     chromium: "Browser", console: Served, past: Past, scheme: Any
 ) -> None:

@@ -13,7 +13,7 @@ from opensuction.runtime import about
 from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
 from tests.browser.console.conftest import TABLET
-from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
+from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
 from tests.console.served import PEOPLE, free_port, listening_app
 from tests.console.setup.bed import Bed, bed, until
 from tests.runtime.machine_room import ATTEMPTS
@@ -74,7 +74,8 @@ def answered(page: "Page") -> None:
     page.wait_for_load_state("networkidle")
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.sweep
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_setting_up_is_for_everybody(page: "Page", at_bed: Bed, scheme: "Scheme") -> None:
     page.emulate_media(color_scheme=scheme)
     sign_in(page, at_bed, "clinician")
@@ -173,6 +174,7 @@ def push(page: "Page", at_bed: Bed) -> None:
     raise AssertionError("no hand came so far")
 
 
+@pytest.mark.sweep
 def test_the_travel_length_is_taught_step_by_step(page: "Page", at_bed: Bed) -> None:
     sign_in(page, at_bed, "clinician")
     page.click("#part-teaching")

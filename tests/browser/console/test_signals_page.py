@@ -11,7 +11,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from opensuction.runtime import launch
-from tests.browser.console.test_everybody import SMALL, TOUCH_PX
+from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX
 from tests.console.load.browser_page import FIGURES, opened
 from tests.console.load.console_machine import CONSOLE, ConsoleMachine, console_machine
 
@@ -72,6 +72,7 @@ def test_every_tick_comes_and_is_drawn(page: "Page") -> None:
     assert page.evaluate(colours) > 4
 
 
+@pytest.mark.sweep
 def test_a_cycle_leaves_its_phases_and_its_loop(page: "Page", machine: ConsoleMachine) -> None:
     page.get_by_role("button", name="Loop", exact=True).click()
     machine.room.begin_cycle()
@@ -142,6 +143,7 @@ def test_what_is_seen_is_saved_with_units_and_every_tick(page: "Page", tmp_path:
     assert lasted_s == pytest.approx(5.0, abs=0.1)
 
 
+@pytest.mark.sweep
 def test_channels_are_chosen_and_no_more_than_may_be(page: "Page") -> None:
     page.get_by_label("Show").select_option("suction")
     expect(page.locator(".strips")).to_contain_text("Vacuum setpoint")
@@ -159,7 +161,8 @@ def test_channels_are_chosen_and_no_more_than_may_be(page: "Page") -> None:
     expect(status(page)).to_contain_text("Live:", timeout=SOON_MS)
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.sweep
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_everybody_can_use_it(page: "Page", scheme: str) -> None:
     page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
     for button in ("Loop", "Pause", "Channels"):
@@ -172,6 +175,7 @@ def test_everybody_can_use_it(page: "Page", scheme: str) -> None:
         assert not said, json.dumps(said, indent=1)
 
 
+@pytest.mark.sweep
 def test_a_control_process_that_is_replaced_is_told(page: "Page", machine: ConsoleMachine) -> None:
     machine.room.stop()
     expect(status(page)).to_contain_text("the control process writes nothing", timeout=SOON_MS)
@@ -180,6 +184,7 @@ def test_a_control_process_that_is_replaced_is_told(page: "Page", machine: Conso
     expect(page.locator(".happened-list")).to_contain_text("The control process was replaced")
 
 
+@pytest.mark.sweep
 def test_it_comes_back_by_itself(page: "Page", machine: ConsoleMachine) -> None:
     before = page.evaluate("document.querySelector('.signals').figures.rows")
     machine.console.terminate()

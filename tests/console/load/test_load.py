@@ -26,6 +26,7 @@ LIVE, SIGNALS = 20, 5
 """Pages that look at the bedside; how many of them look at signals, too."""
 
 
+@pytest.mark.sweep
 def test_every_row_comes_to_every_page_and_every_press_to_the_loop() -> None:
     with console_machine() as machine:
         with load_run.pages(machine, live=4, signals=3) as end:

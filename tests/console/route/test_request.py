@@ -17,6 +17,8 @@ from tests.console.written_machine import WrittenMachine
 
 REQUESTS = "/api/v1/requests"
 KEY = "0123456789abcdef"
+THREADS = 40
+"""In which an application of this kind answers what is not asynchronous: the default of AnyIO."""
 CHANGED = "changed"
 WHO = {role: name for name, role in ROLES.items()}
 
@@ -221,10 +223,11 @@ def test_a_stop_waits_for_no_other_request(
     console: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All threads wait for a database that hangs; a person can stop the machine all the same."""
-    is_back = threading.Event()
+    is_back, waiting = threading.Event(), threading.Semaphore(0)
 
     def hang(*_: object) -> None:
-        assert is_back.wait(60.0)
+        waiting.release()
+        is_back.wait()
 
     monkeypatch.setattr(console.site.accounts, "find_session", hang)
     with console.client("observer") as client:
@@ -233,11 +236,15 @@ def test_a_stop_waits_for_no_other_request(
         ]
         for one in hanging:
             one.start()
-        body = {"ask": "abort", "key": KEY}
+        body, relief = {"ask": "abort", "key": KEY}, threading.Timer(30.0, is_back.set)
+        relief.start()
         try:
+            for _ in range(THREADS):
+                assert waiting.acquire(timeout=20.0)
             assert client.post(REQUESTS, json=body).json()["verdict"] == "pressed"
             assert not is_back.is_set()
         finally:
+            relief.cancel()
             is_back.set()
             for one in hanging:
                 one.join()

@@ -29,6 +29,7 @@ def sent(reason: str, version: int = 0) -> dict[str, Any]:
     return {"reason": reason, "version": version, "key": uuid4().hex}
 
 
+@pytest.mark.sweep
 def test_found_beside_the_machine_and_accepted_with_a_reason(at_bed: Bed) -> None:
     engineer = at_bed.client("engineer")
     assert at_bed.client("clinician").post(PATH, json=sent("new")).status_code == 403

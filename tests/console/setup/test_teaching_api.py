@@ -47,7 +47,7 @@ def push_until(at_bed: Bed, there: Callable[[], bool]) -> None:
         done(at_bed, "begin")
         until(lambda: stage(at_bed) == "moving")
         done(at_bed, "push")
-        until(lambda: there() or at_bed.room.phase() == Phase.HALTED, 40.0)
+        until(lambda: there() or at_bed.room.phase() in RESTING, 40.0)
         if at_bed.room.phase() == Phase.TEACHING:
             return
         until(at_bed.room.is_out)
@@ -59,6 +59,7 @@ def press(at_bed: Bed, *buttons: str) -> None:
     at_bed.room.press(*buttons)
 
 
+@pytest.mark.sweep
 def test_step_by_step_the_carina_is_taught_and_the_protocol_fits_it(at_bed: Bed) -> None:
     before = at_bed.get("/protocol")
     assert at_bed.get("/teaching", None)["steps"] == ["prepare"]

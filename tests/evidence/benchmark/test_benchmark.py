@@ -10,8 +10,17 @@ import pytest
 from docs.generator import benchmark_table
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.controller import machine_profile
-from opensuction.evidence.benchmark import benchmark
-from opensuction.evidence.benchmark.benchmark_plant import NAMES, PLANTS, of_record
+from opensuction.evidence.benchmark import benchmark, benchmark_page, plant_run
+from opensuction.evidence.benchmark.benchmark_plant import (
+    MODELS,
+    NAMES,
+    PLANT_OF_NAME,
+    Model,
+    of_record,
+    wide_recording,
+)
+from opensuction.evidence.benchmark.disturbance import DISTURBANCES, NOTHING
+from opensuction.evidence.benchmark.disturbance import NAMES as COLUMNS
 from opensuction.hysteresis.play import Play
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import START
@@ -19,11 +28,12 @@ from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import ideal_loop, trace
 from opensuction.simulation import rig as rigs
 
+SCHEME = "direct-inverse"
+"""The paper's."""
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 COMMITTED: dict[str, Any] = json.loads(
-    (DOCS / "evidence" / "2026-11-23-benchmark.json").read_text(encoding="utf-8")
+    (DOCS / "evidence" / "2026-11-25-benchmark.json").read_text(encoding="utf-8")
 )
-PLANT_OF_NAME = {plant.name: plant for plant in PLANTS}
 
 
 def committed(plant: str, compensation: str) -> dict[str, Any]:
@@ -40,10 +50,20 @@ def test_the_committed_result_has_every_pair_once() -> None:
     assert pairs == [(plant, name) for plant in NAMES for name in KIND_OF_NAME]
 
 
+@pytest.mark.parametrize("plant", NAMES)
+def test_the_papers_scheme_is_ahead_of_ours_on_no_plant(plant: str) -> None:
+    ours = [committed(plant, name) for name in KIND_OF_NAME if name not in ("none", SCHEME)]
+    least = min(ours, key=lambda entry: float(entry["rmse_worst_mm"]))
+    assert least["rmse_worst_mm"] < committed(plant, SCHEME)["rmse_mm"]
+    if not least["in_class"]:
+        assert least["rmse_worst_mm"] <= 0.2
+
+
 @pytest.mark.parametrize("plant", ["bench-x1.3", "play"])
 def test_a_sample_run_again_lies_within_the_committed_result(plant: str) -> None:
     names = ("none", "preview")
-    results = benchmark.run_on_plant(PLANT_OF_NAME[plant], benchmark.seeds_of(1), names)
+    seeds = benchmark.seeds_of(1)
+    results = benchmark.run_on_plant(PLANT_OF_NAME[plant], seeds, names, disturbed=False)
     assert [result.compensation for result in results] == list(names)
     for result in results:
         again, kept = benchmark.figures(result), committed(plant, result.compensation)
@@ -64,11 +84,11 @@ def test_without_compensation_the_tip_of_a_play_lags_by_its_gap() -> None:
     """
     model = Play(width_mm=20.0, gain=1.0, offset_mm=0.0)
     plant = of_record("play", model)
-    run = benchmark.run_on_model(
+    run = plant_run.run_on_model(
         plant, CompensationKind.NONE, rigs.uncalibrated(machine_profile.BENCH)
     )
     # Peak: half the width, on either side. An ideal servo follows a trapezoid without error but
-    # for the step of its first tick.
+    # for the tick by which a head that is where the reference was comes late.
     assert np.max(run.error_mm) == pytest.approx(10.0, abs=0.02)
     assert np.min(run.error_mm) == pytest.approx(-10.0, abs=0.02)
     assert run.head_mm_per_s == pytest.approx(PAPER.insertion_mm_per_s, rel=0.02)
@@ -76,11 +96,18 @@ def test_without_compensation_the_tip_of_a_play_lags_by_its_gap() -> None:
 
 def test_a_model_plant_is_known_only_by_its_noisy_recording() -> None:
     model = Play(width_mm=20.0, gain=0.95, offset_mm=-2.0)
-    found = benchmark.identify(of_record("play", model), 101)
+    found = plant_run.identify(of_record("play", model), 101)
     width = float(found.width.inwards_mm[0] - found.width.outwards_mm[0])
     # .08 mm of noise over 40,000 samples: a micrometre on the mean, some more on the width.
     assert width == pytest.approx(20.0, abs=0.02)
     assert width != 20.0
+
+
+def test_on_the_paper_s_own_parameters_the_paper_s_scheme_is_not_ahead() -> None:
+    carry_out = plant_run.take(PLANT_OF_NAME["bouc-wen-published"], 101)
+    theirs = carry_out(CompensationKind.DIRECT_INVERSE, NOTHING).rmse_mm
+    assert carry_out(CompensationKind.PRANDTL_ISHLINSKII, NOTHING).rmse_mm < 0.9 * theirs
+    assert theirs < 0.02  # not for want of it
 
 
 def test_the_ideal_loop_asks_for_what_the_procedure_asks_for() -> None:
@@ -110,10 +137,113 @@ def test_the_ideal_loop_asks_for_what_the_procedure_asks_for() -> None:
 
 
 def test_a_refused_pair_is_a_gap_in_the_tables_and_a_sentence() -> None:
-    found = benchmark.BenchmarkResult("bench", "none", (), "cap_mm: too low")
+    found = benchmark.BenchmarkResult("bench", "none", (), "cap_mm: too low", {})
     entry = benchmark.figures(found)
     assert entry["rmse_mm"] is None
     assert entry["seeds"] == entry["completed"] == 0
     text = benchmark_table.markdown({"seeds": [101], "results": [entry]})
     assert "| bench | - |" in text
     assert "Refused: `none` on bench: cap_mm: too low." in text
+
+
+def test_every_plant_that_is_disturbed_has_every_column() -> None:
+    for entry in COMMITTED["results"]:
+        plant = PLANT_OF_NAME[entry["plant"]]
+        wanted: tuple[str, ...] = ()
+        if benchmark.is_disturbed(plant) and not entry["refused"]:
+            taught = isinstance(plant, Model)  # a twin of the bench has no light barrier
+            wanted = tuple(one.name for one in DISTURBANCES if taught or one.cycles == 0)
+        assert tuple(entry["disturbances"]) == wanted, (entry["plant"], entry["compensation"])
+        assert entry["in_class"] == plant.in_class
+
+
+def test_the_floor_of_a_recorded_conduit_is_its_recordings_scatter() -> None:
+    for plant in MODELS:
+        recorded = plant.name.startswith(("preisach-", "readout-"))
+        assert (plant.floor_mm is not None) == recorded
+        assert committed(plant.name, "preview")["floor_mm"] == (
+            None if plant.floor_mm is None else pytest.approx(plant.floor_mm)
+        )
+
+
+def changed(**what: Any) -> float:
+    """RMSE of exact-inverse on a recorded conduit that has changed since its identification."""
+    carry_out = plant_run.take(PLANT_OF_NAME["preisach-25"], 101)
+    disturbance = NOTHING._replace(**what)
+    return carry_out(CompensationKind.EXACT_INVERSE, disturbance).rmse_mm
+
+
+def test_a_disturbance_costs_what_it_is() -> None:
+    assert changed() == pytest.approx(0.204, abs=0.01)
+    # An offset adds to a mean error near 0.
+    assert changed(offset_mm=2.0) == pytest.approx(2.0, abs=0.15)
+    # 2 % of a tip that goes 7 to 97 mm from its place at head 0: 1.4 mm RMS over the trapezoid.
+    assert changed(gain_ratio=1.02) == pytest.approx(1.4, abs=0.15)
+    # 5 ms of 9 mm/s are .045 mm, two thirds of the time, beside an error of .2.
+    assert changed(delay_s=0.005) == pytest.approx(changed(), abs=0.05)
+    # The gap is 2 mm wide, of which a tenth are .1 mm each way, beside what is left anyway.
+    assert changed(gap_ratio=1.1) > changed() + 0.05
+    assert changed(creep_ratio=4.0) > changed() + 0.1
+
+
+def test_two_cycles_past_a_barrier_bring_a_changed_gap_back_without_contact() -> None:
+    """Asked for: at most .3 mm, of a gap 10 % off."""
+    carry_out = plant_run.take(PLANT_OF_NAME["preisach-25"], 101)
+    narrow = NOTHING._replace(gap_ratio=0.9)
+    kind = CompensationKind.MODEL_PREVIEW
+    before = carry_out(kind, narrow).rmse_mm
+    after = carry_out(kind, narrow._replace(cycles=2)).rmse_mm
+    assert after == pytest.approx(0.078, abs=0.01)
+    assert before > 3.0 * after
+    # Who compensates nothing learns nothing.
+    none = CompensationKind.NONE
+    taught = carry_out(none, narrow._replace(cycles=2)).rmse_mm
+    assert taught == carry_out(none, narrow).rmse_mm
+
+
+@pytest.mark.parametrize("name", [plant.name for plant in MODELS if plant.name != "preisach"])
+def test_a_models_gap_is_as_many_times_as_wide(name: str) -> None:
+    """At one head position the branches of a long stroke are so many times as far apart."""
+    plant = PLANT_OF_NAME[name]
+    assert isinstance(plant, Model)
+    laid = plant.matched(*wide_recording(101))
+    heads = np.concatenate([np.linspace(0.0, 120.0, 600), np.linspace(120.0, 0.0, 600)])
+    gaps = []
+    for ratio in (1.0, 1.1):
+        tips = laid(ratio)(heads)
+        gaps.append(float(np.interp(-60.0, -heads[600:], tips[600:]) - tips[300]))
+    # Lines that bend, and what a stroke of 60 mm has not yet forgotten: some per cent of it.
+    assert gaps[1] / gaps[0] == pytest.approx(1.1, abs=0.012)
+
+
+def test_a_twins_disturbance_is_behind_its_controllers_back() -> None:
+    carry_out = plant_run.take(PLANT_OF_NAME["bench"], 101)
+    none = carry_out(CompensationKind.PREVIEW, NOTHING)
+    offset = next(one for one in DISTURBANCES if one.name == "offset +2 mm")
+    moved = carry_out(CompensationKind.PREVIEW, offset)
+    assert moved.completed
+    assert np.mean(moved.error_mm - none.error_mm) == pytest.approx(2.0, abs=0.01)
+
+
+def test_tables_name_the_least_of_ours_beside_the_papers_scheme() -> None:
+    text = benchmark_table.markdown(COMMITTED)
+    mine = {
+        name: committed("preisach-25", name)["rmse_mm"]
+        for name in KIND_OF_NAME
+        if name not in benchmark_table.OTHERS
+    }
+    best = min(mine, key=mine.__getitem__)
+    scheme = committed("preisach-25", "direct-inverse")["rmse_mm"]
+    assert f"| preisach-25 | {mine[best]:.3g} `{best}` | {scheme:.3g} |" in text
+    for column in COLUMNS:
+        assert column in text
+
+
+def test_a_page_shows_what_was_changed() -> None:
+    names = ("direct-inverse", "preview")
+    seeds = benchmark.seeds_of(1)
+    found = benchmark.run_on_plant(PLANT_OF_NAME["bouc-wen-published"], seeds, names)
+    sheet = benchmark_page.sheet(benchmark.Benchmark(seeds, found))
+    changed_section = next(one for one in sheet.sections if one.title.startswith("Changed"))
+    assert [table.caption for table in changed_section.tables] == list(COLUMNS)
+    assert changed_section.tables[0].columns == ("plant", *names)

@@ -2,9 +2,21 @@ import math
 
 import pytest
 
-from opensuction.evidence.paper.claim import PaperClaim, plain
+from opensuction.evidence.paper.claim import (
+    AGREES,
+    ARITHMETIC,
+    CALIBRATED,
+    COMPUTED,
+    DIFFERS,
+    NO_EVIDENCE,
+    PREDICTED,
+    PRINTED,
+    PaperClaim,
+    plain,
+    tally,
+)
 
-CLAIM = PaperClaim("a", "Table I", 2.0, 2.4, 0.5, "mm", "predicted")
+CLAIM = PaperClaim("a", "Table I", PRINTED, PREDICTED, 2.0, 2.4, 0.2, 0.5, "mm")
 
 
 def test_within_tolerance_is_ok_on_both_sides() -> None:
@@ -14,15 +26,40 @@ def test_within_tolerance_is_ok_on_both_sides() -> None:
 
 
 def test_what_could_not_be_measured_does_not_hold() -> None:
-    assert not CLAIM._replace(measured=math.nan).ok
+    assert CLAIM._replace(measured=math.nan).verdict == DIFFERS
 
 
 @pytest.mark.parametrize(
-    ("measured", "explanation", "verdict"),
-    [(2.4, "", "ok"), (2.4, "needless", "ok"), (9.0, "known", "explained"), (9.0, "", "differs")],
+    ("changes", "verdict", "why"),
+    [
+        ({}, AGREES, ""),
+        # A largest error of 1.34 mm held to 1.5 mm: no error at all would pass.
+        ({"paper": 1.34, "measured": 0.4, "tolerance": 1.5}, NO_EVIDENCE, "0 would pass, too"),
+        # Nor does a compensator tell anything whose figure the uncompensated machine reaches.
+        ({"nulls": (0.0, 2.5)}, NO_EVIDENCE, "2.5 would pass, too"),
+        ({"kind": CALIBRATED}, NO_EVIDENCE, "the twin was calibrated to it"),
+        ({"kind": ARITHMETIC, "source": COMPUTED}, NO_EVIDENCE, "no twin takes part"),
+        ({"measured": 9.0}, DIFFERS, ""),
+        ({"measured": 9.0, "kind": CALIBRATED}, DIFFERS, "the twin was calibrated to it"),
+    ],
 )
-def test_verdict(measured: float, explanation: str, verdict: str) -> None:
-    claim = CLAIM._replace(measured=measured, explanation=explanation)
-    assert claim.verdict == verdict
-    assert plain(claim)["verdict"] == verdict
-    assert plain(claim)["ok"] == (verdict == "ok")
+def test_verdict(changes: dict[str, object], verdict: str, why: str) -> None:
+    claim = CLAIM._replace(**changes)  # type: ignore[arg-type]
+    told = plain(claim)
+    assert (claim.verdict, claim.why_no_evidence) == (verdict, why)
+    assert told["verdict"] == verdict
+    assert told["ok"] is (verdict != DIFFERS)
+    assert told["evidence"] is (why == "")
+
+
+def test_a_difference_is_explained_or_not_and_agreement_needs_no_reason() -> None:
+    far = CLAIM._replace(measured=9.0)
+    assert far.is_unexplained
+    assert not far._replace(explanation="known").is_unexplained
+    assert not CLAIM.is_unexplained
+
+
+def test_no_standard_error_is_none_and_the_tally_counts_each_claim_once() -> None:
+    assert plain(CLAIM._replace(standard_error=math.nan))["standard_error"] is None
+    claims = [CLAIM, CLAIM._replace(kind=CALIBRATED), CLAIM._replace(measured=9.0)]
+    assert tally(claims) == {AGREES: 1, NO_EVIDENCE: 1, DIFFERS: 1}

@@ -24,7 +24,7 @@ def test_sums_of_cells_are_those_of_their_columns(goes_on: bool) -> None:
         goes_on=goes_on,
     )
     starts, others = np.zeros(3), RANDOM.normal(size=(2, 300))
-    sums = play_bank.to_cells(bank, play_bank.sum_products(bank, HEADS, starts, others, EDGES))
+    sums = play_bank.sum_products(bank, HEADS, starts, others, EDGES, 1)
     columns = []
     for row, input_ in enumerate(bank.inputs):
         one = PlayBank(

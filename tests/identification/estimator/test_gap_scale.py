@@ -41,26 +41,8 @@ def test_the_plain_travel_would_be_biased() -> None:
     )
 
 
-@pytest.mark.parametrize(("truth", "used"), [(0.5, 1.1), (0.8, 0.8), (1.2, 1.2), (1.6, 1.1)])
-def test_a_scale_out_of_range_is_told_and_not_used(truth: float, used: float) -> None:
-    seen = ContactEpisode(travel_mm(pi.scale_widths(MODEL, truth), 0.2), 0.2)
-    record = gap_scale.update(MODEL, 1.1, seen, TRUSTED)
-    assert record.old == 1.1
-    assert record.estimated == pytest.approx(truth)
-    assert record.new == pytest.approx(used)
-    assert record.in_range == (truth == used)
-    assert record.limits == TRUSTED
-
-
-def test_without_a_contact_the_old_scale_stays() -> None:
-    record = gap_scale.update(MODEL, 1.17, None, TRUSTED)
-    assert (record.new, record.in_range) == (1.17, True)
-    assert np.isnan(record.estimated)
-
-
-def test_a_tip_that_follows_at_once_is_out_of_range() -> None:
-    record = gap_scale.update(MODEL, 0.9, ContactEpisode(0.01, 1.0), TRUSTED)
-    assert (record.new, record.in_range) == (0.9, False)
+def test_a_tip_that_follows_at_once_has_no_gap() -> None:
+    assert gap_scale.estimate_scale(MODEL, ContactEpisode(0.01, 1.0), TRUSTED) == 0.0
 
 
 def test_a_contact_is_read_with_its_latency_and_through_its_bounce() -> None:

@@ -53,14 +53,23 @@ def test_none_is_recommended_that_does_worse_than_modified_dahl() -> None:
 
 
 def test_what_cannot_drive_is_not_recommended_to_compensate_and_says_why() -> None:
-    better = [rate("preisach", 1.0, 60.0), rate("bouc-wen", 2.0, 7.0)]
-    found = recommend([*better, DAHL], Aim("compensate", ("modified-dahl",)), FOLDS)
+    better = [
+        rate("preisach", 1.0, 60.0)._replace(undriven="it is not monotone"),
+        rate("bouc-wen", 2.0, 7.0)._replace(undriven="its inverse is a search"),
+    ]
+    found = recommend([*better, DAHL], Aim("compensate"), FOLDS)
     assert found.model == "modified-dahl"
     assert "the only one that can be used for it" in found.reasons[0]
-    assert "bouc-wen predicts surely better, but no compensator takes it yet." in found.reasons
-    assert any("preisach" in said and "inverse jumps" in said for said in found.reasons)
+    said = "bouc-wen predicts surely better, but drives no head: its inverse is a search."
+    assert said in found.reasons
+    assert any("preisach" in said and "not monotone" in said for said in found.reasons)
     with pytest.raises(InputError, match=r"no compensator takes any .*\(preisach, bouc"):
-        recommend(better, Aim("compensate", ("modified-dahl",)), FOLDS)
+        recommend(better, Aim("compensate"), FOLDS)
+
+
+def test_a_model_of_plays_that_drives_is_recommended_to_compensate() -> None:
+    plays = rate("prandtl-ishlinskii", 1.0, 9.0)
+    assert recommend([plays, DAHL], Aim("compensate"), FOLDS).model == "prandtl-ishlinskii"
 
 
 def test_to_transfer_one_part_is_predicted_from_the_other() -> None:
@@ -85,3 +94,26 @@ def test_a_purpose_without_enough_data_is_refused(purpose: str, folds: Folds, sa
         check_purpose(purpose, folds)
     assert "\n" not in str(refusal.value)
     check_purpose("predict", folds)
+
+
+SELDOM = FOLDS._replace(reversals=(1, 0))
+
+
+def test_after_few_reversals_what_was_left_out_does_not_decide_alone() -> None:
+    """Pieces left out of one stroke and back flatter what has most parameters."""
+    plays = rate("play-readout", 0.5, 30.0)
+    found = recommend([plays, DAHL], Aim(), SELDOM)
+    assert found.model == "modified-dahl"
+    assert "turns once, 3 times are needed" in found.reasons[0]
+    assert recommend([plays, DAHL], Aim(), FOLDS).model == "play-readout"
+
+
+def test_after_few_reversals_a_model_that_contains_modified_dahl_may_be_taken() -> None:
+    residual = rate("residual-readout", 1.0, 90.0)
+    assert recommend([residual, DAHL], Aim(), SELDOM).model == "residual-readout"
+    halfway = SELDOM._replace(both_ways=0.6)
+    assert recommend([residual, DAHL], Aim(), halfway).model == "modified-dahl"
+    worse = rate("residual-readout", 5.0, 90.0)
+    assert recommend([worse, DAHL], Aim(), SELDOM).model == "modified-dahl"
+    bouc_wen = rate("bouc-wen", 1.0, 7.0)
+    assert recommend([bouc_wen, DAHL], Aim(), halfway).model == "bouc-wen"

@@ -158,10 +158,19 @@ def test_what_is_fitted_is_not_too_deep_and_1_mm_more_than_allowed_is(
         clinical.check_depth(deeper, site, by_contact)
 
 
+def test_a_cap_must_leave_by_what_a_hand_teaches_too_deep() -> None:
+    """Taught 70 mm, the carina may be at 66: a cap there is allowed, one deeper is not."""
+    protocol = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact=False)
+    clinical.check_depth(protocol._replace(cap_mm=66.0), GROWN, by_contact=False)
+    with pytest.raises(InputError, match=r"taught length is 70\.0 mm - 4, .* = 66\.0 mm") as told:
+        clinical.check_depth(protocol._replace(cap_mm=66.1), GROWN, by_contact=False)
+    assert "travel_mm to at most 61.0 mm" in str(told.value)
+
+
 def test_a_window_that_begins_below_the_carina_is_refused() -> None:
     protocol = clinical.fitted(ADULT, BEDSIDE, GROWN, by_contact=True)
-    with pytest.raises(InputError, match=r"contact_from_mm 70 mm is not above .* 70\.0 mm"):
-        clinical.check_depth(protocol._replace(contact_from_mm=70.0), GROWN, by_contact=True)
+    with pytest.raises(InputError, match=r"contact_from_mm 66 mm is not above .* = 66\.0 mm"):
+        clinical.check_depth(protocol._replace(contact_from_mm=66.0), GROWN, by_contact=True)
 
 
 @pytest.mark.parametrize(

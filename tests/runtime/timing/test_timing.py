@@ -52,6 +52,7 @@ def assert_flat(figures: Figures) -> None:
     assert most_kb <= settled_kb + GROWN_KB
 
 
+@pytest.mark.sweep
 def test_half_a_minute_beside_a_busy_machine_is_accounted_for(tmp_path: Path) -> None:
     run = timing_run.run(tmp_path, 30.0, MS)
     assert_accounts(run, 1e-3)

@@ -56,7 +56,7 @@ def test_a_sound_machine_is_accepted_and_the_second_run_has_other_noise(sound: S
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
 def test_bedside_machines_are_accepted_whatever_their_tube(seed: int, patient: str) -> None:
-    found = calibration_run.run(CalibrationChoice(RigChoice(patient=patient, seed=seed)))
+    found = calibration_run.run(CalibrationChoice(RigChoice(patient=patient, seed=seed), "preview"))
     assert found.reasons == ()
     assert np.ptp(found.first.head_mm) == pytest.approx(200.0, abs=1.0)  # the whole stroke
 
@@ -110,3 +110,19 @@ def test_the_papers_inverse_is_refused_where_it_would_jump(sound: Sound) -> None
 def test_no_compensation_needs_no_calibration() -> None:
     with pytest.raises(InputError, match="none"):
         calibration_run.resolve(CHOICE._replace(compensation="none"))
+
+
+def test_a_machine_is_driven_by_a_model_with_lines_where_one_is_asked_for() -> None:
+    found = calibration_run.run(CHOICE._replace(compensation="model-preview"))
+    found = calibration_file.confirmed(found, NOW)
+    assert found.accepted
+    file = calibration_file.parameter_file(found, NOW)
+    assert file.about.compensator == "model-preview"
+    assert file.driven is not None
+    assert found.drive is not None
+    assert file.driven.model == found.drive.model
+    data = calibration_file.plain(found, NOW, 1.0, None)
+    # The laser's .08 mm of noise is in it, and what creep leaves.
+    assert 0.08 <= data["choice"]["driven_rmse_mm"] <= 0.12
+    page = sheet.render(calibration_page.page(data, found.first, found.second, found.predicted))
+    assert found.drive.reason.split(":")[0] in page

@@ -110,6 +110,7 @@ def test_equal_recordings_give_equal_pages(real: Path) -> None:
     assert report_run.run([real]) == report_run.run([real])
 
 
+@pytest.mark.sweep
 def test_missing_ticks_are_told_and_times_stay(cycle: Played, tmp_path: Path) -> None:
     path = played.without_truth(cycle.path, tmp_path / "c.mcap", slice(5000, 5400))
     found = recorded_cycle.read([path])
@@ -120,6 +121,7 @@ def test_missing_ticks_are_told_and_times_stay(cycle: Played, tmp_path: Path) ->
     assert "400 ticks are missing" in report.html
 
 
+@pytest.mark.sweep
 def test_parts_of_one_recording_are_one_report(real: Path, tmp_path: Path) -> None:
     reader = RecordingReader(real)
     rows = [one for one in reader.contents() if isinstance(one, Rows) and one.topic == TICKS]

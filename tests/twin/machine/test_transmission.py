@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from opensuction.hysteresis import play_bundle
 from opensuction.kernel.compiled import compiled
 from opensuction.twin import parameter, preset
-from opensuction.twin.machine import transmission
+from opensuction.twin.machine import creep, transmission
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
 from tests.hysteresis import distributed_play
 
 DT_S = 0.001
 NOMINAL = preset.transmission_of(parameter.nominal(parameter.BENCH))
-STILL = NOMINAL._replace(creep_fast_mm=0.0, creep_slow_mm=0.0)
+STILL = NOMINAL._replace(creep=NOMINAL.creep._replace(fast_mm=0.0, slow_mm=0.0))
 """Without creep: rate-independent."""
 
 
@@ -93,7 +93,7 @@ def test_a_closed_head_cycle_never_returns_more_tip_travel_than_given(
     given_mm = float(np.abs(np.diff([0.0, *turns, 0.0])).sum())
     steepest = conduit.gain * (1.0 + 0.5 * 0.01 + 0.002)
     # Creep gives back at each turn at most what it held.
-    held = 2.0 * (conduit.creep_fast_mm + conduit.creep_slow_mm) * (len(turns) + 1)
+    held = 2.0 * (conduit.creep.fast_mm + conduit.creep.slow_mm) * (len(turns) + 1)
     assert path <= steepest * given_mm + held + 1e-9
 
 
@@ -119,14 +119,13 @@ def test_without_creep_speed_does_not_matter(turns: list[float]) -> None:
 
 @pytest.mark.parametrize(("fast", "seconds"), [(True, 0.5), (False, 5.0)])
 def test_creep_has_its_amplitude_and_time_constant(fast: bool, seconds: float) -> None:
-    conduit = NOMINAL._replace(
-        creep_fast_mm=0.15 if fast else 0.0, creep_slow_mm=0.0 if fast else 0.10
-    )
+    amplitudes = {"fast_mm": 0.15 if fast else 0.0, "slow_mm": 0.0 if fast else 0.10}
+    conduit = NOMINAL._replace(creep=NOMINAL.creep._replace(**amplitudes))
     speed = 9.0
     state, _ = follow(conduit, transmission.after_retract(conduit, -1000.0), [0.0], speed)
     amplitude = 0.15 if fast else 0.10
     # 3 mm/s draw half of it; the catheter follows at the head's speed.
-    drawn = amplitude * speed / (speed + transmission.CREEP_VELOCITY_MM_PER_S)
+    drawn = amplitude * speed / (speed + creep.VELOCITY_MM_PER_S)
     final = rest(conduit, state, 20.0 * seconds)
     assert final.tip_mm - state.tip_mm == pytest.approx(drawn, rel=2e-3)
     later = rest(conduit, state, seconds)

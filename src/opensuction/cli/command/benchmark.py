@@ -56,8 +56,11 @@ COMMAND = Command(
     run=delivering("benchmark", "Comparing", _compute),
     sentence="Every compensator on every plant with fixed seeds: error, peak and head speed of "
     "each pair.",
-    details="Plants are the twins (bench, bedside, conduits laid otherwise) and the hysteresis "
-    "models; each is identified by the same excitation before it is compensated. Seeds are 101 on.",
+    details="Plants are the twins (bench, bedside, conduits laid otherwise), the hysteresis "
+    "models, and plants that are not ours: the paper's Bouc-Wen model, conduits fitted to real "
+    "recordings, friction that depends on speed. Each is identified by the same excitation before "
+    "it is compensated, and compensated once more with gap, gain, offset or creep changed since, "
+    "and with late commands. Seeds are 101 on.",
     examples="""\b
 Examples:
   opensuction benchmark            report.html and benchmark.json under runs/

@@ -32,7 +32,7 @@ def _compute(options: CalibrateOptions, progress: "ProgressTeller", folder: Path
     now = datetime.now(tz=UTC)
     found = calibration_file.confirmed(found, now)
     name = calibration_file.PARAMETER_FILE
-    files = {calibration_file.RECORDING_FILE: calibration_file.recording_text(found.first)}
+    files = {calibration_file.RECORDING_FILE: calibration_file.recording_text(found.whole)}
     path = None
     if found.accepted:
         files[name] = identification_file.to_toml(calibration_file.parameter_file(found, now))
@@ -96,7 +96,14 @@ def _sentences(data: Json) -> list[str]:
         f"The motor takes {servo['velocity_v_s_per_mm']:.3f} V for each mm/s and "
         f"{servo['friction_v']:.2f} V against friction; {found['servo_rmse_v']:.3f} V RMS are left "
         "unexplained.",
+        *_choice_sentence(data),
     ]
+
+
+def _choice_sentence(data: Json) -> list[str]:
+    """Which compensator the file names, and why, where it was chosen."""
+    choice = data["choice"]
+    return [] if choice is None else [f"Compensation: {data['compensation']}. {choice['reason']}"]
 
 
 COMMAND = Command(
@@ -108,7 +115,9 @@ COMMAND = Command(
     details="Finds hysteresis and the servo's feedforward from one run of the excitation and holds "
     "them against a second; a poor fit is refused, with the reason. 'opensuction cycle "
     "--compensation' takes the file. Nobody is on the machine: the patient says where it parks and "
-    "with which catheter. The compensation is the one that the file is to name; it cannot be none.",
+    "with which catheter. The compensation is the one that the file is to name: best, the default, "
+    "goes on with four shorter strokes, holds every model that drives against the others on "
+    "strokes left out, and takes the one that does best; it cannot be none.",
     examples="""\b
 Examples:
   opensuction calibrate --machine bench --seed 3 --out bench3

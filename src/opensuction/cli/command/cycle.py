@@ -36,6 +36,7 @@ class CycleOptions(NamedTuple):
     day: DayChoice = DayChoice()
     pace: float | None = None
     unrecorded: bool = False
+    trace: Path | None = None
     results: OutputChoice = OutputChoice()
 
 
@@ -61,6 +62,10 @@ def run(options: CycleOptions) -> int:
 
     console = PlainConsole(stderr=options.results.as_json)
     pace = _pace(options, console)
+    if options.trace is not None:
+        from opensuction.session.cycle import trace_file
+
+        trace_file.check(options.trace, options.results.force)
 
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         prepared = progress.wait(lambda: _prepare(options, progress), "Preparing")
@@ -126,6 +131,16 @@ def _record(
     }
 
 
+def _write_trace(options: CycleOptions, columns: "Columns", progress: "ProgressTeller") -> None:
+    """The time series of a run, where a file was named for it."""
+    if options.trace is None:
+        return
+    from opensuction.session.cycle import trace_file
+
+    with trace_file.place(options.trace) as aside:
+        progress.wait(lambda: trace_file.fill(aside, columns), "Writing the trace")
+
+
 def _run_cycle(
     options: CycleOptions,
     prepared: "Prepared",
@@ -143,7 +158,8 @@ def _run_cycle(
     data["faults"] = fault_run.plain(found)
     html = page.render(data, found.columns, machine_summary.sections(prepared))
     files = {"report.html": html, **_record(options, prepared, found, progress)}
-    return _write_up(data, files, progress)
+    _write_trace(options, found.columns, progress)
+    return _write_up(data, files, progress, options.trace)
 
 
 def _run_day(
@@ -168,7 +184,7 @@ def _run_day(
             f"{found.exposure.spo2_least_percent:.1f} %"
             f"{', new catheter' if cycle.catheter_changed else ''}"
             f"{', patient looked at before' if cycle.assessed else ''}"
-            f"{day_summary.gap_words(cycle.gap)}",
+            f"{day_summary.gap_words(cycle.learned)}",
             soft_wrap=True,
         )
 
@@ -186,12 +202,14 @@ def _run_day(
         **cycle_report.list_pages(reports),
         **_record(options, day.last, day.ran, progress),
     }
-    return _write_up(data, files, progress)
+    _write_trace(options, day.columns, progress)
+    return _write_up(data, files, progress, options.trace)
 
 
 def _write_up(
-    data: Json, made: Mapping[str, str | bytes], progress: "ProgressTeller"
+    data: Json, made: Mapping[str, str | bytes], progress: "ProgressTeller", trace: Path | None
 ) -> CommandResult:
+    data["trace"] = None if trace is None else str(trace)
     data["recording"] = RECORDING if RECORDING in made else None
     data["wall_s"] = progress.elapsed_s
     files: dict[str, str | bytes] = {**made, "cycle.json": to_text(data), **_sound(data)}
@@ -201,16 +219,18 @@ def _write_up(
     return CommandResult(
         data,
         files,
-        lambda console, folder: _summarise(console, data, _named(folder, list(files))),
+        lambda console, folder: _summarise(console, data, _named(folder, list(files), trace)),
         is_good=is_good(data) and day_verdict.is_good(data.get("day")),
         stale=() if RECORDING in files else (RECORDING,),
     )
 
 
-def _named(folder: Path, names: list[str]) -> list[str]:
+def _named(folder: Path, names: list[str], trace: Path | None) -> list[str]:
     """Files that were written, those of a day's cycles in one line."""
     many = [name for name in names if name.startswith("cycle-")]
     listed = [str(folder / name) for name in names if name not in many]
+    if trace is not None:
+        listed.append(f"{trace}, every tick as a table")
     if many:
         listed.append(f"{folder / many[0]} to {many[-1]}, a report for each cycle")
     return listed

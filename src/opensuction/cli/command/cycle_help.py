@@ -25,9 +25,10 @@ Examples:
   opensuction cycle --repeat 6 --every 240         a cycle every four hours
   opensuction cycle --fault valve-jammed@suctioning+2
   opensuction cycle --fault line-leak=0.5 --fault power-lost@12
-  opensuction cycle --approach contact --repeat 6 --every 60 \\
-      --self-calibrate --gap-scale 1.2    the gap changed; contact finds it
+  opensuction cycle --repeat 6 --every 60 \\
+      --self-calibrate --gap-scale 1.2    the gap changed; each cycle learns
   opensuction cycle --json | jq .tip               figures for a script
+  opensuction cycle --trace ticks.parquet          every tick as a table
 
 \b
 A protocol file holds the keys of the preset, for example:

@@ -38,6 +38,7 @@ def _compute(
     options: IdentifyOptions | CompareOptions, progress: "ProgressTeller", folder: Path
 ) -> CommandResult:
     """Fit one model, or every one to compare them."""
+    from opensuction.recording import standard_input
     from opensuction.session.identification import identification_run
 
     recording, model, method, purpose = options.recording, None, None, "predict"
@@ -51,11 +52,14 @@ def _compute(
         progress.tell(f"Identifying {model} ({done + 1} of {models})")
 
     sign = "-" if recording.negate_output else ""
+    source = standard_input.NAME if recording.file == standard_input.DASH else recording.file
     progress.tell(
-        f"Identifying {model or 'every model'} on {recording.file}: "
+        f"Identifying {model or 'every model'} on {source}: "
         f"{', '.join(recording.input)} to {sign}{recording.output}"
     )
     loaded = identification_run.load(recording, model, method)
+    if loaded.table.note:
+        progress.tell(f"{source}: {loaded.table.note}")
     began_s = time.perf_counter()
     found = identification_run.fit(loaded, tell, purpose)
     return _write_up(loaded, found, folder, time.perf_counter() - began_s)
@@ -120,10 +124,17 @@ Examples:
       --negate-output --time t_s --from 0.5
   opensuction identify run.parquet --input head_mm --output tip_mm --json \\
       | jq .parameters
+  unzip -p bench.zip bench.csv \\
+      | opensuction identify - --input head_mm --output tip_mm
 
 A recording is a table with a header line: CSV with commas, semicolons or tabs, decimal commas
-allowed, or Parquet (pip install 'opensuction[parquet]'). Units are read from the columns' names
-(head_mm, "Head (mm)"), or given by --input-unit and --output-unit.""",
+allowed; or Parquet (pip install 'opensuction[parquet]'), named arrays of NumPy (.npz) or MATLAB
+(.mat; of version 7.3: pip install 'opensuction[matlab]'). Units are read from the columns' names
+(head_mm, "Head (mm)"), or given by --input-unit and --output-unit.
+
+In the JSON, seconds is the whole command once the recording is read, by the clock; fit_seconds is
+the processor time of the fit alone with its choice of complexity, done again in the same process:
+the shortest of up to 20 equal ones, of one where it takes longer than 0.1 s.""",
     ends="0 identified",
 )
 COMPARE = Command(

@@ -1,32 +1,52 @@
 """What the compensators of the benchmark are tried on: twins, and hysteresis models as plants.
 
 Every plant is identified by the same excitation and the same estimators before it is compensated;
-no compensator is handed a plant's parameters.
+no compensator is handed a plant's parameters. Models fitted to our own bench are in the class of
+our own twin; those that others published, that were fitted to real recordings, or whose lag depends
+on speed are not.
 """
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from opensuction.hysteresis import modified_dahl
+from opensuction.controller import machine_profile
+from opensuction.hysteresis import bouc_wen, modified_dahl
+from opensuction.hysteresis.bouc_wen import BoucWen
 from opensuction.hysteresis.catalogue.catalogue import CATALOGUE
 from opensuction.hysteresis.catalogue.duhem_family import BOUC_WEN_FORM
 from opensuction.hysteresis.catalogue.hysteresis_model import Record, simulate
+from opensuction.hysteresis.generalised import Generalised
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.play import Play
+from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.hysteresis.preisach import Preisach
 from opensuction.identification.estimator import branch_curve, nonlinear, superposition
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.plan import Excitation
+from opensuction.settings import conduit_file
 from opensuction.simulation import rig as rigs
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.twin import parameter, preset, transmission_parameter
+from opensuction.twin.conduit import recorded_conduit, transmission_class
+from opensuction.twin.conduit.recorded_conduit import RecordedConduit
+from opensuction.twin.machine import transmission
 
 RETRACTED = -1.0
 """Memory after a long retract, the past of every run here."""
 MATCHING = Excitation(range_mm=130.0, period_s=26.0, duration_s=52.0)
 """Recording that the model plants are matched to: as fast as the identification, and wider, since
 the head goes beyond 100 mm when the tip goes to 90."""
+BENCH_STROKE = machine_profile.BENCH.excitation
+"""Recording that a plant is identified by; the paper's."""
+WHOLE_STROKE = Excitation(range_mm=120.0, period_s=24.0, duration_s=48.0)
+"""The same over all of the stroke that a recorded conduit is scaled to: a real one is not alike all
+along its way, and no recording tells of a part that was not passed."""
 MATCHING_RUN = 3
 """Number of the noise stream of that recording; identification and cycles have others."""
 BOUC_WEN_EVERY = 40
@@ -41,6 +61,8 @@ NOISE_MM = 0.08
 
 Plant = Callable[[Array], Array]
 """Tip positions of head positions that begin after a long retract, both of shape (n,)."""
+Laid = Callable[[float], Plant]
+"""The plant whose gap is so many times as wide as it was at the identification."""
 
 
 class Twin(NamedTuple):
@@ -50,9 +72,12 @@ class Twin(NamedTuple):
     machine: str
     protocol: str
     about: str
-    conduit: str = "standard"
+    conduit: str | None = None
+    """None: the standard one."""
     scale: float = 1.0
     """Of every gap width, changed after the identification, behind the controller's back."""
+    in_class: bool = True
+    """Whether its transmission is plays, as ours are."""
 
 
 class Model(NamedTuple):
@@ -60,8 +85,14 @@ class Model(NamedTuple):
 
     name: str
     about: str
-    matched: Callable[[Array, Array], Plant]
+    matched: Callable[[Array, Array], Laid]
     """The plant from head and tip of a bench."""
+    in_class: bool = True
+    """Whether it was fitted to our own bench."""
+    floor_mm: float | None = None
+    """How far repeats lie apart in the recording that it was fitted to."""
+    stroke: Excitation = BENCH_STROKE
+    """By which it is identified."""
 
 
 TWINS = (
@@ -85,26 +116,107 @@ def of_record(name: str, record: Record) -> Plant:
     return lambda head: simulate(CATALOGUE[name], record, head, RETRACTED)
 
 
-def _published(_head: Array, _tip: Array) -> Plant:
-    return of_record("modified-dahl", modified_dahl.PUBLISHED)
+def _widen(record: Record, ratio: float) -> Record:
+    """A model whose gap, or the lag in its place, is so many times as wide."""
+    if isinstance(record, ModifiedDahl):
+        return record._replace(decay_per_mm=record.decay_per_mm / ratio)
+    if isinstance(record, BoucWen):
+        bend = math.pow(ratio, -record.exponent)
+        return record._replace(dissipation=bend * record.dissipation, bend=bend * record.bend)
+    if isinstance(record, Play):
+        return record._replace(width_mm=ratio * record.width_mm)
+    if isinstance(record, PrandtlIshlinskii):
+        return record._replace(thresholds_mm=ratio * record.thresholds_mm)
+    if isinstance(record, Generalised):
+        return record._replace(
+            decay_lengths_mm=ratio * record.decay_lengths_mm, widths_mm=ratio * record.widths_mm
+        )
+    raise TypeError(f"nobody has said how {type(record).__name__} is made wider")
 
 
-def _bouc_wen(head: Array, tip: Array) -> Plant:
+def _laid(name: str, record: Record) -> Laid:
+    """A record of the catalogue's model, and that model with another gap."""
+    return lambda ratio: of_record(name, record if ratio == 1.0 else _widen(record, ratio))
+
+
+def _published(_head: Array, _tip: Array) -> Laid:
+    return _laid("modified-dahl", modified_dahl.PUBLISHED)
+
+
+def _bouc_wen(head: Array, tip: Array) -> Laid:
     found = nonlinear.fit_bouc_wen(head[::BOUC_WEN_EVERY], tip[::BOUC_WEN_EVERY])
-    return of_record("bouc-wen", BOUC_WEN_FORM.record(found.vector))
+    return _laid("bouc-wen", BOUC_WEN_FORM.record(found.vector))
 
 
-def _play(head: Array, tip: Array) -> Plant:
+def _play(head: Array, tip: Array) -> Laid:
     lines = branch_curve.fit_parallel(head, tip)
     gain = lines.spacing_mm / float(lines.inwards_mm[1] - lines.inwards_mm[0])
     width = float(lines.inwards_mm[0] - lines.outwards_mm[0])
     middle = 0.5 * float(lines.inwards_mm[0] + lines.outwards_mm[0])
-    return of_record("play", Play(width, gain, lines.first_mm - gain * middle))
+    return _laid("play", Play(width, gain, lines.first_mm - gain * middle))
 
 
 def _superposition(name: str, about: str) -> Model:
-    model = CATALOGUE[name]
-    return Model(name, about, lambda head, tip: superposition.fit(model, head, tip).simulate)
+    """A model fitted to the bench; its past is the one that predicts the bench best."""
+
+    def matched(head: Array, tip: Array) -> Laid:
+        found = superposition.fit(CATALOGUE[name], head, tip)
+
+        def laid(ratio: float) -> Plant:
+            if ratio == 1.0:
+                return found.simulate
+            if isinstance(found.record, Preisach):
+                wide = _rows_of(found.record)
+                return lambda heads: recorded_conduit.tip_mm(wide, heads, ratio, found.memory_ratio)
+            return found._replace(record=_widen(found.record, ratio)).simulate
+
+        return laid
+
+    return Model(name, about, matched)
+
+
+def _rows_of(record: Preisach) -> RecordedConduit:
+    """A Preisach model as plays side by side, whose widths may be others than whole levels."""
+    levels = record.weights_mm.shape[0]
+    grid = recorded_conduit.triangle(levels, levels, record.low_mm, record.high_mm)
+    return grid._replace(gains=record.weights_mm / grid.cell_mm, offset_mm=record.offset_mm)
+
+
+def _recorded(name: str) -> Model:
+    """A conduit fitted to a real recording."""
+    shipped = conduit_file.load(name)
+    kind = "a Preisach model" if name in conduit_file.PREISACH else "a play readout"
+
+    def laid(ratio: float) -> Plant:
+        return lambda head: recorded_conduit.tip_mm(shipped.conduit, head, ratio)
+
+    return Model(
+        name,
+        f"{kind} fitted to the real recording {shipped.recording}, {shipped.input} to jaw; degrees "
+        "scaled to 120 mm of head travel",
+        lambda _head, _tip: laid,
+        in_class=False,
+        floor_mm=shipped.scatter_mm,
+        stroke=WHOLE_STROKE,
+    )
+
+
+def _rub(_head: Array, _tip: Array) -> Laid:
+    chosen = transmission_class.RUBBING
+    table = parameter.BENCH | transmission_parameter.rows(chosen)
+    nominal = preset.transmission_of(parameter.nominal(table), chosen)
+    still = nominal._replace(creep=nominal.creep._replace(fast_mm=0.0, slow_mm=0.0))
+
+    def laid(ratio: float) -> Plant:
+        conduit = transmission.widen(still, ratio)
+
+        def plant(head: Array) -> Array:
+            start = transmission.after_retract(conduit, float(head[0]))
+            return transmission.simulate(conduit, start, head, DT_S)
+
+        return plant
+
+    return laid
 
 
 FITTED = "fitted to the bench drawn by the seed"
@@ -115,13 +227,27 @@ MODELS = (
     _superposition("prandtl-ishlinskii", f"{FITTED}, plays of known widths"),
     _superposition("preisach", FITTED),
     _superposition("generalised", FITTED),
+    Model(
+        "bouc-wen-published",
+        "the Bouc-Wen model with the paper's own parameters",
+        lambda _head, _tip: _laid("bouc-wen", bouc_wen.PUBLISHED),
+        in_class=False,
+    ),
+    *(_recorded(name) for name in conduit_file.NAMES),
+    Model(
+        "rubbing",
+        "the nominal bench with less clearance, and behind it friction that depends on speed",
+        _rub,
+        in_class=False,
+    ),
 )
 LEFT_OUT = (
     "Dahl is left out as a plant: its output is a force that saturates, so no head brings its tip "
     "90 mm down. With the missing line added it is the modified Dahl model."
 )
 PLANTS: tuple[Twin | Model, ...] = (*TWINS, *MODELS)
-NAMES = tuple(plant.name for plant in PLANTS)
+PLANT_OF_NAME = {plant.name: plant for plant in PLANTS}
+NAMES = tuple(PLANT_OF_NAME)
 
 
 @lru_cache(maxsize=KEPT)

@@ -4,6 +4,7 @@ With c < 2 beta the smoothed backlash runs the wrong way after each reversal. Ev
 computed from the paper's numbers; no twin takes part.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +13,14 @@ import numpy.typing as npt
 from opensuction.control import direct_inverse, profile
 from opensuction.control.exact_inverse import AT_REST
 from opensuction.control.profile import Profile
-from opensuction.evidence.paper.claim import PaperClaim
+from opensuction.evidence.paper.claim import ARITHMETIC, COMPUTED, PaperClaim
 from opensuction.hysteresis import modified_dahl, play
-from opensuction.hysteresis.modified_dahl import PUBLISHED, reversal_slope, saturation_mm
+from opensuction.hysteresis.modified_dahl import (
+    PUBLISHED,
+    ModifiedDahl,
+    reversal_slope,
+    saturation_mm,
+)
 from opensuction.report.sheet import Curve, Plot, Section
 from opensuction.simulation.closed_loop import DT_S
 
@@ -70,24 +76,29 @@ def trapezoid_mm() -> tuple[Values, Values]:
     return time_s, np.array(reference)
 
 
-def printed_commands(reference_mm: Values) -> tuple[Values, Values]:
+def printed_commands(
+    reference_mm: Values, model: ModifiedDahl = PUBLISHED
+) -> tuple[Values, Values]:
     """Head command (u_FF) and estimated lag of the printed scheme along a reference, mm.
 
     The lag starts saturated by a preceding retract, the head at u(0).
     """
-    lag = float(saturation_mm(PUBLISHED))
-    head = (float(reference_mm[0]) - lag - PUBLISHED.offset_mm) / PUBLISHED.slope
+    lag = float(saturation_mm(model))
+    head = (float(reference_mm[0]) - lag - model.offset_mm) / model.slope
     state = AT_REST._replace(head_mm=head, lag_mm=lag)
     rows = np.empty((reference_mm.size, 2))
     for i, wanted in enumerate(reference_mm.tolist()):
-        state = direct_inverse.step(PUBLISHED, state, wanted, DT_S)
+        state = direct_inverse.step(model, state, wanted, DT_S)
         rows[i] = state.head_mm, state.lag_mm
     return rows[:, 0], rows[:, 1]
 
 
 def claims(found: Reversal, jump_mm: float) -> list[PaperClaim]:
-    """Facts that follow from the published parameters. jump_mm: largest command in one tick."""
-    near = "rounding of the published parameters"
+    """Facts that follow from the published parameters. jump_mm: largest command in one tick.
+
+    The paper prints none of them: both sides are computed from its parameters, on two ways.
+    """
+    near = "tolerance: rounding of what was computed by hand"
     slope, half_width_mm = (float(figure(PUBLISHED)) for figure in (reversal_slope, saturation_mm))
     rows = (
         ("slope right after a reversal, c - 2 beta", -0.740, slope, 0.001, "mm/mm"),
@@ -98,7 +109,19 @@ def claims(found: Reversal, jump_mm: float) -> list[PaperClaim]:
         ("half-width of the loop, beta / alpha", 11.09, half_width_mm, 0.01, "mm"),
     )
     return [
-        PaperClaim(name, "section III", paper, ours, tolerance, unit, "computed", near)
+        PaperClaim(
+            name,
+            "parameters of section III-B",
+            COMPUTED,
+            ARITHMETIC,
+            paper,
+            ours,
+            math.nan,
+            tolerance,
+            unit,
+            (),
+            near,
+        )
         for name, paper, ours, tolerance, unit in rows
     ]
 

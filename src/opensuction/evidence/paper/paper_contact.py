@@ -4,7 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from opensuction.evidence.paper.claim import PaperClaim
+from opensuction.evidence.paper import standard_error
+from opensuction.evidence.paper.claim import (
+    CALIBRATED,
+    COMPUTED,
+    PREDICTED,
+    PRINTED,
+    PaperClaim,
+)
 from opensuction.kernel import random_stream
 from opensuction.kernel.phase import Phase
 from opensuction.report.sheet import Curve, Level, Plot, Section, Table
@@ -19,19 +26,44 @@ from opensuction.twin.machine import contact_switch
 from opensuction.twin.machine.contact_switch import SwitchState
 
 SEEDS = (1, 2, 3, 4, 5)
-"""Five machines, as the paper has five trials."""
+"""Switches whose force is drawn, as the paper has five measurements of it."""
 STOPPED_MM = {
     65.0: (65.217, 65.432, 64.782, 66.008, 65.599),
     55.0: (54.578, 55.293, 55.187, 56.337, 54.918),
     45.0: (45.716, 46.027, 45.008, 45.192, 44.988),
 }
 """Table II: where the tip stopped, by the distance of the carina."""
+SEATING_MM = 0.5
+"""[calibrated] Standard deviation of how far the rubber carina stands from where it is said to, as
+it was set up anew for each trial: that of the paper's 15 stop errors, .500 mm. Four of them are
+below zero, which no pressing on a carina makes. The twin's machines alone scatter by .017 mm. A
+property of the set-up: neither twin nor controller know of it."""
+SEATING_PURPOSE = 8
+"""Number of the stream that a seating is drawn from."""
+PRESSED = "mean stop error of 15 trials, ours less its seating"
+SCATTER, LARGEST = "standard deviation of 15 stop errors", "largest stop error of 15 trials"
+TRIALS = "tolerance: from the scatter of the paper's trials and of ours"
 CLOSING_N = 0.08017
 """Fig. 10."""
-PRESS_MM_PER_S = 0.5
-"""Quasi-static: the switch's delay of some milliseconds adds nothing that shows."""
+PRESS_MM_PER_S = 0.05
+"""Quasi-static: the switch's delay of some milliseconds adds .0002 N; at ten times this speed it
+added .0016 N."""
 SWITCH_RUN = 7
 """Number of the stream that the bouncing of a pressed switch is drawn from."""
+
+
+class Trial(NamedTuple):
+    """One of the 15 trials."""
+
+    distance_mm: float
+    """Of the carina, as it is said to be."""
+    number: int
+    """Of the distance's five."""
+    seed: int
+    """Of the machine and of the seating."""
+    paper_mm: float
+    """Where the paper's tip stopped."""
+    columns: Columns
 
 
 class Press(NamedTuple):
@@ -58,6 +90,12 @@ def press(rig: Rig) -> Press:
     return Press(DT_S * np.arange(1.0, len(forces) + 1.0), np.array(forces), closed)
 
 
+def seating_mm(seed: int) -> float:
+    """How much farther than it is said to be the rubber carina stands in a trial."""
+    drawn, _, _ = random_stream.normal_pair(random_stream.stream(seed, SEATING_PURPOSE))
+    return SEATING_MM * float(drawn)
+
+
 def run_cycle(distance_mm: float, seed: int) -> Columns:
     """A contact cycle of the paper, without compensation, the carina at a distance."""
     choice = CycleChoice(RigChoice("bench", seed=seed), approach="contact", compensation="none")
@@ -78,68 +116,96 @@ def is_suctioned(columns: Columns) -> bool:
     return bool(parked and columns["truth.secretion_removed_ml"][-1] > 0.0)
 
 
-def table(cycles: dict[tuple[float, int], Columns]) -> list[dict[str, Any]]:
+def run_trials() -> list[Trial]:
+    """The 15 trials of Table II, in its order."""
+    trials: list[Trial] = []
+    for distance_mm, published in STOPPED_MM.items():
+        for number, paper_mm in enumerate(published, start=1):
+            seed = len(trials) + 1
+            columns = run_cycle(distance_mm + seating_mm(seed), seed)
+            trials.append(Trial(distance_mm, number, seed, paper_mm, columns))
+    return trials
+
+
+def table(trials: list[Trial]) -> list[dict[str, Any]]:
     """Rows of Table II: where the tip stopped, the paper's and ours."""
     return [
         {
-            "distance_mm": distance,
-            "trial": number,
-            "seed": seed,
-            "paper_mm": published,
-            "measured_mm": stopped_mm(cycles[distance, seed]),
-            "error_mm": stopped_mm(cycles[distance, seed]) - distance,
-            "suction_completed": is_suctioned(cycles[distance, seed]),
+            "distance_mm": trial.distance_mm,
+            "trial": trial.number,
+            "seed": trial.seed,
+            "seating_mm": seating_mm(trial.seed),
+            "paper_mm": trial.paper_mm,
+            "measured_mm": stopped_mm(trial.columns),
+            "error_mm": stopped_mm(trial.columns) - trial.distance_mm,
+            "suction_completed": is_suctioned(trial.columns),
         }
-        for distance, trials in STOPPED_MM.items()
-        for number, (seed, published) in enumerate(zip(SEEDS, trials, strict=True), start=1)
+        for trial in trials
     ]
 
 
 def claims(rows: list[dict[str, Any]], closing_n: list[float]) -> list[PaperClaim]:
-    """Stop errors by distance, the worst trial, completed suctions and the closing force."""
+    """Stop errors by distance and of all 15 trials, completed suctions and the closing force."""
     published = [value - distance for distance, row in STOPPED_MM.items() for value in row]
     errors = [row["error_mm"] for row in rows]
-    worst = (max(map(abs, published)), max(map(abs, errors)))
-    spread = (float(np.std(published, ddof=1)), float(np.std(errors, ddof=1)))
-    completed = (15.0, float(sum(row["suction_completed"] for row in rows)))
-    closing = (CLOSING_N, float(np.mean(closing_n)))
-    trials = "tolerance: the standard deviation of the paper's 15 trials"
-    steady = (
-        "the twin's tip is steadier than the paper's: its machines differ in the switch and the "
-        "drive, not in how a tip comes to lie on the carina, and the paper's trials that stopped "
-        "short of it say that its tip did"
-    )
-    found = (
-        *(
-            (f"mean stop error at {at:g} mm", mean, 0.5, trials)
-            for at, mean in _mean_mm(rows).items()
-        ),
-        ("largest stop error of 15 trials", worst, 1.5, "no trial farther off than 1.5 mm"),
-        ("standard deviation of 15 stop errors", spread, 0.25, ""),
-    )
-    stops = [
-        PaperClaim(name, "Table II", paper, ours, tolerance, "mm", "predicted", note)
-        for name, (paper, ours), tolerance, note in found
-    ]
-    stops[-1] = stops[-1]._replace(explanation=steady)
-    suction, force = "suctions completed, of 15", "force at which the switch closes, mean of five"
-    pressed = f"pressed at {PRESS_MM_PER_S:g} mm/s"
-    return [
-        *stops,
-        PaperClaim(suction, "section IV-C", *completed, 0.0, "", "predicted"),
-        PaperClaim(force, "Fig. 10", *closing, 0.003, "N", "calibrated", pressed),
-    ]
-
-
-def _mean_mm(rows: list[dict[str, Any]]) -> dict[float, tuple[float, float]]:
-    """Mean stop error by distance: the paper's and ours."""
-    return {
-        distance: (
-            float(np.mean(trials)) - distance,
-            float(np.mean([row["error_mm"] for row in rows if row["distance_mm"] == distance])),
+    completed = sum(row["suction_completed"] for row in rows)
+    short = (sum(error < 0.0 for error in published), sum(error < 0.0 for error in errors))
+    means = [
+        (
+            f"mean stop error at {distance:g} mm",
+            PRINTED,
+            [value - distance for value in trials],
+            [row["error_mm"] for row in rows if row["distance_mm"] == distance],
         )
         for distance, trials in STOPPED_MM.items()
-    }
+    ]
+    # What the twin predicts is the mean without the scatter of its own seatings.
+    pressed = [row["error_mm"] - row["seating_mm"] for row in rows]
+    means.append((PRESSED, COMPUTED, published, pressed))
+    spreads = (float(np.std(published, ddof=1)), float(np.std(errors, ddof=1)))
+    largest = (max(map(abs, published)), max(map(abs, errors)))
+    found = [
+        *(
+            (name, source, PREDICTED, _means(paper, ours), standard_error.of_means(paper, ours))
+            for name, source, paper, ours in means
+        ),
+        (SCATTER, COMPUTED, CALIBRATED, spreads, standard_error.of_spreads(published, errors)),
+        (LARGEST, COMPUTED, CALIBRATED, largest, standard_error.of_largest(published, errors)),
+    ]
+    stops = [
+        PaperClaim(name, "Table II", source, kind, *pair, *error, "mm", (0.0,), TRIALS)
+        for name, source, kind, pair, error in found
+    ]
+    number = len(rows)
+    counts = (
+        ("trials that stopped short, of 15", "Table II", COMPUTED, CALIBRATED, short),
+        ("suctions completed, of 15", "section IV-C", PRINTED, PREDICTED, (number, completed)),
+    )
+    return [
+        *stops,
+        *(
+            PaperClaim(
+                name, where, source, kind, *pair, *standard_error.of_counts(*pair, number), ""
+            )
+            for name, where, source, kind, pair in counts
+        ),
+        PaperClaim(
+            "force at which the switch closes, mean",
+            "Fig. 10, section IV-C",
+            PRINTED,
+            CALIBRATED,
+            CLOSING_N,
+            float(np.mean(closing_n)),
+            *standard_error.of_same_mean(closing_n, len(SEEDS)),
+            "N",
+            note=f"15 switches pressed at {PRESS_MM_PER_S:g} mm/s; tolerance: from their scatter, "
+            "for the paper prints none of its five measurements",
+        ),
+    ]
+
+
+def _means(paper: list[float], ours: list[float]) -> tuple[float, float]:
+    return float(np.mean(paper)), float(np.mean(ours))
 
 
 def _presses(presses: list[Press]) -> Plot:
@@ -158,10 +224,11 @@ def _presses(presses: list[Press]) -> Plot:
     )
 
 
-def _histories(cycles: dict[tuple[float, int], Columns]) -> tuple[Plot, Plot]:
+def _histories(trials: list[Trial]) -> tuple[Plot, Plot]:
     tips, cams = [], []
-    for distance, hue in zip(STOPPED_MM, ("tip", "head", "valve"), strict=True):
-        columns = cycles[distance, SEEDS[0]]
+    shown = [trial for trial in trials if trial.number == 1]
+    for trial, hue in zip(shown, ("tip", "head", "valve"), strict=True):
+        distance, columns = trial.distance_mm, trial.columns
         start = float(columns["time_s"][np.argmax(columns["phase"] == Phase.INSERTING)])
         time_s = columns["time_s"] - start
         tips.append(Curve(f"L = {distance:g} mm", columns["truth.laser_mm"], hue, x=time_s))
@@ -175,21 +242,27 @@ def _histories(cycles: dict[tuple[float, int], Columns]) -> tuple[Plot, Plot]:
 
 def section() -> tuple[Section, list[PaperClaim], list[dict[str, Any]]]:
     """Fig. 10, Fig. 11 and Table II with their claims and the rows of the table."""
-    presses = [press(rigs.rig("bench", seed)) for seed in SEEDS]
-    cycles = {
-        (distance, seed): run_cycle(distance, seed) for distance in STOPPED_MM for seed in SEEDS
-    }
-    rows = table(cycles)
+    trials = run_trials()
+    presses = [press(rigs.rig("bench", trial.seed)) for trial in trials]
+    rows = table(trials)
     found = claims(rows, [pressed.closed_n for pressed in presses])
     shown = Table(
         "Table II: where the tip stopped, mm",
-        ("carina at", "trial", "seed", "paper", "twin", "error", "suction completed"),
+        ("carina at", "trial", "seed", "seating", "paper", "twin", "error", "suction completed"),
         tuple(tuple(row.values()) for row in rows),
     )
     text = (
         "The head advances at 9 mm/s without compensation until the switch at the tip is read "
         "closed; suction follows where the tip stopped, as in the paper. (The product backs off "
         "the carina first.)",
+        "Each trial is a machine and a seating of its own: the rubber carina stands off its "
+        f"distance by a draw of {SEATING_MM:g} mm (standard deviation). That was calibrated to the "
+        "scatter of the paper's 15 trials; the mean is predicted. Five trials cannot tell it from "
+        "zero; 15, held against the twin's without its seatings, can.",
     )
     title = "Unknown travel length (Fig. 10, Fig. 11, Table II)"
-    return Section(title, text, (shown,), (_presses(presses), *_histories(cycles))), found, rows
+    return (
+        Section(title, text, (shown,), (_presses(presses[: len(SEEDS)]), *_histories(trials))),
+        found,
+        rows,
+    )

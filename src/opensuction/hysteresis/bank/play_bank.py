@@ -3,7 +3,9 @@
 Where a play stands says which two corners of its line count, and by how much: a sample touches two
 numbers of a play, however many cells its line has. The sums of products that a least-squares fit
 asks for are therefore gathered corner by corner and block by block, in one pass, and turned into
-those of the cells (`to_cells`) afterwards: a cell's column is the sum of the corners behind it.
+those of the cells afterwards: a cell's column is the sum of the corners behind it.
+Where many samples in a row find every play in the same cell, their products are summed in a small
+square first.
 Source: [Krasnoselskii-1989] for the plays; [Brokate-1996] ch. 2 for a Preisach triangle as rows of
 such plays.
 """
@@ -63,43 +65,82 @@ def sum_products(
     positions_mm: Array,
     others: Array,
     edges: NDArray[np.int64],
+    every: int,
 ) -> Array:
     """Sums of products of every two columns, block by block.
 
     heads_mm: every input, shape (inputs, n). positions_mm: plays before the first sample, shape
     (k,). others: columns of another kind, shape (c, n). edges: first sample of each block and the
-    end, shape (b + 1,). Columns: the corners of every play (a play of m cells has m + 1), then the
-    others. Returns shape (b, columns, columns).
+    end, shape (b + 1,). every: which samples count, 1 for all; the plays see each. Columns: the
+    cells of every play, of each the share that lies behind the play, from 0 to 1; then the others.
+    Returns shape (b, columns, columns).
     """
     rows, extra = bank.widths_mm.size, others.shape[0]
-    firsts = np.zeros(rows + 1, dtype=np.int64)
+    places, values = np.empty(2 * rows + extra, dtype=np.int64), np.empty(2 * rows + extra)
+    first = 0
     for row in range(rows):
-        firsts[row + 1] = firsts[row] + bank.cells[row] + 1
-    size = firsts[rows] + extra
-    sums = np.zeros((edges.size - 1, size, size))
-    positions = positions_mm.copy()
-    places = np.empty(2 * rows + extra, dtype=np.int64)
-    values = np.empty(places.size)
+        places[2 * row], places[2 * row + 1] = first, first + 1
+        first += bank.cells[row] + 1
     for j in range(extra):
-        places[2 * rows + j] = firsts[rows] + j
+        places[2 * rows + j] = first + j
+    positions, run = positions_mm.copy(), np.zeros((values.size, values.size))
+    corners = np.zeros((first + extra, first + extra))
+    sums = np.zeros((edges.size - 1, first - rows + extra, first - rows + extra))
     for block in range(edges.size - 1):
         for k in range(edges[block], edges[block + 1]):
             for row in range(rows):
                 head_mm = heads_mm[bank.inputs[row], k]
                 positions[row] = play.step(bank.widths_mm[row], positions[row], head_mm)
-                placed = find_place(bank, row, positions[row])
-                places[2 * row] = firsts[row] + placed.cell
-                places[2 * row + 1] = firsts[row] + placed.cell + 1
-                values[2 * row] = 1.0 - placed.share
-                values[2 * row + 1] = placed.share
-            for j in range(extra):
-                values[2 * rows + j] = others[j, k]
-            _add_products(sums, block, places, values)
-    return sums + _mirror(sums)
+            if k % every == 0:
+                first = 0
+                moved = False
+                for row in range(rows):
+                    placed = find_place(bank, row, positions[row])
+                    values[2 * row], values[2 * row + 1] = 1.0 - placed.share, placed.share
+                    moved = moved or places[2 * row] != first + placed.cell
+                    first += bank.cells[row] + 1
+                if moved:
+                    _end_run(corners, places, run)
+                    _place(bank, positions, places)
+                values[2 * rows :] = others[:, k]
+                _add_to_run(run, values)
+        _end_run(corners, places, run)
+        _to_cells(bank, corners, sums[block])
+        corners[:] = 0.0
+    return sums
 
 
 @compiled
-def _add_products(sums: Array, block: int, places: NDArray[np.int64], values: Array) -> None:
+def _place(bank: PlayBank, positions_mm: Array, places: NDArray[np.int64]) -> None:
+    """Set the two corners between which each play stands. places: shape (2 k + others,)."""
+    first = 0
+    for row in range(positions_mm.size):
+        corner = first + find_place(bank, row, positions_mm[row]).cell
+        places[2 * row], places[2 * row + 1] = corner, corner + 1
+        first += bank.cells[row] + 1
+
+
+@compiled
+def _add_to_run(run: Array, values: Array) -> None:
+    """Add the products of one sample to those of a run of samples in the same cells."""
+    for i in range(values.size):
+        one = values[i]
+        if one != 0.0:
+            for j in range(i, values.size):
+                run[i, j] += one * values[j]
+
+
+@compiled
+def _end_run(corners: Array, places: NDArray[np.int64], run: Array) -> None:
+    """Add the products of a run to the upper triangle of its block, and empty it."""
+    for i in range(places.size):
+        for j in range(i, places.size):
+            corners[places[i], places[j]] += run[i, j]
+            run[i, j] = 0.0
+
+
+@compiled
+def add_products(sums: Array, block: int, places: NDArray[np.int64], values: Array) -> None:
     """Add the products of one sample to the upper triangle of its block."""
     for i in range(places.size):
         for j in range(i, places.size):
@@ -107,57 +148,49 @@ def _add_products(sums: Array, block: int, places: NDArray[np.int64], values: Ar
 
 
 @compiled
-def _mirror(sums: Array) -> Array:
-    """The lower triangle of every block, from its upper one; the diagonal 0."""
-    lower = np.zeros(sums.shape)
-    blocks, size, _ = sums.shape
-    for block in range(blocks):
-        for i in range(size):
-            for j in range(i):
-                lower[block, i, j] = sums[block, j, i]
-    return lower
+def mirror(sums: Array) -> None:
+    """Fill the lower triangle from the upper one; sums: shape (k, k)."""
+    for i in range(sums.shape[0]):
+        for j in range(i):
+            sums[i, j] = sums[j, i]
 
 
 @compiled
-def _gather(bank: PlayBank, sums: Array, cells: Array) -> None:
-    """Fill one block's sums of cells, row by row, from those of its corners.
+def _add_up(bank: PlayBank, line: Array, cells: Array) -> None:
+    """Sums of cells from those of corners: each is the one behind it and a corner more.
 
-    Cells run from the last to the first of a play: each is the one behind it and a corner more.
+    line: of the corners and the others; cells: filled, shorter by one for each play.
     """
-    size = sums.shape[1]
-    first_corner, first_cell = 0, 0
-    for play_row in range(bank.cells.size):
-        count = bank.cells[play_row]
-        for cell in range(count - 1, -1, -1):
-            for j in range(size):
-                behind = cells[first_cell + cell + 1, j] if cell < count - 1 else 0.0
-                cells[first_cell + cell, j] = behind + sums[first_corner + cell + 1, j]
-        first_corner += count + 1
-        first_cell += count
-    for k in range(cells.shape[0] - first_cell):
-        for j in range(size):
-            cells[first_cell + k, j] = sums[first_corner + k, j]
+    corner, cell = 0, 0
+    for count in bank.cells:
+        behind = 0.0
+        for k in range(count - 1, -1, -1):
+            behind += line[corner + k + 1]
+            cells[cell + k] = behind
+        corner += count + 1
+        cell += count
+    for k in range(cells.size - cell):
+        cells[cell + k] = line[corner + k]
 
 
 @compiled
-def to_cells(bank: PlayBank, sums: Array) -> Array:
-    """Sums of products of the cells' columns from those of the corners.
+def _to_cells(bank: PlayBank, corners: Array, cells: Array) -> None:
+    """Sums of products of cells, from those of corners, of which only the upper triangle is given.
 
-    sums: as `sum_products` returns them. The column of a cell is the share of it that lies behind
-    the play, from 0 to 1: the sum of the corners behind it. Returns shape (b, columns, columns)
-    with one column less for each play.
+    corners: the rest of it is filled; cells: filled, shorter by one each way for each play.
     """
-    blocks, size, _ = sums.shape
-    fewer = size - bank.cells.size
-    half, turned = np.empty((fewer, size)), np.empty((size, fewer))
-    cells = np.empty((blocks, fewer, fewer))
-    for block in range(blocks):
-        _gather(bank, sums[block], half)
-        for i in range(fewer):
-            for j in range(size):
-                turned[j, i] = half[i, j]
-        _gather(bank, turned, cells[block])  # symmetric: its rows are its columns
-    return cells
+    mirror(corners)
+    corner, cell = 0, 0
+    for count in bank.cells:
+        line = np.zeros(corners.shape[0])
+        for k in range(count - 1, -1, -1):
+            for j in range(line.size):
+                line[j] += corners[corner + k + 1, j]
+            _add_up(bank, line, cells[cell + k])
+        corner += count + 1
+        cell += count
+    for k in range(cells.shape[0] - cell):
+        _add_up(bank, corners[corner + k], cells[cell + k])
 
 
 @compiled

@@ -10,6 +10,7 @@ from opensuction.hysteresis.catalogue.generalised_model import GENERALISED
 from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel
 from opensuction.hysteresis.catalogue.play_family import PLAY, PRANDTL_ISHLINSKII, PREISACH
 from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
+from opensuction.hysteresis.catalogue.residual_model import RESIDUAL_READOUT
 
 CATALOGUE: dict[str, HysteresisModel] = {
     model.name: model
@@ -22,6 +23,7 @@ CATALOGUE: dict[str, HysteresisModel] = {
         PREISACH,
         PLAY_READOUT,
         GENERALISED,
+        RESIDUAL_READOUT,
     )
 }
 """Models by the name a person types."""

@@ -102,6 +102,7 @@ DAHL = HysteresisModel(
     inverse_step=lambda record, state, target: dahl.inverse_step(record, state.memory, target),
     is_well_posed=dahl.is_well_posed,
     is_monotone=dahl.is_well_posed,  # below F_c the force follows the input at once
+    undriven="its output stands still once it is saturated, so that most depths have no inverse",
 )
 
 
@@ -242,4 +243,5 @@ BOUC_WEN = HysteresisModel(
     ),
     is_well_posed=bouc_wen.is_well_posed,
     is_monotone=bouc_wen.is_monotone,
+    undriven="its inverse is a search whose steps no tick could bound",
 )

@@ -86,4 +86,6 @@ GENERALISED = HysteresisModel(
     inverse_step=_invert_generalised,
     is_well_posed=_generalised_is_well_posed,
     is_monotone=generalised.is_monotone,
+    undriven="its weights may have either sign, so that its tip may move the wrong way, and its "
+    "inverse is a search whose steps no tick could bound",
 )

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.hysteresis.model_state import InverseMove, ModelState
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -168,6 +169,12 @@ class HysteresisModel(NamedTuple):
     is_monotone: Callable[[Record], bool]
     """Whether the output follows the input at once and the right way, also after a reversal, so
     that a continuous inverse exists."""
+    lines: Callable[[Record], PlayLines] | None = None
+    """The form in which `model-preview` drives a head by it; None where it has none."""
+    undriven: str = ""
+    """Why no compensator takes it, whatever its parameters; empty where one does."""
+    has_inverse: bool = True
+    """Whether `inverse_step` ever finds a move; a model that only predicts has none."""
 
 
 def start(

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from opensuction.hysteresis import play, prandtl_ishlinskii, preisach
+from opensuction.hysteresis.bank import play_lines
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     FitParameter,
     HysteresisModel,
@@ -51,6 +52,7 @@ PLAY = HysteresisModel(
     ),
     is_well_posed=lambda record: record.width_mm >= 0.0 and record.gain > 0.0,
     is_monotone=lambda record: record.width_mm == 0.0 and record.gain > 0.0,
+    undriven="no recording identifies it: gap-width is the compensator on a gap of one width",
 )
 
 
@@ -152,6 +154,7 @@ PRANDTL_ISHLINSKII = HysteresisModel(
         and bool((record.weights >= 0.0).all())
         and record.curvature_per_mm == 0.0
     ),
+    lines=play_lines.of_prandtl_ishlinskii,
 )
 
 
@@ -214,4 +217,5 @@ PREISACH = HysteresisModel(
         and bool(np.isfinite([*record.weights_mm.ravel(), record.offset_mm]).all())
     ),
     is_monotone=preisach.is_monotone,
+    lines=play_lines.of_preisach,
 )

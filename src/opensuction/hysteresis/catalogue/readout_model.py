@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from opensuction.hysteresis.bank import play_readout
+from opensuction.hysteresis.bank import play_lines, play_readout
 from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     FitParameter,
@@ -93,4 +93,5 @@ PLAY_READOUT = HysteresisModel(
     inverse_step=play_readout.inverse_step,
     is_well_posed=_readout_is_well_posed,
     is_monotone=play_readout.is_monotone,
+    lines=play_lines.of_readout,
 )

@@ -26,7 +26,15 @@ TOLERANCE = 1e-10
 """Of a condition, as a share of the largest right side."""
 
 Mask = NDArray[np.bool_]
-Rows = Callable[[NDArray[np.int64]], Array]
+
+
+class Gram(NamedTuple):
+    """A positive definite matrix, of which only what is asked for is ever formed."""
+
+    square: Callable[[NDArray[np.int64]], Array]
+    """Its rows and columns at some places."""
+    product: Callable[[NDArray[np.int64], Array], Array]
+    """Its product with factors at some places, the others being 0; shape (k,)."""
 
 
 class Bounded(NamedTuple):
@@ -37,12 +45,11 @@ class Bounded(NamedTuple):
     """Which factors are free to be what they are; the others are held at 0."""
 
 
-def solve(rows: Rows, right: Array, bounded: Mask, start: Mask | None = None) -> Bounded:
+def solve(gram: Gram, right: Array, bounded: Mask, start: Mask | None = None) -> Bounded:
     """Factors with the least ``f @ gram @ f - 2 f @ right``, those ``bounded`` at least 0.
 
-    rows: gives the rows of the positive definite Gram matrix for some places; no others are ever
-    asked for. start: the passive set of a neighbouring problem; None: all of them. Raises
-    InputError where the matrix is not definite or the exchanges do not end.
+    start: the passive set of a neighbouring problem; None: all of them. Raises InputError where the
+    matrix is not definite or the exchanges do not end.
     """
     passive = np.ones(right.size, dtype=np.bool_) if start is None else start | ~bounded
     least, patience = right.size + 1, PATIENCE
@@ -52,9 +59,8 @@ def solve(rows: Rows, right: Array, bounded: Mask, start: Mask | None = None) ->
         inside = np.flatnonzero(passive)
         slope = -right
         if inside.size:
-            gram = rows(inside)
-            factors[inside] = _solve_free(gram[:, inside], right[inside])
-            slope = factors[inside] @ gram - right
+            factors[inside] = _solve_free(gram.square(inside), right[inside])
+            slope = gram.product(inside, factors[inside]) - right
         below = factors < -TOLERANCE * float(np.abs(factors).max(initial=0.0))
         wrong = (passive & bounded & below) | (~passive & (slope < -tolerance))
         count = int(np.count_nonzero(wrong))
@@ -75,8 +81,9 @@ def solve(rows: Rows, right: Array, bounded: Mask, start: Mask | None = None) ->
     )
 
 
-def _solve_free(gram: Array, right: Array) -> Array:
-    _, found, failed = lapack.dposv(gram, right)
+def _solve_free(square: Array, right: Array) -> Array:
+    """Factors that are free; the square, symmetric, is overwritten."""
+    _, found, failed = lapack.dposv(square.T, right, overwrite_a=True)
     if failed:
         raise InputError(
             f"weights were not found in {right.size} columns (not definite); record more varied "

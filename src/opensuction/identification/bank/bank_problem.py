@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from opensuction.hysteresis.bank import play_bank
 from opensuction.hysteresis.bank.play_bank import PlayBank
 from opensuction.identification.bank import active_set
-from opensuction.identification.bank.active_set import Bounded, Mask
+from opensuction.identification.bank.active_set import Bounded, Gram, Mask
 from opensuction.kernel.record import Array
 
 JITTER = 1e-11
@@ -50,14 +50,16 @@ def gather(
     others: Array,
     target: Array,
     edges: NDArray[np.int64],
+    every: int = 1,
 ) -> Array:
     """The sums of a problem; a factor of a cell is output for the whole of the cell.
 
     inputs: shape (inputs, n). positions: plays before the first sample. others: further columns,
-    shape (c, n). target: shape (n,). edges: of the blocks.
+    shape (c, n). target: shape (n,). edges: of the blocks. every: as `play_bank.sum_products` takes
+    it.
     """
     beside = np.ascontiguousarray(np.vstack([others, np.ones(target.size), target]))
-    return play_bank.to_cells(bank, play_bank.sum_products(bank, inputs, positions, beside, edges))
+    return play_bank.sum_products(bank, inputs, positions, beside, edges, every)
 
 
 def solve(
@@ -70,8 +72,8 @@ def solve(
     """Factors of a recording without a part of it.
 
     whole, left_out: sums of the recording and of the part, shape (k + 2, k + 2); None: of no part.
-    penalty: added to the sums of products a sample, shape (k, k). start: as `active_set.solve`
-    takes it.
+    penalty: added to the sums of products a sample, shape (k, k), or (k,) where it is diagonal.
+    start: as `active_set.solve` takes it.
     """
 
     def take(places: NDArray[np.int64] | int) -> Array:
@@ -82,16 +84,34 @@ def solve(
     samples = max(float(ones[-2]), 1.0)
     means, aim = ones[:-2] / samples, float(ones[-1]) / samples
     right = aims[:-2] / samples - aim * means
-    diagonal = np.diagonal(whole)[:-2] / samples + np.diagonal(penalty)
-    jitter = JITTER * float(diagonal.mean())
+    ridge = penalty if penalty.ndim == 1 else np.diagonal(penalty)
+    jitter = JITTER * float((np.diagonal(whole)[:-2] / samples + ridge).mean())
 
-    def rows(inside: NDArray[np.int64]) -> Array:
-        """Rows of the Gram matrix about the means."""
-        gram = take(inside)[:, :-2] / samples - np.outer(means[inside], means) + penalty[inside]
-        gram[range(inside.size), inside] += jitter
+    def square(inside: NDArray[np.int64]) -> Array:
+        """The Gram matrix about the means, of some factors."""
+        pairs = np.ix_(inside, inside)
+        gram = whole[pairs] if left_out is None else whole[pairs] - left_out[pairs]
+        gram /= samples
+        gram -= np.outer(means[inside], means[inside])
+        if penalty.ndim == 1:
+            gram.flat[:: inside.size + 1] += penalty[inside] + jitter
+        else:
+            gram += penalty[pairs]
+            gram.flat[:: inside.size + 1] += jitter
         return gram
 
-    found = active_set.solve(rows, right, bounded, start)
+    def product(inside: NDArray[np.int64], factors: Array) -> Array:
+        """The Gram matrix times some factors; rounding of the diagonal left out."""
+        total = factors @ whole[inside]
+        if left_out is not None:
+            total -= factors @ left_out[inside]
+        product = total[:-2] / samples - float(factors @ means[inside]) * means
+        if penalty.ndim == 1:
+            product[inside] += factors * penalty[inside]
+            return product
+        return np.asarray(product + factors @ penalty[inside])
+
+    found = active_set.solve(Gram(square, product), right, bounded, start)
     return BankSolution(found, aim - float(means @ found.factors))
 
 
@@ -130,6 +150,8 @@ def freedom(problem: BankProblem, penalty: Array, solution: BankSolution) -> flo
     inside = np.flatnonzero(solution.found.factors)
     means = problem.whole[inside, -2] / samples
     gram = problem.whole[np.ix_(inside, inside)] / samples - np.outer(means, means)
-    held = gram + penalty[np.ix_(inside, inside)]
+    held = gram + (
+        np.diag(penalty[inside]) if penalty.ndim == 1 else penalty[np.ix_(inside, inside)]
+    )
     held[np.diag_indices_from(held)] += JITTER * float(np.trace(held)) / max(inside.size, 1)
     return float(np.trace(np.linalg.solve(held, gram)))

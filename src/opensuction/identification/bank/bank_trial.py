@@ -12,6 +12,7 @@ import numpy as np
 
 from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem
+from opensuction.identification.bank.active_set import Mask
 from opensuction.identification.bank.bank_problem import BankProblem, BankSolution
 from opensuction.identification.fold import Folds, Scores
 from opensuction.kernel.record import Array
@@ -51,13 +52,12 @@ class Trial(NamedTuple):
 
 
 def evaluate(
-    problem: BankProblem, penalty: Array, folds: Folds, start: Trial | None = None
+    problem: BankProblem, penalty: Array, folds: Folds, passive: Mask | None = None
 ) -> Trial:
     """A candidate: its factors from all blocks, its errors on those left out.
 
-    start: the same with another penalty, from which the search begins.
+    passive: of a neighbouring candidate, from which the search begins.
     """
-    passive = None if start is None else start.solution.found.passive
     solution = bank_problem.fit(problem, penalty, passive)
     groups = [[block] for block in range(folds.blocks)]
     blocks = bank_problem.leave_out(problem, penalty, groups, solution.found.passive)
@@ -68,7 +68,8 @@ def choose_penalty(problem: BankProblem, penalties: list[Array], folds: Folds) -
     """The simplest penalty that is not surely worse than the best; neighbours stand together."""
     tried: list[Trial] = []
     for penalty in penalties:
-        tried.append(evaluate(problem, penalty, folds, tried[-1] if tried else None))
+        passive = tried[-1].solution.found.passive if tried else None
+        tried.append(evaluate(problem, penalty, folds, passive))
     tried.sort(key=lambda each: bank_problem.freedom(each.problem, each.penalty, each.solution))
     return tried[fold.choose_simplest([each.blocks for each in tried])]
 

@@ -3,6 +3,7 @@
 Source: [Mayergoyz-1991] for the triangle.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from opensuction.hysteresis.catalogue.play_family import CELL_RIDGES, LEVELS, MA
 from opensuction.hysteresis.preisach import Preisach, from_factors
 from opensuction.identification import fold
 from opensuction.identification.bank import bank_problem, bank_trial
+from opensuction.identification.bank.active_set import Mask
 from opensuction.identification.bank.bank_problem import BankProblem
 from opensuction.identification.bank.bank_trial import PASTS, Trial
 from opensuction.identification.fold import Folds, Scores
@@ -20,6 +22,12 @@ from opensuction.kernel.record import Array
 
 PAST_LEVELS = 10
 """Levels with which the past is looked for."""
+
+
+THINNED_FROM = 15_000
+"""[design] Samples from which every second one counts, and penalties are tried only next to the
+one that was best on the coarser grid: a stroke then has hundreds of samples, whose noise hardly
+moves the weights, and the time is that of sums and trials."""
 
 
 class PreisachFit(NamedTuple):
@@ -41,12 +49,13 @@ def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
     """
     scaled = bank_trial.scale(input_[None], output)
     nothing = np.empty((0, output.size))
+    every = 2 if output.size >= THINNED_FROM else 1
 
     def gather(levels: int, past: float) -> Array:
         bank = _triangle(levels)
         starts = scaled.inputs[0, 0] - 0.5 * past * bank.widths_mm
-        edges = folds.edges
-        return bank_problem.gather(bank, scaled.inputs, starts, nothing, scaled.output, edges)
+        edges, target = folds.edges, scaled.output
+        return bank_problem.gather(bank, scaled.inputs, starts, nothing, target, edges, every)
 
     def pose(levels: int, past: float) -> BankProblem:
         sums = gather(levels, past)
@@ -58,11 +67,15 @@ def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
 
     past = min(PASTS, key=lambda trial: left(pose(PAST_LEVELS, trial)))
     tried: list[tuple[int, Trial]] = []
+    best = 0
     for levels in LEVELS:
-        problem, last = pose(levels, past), None
-        for ridge in CELL_RIDGES:
-            last = bank_trial.evaluate(problem, _cell_penalty(problem, ridge), folds, last)
-            tried.append((levels, last))
+        problem = pose(levels, past)
+        passive = _refine(tried[-1], levels) if tried else None
+        first = max(best - 1, 0) if every > 1 else 0
+        trials = _try_ridges(problem, CELL_RIDGES[first:], folds, passive, every > 1)
+        totals = [float(each.blocks.sum()) for each in trials]
+        best = first + totals.index(min(totals))
+        tried += [(levels, each) for each in trials]
     levels, chosen = tried[fold.choose_simplest([each.blocks for _, each in tried])]
     low, range_ = float(scaled.lows[0]), float(scaled.ranges[0])
     factors = np.append(chosen.solution.found.factors, chosen.solution.offset) * scaled.range_
@@ -70,9 +83,40 @@ def fit(input_: Array, output: Array, folds: Folds) -> PreisachFit:
     return PreisachFit(
         record=from_factors(low - MARGIN * range_, low + (1.0 + MARGIN) * range_, levels, factors),
         past=past,
-        scores=bank_trial.score(chosen, folds, scaled.range_),
+        scores=_count_all(bank_trial.score(chosen, folds, scaled.range_), every),
         freedom=bank_problem.freedom(chosen.problem, chosen.penalty, chosen.solution),
     )
+
+
+def _count_all(scores: Scores, every: int) -> Scores:
+    """Errors of all samples, from those of the samples that counted."""
+    return scores._replace(blocks=every * scores.blocks, parts=every * scores.parts)
+
+
+def _try_ridges(
+    problem: BankProblem, ridges: Sequence[float], folds: Folds, passive: Mask | None, brief: bool
+) -> list[Trial]:
+    """Candidates of one grid, from the strongest penalty on; if brief until one predicts worse."""
+    trials: list[Trial] = []
+    for ridge in ridges:
+        trials.append(bank_trial.evaluate(problem, _cell_penalty(problem, ridge), folds, passive))
+        passive = trials[-1].solution.found.passive
+        if brief and len(trials) > 1 and trials[-1].blocks.sum() > trials[-2].blocks.sum():
+            break
+    return trials
+
+
+def _refine(tried: tuple[int, Trial], fine: int) -> Mask:
+    """Cells that are likely not held at 0, from those of a triangle of fewer levels."""
+    coarse, passive = tried[0], tried[1].solution.found.passive
+    square = np.zeros((coarse, coarse), dtype=np.bool_)
+    rows, places = np.indices(square.shape)
+    square[rows + places < coarse] = passive
+    row, place = np.indices((fine, fine))
+    inside = row + place < fine
+    above = row[inside] * coarse // fine
+    beside = np.minimum(place[inside] * coarse // fine, coarse - 1 - above)
+    return np.asarray(square[above, beside])
 
 
 def _triangle(levels: int) -> PlayBank:
@@ -91,9 +135,9 @@ def _triangle(levels: int) -> PlayBank:
 
 
 def _cell_penalty(problem: BankProblem, ridge: float) -> Array:
-    """A ridge on cells; one that no sample passes is held at 0 by it."""
+    """A ridge on cells, shape (k,); one that no sample passes is held at 0 by it."""
     whole = problem.whole
     samples = float(whole[-2, -2])
     variances = np.diag(whole)[:-2] / samples - (whole[:-2, -2] / samples) ** 2
     least = 1e-6 * float(variances.max(initial=1e-12))
-    return np.diag(ridge * np.maximum(variances, least))
+    return np.asarray(ridge * np.maximum(variances, least))

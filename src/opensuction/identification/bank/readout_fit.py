@@ -89,11 +89,13 @@ def _penalty(rows: int, others: int, ridge: float, bend: float, variance: float)
 
 
 @single_threaded
-def fit(inputs: Array, output: Array, folds: Folds) -> ReadoutFit:
+def fit(inputs: Array, output: Array, folds: Folds, rising: bool = False) -> ReadoutFit:
     """A play readout of a recording.
 
     inputs: shape (inputs, n), the one that drives first; each must move. output: shape (n,).
-    folds: of the recording. Raises InputError where no gains are found.
+    folds: of the recording. rising: no gain of the first input below 0 and no slow state, whatever
+    they would predict better: the output then never moves the wrong way, and a head can be driven.
+    Raises InputError where no gains are found.
     """
     scaled = bank_trial.scale(inputs, output)
     bank = _bank(len(inputs))
@@ -124,11 +126,13 @@ def fit(inputs: Array, output: Array, folds: Folds) -> ReadoutFit:
     pairs = [(RIDGES[0], BENDS[0]), *product(RIDGES[1:], BENDS)]
     penalties = [_penalty(rows, 0, ridge, bend, variance) for ridge, bend in pairs]
     chosen = bank_trial.choose_penalty(problem, penalties, folds)
+    decays = np.empty(0)
+    if rising:
+        return _write(scaled, chosen, decays, tuple(pasts), folds)
     unbound = problem._replace(bounded=np.zeros_like(bounded))
     free = bank_trial.evaluate(unbound, chosen.penalty, folds)
     if float(free.blocks.sum()) < WORTH_INVERSE * float(chosen.blocks.sum()):
         chosen = free
-    decays = np.empty(0)
     lagging = [_try_lag(gather, pasts, scaled.inputs[0], share, chosen, folds) for share in DECAYS]
     slow = min(range(len(DECAYS)), key=lambda place: float(lagging[place].blocks.sum()))
     if fold.choose_simplest([chosen.blocks, lagging[slow].blocks]) == 1:

@@ -37,19 +37,6 @@ class ScaleLimits(NamedTuple):
     """Tip travel from the force that closes the switch to the smaller one that opens it."""
 
 
-class ScaleRecord(NamedTuple):
-    """One change of the scale, for the record."""
-
-    old: float
-    estimated: float
-    """From the contact, before the bounds; nan without a usable contact."""
-    new: float
-    """What is used from now on: the estimate, or the old scale where that is out of range."""
-    limits: ScaleLimits
-    in_range: bool
-    """False is an alarm condition: the gap has left the range, or the contact was misread."""
-
-
 MEASURING_ERROR = 0.03
 """Of a scale from one contact: on the twin up to .025, on a neonate with gaps x 0.7."""
 
@@ -105,19 +92,3 @@ def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: Scale
     if missing_mm(widest) >= 0.0:
         return widest
     return float(brentq(missing_mm, 0.0, widest))
-
-
-def update(
-    model: PrandtlIshlinskii, old: float, seen: ContactEpisode | None, limits: ScaleLimits
-) -> ScaleRecord:
-    """The scale to use from now on, and whether that is an alarm condition.
-
-    model: as it was identified, scale 1. old: the scale in use. Without a contact the old one
-    stays, which is no alarm: the travel approach never touches anything. It stays too where the
-    estimate is out of range: neither that nor a bound of the range was measured.
-    """
-    if seen is None:
-        return ScaleRecord(old, float("nan"), old, limits, in_range=True)
-    estimated = estimate_scale(model, seen, limits)
-    in_range = limits.least <= estimated <= limits.most
-    return ScaleRecord(old, estimated, estimated if in_range else old, limits, in_range)

@@ -59,6 +59,15 @@ LEAST_RISE = 0.01
 Far above the rise of 4/n that chance gives: neighbouring residuals of a recording are alike."""
 
 
+class _Valley(NamedTuple):
+    """Where a descent ended."""
+
+    log_decay: float
+    slope: float
+    """By how much less the step asks for at the next log(decay), for each unit of it: 1 where the
+    model is linear. The step divided by it is Newton's."""
+
+
 class Fit(NamedTuple):
     """A fitted modified Dahl model and how well it explains the recording."""
 
@@ -115,11 +124,11 @@ def fit(
 
 def _search(
     recording: CentredRecording, bounds: tuple[float, float]
-) -> tuple[list[float], float, float]:
+) -> tuple[list[_Valley], float, float]:
     """Where the optimum may be, from a thinned recording.
 
-    Returns the log(decay) of every valley nearly as deep as the deepest, the sum of squares there,
-    and the lower of those at the two bounds.
+    Returns every valley nearly as deep as the deepest, the sum of squares there, and the lower of
+    those at the two bounds.
     """
     grid = np.linspace(*bounds, GRID_POINTS)
     heights = np.array(
@@ -131,8 +140,8 @@ def _search(
     found = []
     for start in starts:
         around = (float(grid[max(start - 1, 0)]), float(grid[min(start + 1, GRID_POINTS - 1)]))
-        valley = _descend(recording, float(grid[start]), around, VALLEY_TOLERANCE)
-        found.append((_trial(recording, valley).squares, valley))
+        valley = _descend(recording, _Valley(float(grid[start]), 1.0), around, VALLEY_TOLERANCE)
+        found.append((_trial(recording, valley.log_decay).squares, valley))
     least = min(found)[0]
     close = [valley for squares, valley in found if squares <= least * (1.0 + ALIKE)]
     return close, least, float(min(heights[0], heights[-1]))
@@ -142,36 +151,41 @@ def _trial(recording: CentredRecording, log_decay: float) -> DecayTrial:
     return try_decay(recording.head_mm, recording.tip_mm, math.exp(log_decay))
 
 
-def _polish(recording: CentredRecording, bottom: float, bounds: tuple[float, float]) -> Projection:
-    """The full recording's optimum next to the log(decay) ``bottom``, to ``FINAL_TOLERANCE``."""
-    polished = _descend(recording, bottom, bounds, FINAL_TOLERANCE)
+def _polish(
+    recording: CentredRecording, bottom: _Valley, bounds: tuple[float, float]
+) -> Projection:
+    """The full recording's optimum next to the bottom of a valley, to ``FINAL_TOLERANCE``."""
+    polished = _descend(recording, bottom, bounds, FINAL_TOLERANCE).log_decay
     found = project(recording, math.exp(polished))
-    if abs(polished - bottom) > ALARMING_WAY:  # descent only promises a stationary point
-        other = project(recording, math.exp(bottom))
+    if abs(polished - bottom.log_decay) > ALARMING_WAY:  # descent: only a stationary point
+        other = project(recording, math.exp(bottom.log_decay))
         found = other if other.squares < found.squares else found
     return found
 
 
 def _descend(
-    recording: CentredRecording, start: float, bounds: tuple[float, float], tolerance: float
-) -> float:
+    recording: CentredRecording, start: _Valley, bounds: tuple[float, float], tolerance: float
+) -> _Valley:
     """The log(decay) near the start where the descent ends: a zero of its step, or a bound.
 
-    Gauss-Newton, then secants. The sum of squares is flat at its bottom to half the digits of a
-    double; the step crosses zero there with all of them. A bracket keeps every trial between the
-    last points on either side of the zero.
+    Newton by the slope of the start, then secants. The sum of squares is flat at its bottom to half
+    the digits of a double; the step crosses zero there with all of them. A bracket keeps every
+    trial between the last points on either side of the zero.
     """
     low, high = bounds
-    here, step = start, _trial(recording, start).step
+    here, slope = start
+    step = _trial(recording, here).step
     before, step_before = here, 0.0
     for _ in range(MOST_STEPS):
         low, high = (here, high) if step > 0.0 else (low, here)
-        way = step
-        if step_before != 0.0 and (step_before - step) * (here - before) > 0.0:
-            way = step * (here - before) / (step_before - step)
-        way = min(max(way, -FARTHEST_STEP), FARTHEST_STEP)
-        if abs(way) <= tolerance:
-            return min(max(here + way, bounds[0]), bounds[1])
+        gone = here - before
+        if step_before != 0.0:
+            slope = (step_before - step) / gone if (step_before - step) * gone > 0.0 else 1.0
+        way = min(max(step / slope, -FARTHEST_STEP), FARTHEST_STEP)
+        # A secant leaves an error of about the product of the last two: no need to look at it.
+        left = abs(way) * max(abs(way), abs(gone)) if step_before != 0.0 else abs(way)
+        if min(left, abs(way)) <= tolerance:
+            return _Valley(min(max(here + way, bounds[0]), bounds[1]), slope)
         before, step_before = here, step
         here = here + way
         if not low < here < high:
@@ -179,8 +193,8 @@ def _descend(
             if end in bounds:
                 here = end
                 if before == end:
-                    return end
+                    return _Valley(end, 1.0)
             else:
                 here = 0.5 * (low + high)
         step = _trial(recording, here).step
-    return here
+    return _Valley(here, 1.0)

@@ -25,6 +25,8 @@ from opensuction.hysteresis import play
 from opensuction.hysteresis import prandtl_ishlinskii as model_of
 from opensuction.hysteresis.play_sum import PLAYS
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.identification import fold
+from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.record import find_turns, read_pair
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.errors import InputError
@@ -70,8 +72,7 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
     range_mm = float(np.ptp(head))
     if not range_mm > 0.0:
         raise InputError(f"head_mm: constant at {head[0]:g}, should move")
-    used = np.arange(0, head.size, max(head.size // USED_SAMPLES, 1))
-    widths = np.arange(GRID_SHARE, WIDEST_SHARE + 0.5 * GRID_SHARE, GRID_SHARE) * range_mm
+    used, widths = _thin(head)
     plays = play_positions_mm(head, 0.5 * widths, used)
     # A compensation has room for so many plays: where more are found, the grid is made coarser.
     for every in range(1, widths.size):
@@ -97,6 +98,40 @@ def fit(head_mm: ArrayLike, tip_mm: ArrayLike) -> PrandtlIshlinskiiFit:
         samples=head.size,
         well_posed=model_of.is_well_posed(model, float(tip.max()), float(tip.min())),
     )
+
+
+def _thin(head_mm: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The samples that a fit uses, and the widths of its grid."""
+    used = np.arange(0, head_mm.size, max(head_mm.size // USED_SAMPLES, 1))
+    shares = np.arange(GRID_SHARE, WIDEST_SHARE + 0.5 * GRID_SHARE, GRID_SHARE)
+    return used, shares * float(np.ptp(head_mm))
+
+
+def score(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], folds: Folds) -> Scores:
+    """How well the blocks of a recording are predicted from others, fitted on the grid as `fit`.
+
+    head_mm, tip_mm: as of `fit`. folds: of them.
+    """
+    used, widths = _thin(head_mm)
+    columns = np.vstack(
+        [head_mm[None, used], play_positions_mm(head_mm, 0.5 * widths, used), np.ones(used.size)]
+    )
+    tip, owner = tip_mm[used], np.searchsorted(folds.edges, used, side="right") - 1
+    samples = np.diff(folds.edges) / np.maximum(np.bincount(owner, minlength=folds.blocks), 1)
+
+    def leave_out(groups: list[list[int]]) -> NDArray[np.float64]:
+        squares = np.empty(folds.blocks)
+        for group in groups:
+            others = ~np.isin(owner, group)
+            weights, offset_mm, curvature = _solve(columns[:, others], tip[others])
+            inner = weights @ columns[:-1]
+            errors = tip - offset_mm - inner * (1.0 + curvature * inner)
+            for block in group:
+                squares[block] = float(errors[owner == block] @ errors[owner == block])
+        return squares * samples
+
+    blocks = leave_out([[block] for block in range(folds.blocks)])
+    return Scores(blocks, leave_out(fold.list_parts(folds)), head_mm.size)
 
 
 @compiled

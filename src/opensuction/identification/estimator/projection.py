@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from opensuction.hysteresis.modified_dahl import ModifiedDahl, simulate
+from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.identification.estimator.normal_equation import solve, solve_least_squares
 from opensuction.kernel.compiled import compiled
 
@@ -23,14 +23,16 @@ ROUNDING = 1e-12
 SUMS = 7
 """Columns of the normal equations: head, h, E, dh and dE (by log(decay)), 1, tip."""
 
+FORGOTTEN = 1e-14
+"""[design] Where less than this is left of the initial lag, E and dE are rounding beside the other
+columns: they are 0 from there on."""
+
 
 class CentredRecording(NamedTuple):
     """A recording, both positions about their means. Arrays of shape (n,)."""
 
     head_mm: NDArray[np.float64]
     tip_mm: NDArray[np.float64]
-    path_mm: NDArray[np.float64]
-    """Head travel since the first sample, both directions counted."""
     head_mean_mm: float
     tip_mean_mm: float
 
@@ -58,12 +60,9 @@ class Projection(NamedTuple):
 def centre(head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> CentredRecording:
     """A recording made ready for projection."""
     head_mean_mm, tip_mean_mm = float(head_mm.mean()), float(tip_mm.mean())
-    path_mm = np.zeros(head_mm.size)
-    np.cumsum(np.abs(np.diff(head_mm)), out=path_mm[1:])
     return CentredRecording(
         head_mm=head_mm - head_mean_mm,
         tip_mm=tip_mm - tip_mean_mm,
-        path_mm=path_mm,
         head_mean_mm=head_mean_mm,
         tip_mean_mm=tip_mean_mm,
     )
@@ -100,29 +99,33 @@ def _move_lags(lags: _Lags, decay_per_mm: float, move_mm: float) -> _Lags:
 
 
 @compiled
-def _fill(sums: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-    """Put a row into the upper triangle of ``sums``: the one that has as many places.
+def _add(sums: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    """Add a row to the upper triangle of ``sums``: the one that has as many places.
 
     An assignment to a slice would say it in a line, but takes 3 s to compile: its error message
     alone is made of as much machine code as the rest of the estimator.
     """
     row = SUMS - values.size
     for k in range(values.size):
-        sums[row, row + k] = values[k]
+        sums[row, row + k] += values[k]
 
 
 @compiled
-def _sum_products(  # noqa: PLR0915 - one pass, every sum in a register
+def _sum_remembering(  # noqa: PLR0915 - one pass, every sum in a register
     head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
-) -> NDArray[np.float64]:
-    """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS)."""
+) -> tuple[NDArray[np.float64], int, _Lags]:
+    """Sums of products of every two columns, up to where the initial lag is forgotten.
+
+    Returns their upper triangle, shape (SUMS, SUMS), how many samples they are of, and the lags.
+    """
     lags = _Lags(h=0.0, forgotten=1.0, dh=0.0, d_forgotten=0.0)
     s01 = s02 = s03 = s04 = s11 = s12 = s13 = s14 = s15 = s16 = 0.0
     s22 = s23 = s24 = s25 = s26 = s33 = s34 = s35 = s36 = 0.0
     s44 = s45 = s46 = s00 = s05 = s06 = s66 = s56 = 0.0
-    last_mm = head_mm[0]
-    for k in range(head_mm.size):
-        x, y = head_mm[k], tip_mm[k]
+    last_mm, samples = head_mm[0], 0
+    while samples < head_mm.size and lags.forgotten > FORGOTTEN:
+        x, y = head_mm[samples], tip_mm[samples]
+        samples += 1
         move_mm = x - last_mm
         last_mm = x
         if move_mm != 0.0:
@@ -156,13 +159,68 @@ def _sum_products(  # noqa: PLR0915 - one pass, every sum in a register
         s56 += y
         s66 += y * y
     sums = np.zeros((SUMS, SUMS))
-    _fill(sums, np.array([s00, s01, s02, s03, s04, s05, s06]))
-    _fill(sums, np.array([s11, s12, s13, s14, s15, s16]))
-    _fill(sums, np.array([s22, s23, s24, s25, s26]))
-    _fill(sums, np.array([s33, s34, s35, s36]))
-    _fill(sums, np.array([s44, s45, s46]))
-    _fill(sums, np.array([float(head_mm.size), s56]))
+    _add(sums, np.array([s00, s01, s02, s03, s04, s05, s06]))
+    _add(sums, np.array([s11, s12, s13, s14, s15, s16]))
+    _add(sums, np.array([s22, s23, s24, s25, s26]))
+    _add(sums, np.array([s33, s34, s35, s36]))
+    _add(sums, np.array([s44, s45, s46]))
+    _add(sums, np.array([float(head_mm.size), s56]))
     sums[6, 6] = s66
+    return sums, samples, lags
+
+
+@compiled
+def _add_forgetful(
+    sums: NDArray[np.float64],
+    head_mm: NDArray[np.float64],
+    tip_mm: NDArray[np.float64],
+    decay_per_mm: float,
+    first: int,
+    lags: _Lags,
+) -> None:
+    """Add the samples from ``first`` on, in which nothing is left of the initial lag.
+
+    Half as many sums: on a recording of many strokes most samples are such.
+    """
+    s00 = s01 = s03 = s05 = s06 = s11 = s13 = s15 = s16 = 0.0
+    s33 = s35 = s36 = s56 = s66 = 0.0
+    last_mm = head_mm[first - 1]
+    for k in range(first, head_mm.size):
+        x, y = head_mm[k], tip_mm[k]
+        move_mm = x - last_mm
+        last_mm = x
+        if move_mm != 0.0:
+            lags = _move_lags(lags, decay_per_mm, move_mm)
+        h, dh = lags.h, lags.dh
+        s00 += x * x
+        s01 += x * h
+        s03 += x * dh
+        s05 += x
+        s06 += x * y
+        s11 += h * h
+        s13 += h * dh
+        s15 += h
+        s16 += h * y
+        s33 += dh * dh
+        s35 += dh
+        s36 += dh * y
+        s56 += y
+        s66 += y * y
+    _add(sums, np.array([s00, s01, 0.0, s03, 0.0, s05, s06]))
+    _add(sums, np.array([s11, 0.0, s13, 0.0, s15, s16]))
+    _add(sums, np.array([s33, 0.0, s35, s36]))
+    _add(sums, np.array([0.0, s56]))
+    sums[6, 6] += s66
+
+
+@compiled
+def _sum_products(
+    head_mm: NDArray[np.float64], tip_mm: NDArray[np.float64], decay_per_mm: float
+) -> NDArray[np.float64]:
+    """Sums of products of every two columns, upper triangle, shape (SUMS, SUMS)."""
+    sums, samples, lags = _sum_remembering(head_mm, tip_mm, decay_per_mm)
+    if samples < head_mm.size:
+        _add_forgetful(sums, head_mm, tip_mm, decay_per_mm, samples, lags)
     return sums
 
 
@@ -210,17 +268,30 @@ def try_decay(
     return DecayTrial(squares=max(squares, 0.0), step=solve(normal, right_side)[3])
 
 
+@compiled
+def _columns(head_mm: NDArray[np.float64], decay_per_mm: float) -> NDArray[np.float64]:
+    """Head, h and E, shape (3, n): one exponential for both, and no rounding in a small move."""
+    columns = np.empty((3, head_mm.size))
+    h, forgotten, last_mm = 0.0, 1.0, head_mm[0]
+    for k in range(head_mm.size):
+        move_mm = head_mm[k] - last_mm
+        last_mm = head_mm[k]
+        lost = math.expm1(-decay_per_mm * abs(move_mm))
+        h += (h + math.copysign(1.0 / decay_per_mm, move_mm)) * lost
+        forgotten += forgotten * lost
+        columns[0, k] = head_mm[k]
+        columns[1, k] = h
+        columns[2, k] = forgotten
+    return columns
+
+
 def project(recording: CentredRecording, decay_per_mm: float) -> Projection:
     """Best slope, velocity gain, initial lag and offset for one decay.
 
     A gain that is not positive, or no more than rounding of the tip, makes way for the straight
     line: gain and lag 0.
     """
-    unit_gain = ModifiedDahl(slope=0.0, velocity_gain=1.0, decay_per_mm=decay_per_mm, offset_mm=0.0)
-    columns = np.empty((3, recording.head_mm.size))
-    columns[0] = recording.head_mm
-    columns[1] = simulate(unit_gain, recording.head_mm, 0.0)
-    np.exp(-decay_per_mm * recording.path_mm, out=columns[2])
+    columns = _columns(recording.head_mm, decay_per_mm)
     means = columns.mean(axis=1)
     columns -= means[:, None]
     factors = solve_least_squares(columns, recording.tip_mm)

@@ -16,13 +16,14 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
     LinearForm,
     Ranges,
     Record,
+    name_element,
     ranges_of,
 )
 from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
 from opensuction.identification import fold
-from opensuction.identification.bank import preisach_fit, readout_fit
+from opensuction.identification.bank import preisach_fit, readout_fit, residual_fit
 from opensuction.identification.bank.bank_trial import PASTS
-from opensuction.identification.estimator import linear
+from opensuction.identification.estimator import linear, modified_dahl
 from opensuction.identification.estimator.linear import Design
 from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.single_thread import single_threaded
@@ -45,22 +46,32 @@ class Superposition(NamedTuple):
     """Errors of what was left out, in units of the output."""
     freedom: float
     """Effective number of factors: a penalty leaves less than there are."""
+    elements: Array | None = None
+    """Memory at the first sample, where the fit found more of it than a ratio."""
 
     def simulate(self, input_: Array) -> Array:
         """Output for a record of inputs, shape (n,), that begins after the same past."""
-        memory = self.model.memory(self.record, float(input_[0]), self.memory_ratio)
+        memory = self.elements
+        if memory is None:
+            memory = self.model.memory(self.record, float(input_[0]), self.memory_ratio)
         return self.model.simulate(self.record, input_, memory)
 
 
 @single_threaded
 def fit(
-    model: HysteresisModel, input_: Array, output: Array, folds: Folds | None = None
+    model: HysteresisModel,
+    input_: Array,
+    output: Array,
+    folds: Folds | None = None,
+    rising: bool = False,
+    fading: bool = True,
 ) -> Superposition:
     """Fit a model that is linear in its factors; cross-validation decides how fine it is.
 
     input_, output: shape (n,), of any recording of unknown past. folds: of the recording; None:
     cut here. A compensator's plays come from a known excitation by `prandtl_ishlinskii.fit`, which
-    says why there are two.
+    says why there are two. rising: leave out of a play readout what could move its output the
+    wrong way. fading: as `residual_fit.fit` takes it.
     Raises InputError where the factors cannot be found, TypeError for a model that is not linear.
     """
     form = model.form
@@ -69,8 +80,10 @@ def fit(
     cut = fold.cut(input_) if folds is None else folds
     record: Record
     match model.name:
+        case "residual-readout":
+            return _fit_residual(model, form, (input_, output), cut, fading)
         case "play-readout":
-            readout = readout_fit.fit(input_[None], output, cut)
+            readout = readout_fit.fit(input_[None], output, cut, rising)
             lines = readout.records[0]
             factors = np.concatenate([lines.gains.ravel(), lines.lags, [lines.offset_mm]])
             record, past, scores = lines, readout.pasts[0], readout.scores
@@ -98,6 +111,32 @@ def fit(
         nonnegative=nonnegative,
         scores=scores,
         freedom=freedom,
+    )
+
+
+def _fit_residual(
+    model: HysteresisModel, form: LinearForm, pair: tuple[Array, Array], folds: Folds, fading: bool
+) -> Superposition:
+    """A residual readout, beneath it the decay of the modified Dahl model alone."""
+    decay = modified_dahl.fit(*pair).model.decay_per_mm
+    found = residual_fit.fit(*pair, folds, decay, fading)
+    record, fades = found.record, found.record.fades_mm
+    lines = [record.curve_mm, *record.gains]
+    values = [record.slope, record.velocity_gain, *np.concatenate(lines), record.offset_mm]
+    ranges = ranges_of(*pair)
+    named = zip(form.parameters(record, ranges), values, strict=True)
+    factors = {parameter.name: (float(value), parameter.unit) for parameter, value in named}
+    for length, left in zip(fades, found.elements[found.elements.size - fades.size :], strict=True):
+        factors[name_element("fade", length, ranges).name] = (float(left), "{out}")
+    return Superposition(
+        model=model,
+        record=record,
+        memory_ratio=0.0,
+        factors={"decay": (decay, "1/{in}"), **factors},
+        nonnegative=False,
+        scores=found.scores,
+        freedom=found.freedom,
+        elements=found.elements,
     )
 
 

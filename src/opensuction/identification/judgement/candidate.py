@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis.bank.play_readout import PlayReadout, is_rising
+from opensuction.hysteresis.bank.residual_readout import ResidualReadout
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     Record,
@@ -21,6 +22,7 @@ from opensuction.identification.estimator.superposition import Superposition
 from opensuction.identification.fold import Folds, Scores
 from opensuction.identification.judgement import diagnosis
 from opensuction.identification.judgement.confidence import estimate_spread
+from opensuction.identification.judgement.driven import Driven
 from opensuction.identification.residual import jacobian
 from opensuction.kernel.record import Array
 
@@ -38,6 +40,10 @@ LAGGING = (
     "right after a reversal the output may move the wrong way. Use it to predict."
 )
 
+PREDICTS = (
+    "Predicts only: its output may move the wrong way after a reversal, so that no inverse is "
+    "offered. To drive a machine take --purpose compensate."
+)
 GAP = (
     "Has a gap: right after a reversal the model's output stands still, so that its inverse jumps. "
     "Cross the gap explicitly."
@@ -54,6 +60,16 @@ class Estimate(NamedTuple):
     high: float
 
 
+class Superposed(NamedTuple):
+    """A fitted superposition over one input: what simulates it again."""
+
+    record: Record
+    memory_ratio: float
+    """The past before the first sample that predicts best."""
+    memory: Array | None = None
+    """Memory at the first sample, where the fit found more of it than a ratio."""
+
+
 class Candidate(NamedTuple):
     """A fitted model; in its units {in} and {out} stand for those of the recording."""
 
@@ -68,6 +84,9 @@ class Candidate(NamedTuple):
     warnings: tuple[str, ...]
     parts: Callable[[Array], list[Array]] | None = None
     """What each of several inputs adds to it; None for a model of one."""
+    superposed: tuple[Superposed, ...] = ()
+    """One for each input; none for a model whose parameters say all."""
+    driven: Driven = Driven()
 
 
 def judge_superposition(found: Superposition) -> Candidate:
@@ -83,11 +102,14 @@ def judge_superposition(found: Superposition) -> Candidate:
         freedom=found.freedom,
         well_posed=well_posed,
         warnings=() if well_posed else (_refuse(found.record, found.nonnegative),),
+        superposed=(Superposed(found.record, found.memory_ratio, found.elements),),
     )
 
 
 def _refuse(record: Record, nonnegative: bool) -> str:
     """Why a superposition has no continuous inverse."""
+    if isinstance(record, ResidualReadout):
+        return PREDICTS
     if not nonnegative:
         return NOT_INVERTIBLE
     lags = isinstance(record, PlayReadout) and not is_rising(record)
@@ -122,6 +144,7 @@ def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
         well_posed=well_posed,
         warnings=() if well_posed else (_refuse(found.records[0], found.bounded),),
         parts=parts,
+        superposed=tuple(map(Superposed, found.records, found.pasts)),
     )
 
 

@@ -104,7 +104,7 @@ def judge_recording(
     reversals = find_turns(input_, REVERSAL_SHARE * range_).size
     if reversals < FEWEST_REVERSALS:
         said.append(
-            f"Too few reversals: {labels.input_name} turns {_count_times(reversals)} by more than "
+            f"Too few reversals: {labels.input_name} turns {count_times(reversals)} by more than "
             f"{REVERSAL_SHARE:.0%} of its range, {FEWEST_REVERSALS} or more show each branch twice."
         )
     steps = np.abs(np.diff(input_))
@@ -127,10 +127,10 @@ def judge_recording(
     return tuple(said)
 
 
-def _count_times(count: int) -> str:
+def count_times(count: int) -> str:
     """How often, in words.
 
-    >>> _count_times(0), _count_times(1), _count_times(2)
+    >>> count_times(0), count_times(1), count_times(2)
     ('nowhere', 'once', 'twice')
     """
     return ("nowhere", "once", "twice")[count] if count < 3 else f"{count} times"

@@ -2,16 +2,19 @@
 
 Models are ordered by their effective number of parameters; the simplest that is not surely worse
 than the best is taken (`fold.choose_simplest`), and never one that does worse than the modified
-Dahl model on what was left out. Nothing that was held out is looked at.
+Dahl model on what was left out. Where the input turns so seldom that no branch is seen twice, a
+piece left out of a stroke says nothing of the next stroke: then only that model is taken, or the
+one that stays near it. Nothing that was held out is looked at.
 Source: [Breiman-1984] sec. 3.4.3 for the rule of one standard error.
 """
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from opensuction.identification import fold
 from opensuction.identification.fold import LEAST_TURNS, Folds, Scores
+from opensuction.identification.judgement.diagnosis import FEWEST_REVERSALS, count_times
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 
@@ -27,14 +30,19 @@ SAFE = "modified-dahl"
 """No model is recommended that does worse than this one."""
 
 
+NEAR = ("bouc-wen", "residual-readout")
+"""Models that are `SAFE` wherever nothing speaks for more: they contain it."""
+
+BOTH_WAYS = {"residual-readout": 0.9}
+"""[design] Share of the range that strokes of either direction must have passed for one of them to
+be taken after few reversals: it reads out every place on each way."""
+
+
 class Aim(NamedTuple):
     """What a model is wanted for."""
 
     purpose: str = "predict"
     """Of `PURPOSES`."""
-    drivable: tuple[str, ...] | None = None
-    """Models that a compensator takes; None: those with a continuous inverse, and `SAFE`, whose gap
-    is crossed."""
 
 
 class Rated(NamedTuple):
@@ -45,6 +53,8 @@ class Rated(NamedTuple):
     freedom: float
     """Effective number of parameters."""
     well_posed: bool
+    undriven: str = ""
+    """Why no compensator takes it; empty where one does."""
 
 
 class Recommendation(NamedTuple):
@@ -88,11 +98,16 @@ def recommend(rated: Sequence[Rated], aim: Aim, folds: Folds) -> Recommendation:
         each.model: math.sqrt(float(squares[each.model].sum()) / each.scores.samples)
         for each in rated
     }
-    usable = [each for each in rated if purpose != "compensate" or _drives(each, aim.drivable)]
+    usable = [each for each in rated if purpose != "compensate" or not each.undriven]
     if not usable:
         raise InputError(
             "purpose 'compensate': no compensator takes any model that this recording identifies "
             f"({', '.join(errors)}); take purpose 'predict', or record larger strokes"
+        )
+    few = _choose_after_few(usable, errors, purpose, folds)
+    if few is not None:
+        return few._replace(
+            reasons=(*few.reasons, *_name_left_out(few.model, rated, usable, squares))
         )
     ordered = sorted(usable, key=lambda each: each.freedom)
     place = fold.choose_simplest([squares[each.model] for each in ordered])
@@ -107,11 +122,27 @@ def recommend(rated: Sequence[Rated], aim: Aim, folds: Folds) -> Recommendation:
     return Recommendation(chosen, tuple(reasons), errors)
 
 
-def _drives(each: Rated, drivable: Collection[str] | None) -> bool:
-    """Whether a model can drive."""
-    if drivable is None:
-        return each.well_posed or each.model == SAFE
-    return each.model in drivable
+def _choose_after_few(
+    usable: Sequence[Rated], errors: dict[str, float], purpose: str, folds: Folds
+) -> Recommendation | None:
+    """The model to take where the input turned too seldom for strokes to be compared, else None."""
+    names = [each.model for each in usable]
+    turns = sum(folds.reversals)
+    if turns >= FEWEST_REVERSALS or SAFE not in names:
+        return None
+    seldom = (
+        f"what is fitted turns {count_times(turns)}, {FEWEST_REVERSALS} times are needed to see a "
+        "stroke again"
+    )
+    near = [name for name in NEAR if name in names and folds.both_ways >= BOTH_WAYS.get(name, 0.0)]
+    chosen = min([SAFE, *near], key=lambda name: errors[name])
+    reason = f"For {purpose}: {chosen}, for {seldom}: of others, what was left out tells little."
+    if chosen != SAFE:
+        reason = (
+            f"For {purpose}: {chosen}, for {seldom}, and it stays near {SAFE} where no more is "
+            "seen."
+        )
+    return Recommendation(chosen, (reason,), errors)
 
 
 def _reason(
@@ -154,11 +185,6 @@ def _name_left_out(
         if each.model not in names and fold.is_surely_worse(squares[chosen], squares[each.model])
     ]
     return [
-        f"{each.model} predicts surely better, but "
-        + (
-            "no compensator takes it yet."
-            if each.well_posed
-            else "no compensator takes it yet, and its inverse jumps at reversals."
-        )
+        f"{each.model} predicts surely better, but drives no head: {each.undriven}."
         for each in better
     ]

@@ -30,6 +30,8 @@ HIGH_PEEP_CMH2O = 10.0
 HIGH_PEEP_BUDGET_S = 10.0
 """Longest suction there: stiff lungs drawn at random lose up to 55 mL a second, and 11 mL/kg (620
 mL in a person of 56 kg) are too much; 13 s came to 655 [in-silico]."""
+TAUGHT_TOO_DEEP_MM = 4.0
+"""By how much at most a hand teaches a carina deeper than it is [in-silico]."""
 IN_AIRWAY_MARGIN_S = 3.0
 """Time in the airway over the plan that is a fault [design-airway]."""
 
@@ -186,24 +188,28 @@ def check_relief(abilities: Abilities, site: Site) -> None:
 def check_depth(protocol: Protocol, site: Site, by_contact: bool) -> None:
     """Refuse depths of a protocol file that are not this patient's; raises InputError.
 
-    By travel the tip and its cap stay above the carina; by contact the carina lies in the window,
-    and the cap may be beyond it by the window and the planner's margin.
+    The patient's depth is what was taught, ``site.carina_mm``: nobody knows where the carina is,
+    and a hand teaches it too deep. By travel the tip and its cap stay above the carina all the
+    same; by contact it lies in the window, and the cap may be beyond it by the window and the
+    planner's margin.
     """
-    carina = site.carina_mm
-    window = (ADULT if site.age == AgeGroup.ADULT else PAEDIATRIC).window_mm
-    beyond = window + planner.CAP_MARGIN_MM if by_contact else 0.0
-    if protocol.cap_mm > carina + beyond:
-        sum_of = f" + {beyond:g} = {carina + beyond:.1f} mm" if beyond else ""
+    taught_mm, nearest_mm = site.carina_mm, site.carina_mm - TAUGHT_TOO_DEEP_MM
+    window_mm = (ADULT if site.age == AgeGroup.ADULT else PAEDIATRIC).window_mm
+    beyond_mm = window_mm + planner.CAP_MARGIN_MM if by_contact else -TAUGHT_TOO_DEEP_MM
+    most_mm = taught_mm + beyond_mm
+    if protocol.cap_mm > most_mm:
+        sign, why = ("+", "") if by_contact else ("-", ", by which a hand may teach too deep,")
         raise InputError(
-            f"cap_mm {protocol.cap_mm:g} mm is too deep for this patient, whose carina is "
-            f"{carina:.1f} mm{sum_of} below the tube: set cap_mm to at most "
-            f"{carina + beyond:.1f} mm and travel_mm to at most "
-            f"{carina + beyond - planner.CAP_MARGIN_MM:.1f} mm"
+            f"cap_mm {protocol.cap_mm:g} mm is too deep for this patient, whose taught length is "
+            f"{taught_mm:.1f} mm {sign} {abs(beyond_mm):g}{why} = {most_mm:.1f} mm below the tube: "
+            f"set cap_mm to at most {most_mm:.1f} mm and travel_mm to at most "
+            f"{most_mm - planner.CAP_MARGIN_MM:.1f} mm"
         )
-    if by_contact and protocol.contact_from_mm >= carina:
+    if by_contact and protocol.contact_from_mm >= nearest_mm:
         raise InputError(
-            f"contact_from_mm {protocol.contact_from_mm:g} mm is not above this patient's carina "
-            f"at {carina:.1f} mm: touching it would be taken for a fault"
+            f"contact_from_mm {protocol.contact_from_mm:g} mm is not above this patient's carina, "
+            f"which may be at the taught length {taught_mm:.1f} mm - {TAUGHT_TOO_DEEP_MM:g} = "
+            f"{nearest_mm:.1f} mm: touching it would be taken for a fault"
         )
 
 

@@ -49,15 +49,17 @@ def _open_csv(path: Path, columns: Sequence[Column]) -> Sheet:
     return Sheet(path, add, file.close)
 
 
-def require_parquet() -> Any:
-    """Pyarrow. Raises InputError where it is not installed."""
+def require_parquet(asked: str = "--format parquet", instead: str = "--format csv") -> Any:
+    """Pyarrow. Raises InputError where it is not installed.
+
+    asked, instead: the option that needs it, and the one that does not.
+    """
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
         raise InputError(
-            "--format parquet needs pyarrow: pip install 'opensuction[parquet]', or take "
-            "--format csv"
+            f"{asked} needs pyarrow: pip install 'opensuction[parquet]', or take {instead}"
         ) from None
     return pyarrow
 

@@ -55,7 +55,12 @@ def _verdict(data: Summary) -> Section:
             for entry in data["checks"]
         ),
     )
-    return Section("Verdict", tuple(data["reasons"]), (table,))
+    choice = data["choice"]
+    said = []
+    if choice is not None:
+        said.append(f"Compensation: {data['compensation']}. {choice['reason']}")
+        said += [f"{model} drives no head: {why}." for model, why in choice["refused"].items()]
+    return Section("Verdict", (*data["reasons"], *said), (table,))
 
 
 def _runs(first: Recording, second: Recording, model_mm: Values, plays_mm: Values) -> Section:

@@ -26,11 +26,18 @@ COLUMNS = {
 SCALES = {
     "compensated": "used_scale",
     "contact says": "contact_scale",
+    "barrier says": "mouth_scale",
     "next cycle": "next_scale",
     "least": "least_scale",
     "most": "most_scale",
 }
 """Of a cycle's ``gap``, by the heading of its column."""
+OFFSETS = {
+    "tip compensated, mm deeper": "used_offset_mm",
+    "barrier says, mm": "mouth_offset_mm",
+    "next, mm": "next_offset_mm",
+}
+"""Likewise, of the tip's offset."""
 
 
 def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
@@ -106,43 +113,72 @@ def _plots(samples: Mapping[str, Values]) -> tuple[Plot, ...]:
 
 
 def gap_sections(cycles: list[dict[str, Any]]) -> tuple[Section, ...]:
-    """The scale of the gap from cycle to cycle with its bounds; none without self-calibration."""
+    """Gap and offset from cycle to cycle with the bounds; none without self-calibration."""
     learned = [cycle for cycle in cycles if cycle["gap"] is not None]
     if not learned:
         return ()
     rows = tuple(
-        (cycle["number"], cycle["rmse_mm"], *_scales(cycle), cycle["gap"]["in_range"])
+        (
+            cycle["number"],
+            cycle["rmse_mm"],
+            *_learned(cycle, SCALES),
+            *_learned(cycle, OFFSETS),
+            cycle["gap"]["finding"],
+            cycle["gap"]["mouth_missed"] or "",
+        )
         for cycle in learned
     )
-    table = Table("Gap", ("cycle", "tracking, mm", *SCALES, "in range"), rows)
+    headings = ("cycle", "tracking, mm", *SCALES, *OFFSETS, "finding", "barrier not used")
+    table = Table("Gap and offset", headings, rows)
     text = (
-        "The switch at the tip stays closed on reversal until the gap is crossed: each contact "
-        "measures the gap without a sensor of the tip's position. The governor's bounds on the tip "
-        "stay those of the identified gap.",
+        "The tip passes the light barrier at the tube's mouth on its way in and on its way out: "
+        "where the head is then tells how wide the gap is and how deep the tip lies. By contact "
+        "the switch at the tip stays closed on reversal until the gap is crossed, which tells the "
+        "width too. The governor's bounds on the tip stay those of the identified gap.",
     )
     # A single cycle is a point, and lines would show nothing of it.
-    plots = (_plot_gap(learned),) if len(learned) > 1 else ()
+    plots = (_plot_gap(learned), _plot_offset(learned)) if len(learned) > 1 else ()
     return (Section("Self-calibration", text, (table,), plots),)
 
 
-def _scales(cycle: dict[str, Any]) -> list[float | None]:
-    return [cycle["gap"][name] for name in SCALES.values()]
+def _learned(cycle: dict[str, Any], names: Mapping[str, str]) -> list[float | None]:
+    return [cycle["gap"][name] for name in names.values()]
+
+
+def _numbers_of(cycles: list[dict[str, Any]]) -> Values:
+    return np.array([cycle["number"] for cycle in cycles], dtype=np.float64)
 
 
 def _plot_gap(cycles: list[dict[str, Any]]) -> Plot:
-    scales = np.array([_scales(cycle) for cycle in cycles], dtype=np.float64)
-    used, contact, _, least, most = scales.T
+    scales = np.array([_learned(cycle, SCALES) for cycle in cycles], dtype=np.float64)
+    used, contact, mouth, _, least, most = scales.T
     return Plot(
         "Width of the gap, as a multiple of the identified one",
         "Cycle",
         "scale",
         (
             Curve("contact says", contact, "tip"),
+            Curve("barrier says", mouth, "removed"),
             Curve("compensated", used, "reference", dashed=True),
             Curve("most", most, "head"),
             Curve("least", least, "head"),
         ),
-        np.array([cycle["number"] for cycle in cycles], dtype=np.float64),
-        "What a contact says is compensated in the next cycle, never within one; beyond the bounds "
-        "it is not used, and no cycle begins.",
+        _numbers_of(cycles),
+        "What a cycle says is compensated in the next one, never within it; beyond the bounds it "
+        "is not used, and no cycle begins.",
+    )
+
+
+def _plot_offset(cycles: list[dict[str, Any]]) -> Plot:
+    used, mouth, _ = np.array([_learned(one, OFFSETS) for one in cycles], dtype=np.float64).T
+    return Plot(
+        "Depth of the tip, as far as it is deeper than identified",
+        "Cycle",
+        "mm",
+        (
+            Curve("barrier says", mouth, "removed"),
+            Curve("compensated", used, "reference", dashed=True),
+        ),
+        _numbers_of(cycles),
+        "An offset takes of the room that the bounds leave for the gap.",
     )

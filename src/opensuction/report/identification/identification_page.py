@@ -39,7 +39,7 @@ def _model(model: Summary, place: int) -> dict[str, Any]:
         "errors": {
             heading: number(model, key) for heading, key in identification_words.MEASURES.items()
         },
-        "well_posed": value(model, "well_posed"),
+        "inverse": identification_words.inverse(model),
         "parameters": identification_words.parameters(model),
         "warnings": warnings(model),
         "parameter_file": text(model, "parameter_file"),

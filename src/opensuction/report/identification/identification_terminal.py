@@ -12,9 +12,9 @@ from opensuction.report.summary import Summary, number, text, value, warnings
 from opensuction.report.terminal import print_end, print_indented
 
 
-def _table(*headings: str, numbers: Iterable[str]) -> Table:
-    """An empty table. numbers: headings of the columns that hold some."""
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
+def _table(*headings: str, numbers: Iterable[str], apart: int = 2) -> Table:
+    """An empty table. numbers: headings of the columns that hold some. apart: spaces between."""
+    table = Table(box=None, padding=(0, apart, 0, 0), pad_edge=False, header_style="dim")
     for heading in headings:
         table.add_column(heading, justify="right" if heading in numbers else "left", no_wrap=True)
     return table
@@ -30,14 +30,14 @@ def _parameters(model: Summary) -> Table:
 def _ranking(summary: Summary) -> Table:
     """Models, best first, with the errors that some of them have."""
     measures = words.measures(summary)
-    table = _table("Model", *measures, "Inverse", "", numbers=measures)
+    # Two spaces would make it 81 characters wide, and a terminal has 80.
+    table = _table("Model", *measures, "Inverse", "", numbers=measures, apart=1)
     for model in words.models(summary):
         best = value(model, "recommended") is True
-        posed = value(model, "well_posed")
         table.add_row(
             Text(text(model, "model") or "-"),
             *(Text(words.percent(number(model, key))) for key in measures.values()),
-            Text({True: "continuous", False: "with gaps"}.get(posed, "-")),
+            Text(words.inverse(model)),
             Text("recommended" if best else ""),
             style="bold" if best else "",
         )

@@ -162,9 +162,20 @@ def figures(summary: Summary) -> list[Figure]:
         shown.append(
             Figure("Continuous inverse", "yes", "", FigureVerdict.GOOD, "")
             if posed
-            else Figure("Continuous inverse", "no", "", FigureVerdict.NOTICE, "reversals are gaps")
+            else Figure("Continuous inverse", "no", "", FigureVerdict.NOTICE, _why_none(found))
         )
     return shown
+
+
+def _why_none(model: Summary) -> str:
+    return "it predicts only" if inverse(model) == "none" else "reversals are gaps"
+
+
+def inverse(model: Summary) -> str:
+    """How a model can be inverted, in a word or two; a dash where that is not known."""
+    if (text(model, "inverse") or "").startswith("none"):
+        return "none"
+    return {True: "continuous", False: "with gaps"}.get(value(model, "well_posed"), "-")
 
 
 def parameters(model: Summary) -> list[ParameterRow]:

@@ -71,6 +71,31 @@ def of_stroke(
     return tuple(checks)
 
 
+def of_inner_strokes(
+    parts: tuple[Excitation, ...], runs: tuple[tuple[Recording, ...], tuple[Recording, ...]]
+) -> tuple[CalibrationCheck, ...]:
+    """Whether both runs went through every shorter stroke after the excitation."""
+    wanted_s = sum(part.duration_s for part in parts[1:])
+    return tuple(
+        CalibrationCheck(
+            f"time of the shorter strokes of the {name} run",
+            DT_S * sum(recorded.head_mm.size for recorded in run[1:]),
+            LEAST_STROKE * wanted_s,
+            None,
+            "s",
+            "free the head's way, then calibrate again",
+        )
+        for name, run in zip(("first", "second"), runs, strict=True)
+    )
+
+
+def of_lines(model: str, rmse_mm: float) -> CalibrationCheck:
+    """Whether a model of plays with lines over them is as good as the plays have to be."""
+    remedy = "calibrate with --compensation preview, or look for what changed between both runs"
+    name = f"RMSE of the {model} model on the second run"
+    return CalibrationCheck(name, rmse_mm, None, MOST_PLAYS_RMSE_MM, "mm", remedy)
+
+
 def of_fit(
     profile: MachineProfile, found: Identification, validation: Validation
 ) -> tuple[CalibrationCheck, ...]:

@@ -12,8 +12,14 @@ from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_run import Calibrated
 from opensuction.session.cycle import machine_summary
+from opensuction.session.cycle.driving import EVERY
 from opensuction.session.plain import Json, without_nan
-from opensuction.settings import calibration_section, identification_file, plausibility
+from opensuction.settings import (
+    calibration_section,
+    identification_file,
+    lines_section,
+    plausibility,
+)
 from opensuction.settings.calibration_section import Branches, Measured, Origin, Plays
 from opensuction.settings.identification_file import (
     FORMAT_VERSION,
@@ -24,13 +30,12 @@ from opensuction.settings.identification_file import (
     Quantity,
     Source,
 )
+from opensuction.settings.lines_section import Lines
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.rig import Identification, Recording
 
 PARAMETER_FILE = "calibration.toml"
 RECORDING_FILE = "recording.csv"
-EVERY = 10
-"""Ticks from one line of the recording to the next: 100 Hz show all that the models follow."""
 RECORDING_HEAD = (
     "# In-silico: excitation of a simulated machine, every tenth sample of what was fitted"
 )
@@ -54,7 +59,7 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
     found, validation = calibrated.found, calibrated.validation
     if found is None or validation is None:
         raise ValueError("nothing was found that could be written")
-    content = recording_text(calibrated.first).encode()
+    content = recording_text(calibrated.whole).encode()
     rig, tip = calibrated.rig, found.laser_mm
     model = found.fit.model._asdict()
     return Identified(
@@ -84,6 +89,7 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
         }
         | {"initial_lag": IdentifiedParameter(found.fit.lag_mm, "mm", [])},
         servo=found.calibration.feedforward,
+        driven=_driven(calibrated),
         measured=Measured(
             machine=Origin(
                 name=calibrated.equipment.machine_name,
@@ -97,6 +103,13 @@ def parameter_file(calibrated: Calibrated, now: datetime) -> Identified:
             lookup_table=calibration_section.write_section(Branches, found.calibration.table),
         ),
     )
+
+
+def _driven(calibrated: Calibrated) -> Lines | None:
+    drive = calibrated.drive
+    if drive is None or drive.lines is None or drive.lines_model is None:
+        return None
+    return lines_section.write(drive.lines, drive.lines_model)
 
 
 def _quantity(column: str, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Quantity:
@@ -130,6 +143,7 @@ def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | Non
         "conduit_bend_rad": rig.kind.conduit.bend_rad,
         "seed": equipment.seed,
         "compensation": calibrated.compensation,
+        "choice": _choice(calibrated),
         "in_silico": True,
         **dict.fromkeys(("model", "parameters", "plays", "servo", "gap_mm", "gap_ratio")),
         **dict.fromkeys(("rmse_mm", "plays_rmse_mm", "validation_rmse_mm", "validation")),
@@ -137,8 +151,8 @@ def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | Non
             entry._asdict() | {"ok": entry.ok, "bound": calibration_check.bound(entry)}
             for entry in calibrated.checks
         ],
-        "samples": int(calibrated.first.head_mm.size),
-        "recording_sha256": hashlib.sha256(recording_text(calibrated.first).encode()).hexdigest(),
+        "samples": int(calibrated.whole.head_mm.size),
+        "recording_sha256": hashlib.sha256(recording_text(calibrated.whole).encode()).hexdigest(),
         "parameter_file": path,
         "version": __version__,
         "date_utc": now.isoformat(timespec="seconds"),
@@ -147,6 +161,21 @@ def plain(calibrated: Calibrated, now: datetime, seconds: float, path: str | Non
     if calibrated.found is not None:
         data |= _findings(calibrated, calibrated.found)
     return without_nan(data)
+
+
+def _choice(calibrated: Calibrated) -> Json | None:
+    """How the models were held against one another; None where nothing was to choose."""
+    drive = calibrated.drive
+    if drive is None:
+        return None
+    return {
+        "model": drive.model,
+        "reason": drive.reason,
+        "errors_mm": drive.errors_mm,
+        "refused": drive.refused,
+        "driven_model": drive.lines_model,
+        "driven_rmse_mm": calibrated.driven_rmse_mm,
+    }
 
 
 def _findings(calibrated: Calibrated, found: Identification) -> Json:

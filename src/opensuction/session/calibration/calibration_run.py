@@ -11,17 +11,26 @@ import numpy.typing as npt
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
+from opensuction.hysteresis.bank import play_table
+from opensuction.identification.judgement import drive_choice
+from opensuction.identification.judgement.drive_choice import DriveChoice
 from opensuction.kernel.errors import InputError
 from opensuction.session.calibration import calibration_check
 from opensuction.session.calibration.calibration_check import CalibrationCheck
 from opensuction.session.choice import CalibrationChoice
+from opensuction.session.cycle import driving
 from opensuction.session.cycle import equipment as equipments
 from opensuction.session.cycle.equipment import Equipment
 from opensuction.settings.calibration_section import Validation
 from opensuction.settings.choice import choose
+from opensuction.settings.identification_file import ON_LINES
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.rig import IDENTIFICATION_RUN, Identification, Recording, Rig
 
+BEST = "best"
+"""Asks for the compensator whose model predicts best."""
+OWN_COMPENSATOR = {drive_choice.PLAYS: "preview", drive_choice.DAHL: "exact-inverse"}
+"""Of models that drive in a form of their own; all others do by `ON_LINES`."""
 VALIDATION_RUN = 4
 """Number of the noise stream of the second run; cycles and teaching have others."""
 UNDETERMINED = (
@@ -42,7 +51,7 @@ class Calibrated(NamedTuple):
     compensation: str
     rig: Rig
     first: Recording
-    """What the models were fitted to."""
+    """The excitation, which plays, curves and servo were fitted to."""
     second: Recording
     """What they were held against."""
     found: Identification | None
@@ -52,6 +61,18 @@ class Calibrated(NamedTuple):
     """Every bound with its value."""
     reasons: tuple[str, ...]
     """Why it is refused, in sentences; empty where it is accepted."""
+    drive: DriveChoice | None = None
+    """How the models were held against one another; None where one compensator was asked for that
+    needs no choice."""
+    driven_rmse_mm: float | None = None
+    """What the model with lines leaves of the second run; None without one."""
+    inner: tuple[Recording, ...] = ()
+    """Shorter strokes after the first run, where a choice was made."""
+
+    @property
+    def whole(self) -> Recording:
+        """All of the first run."""
+        return rigs.join((self.first, *self.inner))
 
     @property
     def accepted(self) -> bool:
@@ -67,8 +88,8 @@ class Calibrated(NamedTuple):
 def resolve(choice: CalibrationChoice) -> Equipment:
     """What was chosen; raises InputError for unknown names and bad files."""
     equipment = equipments.resolve(choice.rig)
-    usable = {name: kind for name, kind in KIND_OF_NAME.items() if kind != CompensationKind.NONE}
-    choose(choice.compensation, usable, "compensation")
+    usable = [name for name, kind in KIND_OF_NAME.items() if kind != CompensationKind.NONE]
+    choose(choice.compensation, dict.fromkeys((BEST, *usable)), "compensation")
     return equipment
 
 
@@ -80,11 +101,16 @@ def run(choice: CalibrationChoice, tell: Callable[[str], None] = lambda _: None)
     """
     equipment = resolve(choice)
     rig = equipment.draw()
+    inner = choice.compensation in (BEST, ON_LINES)
     tell("Exciting the machine: the head over its stroke and back, twice, the tip under a laser")
-    first = rigs.recording(rig, IDENTIFICATION_RUN)
+    firsts = rigs.recordings(rig, IDENTIFICATION_RUN, inner)
     tell("Exciting it again, to hold the models against what they have not seen")
-    second = rigs.recording(rig, VALIDATION_RUN)
-    return judged(equipment, choice.compensation, rig, first, second)
+    seconds = rigs.recordings(rig, VALIDATION_RUN, inner)
+    found = judged(equipment, choice.compensation, rig, firsts[0], seconds[0])
+    if not (inner and found.accepted and found.found is not None):
+        return found
+    tell("Holding every model that drives against the others, on strokes left out in turn")
+    return _driven(found, found.found, firsts, seconds)
 
 
 def judged(
@@ -109,6 +135,41 @@ def judged(
             reasons = (*reasons, WOULD_JUMP)
     return Calibrated(
         equipment, compensation, rig, first, second, found, validation, checks, reasons
+    )
+
+
+def _driven(
+    found: Calibrated,
+    identified: Identification,
+    firsts: tuple[Recording, ...],
+    seconds: tuple[Recording, ...],
+) -> Calibrated:
+    """A calibration that holds, with the compensator that its models drive best by.
+
+    firsts, seconds: the excitation and the shorter strokes after it, of either run.
+    """
+    parts = rigs.strokes(found.rig.profile.excitation, inner=True)
+    checks = calibration_check.of_inner_strokes(parts, (firsts, seconds))
+    reasons = calibration_check.reasons(checks)
+    found = found._replace(inner=firsts[1:], checks=(*found.checks, *checks), reasons=reasons)
+    if reasons:
+        return found
+    try:
+        drive = driving.choose(firsts, only_lines=found.compensation == ON_LINES)
+    except InputError as refused:
+        return found._replace(reasons=(f"The machine cannot be driven so: {refused}.",))
+    found = found._replace(compensation=OWN_COMPENSATOR.get(drive.model, ON_LINES), drive=drive)
+    if drive.lines is None:
+        return found
+    calibration = identified.calibration._replace(lines=drive.lines)
+    whole = rigs.join(seconds)
+    tip_mm = play_table.simulate(play_table.tabulate(drive.lines), whole.head_mm)
+    rmse_mm = _rms(whole.laser_mm - tip_mm)
+    if found.compensation == ON_LINES:
+        checks = (*found.checks, calibration_check.of_lines(drive.model, rmse_mm))
+        found = found._replace(checks=checks, reasons=calibration_check.reasons(checks))
+    return found._replace(
+        found=identified._replace(calibration=calibration), driven_rmse_mm=rmse_mm
     )
 
 

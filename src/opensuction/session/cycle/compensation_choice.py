@@ -1,8 +1,10 @@
 """The compensation that a person chose: a name, or a parameter file that holds name and model."""
 
 from opensuction.control.compensation import KIND_OF_NAME, CompensationKind
-from opensuction.controller.calibration import Calibration
+from opensuction.controller.calibration import Calibration, Feedforward
+from opensuction.controller.machine_profile import MachineProfile
 from opensuction.kernel.errors import InputError
+from opensuction.session.choice import LISTED
 from opensuction.session.cycle.equipment import is_file
 from opensuction.settings import identification_file, plausibility
 from opensuction.settings.calibration_section import Origin
@@ -20,7 +22,7 @@ def resolve(name: str) -> tuple[CompensationKind, Identified | None]:
     Raises InputError for an unknown name and for a file whose model no compensator can use.
     """
     if not is_file(name):
-        return choose(name, KIND_OF_NAME, "compensation"), None
+        return choose(name, KIND_OF_NAME, "compensation", LISTED), None
     identified = identification_file.load(name)
     identification_file.to_calibration(identified, name)
     return KIND_OF_NAME[identified.about.compensator], identified
@@ -34,10 +36,19 @@ def calibration(identified: Identified, name: str, kind: MachineKind) -> Calibra
     calibrated as another kind or with another catheter.
     """
     found = identification_file.to_calibration(identified, name)
+    if identified.servo is None:
+        found = found._replace(feedforward=nominal_feedforward(kind.profile))
     if identified.measured is not None:
         _check_origin(identified.measured.machine, name, kind)
     plausibility.check(found, kind.profile.transmission, name)
     return found
+
+
+def nominal_feedforward(profile: MachineProfile) -> Feedforward:
+    """What the motor's nominal speed says of the servo; friction only a calibration measures."""
+    return Feedforward(
+        velocity_v_s_per_mm=profile.supply_v / profile.no_load_mm_per_s, friction_v=0.0
+    )
 
 
 def _check_origin(origin: Origin, name: str, kind: MachineKind) -> None:

@@ -20,7 +20,7 @@ from opensuction.procedure.planning.clinical import Template
 from opensuction.procedure.planning.guideline import GuidelineCheck
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.report.moment import Moment
-from opensuction.session.cycle import compensation_choice, fault_choice, preoxygenation
+from opensuction.session.cycle import compensation_choice, driving, fault_choice, preoxygenation
 from opensuction.session.cycle.resolution import ResolvedCycle
 from opensuction.simulation import closed_loop, input_log, self_calibration, trace
 from opensuction.simulation import rig as rigs
@@ -59,7 +59,7 @@ class Prepared(NamedTuple):
     identification: Identification | None
     """None where the compensation needs none, or has its model from a file."""
     taught_mm: float | None
-    """Carina's depth that the protocol was fitted to; None where it names its own travel."""
+    """Carina's depth that the protocol was fitted to or held against; None on a bench."""
     loop: Loop
     start: LoopState
 
@@ -90,7 +90,10 @@ def teach(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> float:
 
 
 def fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol:
-    """The protocol for the rig's patient; a file's own numbers are held against the guidelines."""
+    """The protocol for the rig's patient, whose depth is what was taught.
+
+    A file's own numbers are held against that and the guidelines.
+    """
     protocol, by_contact = resolved.protocol, resolved.by_contact
     able = setup.abilities(rig.profile, resolved.compensation, calibration, rig.site)
     if isinstance(protocol, Template):
@@ -105,13 +108,15 @@ def fit(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Protocol
 def _refuse_early(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> None:
     """Refuse before the slow part what no taught depth can make possible.
 
-    Nothing is easier to fit than the least depth at which a tip can stop short of the carina.
-    Raises InputError.
+    Nothing is easier to fit than the least depth at which a tip can stop short of the carina, and
+    the depth of a file waits for what is taught. Raises InputError.
     """
-    first, found = rig, resolved.protocol
+    first, found, given_mm = rig, resolved.protocol, resolved.choice.taught_mm
     if isinstance(found, Template):
         least_mm = teaching.PLAUSIBLE[rig.site.age].least_mm
         first = with_depth(rig, max(least_mm, found.stop_short_mm + LEAST_TRAVEL_MM))
+    elif not resolved.equipment.on_bench:
+        first = with_depth(rig, rigs.NO_CARINA_MM if given_mm is None else given_mm)
     protocol = fit(resolved, first, calibration)
     kind, by_contact = resolved.compensation, resolved.by_contact
     setup.plan_settings(first.profile, protocol, kind, calibration, by_contact, first.site)
@@ -128,7 +133,7 @@ def prepare(
     Raises InputError for what cannot be planned.
     """
     choice, kind = resolved.choice, resolved.compensation
-    is_template = isinstance(resolved.protocol, Template)
+    at_patient = not resolved.equipment.on_bench
     rig = resolved.equipment.draw()
     if resolved.by_contact and not rig.machine.has_patient:
         rig = rigs.with_carina(rig, CONTACT_CARINA_MM)
@@ -142,11 +147,14 @@ def prepare(
     identification, taught_mm, known = None, None, calibration
     if resolved.parameter_file is not None:
         tell(f"Compensating with the model of {choice.compensation}")
-    elif kind != CompensationKind.NONE or is_template:
+    elif kind != CompensationKind.NONE or at_patient:
         tell("Identifying this machine before use: the head over its stroke, the tip under a laser")
         identification = rigs.identify(rig)
         known = identification.calibration
-    if is_template:
+        if kind == CompensationKind.MODEL_PREVIEW:
+            tell("Holding every model of plays against the others, on strokes left out in turn")
+            known = driving.with_lines(rig, known)
+    if at_patient:
         taught_mm = teach(resolved, rig, known)
         rig = with_depth(rig, taught_mm)
     if kind == CompensationKind.NONE:
@@ -162,6 +170,7 @@ def assemble(resolved: ResolvedCycle, rig: Rig, calibration: Calibration) -> Pre
     kind, by_contact = resolved.compensation, resolved.by_contact
     protocol = fit(resolved, rig, calibration)
     rig = self_calibration.with_widths(rig, resolved.choice.gap_scale)
+    rig = self_calibration.with_offset(rig, resolved.choice.tip_shift_mm)
     loop, start = rigs.assemble(rig, protocol, kind, calibration, CYCLE_RUN, by_contact)
     return Prepared(resolved, rig, protocol, calibration, None, None, loop, start)
 

@@ -209,6 +209,7 @@ def _asked(prepared: Prepared) -> Json:
         "conduit": machine_summary.conduit_name(kind.catheter, kind.conduit),
         "seed": equipment.seed,
         "gap_scale": choice.gap_scale,
+        "tip_shift_mm": choice.tip_shift_mm,
         "taught_mm": prepared.taught_mm,
         "teaching": machine_summary.teaching(prepared),
     }

@@ -54,13 +54,13 @@ def _of_secretion(result: Outcome) -> str | None:
 
 
 def _of_servo(prepared: Prepared) -> str | None:
-    """What a parameter file without a servo's feedforward costs."""
+    """What stands in for the servo's feedforward where a parameter file has none."""
     file = prepared.resolved.parameter_file
     if file is None or file.servo is not None:
         return None
     return (
-        "The parameter file holds no servo feedforward, so the head lags behind its command; "
-        "a section servo with velocity_v_s_per_mm and friction_v would add it."
+        "The parameter file holds no servo feedforward: the motor's nominal voltage for speed "
+        "stands in for it, and nothing for friction; a calibration of the machine finds both."
     )
 
 

@@ -3,18 +3,22 @@
 from typing import NamedTuple
 
 from opensuction.kernel.errors import InputError
-from opensuction.session.choice import RigChoice
-from opensuction.settings import machine_file, patient_file
+from opensuction.session.choice import LISTED, RigChoice
+from opensuction.settings import machine_file, patient_file, transmission_choice
 from opensuction.settings.choice import choose
+from opensuction.settings.transmission_choice import MACHINES
 from opensuction.simulation import machine_kind
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.machine_kind import MachineKind
 from opensuction.simulation.rig import Rig
 from opensuction.twin import preset
+from opensuction.twin.conduit import transmission_class
 from opensuction.twin.machine.catheter import CATHETERS, ROUTES, lay
 from opensuction.twin.patient import patient_kind
 from opensuction.twin.patient.patient_kind import PatientKind
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
+
+BENCH = "bench"
 
 
 class Equipment(NamedTuple):
@@ -30,7 +34,7 @@ class Equipment(NamedTuple):
     @property
     def on_bench(self) -> bool:
         """Whether it is the paper's bench or like it."""
-        return self.machine.preset == "bench"
+        return self.machine.preset == BENCH
 
     def draw(self) -> Rig:
         """The one machine, with its patient, that the seed draws."""
@@ -52,10 +56,14 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
                 raise InputError(f"{option} is the machine file's to say: change it in {name}")
         person_name = _patient_name(choice, machine.preset)
         return Equipment(name, machine, person_name, _patient(person_name), choice.seed)
-    choose(name, preset.MACHINE_TABLES, "machine")
-    person_name = _patient_name(choice, name)
+    known = dict.fromkeys(preset.MACHINE_TABLES, transmission_class.PLAYS.name) | MACHINES
+    chosen = choose(name, known, "machine", LISTED)
+    base = BENCH if name in MACHINES else name
+    person_name = _patient_name(choice, base)
     person = _patient(person_name)
-    machine = machine_kind.of_preset(name, None if person is None else person.age)
+    machine = machine_kind.of_preset(base, None if person is None else person.age)
+    if name in MACHINES:
+        machine = machine_kind.transmitting(machine, transmission_choice.find(chosen))
     catheter = machine.catheter
     if choice.catheter is not None:
         catheter = choose(choice.catheter, CATHETERS, "catheter")
@@ -67,7 +75,7 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
 
 def _patient_name(choice: RigChoice, machine_preset: str) -> str | None:
     """The patient that was named, or the default; nobody on the bench."""
-    if machine_preset != "bench":
+    if machine_preset != BENCH:
         return rigs.DEFAULT_PATIENT if choice.patient is None else choice.patient
     if choice.patient is not None:
         raise InputError("the bench has no patient: leave --patient out or use --machine clinical")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import CYCLE, Phase
+from opensuction.session.choice import LISTED
 from opensuction.settings.choice import choose
 from opensuction.settings.wording import one_line, show
 from opensuction.simulation.injection import injection
@@ -16,8 +17,6 @@ from opensuction.twin.machine.catheter import CATHETERS
 
 FORM = "NAME[@S][=STRENGTH], S in seconds after the start or PHASE+S"
 _PARTS = re.compile(r"(?P<name>[^@=]*)(?:@(?P<at>[^@=]*))?(?:=(?P<strength>[^@=]*))?")
-LISTED = "'opensuction cycle --help'"
-"""Where all faults are listed: too many for a message."""
 PHASES = {phase.name.lower(): phase for phase in (*CYCLE, Phase.ABORTING, Phase.HALTED)}
 """Phases that a cycle can have once it has begun, by name."""
 WIDEST = max(CATHETERS, key=lambda name: CATHETERS[name].outer_mm)

@@ -3,6 +3,7 @@
 Keys and units are a contract (docs/reference/results.md).
 """
 
+from opensuction.control.compensation import CompensationKind
 from opensuction.hysteresis import modified_dahl, prandtl_ishlinskii
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.session.cycle.cycle_run import Prepared
@@ -37,6 +38,7 @@ def identification(prepared: Prepared) -> Json | None:
         "gap_mm": float(modified_dahl.gap_mm(model)),
         "rmse_mm": None,
         "well_posed": bool(modified_dahl.is_monotone(model)),
+        "driven_model": None,
         "samples": None,
         "feedforward_v_s_per_mm": feedforward.velocity_v_s_per_mm,
         "friction_v": feedforward.friction_v,
@@ -53,6 +55,8 @@ def identification(prepared: Prepared) -> Json | None:
         }
     if file is None:
         return None
+    if prepared.resolved.compensation == CompensationKind.MODEL_PREVIEW:
+        data["driven_model"] = None if file.driven is None else file.driven.model
     return data | {
         "rmse_mm": file.about.rmse,
         "samples": file.about.recording.fitted_samples,

@@ -27,6 +27,8 @@ APPROACHES = {"travel": False, "contact": True}
 """Ways to find the stopping point, and whether it is the contact switch that does."""
 GAP_SCALES = (0.5, 1.5)
 """Least and most: more than what self-calibration is trusted with, either way."""
+MOST_SHIFT_MM = 10.0
+"""Likewise of an offset."""
 
 
 class ResolvedCycle(NamedTuple):
@@ -53,6 +55,8 @@ class ResolvedCycle(NamedTuple):
         if choice.protocol is not None:
             reason = ""
         changed = f", gaps x {choice.gap_scale:g}" if choice.gap_scale != 1.0 else ""
+        if choice.tip_shift_mm != 0.0:
+            changed += f", tip {choice.tip_shift_mm:+g} mm"
         return (
             f"machine {used.machine_name}{who}, protocol {self.protocol_name}{reason}, "
             f"approach {choice.approach}, compensation {choice.compensation}, "
@@ -138,13 +142,14 @@ def _check(resolved: ResolvedCycle) -> None:
             f"protocol '{name}' is for a patient and the bench has none: use "
             "--machine clinical or --protocol paper"
         )
-    if person is not None and isinstance(protocol, Template):
+    if person is not None:
         # What a hand would teach of such a carina is not taken either.
         carina_mm = person.table["carina_mm"].value
         teaching_limit.check_plausible(person.age, carina_mm, "carina_mm")
-    if taught_mm is not None and not isinstance(protocol, Template):
+    if taught_mm is not None and person is None:
         raise InputError(
-            f"--taught {taught_mm:g} mm would do nothing: protocol '{name}' names its own travel_mm"
+            f"--taught {taught_mm:g} mm would do nothing: protocol '{name}' names its own "
+            "travel_mm, and the bench has no patient whose depth it is held against"
         )
     if taught_mm is not None and person is not None:
         teaching_limit.check_plausible(person.age, taught_mm, "--taught")
@@ -153,6 +158,11 @@ def _check(resolved: ResolvedCycle) -> None:
     if not least <= resolved.choice.gap_scale <= most:
         scale = resolved.choice.gap_scale
         raise InputError(f"--gap-scale {scale:g}: should be {least:g} to {most:g}")
+    shift_mm = resolved.choice.tip_shift_mm
+    if not abs(shift_mm) <= MOST_SHIFT_MM:
+        raise InputError(
+            f"--tip-shift {shift_mm:g}: should be {-MOST_SHIFT_MM:g} to {MOST_SHIFT_MM:g} mm"
+        )
 
 
 def _check_oxygen(resolved: ResolvedCycle) -> None:

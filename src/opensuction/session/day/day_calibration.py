@@ -1,15 +1,22 @@
-"""Self-calibration over a day: each contact measures the gap, the next cycle compensates it.
+"""Self-calibration over a day: each cycle tells of gap and tip, the next cycle compensates that.
 
-The governor's bounds stay those of the identified gap (docs/decisions/0007). A gap out of the range
-that they hold for, or one that the protocol cannot be done with, lets no further cycle begin.
+The governor's bounds stay those of the identified gap (docs/decisions/0007). A transmission out of
+what they hold for, or one that the protocol cannot be done with, lets no further cycle begin.
 """
 
 from typing import NamedTuple
 
-from opensuction.controller import setup
+from opensuction.controller import adaptation, setup
 from opensuction.controller.calibration import Calibration
 from opensuction.controller.record import Settings
-from opensuction.identification.estimator.gap_scale import TRUSTED, ScaleRecord
+from opensuction.hysteresis import prandtl_ishlinskii
+from opensuction.identification.estimator.adaptation import (
+    Change,
+    branch_scales,
+    unchanged,
+)
+from opensuction.identification.estimator.gap_scale import TRUSTED
+from opensuction.identification.estimator.mouth_passage import Shift
 from opensuction.kernel.errors import InputError
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle.cycle_run import Prepared
@@ -22,38 +29,56 @@ class Learning(NamedTuple):
     """What self-calibration knows and has changed so far."""
 
     identified: Calibration
-    """As the laser found it, scale 1."""
+    """As the laser found it."""
     settings: Settings
     """The controller's on that calibration; its limits never change."""
-    record: ScaleRecord
-    """The last change of the scale."""
+    change: Change
+    """The last one."""
     refusal: str | None
     """Why no further cycle may begin."""
 
 
 def begun(prepared: Prepared) -> Learning:
-    """Before the first cycle: the identified gap, and nothing learned."""
-    unchanged = ScaleRecord(1.0, float("nan"), 1.0, TRUSTED, in_range=True)
-    return Learning(prepared.calibration, prepared.loop.controller, unchanged, None)
+    """Before the first cycle: the identified transmission, and nothing learned."""
+    return Learning(prepared.calibration, prepared.loop.controller, unchanged(TRUSTED), None)
 
 
 def learned(learning: Learning, prepared: Prepared, columns: Columns) -> Learning:
-    """After a completed cycle: what its contact says, and whether another may begin."""
-    profile = prepared.rig.profile
-    record = self_calibration.learned(
-        profile, learning.identified, learning.record.new, columns, TRUSTED
-    )
-    refusal = None if record.in_range else out_of_range(record)
-    return learning._replace(record=record, refusal=refusal)
+    """After a completed cycle: what it showed, and whether another may begin."""
+    mouth_mm = learning.settings.limits.mouth_mm
+    profile, kind = prepared.rig.profile, prepared.resolved.compensation
+    seen = self_calibration.seen(profile, kind, learning.identified, mouth_mm, columns)
+    change = adaptation.learn(learning.identified, learning.change.new, seen)
+    gap_mm = prandtl_ishlinskii.gap_mm(learning.identified.plays)
+    refusal = None if change.in_range else out_of_range(change, gap_mm)
+    return learning._replace(change=change, refusal=refusal)
 
 
-def out_of_range(record: ScaleRecord) -> str:
-    """Why a scale out of its range ends the day, in one sentence."""
-    said = Condition.CALIBRATION_OUT_OF_RANGE.row
-    limits = record.limits
+def out_of_range(change: Change, gap_mm: float) -> str:
+    """Why a transmission out of range ends the day, in one sentence. gap_mm: identified."""
+    sentence, limits = Condition.CALIBRATION_OUT_OF_RANGE.row.sentence, change.limits
+    scale, deeper_mm = change.found
+    holds = f"{limits.least:g} to {limits.most:g} is what the tip's bounds hold for"
+    if scale == change.seen.contact_scale and deeper_mm == 0.0:
+        return f"{sentence}: the contact says {scale:.2f} times as wide, and {holds}"
+    inwards, outwards = branch_scales(change.found, gap_mm)
+    witness = "the light barrier says" if change.found == change.seen.mouth else "together it is"
     return (
-        f"{said.sentence}: the contact says {record.estimated:.2f} times as wide, and "
-        f"{limits.least:g} to {limits.most:g} is what the tip's bounds hold for"
+        f"{sentence}: {witness} {scale:.2f} times as wide and the tip "
+        f"{depth_words(deeper_mm)}; inwards that is where a gap {inwards:.2f} times as wide has "
+        f"it, outwards {outwards:.2f}, and {holds}"
+    )
+
+
+def depth_words(deeper_mm: float) -> str:
+    """How much deeper or shallower the tip lies than identified."""
+    return f"{abs(deeper_mm):.1f} mm {'shallower' if deeper_mm < 0.0 else 'deeper'}"
+
+
+def _refused(shift: Shift, why: InputError) -> str:
+    return (
+        f"a gap {shift.scale:.2f} times as wide as identified with the tip "
+        f"{depth_words(shift.offset_mm)} cannot be compensated: {why}"
     )
 
 
@@ -64,20 +89,24 @@ def applied(
 
     Nothing is changed between ticks of a cycle.
     """
-    if learning.record.new == learning.record.old:
+    shift = learning.change.new
+    if shift == learning.change.old:
         return prepared, state, learning
     rig, kind = prepared.rig, prepared.resolved.compensation
-    used = self_calibration.rescaled(learning.identified, learning.record)
+    used = adaptation.adapted(learning.identified, shift)
     try:
-        planned = setup.settings(
-            rig.profile, prepared.protocol, kind, used, by_contact=True, site=rig.site
+        planned = self_calibration.replanned(
+            rig.profile,
+            prepared.protocol,
+            kind,
+            used,
+            prepared.resolved.by_contact,
+            rig.site,
+            learning.settings,
         )
-        planned = self_calibration.bounded(planned, learning.settings)
     except InputError as refused:
-        scale = learning.record.new
-        refusal = f"a gap {scale:.2f} times as wide as identified cannot be compensated: {refused}"
-        return prepared, state, learning._replace(refusal=refusal)
+        return prepared, state, learning._replace(refusal=_refused(shift, refused))
     planned = setup.with_schedule(planned, prepared.loop.controller.service.schedule)
-    loop = prepared.loop._replace(controller=planned)
+    loop = prepared.loop._replace(controller=planned, heads_mm=setup.branches(kind, used))
     following = prepared._replace(calibration=used, loop=loop)
     return following, self_calibration.parked_anew(loop, state), learning

@@ -1,8 +1,7 @@
 """Whether what a person chose for a day of cycles can be meant."""
 
-from opensuction.control.compensation import KIND_OF_NAME, ON_PLAYS
+from opensuction.control.compensation import CompensationKind
 from opensuction.kernel.errors import InputError
-from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle import schedule
 from opensuction.procedure.cycle.schedule import ScheduleMode
 from opensuction.procedure.cycle.upkeep import LIFE_S
@@ -45,24 +44,17 @@ def check(day: DayChoice, resolved: ResolvedCycle) -> None:
 
 def _check_learning(day: DayChoice, resolved: ResolvedCycle) -> None:
     """Refuse self-calibration where nothing could be learned or used; raises InputError."""
-    if not resolved.by_contact:
-        raise InputError(
-            "--self-calibrate measures the gap where the tip touches the carina: add "
-            "--approach contact"
-        )
     if day.repeat < 2:
         raise InputError(
             "--self-calibrate is for the next cycle: add --repeat 2 or more, and --every MIN"
         )
-    if resolved.compensation not in ON_PLAYS:
-        known = " or ".join(name for name, kind in KIND_OF_NAME.items() if kind in ON_PLAYS)
-        name = name_of(resolved.compensation)
+    if resolved.compensation == CompensationKind.NONE:
         raise InputError(
-            f"--self-calibrate finds a scale of play widths, and compensation '{name}' has none: "
-            f"use {known}"
+            "--self-calibrate finds gap and offset, and compensation 'none' uses neither: use "
+            "another, for example preview"
         )
     backoff_mm = resolved.protocol.backoff_mm
-    if backoff_mm <= 0.0:
+    if resolved.by_contact and backoff_mm <= 0.0:
         raise InputError(
             f"--self-calibrate needs a reversal at the carina, and backoff_mm is "
             f"{backoff_mm:g} mm: set it to 1 mm or more"

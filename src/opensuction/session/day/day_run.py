@@ -3,8 +3,8 @@
 Between cycles the machine is parked: the patient breathes on and the controller's clocks run, but
 its ticks are not played (`simulation.idle_time`). Before each cycle a person comes (`attendance`):
 gives oxygen where it is asked for, looks at the patient after as many passes as may follow each
-other, changes a catheter whose 24 h would end. With self-calibration the contact of each cycle says
-how wide the gap is, and the next cycle compensates that.
+other, changes a catheter whose 24 h would end. With self-calibration each cycle shows how wide the
+gap is and where the tip lies, and the next cycle compensates that.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.controller import setup
-from opensuction.identification.estimator.gap_scale import ScaleRecord
+from opensuction.identification.estimator.adaptation import Change
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS, START, Requests
 from opensuction.procedure.cycle import schedule
@@ -56,8 +56,8 @@ class DayCycle(NamedTuple):
     """A person looked at the patient just before it, for the passes of the machine were used up."""
     preoxygenation: str
     """What is on record: confirmed, skipped or not-required."""
-    gap: ScaleRecord | None
-    """What its contact said of the gap; None without self-calibration."""
+    learned: Change | None
+    """What it showed of gap and tip; None without self-calibration or where it was broken off."""
 
 
 class Day(NamedTuple):
@@ -128,7 +128,7 @@ def play(
         state, done = now.state, now.done
         if learning is not None and done.outcome.completed:
             learning = day_calibration.learned(learning, prepared, now.columns)
-            done = done._replace(gap=learning.record)
+            done = done._replace(learned=learning.change)
         cycles.append(done)
         tell(done, now.ready, _from_zero(now.columns))
         refusal = None if learning is None else learning.refusal
@@ -261,5 +261,5 @@ def _cycle(
         catheter_changed=attended.catheter_changed,
         assessed=attended.assessed,
         preoxygenation=preoxygenation.plain(columns)["state"],
-        gap=None,
+        learned=None,
     )

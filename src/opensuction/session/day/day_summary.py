@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from opensuction.identification.estimator.gap_scale import ScaleRecord
+from opensuction.identification.estimator.adaptation import Change, Finding
+from opensuction.identification.estimator.mouth_passage import SENTENCES, Missed
 from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle import schedule
@@ -13,7 +14,7 @@ from opensuction.report.wording import capitalise
 from opensuction.safety.alarm.alarm_episode import Episode
 from opensuction.safety.condition import Condition
 from opensuction.session.cycle import cycle_summary
-from opensuction.session.day import cycle_report
+from opensuction.session.day import cycle_report, day_calibration
 from opensuction.session.day.cycle_report import CycleReport
 from opensuction.session.day.day_run import Day, DayCycle
 from opensuction.session.plain import Json, without_nan
@@ -47,7 +48,7 @@ def _row(cycle: DayCycle) -> Json:
         "catheter_changed": cycle.catheter_changed,
         "assessed": cycle.assessed,
         "preoxygenation": cycle.preoxygenation,
-        "gap": _gap(cycle.gap),
+        "gap": _gap(cycle.learned),
     }
 
 
@@ -101,27 +102,37 @@ def plain(day: Day, reports: Sequence[CycleReport] = ()) -> Json:
     )
 
 
-def _gap(record: ScaleRecord | None) -> Json | None:
-    """One cycle's change of the scale; None without self-calibration or after a broken cycle."""
-    if record is None:
+def _gap(change: Change | None) -> Json | None:
+    """One cycle's change; None without self-calibration or after a broken cycle."""
+    if change is None:
         return None
+    seen = change.seen
     return {
-        "used_scale": record.old,
-        "contact_scale": record.estimated,
-        "next_scale": record.new,
-        "least_scale": record.limits.least,
-        "most_scale": record.limits.most,
-        "in_range": record.in_range,
+        "used_scale": change.old.scale,
+        "contact_scale": seen.contact_scale,
+        "mouth_scale": seen.mouth.scale,
+        "next_scale": change.new.scale,
+        "least_scale": change.limits.least,
+        "most_scale": change.limits.most,
+        "used_offset_mm": change.old.offset_mm,
+        "mouth_offset_mm": seen.mouth.offset_mm,
+        "next_offset_mm": change.new.offset_mm,
+        "finding": name_of(change.finding),
+        "mouth_missed": SENTENCES[seen.missed] or None,
+        "in_range": change.in_range,
     }
 
 
-def gap_words(record: ScaleRecord | None) -> str:
-    """What a contact said, to be added to a line about its cycle."""
-    if record is None:
+def gap_words(change: Change | None) -> str:
+    """What a cycle showed, to be added to a line about it."""
+    if change is None:
         return ""
-    if not np.isfinite(record.estimated):
+    if change.finding == Finding.NOTHING_SEEN:
         return ", nothing to learn of the gap"
-    return f", gap {record.estimated:.2f} x the identified one"
+    if change.finding == Finding.CONTRADICTION:
+        return ", contact and light barrier contradict each other on the gap"
+    scale, deeper_mm = change.found
+    return f", gap {scale:.2f} x the identified one, tip {day_calibration.depth_words(deeper_mm)}"
 
 
 def gap_alarms(day: Day, time_s: float) -> list[Json]:
@@ -157,10 +168,32 @@ def attendance_notes(day: Day) -> list[str]:
 
 
 def gap_notes(day: Day) -> list[str]:
-    """Why no further cycle began, and what to do; nothing where all went well."""
+    """What could not be used, why no further cycle began, and what to do; else nothing."""
+    said = _unused_notes(day)
     if day.refusal is None:
-        return []
+        return said
     done, repeat = len(day.cycles), day.asked.repeat
     kept = f" Cycle {done + 1} of {repeat} was refused." if done < repeat else ""
     priority = CONDITION.row.handling.priority.name.lower()
-    return [f"Alarm ({priority}): {capitalise(day.refusal)}.{kept} {CONDITION.row.remedy}"]
+    return [*said, f"Alarm ({priority}): {capitalise(day.refusal)}.{kept} {CONDITION.row.remedy}"]
+
+
+def _unused_notes(day: Day) -> list[str]:
+    """Cycles whose evidence was not used, and what a person should look at."""
+    changes = {one.number: one.learned for one in day.cycles if one.learned is not None}
+    said = []
+    against = [n for n, one in changes.items() if one.finding == Finding.CONTRADICTION]
+    if against:
+        said.append(
+            f"{_after(against)} contact and light barrier told different widths of the gap: "
+            "neither was used. Look at both, unless the patient coughed or was moved."
+        )
+    for missed in Missed:
+        numbers = [n for n, one in changes.items() if one.seen.missed == missed]
+        if numbers and missed not in (Missed.NOTHING, Missed.NO_BARRIER):
+            said.append(f"{_after(numbers)} nothing was learned at the mouth: {SENTENCES[missed]}.")
+    return said
+
+
+def _after(numbers: list[int]) -> str:
+    return f"After cycle {', '.join(str(number) for number in numbers)}"

@@ -1,30 +1,37 @@
 """Identification of a recording, from names of columns to results: the workbench's two commands."""
 
 import math
+import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from opensuction.identification import workbench
+from opensuction.identification.checked_recording import check_holdout
 from opensuction.identification.judgement.coupling import MOST_COLUMNS
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.judgement.recommendation import PURPOSES, Aim
-from opensuction.identification.workbench import METHODS, MODELS, FittedModel, Progress
+from opensuction.identification.method import COUPLED, METHODS, MODELS
+from opensuction.identification.workbench import FittedModel, Progress
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.recording import pair as recorded
-from opensuction.recording import table
+from opensuction.recording import standard_input, table
 from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
-from opensuction.settings.identification_file import COMPENSATORS
 from opensuction.settings.unit import unit_of_column
 from opensuction.settings.wording import name_source
 
 SECONDS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 """Units of time that a column's name may carry; without one it is in seconds."""
+
+MOST_FITS, REPEATED_S, TIMED_S = 20, 0.1, 0.25
+"""How often and how long one fit is timed, and how long all of them: `time_fits`."""
 
 UNKNOWN_UNITS = ("input", "output")
 """What units are called where a column's name has none: a slope is then in output/input."""
@@ -52,7 +59,7 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
         choose(model, MODELS, "model")
     if method is not None:
         choose(method, METHODS, "method")
-    workbench.check_holdout(choice.holdout, "--holdout")
+    check_holdout(choice.holdout, "--holdout")
     _check_span(choice)
     for name in choice.input:
         if choice.input.count(name) > 1:
@@ -62,10 +69,10 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
             f"--input and --output are both '{choice.output}'; name the column that drives and the "
             "one that follows"
         )
-    if len(choice.input) > 1 and model is not None and model != workbench.COUPLED:
+    if len(choice.input) > 1 and model is not None and model != COUPLED:
         raise InputError(
             f"model '{model}' follows one --input, not {len(choice.input)}: add --model "
-            f"{workbench.COUPLED}, or leave out the others"
+            f"{COUPLED}, or leave out the others"
         )
 
 
@@ -91,6 +98,14 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
     no numbers, a time that does not rise, and records that cannot show how one follows the other.
     """
     check(choice, model, method)
+    if choice.file != standard_input.DASH:
+        return _load(choice, model, method)
+    with standard_input.spool() as file:
+        loaded = _load(choice._replace(file=file), model, method)
+    return loaded._replace(choice=choice._replace(file=Path(standard_input.NAME)))
+
+
+def _load(choice: RecordingChoice, model: str | None, method: str | None) -> LoadedRecording:
     found = table.open_table(choice.file)
     known = dict.fromkeys(found.names)
     wanted = [*choice.input, choice.output]
@@ -99,29 +114,56 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
     for name in wanted:
         choose(name, known, f"column in {choice.file}:")
     columns = table.read_columns(found, wanted)
-    time_s = None
+    return arrange(
+        LoadedRecording(
+            choice=choice,
+            model=model,
+            method=method,
+            table=found,
+            pair=Pair(columns[choice.input[0]], columns[choice.output], None),
+            labels=name_columns(choice),
+            beside={},
+        ),
+        columns,
+        lambda: _read_beside(found, wanted, columns[choice.output].size),
+    )
+
+
+def arrange(
+    loaded: LoadedRecording,
+    columns: Mapping[str, Array],
+    read_beside: Callable[[], dict[str, Array]],
+) -> LoadedRecording:
+    """The recording with the part of its columns that is used, as it is identified.
+
+    columns: those that were named. read_beside: gives the others, once these are fit to be used.
+    Raises InputError for a time that does not rise, and records that cannot show how one follows
+    the other.
+    """
+    choice, time_s = loaded.choice, None
     with name_source(choice.file):
         if choice.time is not None:
             time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
             recorded.check_time(choice.time, time_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
         driven, *others = (columns[name] for name in choice.input)
-        beside = _read_beside(found, wanted)
+        beside = read_beside()
         pair = Pair(driven, answer, time_s, (*others, *beside.values()))
         pair = recorded.cut(pair, choice.from_s, choice.to_s)
         rest = dict(zip(beside, pair.others[len(others) :], strict=True))
         pair = pair._replace(others=pair.others[: len(others)])
         recorded.check(pair, choice.input[0], choice.output, choice.input[1:])
-    return LoadedRecording(choice, model, method, found, pair, name_columns(choice), rest)
+    return loaded._replace(pair=pair, beside=rest)
 
 
-def _read_beside(found: RecordedTable, wanted: list[str]) -> dict[str, Array]:
-    """The other columns of the file, those that are not all numbers left out."""
+def _read_beside(found: RecordedTable, wanted: list[str], samples: int) -> dict[str, Array]:
+    """The other columns of the file, those left out that are not as many numbers."""
     columns: dict[str, Array] = {}
     for name in found.names:
         if name not in wanted and len(columns) < MOST_COLUMNS:
             with suppress(InputError):
-                columns |= table.read_columns(found, [name])
+                read = table.read_columns(found, [name])
+                columns |= {key: values for key, values in read.items() if values.size == samples}
     return columns
 
 
@@ -163,13 +205,39 @@ def fit(
                 labels,
                 progress,
                 loaded.beside,
-                Aim(purpose, tuple(COMPENSATORS)),
+                Aim(purpose),
             )
         return [
             workbench.identify(
-                *recording, loaded.model, loaded.method, choice.holdout, labels, loaded.beside
+                *recording,
+                loaded.model,
+                loaded.method,
+                choice.holdout,
+                labels,
+                loaded.beside,
             )
         ]
+
+
+def time_fits(results: list[FittedModel]) -> dict[str, float]:
+    """Seconds of processor time that the fit of each model takes by itself, warm.
+
+    Each is done again up to `MOST_FITS` times or for `REPEATED_S`, at least once; the shortest
+    counts. Processor time, for a fit waits for nothing but the processor, and what other programs
+    take of it is not the fit's. Not a number for models, in the catalogue's order, whose turn comes
+    when `TIMED_S` are over.
+    """
+    began_s, found = time.process_time(), {}
+    for result in sorted(results, key=lambda each: [*MODELS].index(each.model)):
+        took_s: list[float] = []
+        while not took_s or (len(took_s) < MOST_FITS and sum(took_s) < REPEATED_S):
+            at_s = time.process_time()
+            if at_s - began_s > TIMED_S:
+                break
+            result.refit()
+            took_s.append(time.process_time() - at_s)
+        found[result.model] = min(took_s, default=math.nan)
+    return found
 
 
 def _check_direction(loaded: LoadedRecording) -> None:

@@ -9,11 +9,16 @@ from datetime import datetime
 import numpy as np
 
 from opensuction import __version__
+from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.judgement.candidate import Estimate
-from opensuction.identification.workbench import METHODS, MODELS, FittedModel
+from opensuction.identification.judgement.driven import Driven
+from opensuction.identification.method import METHODS, MODELS
+from opensuction.identification.workbench import FittedModel
+from opensuction.kernel.errors import InputError
 from opensuction.session.identification import identification_run
 from opensuction.session.identification.identification_run import LoadedRecording
 from opensuction.session.plain import Json, without_nan
+from opensuction.settings import lines_section, model_structure
 from opensuction.settings.identification_file import (
     COMPENSATOR_OF_MODEL,
     FORMAT_VERSION,
@@ -24,6 +29,7 @@ from opensuction.settings.identification_file import (
     Quantity,
     Source,
 )
+from opensuction.settings.model_structure import FittedPart, Structure
 
 
 def _interval(estimate: Estimate) -> list[float]:
@@ -32,7 +38,7 @@ def _interval(estimate: Estimate) -> list[float]:
     return ends if all(math.isfinite(end) for end in ends) else []
 
 
-def _figures(result: FittedModel) -> Json:
+def _figures(result: FittedModel, fit_seconds: float) -> Json:
     """One model's figures."""
     return {
         "model": result.model,
@@ -57,7 +63,10 @@ def _figures(result: FittedModel) -> Json:
         "warnings": list(result.warnings),
         "samples": result.samples,
         "fitted_samples": result.fitted_samples,
-        "compensator": COMPENSATOR_OF_MODEL.get(result.model),
+        "fit_seconds": fit_seconds,
+        "inverse": MODELS[result.model].inverse,
+        "compensator": _compensator(result),
+        "undriven": result.driven.why_not or None,
         "parameter_file": None,
     }
 
@@ -106,15 +115,26 @@ def summarise(
 ) -> Json:
     """The JSON object of ``identify``, or of ``compare`` with its models best first.
 
-    now: in UTC. seconds: that the fit took.
+    now: in UTC. seconds: that all fits took together, with checks and intervals.
     """
-    models = [_figures(result) for result in results]
+    fit_seconds = identification_run.time_fits(results)
+    models = [_figures(result, fit_seconds[result.model]) for result in results]
     found = {"models": models} if loaded.model is None else models[0]
     return without_nan(found | _provenance(loaded, now, seconds))
 
 
 def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datetime) -> Identified:
     """The parameter file of one model."""
+    driven, nominal = result.driven, None
+    if driven.lines is not None:
+        fitted = slice(result.fitted_samples)
+        try:
+            pair = loaded.pair.driven[fitted], loaded.pair.answer[fitted]
+            nominal = modified_dahl.fit(*pair).model
+        except InputError as refused:
+            why = f"no modified Dahl model, by which the tip is bounded, was found ({refused})"
+            result = result._replace(driven=Driven(why_not=why))
+    compensator, driven = _compensator(result), result.driven
     return Identified(
         about=IdentificationFile(
             format_version=FORMAT_VERSION,
@@ -122,7 +142,7 @@ def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datet
             date_utc=now.replace(microsecond=0),
             model=result.model,
             method=result.method,
-            compensator=COMPENSATOR_OF_MODEL.get(result.model, NO_COMPENSATOR),
+            compensator=compensator or NO_COMPENSATOR,
             well_posed=result.well_posed,
             rmse=result.rmse,
             rmse_unit=result.output_unit,
@@ -135,10 +155,30 @@ def make_parameter_file(loaded: LoadedRecording, result: FittedModel, now: datet
                 input=_quantity(loaded, output=False),
                 output=_quantity(loaded, output=True),
             ),
+            undriven=driven.why_not,
         ),
         parameters={
             name: IdentifiedParameter(found.value, found.unit, _interval(found))
             for name, found in result.parameters.items()
         },
         servo=None,
+        structure=_structure(loaded, result),
+        driven=None if driven.lines is None else lines_section.write(driven.lines, result.model),
+        nominal=nominal,
     )
+
+
+def _structure(loaded: LoadedRecording, result: FittedModel) -> tuple[Structure, ...]:
+    """What the names of the parameters stand for, for each input."""
+    pair, count = loaded.pair, result.fitted_samples
+    inputs = zip(loaded.choice.input, (pair.driven, *pair.others), strict=True)
+    parts = [
+        FittedPart(column, values[:count], *one)
+        for one, (column, values) in zip(result.superposed, inputs, strict=False)
+    ]
+    return model_structure.describe(result.model, parts, result.parameters)
+
+
+def _compensator(result: FittedModel) -> str | None:
+    """The compensator that a model is meant for; None where it drives no head."""
+    return None if result.driven.why_not else COMPENSATOR_OF_MODEL.get(result.model)

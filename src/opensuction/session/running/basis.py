@@ -24,9 +24,10 @@ from opensuction.procedure.planning.site import Site
 from opensuction.runtime.room import BASIS
 from opensuction.session.choice import RigChoice
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.settings import calibration_section
+from opensuction.settings import calibration_section, lines_section
 from opensuction.settings.calibration_section import Branches, Plays
 from opensuction.settings.choice import choose
+from opensuction.settings.lines_section import Lines
 from opensuction.settings.validation import to_mapping, validate
 
 
@@ -118,13 +119,14 @@ def read(folder: Path) -> Basis:
 def to_json(basis: Basis) -> str:
     """As text."""
     told: dict[str, Any] = basis._asdict()
-    model, feedforward, plays, width, table = basis.calibration
+    model, feedforward, plays, width, table, lines = basis.calibration
     told["calibration"] = {
         "model": model._asdict(),
         "feedforward": feedforward._asdict(),
         "plays": calibration_section.write_section(Plays, plays)._asdict(),
         "width": calibration_section.write_section(Branches, width)._asdict(),
         "table": calibration_section.write_section(Branches, table)._asdict(),
+        "lines": lines_section.write(lines)._asdict(),
     }
     told["compensation"] = name_of(basis.compensation)
     told["site"] = to_mapping(basis.site) | {"age": name_of(basis.site.age)}
@@ -150,6 +152,7 @@ def from_json(text: str) -> Basis:
                 PrandtlIshlinskii(*_arrays(validate(Plays, found["plays"], where))),
                 Curves(*_arrays(validate(Branches, found["width"], where))),
                 Curves(*_arrays(validate(Branches, found["table"], where))),
+                lines_section.read(validate(Lines, found["lines"], where), "lines"),
             ),
             "protocol": validate(Protocol, told["protocol"], where),
             "rig": RigChoice(**told["rig"]),

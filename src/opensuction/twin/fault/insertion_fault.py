@@ -21,8 +21,9 @@ from opensuction.twin.fault.fault_row import (
 from opensuction.twin.fault.fault_time import BY_TURNS, by_turns_of, lasting
 from opensuction.twin.fault.reading_fault import Channel, Mode
 from opensuction.twin.fault.suction_fault import narrow_bore
+from opensuction.twin.machine import transmission
 from opensuction.twin.machine.machine import Machine
-from opensuction.twin.machine.transmission import Transmission, bundle
+from opensuction.twin.machine.transmission import Transmission
 
 SEIZED_V = 1.0e6
 """Friction that no drive overcomes, and every motion ends in at once."""
@@ -59,8 +60,8 @@ def _kink(machine: Machine, lost: float) -> Machine:
 
 
 def _reroute(conduit: Transmission, gap_ratio: float) -> Transmission:
-    widths = bundle(width * gap_ratio for width in conduit.widths_mm)
-    return conduit._replace(widths_mm=widths, stretch_mm=conduit.stretch_mm * gap_ratio)
+    wider = transmission.widen(conduit, gap_ratio)
+    return wider._replace(stretch_mm=conduit.stretch_mm * gap_ratio)
 
 
 ROWS = {

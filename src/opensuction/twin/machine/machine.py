@@ -6,7 +6,7 @@ The bedside behind the coupling steps more slowly; `opensuction.twin.plant` puts
 import math
 from typing import NamedTuple
 
-from opensuction.hysteresis import play, play_bundle
+from opensuction.hysteresis import play
 from opensuction.kernel.commands import Commands
 from opensuction.kernel.compiled import compiled
 from opensuction.kernel.readings import Readings
@@ -269,8 +269,7 @@ def _around(machine: Machine, state: MachineState) -> tuple[Transmission, Airway
     """Conduit and airway as the patient lies now."""
     conduit, lower = machine.transmission, machine.airway
     if state.coupling.gap_ratio != 1.0:
-        widths = play_bundle.scale(conduit.widths_mm, state.coupling.gap_ratio)
-        conduit = conduit._replace(widths_mm=widths)
+        conduit = transmission.widen(conduit, state.coupling.gap_ratio)
     return conduit, lower._replace(carina_mm=lower.carina_mm + state.coupling.carina_shift_mm)
 
 

@@ -3,7 +3,9 @@
 Clearance is distributed along the bends, so the tip answers as many plays of different width
 side by side; friction against elastic stretch is one more narrow play in series; the polymer
 creeps for seconds after the catheter has moved; and the gain changes slightly with depth. Width
-is bend angle times diametral clearance: re-routing the conduit changes it.
+is bend angle times diametral clearance: re-routing the conduit changes it. Transmissions of other
+classes (`twin.conduit`) put something else in the place of plays and stretch; gain and creep are
+behind it all the same.
 """
 
 from collections.abc import Iterable
@@ -14,15 +16,21 @@ import numpy as np
 from opensuction.hysteresis import play, play_bundle
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
 from opensuction.kernel.compiled import compiled
-from opensuction.kernel.tiny import drop_tiny
-
-CREEP_VELOCITY_MM_PER_S = 3.0
-"""Speed of the catheter at which half of the creep amplitude is drawn; assumed."""
+from opensuction.kernel.record import Array
+from opensuction.twin.conduit import bouc_wen_lag, play_line, rate_friction
+from opensuction.twin.conduit.bouc_wen_lag import BoucWenLag
+from opensuction.twin.conduit.play_line import PlayLines
+from opensuction.twin.conduit.rate_friction import RateFriction
+from opensuction.twin.conduit.transmission_class import TransmissionKind
+from opensuction.twin.machine import creep
+from opensuction.twin.machine.creep import Creep, CreepState
 
 
 class Transmission(NamedTuple):
     """Parameters of the catheter and its conduit."""
 
+    kind: int
+    """Its class, a `TransmissionKind`."""
     widths_mm: Bundle
     """Full widths of the plays."""
     stretch_mm: float
@@ -35,22 +43,24 @@ class Transmission(NamedTuple):
     """Depth at which ``gain`` holds."""
     offset_mm: float
     """Tip position at depth 0."""
-    creep_fast_mm: float
-    creep_fast_per_s: float
-    """Inverse of its time constant."""
-    creep_slow_mm: float
-    creep_slow_per_s: float
+    creep: Creep
+    lag_ratio: float
+    """Of a lag or stretch of another class to what its parameters say: laid otherwise."""
+    bouc_wen: BoucWenLag
+    friction: RateFriction
+    lines: PlayLines
 
 
 class TransmissionState(NamedTuple):
     """State of the catheter in its conduit."""
 
     plays_mm: Bundle
-    stretch_mm: float
-    """Position behind the elastic stretch."""
+    behind_mm: float
+    """Position behind clearances and stretch, or what is in their place."""
+    lag_mm: float
+    """Memory of a class that has one beside its plays."""
     head_mm: float
-    creep_fast_mm: float
-    creep_slow_mm: float
+    creep: CreepState
     tip_mm: float
     """Where the tip would be, were nothing in its way."""
 
@@ -66,14 +76,31 @@ def bundle(values: Iterable[float]) -> Bundle:
 def after_retract(transmission: Transmission, head_mm: float) -> TransmissionState:
     """State at rest after a long retract that ended with the head at ``head_mm``."""
     plays = bundle(head_mm + 0.5 * width_mm for width_mm in transmission.widths_mm)
-    behind = float(np.mean(plays)) + 0.5 * transmission.stretch_mm
+    behind, lag = float(np.mean(plays)) + 0.5 * transmission.stretch_mm, 0.0
+    if transmission.kind == TransmissionKind.BOUC_WEN:
+        lag = -float(bouc_wen_lag.saturation_mm(transmission.bouc_wen))
+        behind = head_mm + transmission.lag_ratio * transmission.bouc_wen.share * lag
+    elif transmission.kind == TransmissionKind.RUBBING:
+        lag = -transmission.lag_ratio * float(rate_friction.steady_mm(transmission.friction, 0.0))
+        behind = float(np.mean(plays)) - lag
+    elif transmission.kind == TransmissionKind.RECORDED:
+        behind = float(play_line.read_out_mm(transmission.lines, plays))
     return TransmissionState(
         plays_mm=plays,
-        stretch_mm=behind,
+        behind_mm=behind,
+        lag_mm=lag,
         head_mm=head_mm,
-        creep_fast_mm=0.0,
-        creep_slow_mm=0.0,
+        creep=creep.NONE,
         tip_mm=float(depth_mm(transmission, behind)),
+    )
+
+
+@compiled
+def widen(transmission: Transmission, ratio: float) -> Transmission:
+    """The same with its gap, or what is in its place, so many times as wide; stretch as it was."""
+    return transmission._replace(
+        widths_mm=play_bundle.scale(transmission.widths_mm, ratio),
+        lag_ratio=transmission.lag_ratio * ratio,
     )
 
 
@@ -88,31 +115,57 @@ def depth_mm(transmission: Transmission, behind_mm: float) -> float:
 
 
 @compiled
+def _follow_otherwise(
+    transmission: Transmission, state: TransmissionState, head_mm: float, dt_s: float
+) -> tuple[Bundle, float, float]:
+    """Plays, position behind it all and lag of the other classes, once the head has moved."""
+    ratio = transmission.lag_ratio
+    if transmission.kind == TransmissionKind.BOUC_WEN:
+        # Of a loop so many times as wide both the travel and the lag are so many times as long.
+        move_mm = (head_mm - state.head_mm) / ratio
+        lag = bouc_wen_lag.step(transmission.bouc_wen, state.lag_mm, move_mm)
+        return state.plays_mm, head_mm + ratio * transmission.bouc_wen.share * lag, lag
+    plays, mean = play_bundle.step(transmission.widths_mm, state.plays_mm, head_mm)
+    if transmission.kind == TransmissionKind.RUBBING:
+        move_mm = mean - (state.behind_mm + state.lag_mm)
+        lag = rate_friction.step(transmission.friction, state.lag_mm, move_mm, ratio, dt_s)
+        return plays, mean - lag, lag
+    return plays, play_line.read_out_mm(transmission.lines, plays), 0.0
+
+
+@compiled
 def step(
     transmission: Transmission, state: TransmissionState, head_mm: float, dt_s: float
 ) -> TransmissionState:
     """Advance by one tick in which the head went to ``head_mm``."""
-    plays = state.plays_mm
-    behind = state.stretch_mm
-    drawn = 0.0
+    plays, behind, lag = state.plays_mm, state.behind_mm, state.lag_mm
+    speed = 0.0
     if head_mm != state.head_mm:
-        plays, mean = play_bundle.step(transmission.widths_mm, plays, head_mm)
-        behind = play.step(transmission.stretch_mm, behind, mean)
+        if transmission.kind == TransmissionKind.PLAYS:
+            plays, mean = play_bundle.step(transmission.widths_mm, plays, head_mm)
+            behind = play.step(transmission.stretch_mm, behind, mean)
+        else:
+            plays, behind, lag = _follow_otherwise(transmission, state, head_mm, dt_s)
         # Crossing the clearance strains nothing: only the catheter's own motion counts.
-        speed = (behind - state.stretch_mm) / dt_s
-        drawn = speed / (abs(speed) + CREEP_VELOCITY_MM_PER_S)
-    # Each mode relaxes towards what the motion draws; a tick is a 300th of any time constant.
-    fast = state.creep_fast_mm + transmission.creep_fast_per_s * dt_s * (
-        transmission.creep_fast_mm * drawn - state.creep_fast_mm
-    )
-    slow = state.creep_slow_mm + transmission.creep_slow_per_s * dt_s * (
-        transmission.creep_slow_mm * drawn - state.creep_slow_mm
-    )
+        speed = (behind - state.behind_mm) / dt_s
+    crept = creep.step(transmission.creep, state.creep, speed, dt_s)
     return TransmissionState(
         plays_mm=plays,
-        stretch_mm=behind,
+        behind_mm=behind,
+        lag_mm=lag,
         head_mm=head_mm,
-        creep_fast_mm=drop_tiny(fast),
-        creep_slow_mm=drop_tiny(slow),
-        tip_mm=depth_mm(transmission, behind) - fast - slow,
+        creep=crept,
+        tip_mm=depth_mm(transmission, behind) - crept.fast_mm - crept.slow_mm,
     )
+
+
+@compiled
+def simulate(
+    transmission: Transmission, state: TransmissionState, heads_mm: Array, dt_s: float
+) -> Array:
+    """Free tip positions for a head position each tick, both of shape (n,)."""
+    tips = np.empty(heads_mm.size)
+    for tick in range(heads_mm.size):
+        state = step(transmission, state, heads_mm[tick], dt_s)
+        tips[tick] = state.tip_mm
+    return tips

@@ -152,8 +152,15 @@ class Shell {
 
   async toggleSign() {
     const { session } = this.context;
-    if (session.name === null) openSignIn(session);
-    else await session.signOut().catch(() => {});
+    if (session.name === null) {
+      openSignIn(session);
+      return;
+    }
+    const hadFocus = document.activeElement === this.sign;
+    this.sign.disabled = true; // a second click before the answer would sign out once more, instead of in
+    await session.signOut().catch(() => {});
+    this.sign.disabled = false;
+    if (hadFocus) this.sign.focus(); // a disabled button loses it, and a keyboard its place
   }
 
   /** Show the view that the address names. */

@@ -1,0 +1,99 @@
+"""A recording as the workbench takes it: checked, cut into folds, its inputs named."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from opensuction.identification import fold
+from opensuction.identification.fold import Folds
+from opensuction.identification.judgement import diagnosis
+from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.record import read_pair, read_samples
+from opensuction.kernel.errors import InputError
+from opensuction.kernel.record import Array
+
+LEAST_SAMPLES = 40
+"""Fewest samples to fit: two for each block of a cross-validation."""
+
+MOST_HOLDOUT_RATIO = 0.9
+"""Largest share that can be held out; the rest must still show the hysteresis."""
+
+
+class CheckedRecording(NamedTuple):
+    """A checked recording."""
+
+    inputs: Array
+    """Shape (inputs, n)."""
+    output: Array
+    fitted_samples: int
+    labels: Labels
+    warnings: tuple[str, ...]
+    folds: Folds
+    """Of the fitted samples."""
+
+
+def check(
+    input_: ArrayLike,
+    output: ArrayLike,
+    time_s: ArrayLike | None,
+    holdout_ratio: float,
+    labels: Labels,
+) -> CheckedRecording:
+    """The recording, fit to be fitted.
+
+    Arguments as `workbench.identify`. Raises InputError for unequal lengths, too few or missing
+    samples, times that do not rise, and an input or output that cannot show a hysteresis.
+    """
+    first, *others = _split_inputs(input_)
+    driven, answer = read_pair(labels[:2], first, output, LEAST_SAMPLES)
+    inputs, names = [driven], name_others(labels, len(others))
+    for name, values in zip(names, others, strict=True):
+        inputs.append(read_pair((name, labels.output_name), values, output, LEAST_SAMPLES)[0])
+    check_holdout(holdout_ratio)
+    fitted_samples = driven.size - int(driven.size * holdout_ratio)
+    if fitted_samples < LEAST_SAMPLES:
+        raise InputError(
+            f"holdout {holdout_ratio:g}: leaves {fitted_samples} of {driven.size} samples to fit, "
+            f"at least {LEAST_SAMPLES} are needed"
+        )
+    time = None
+    if time_s is not None:
+        time = read_samples(labels.time_name, time_s, driven.size)
+        if time.size != driven.size:
+            raise InputError(f"{labels.time_name} has {time.size} samples, not {driven.size}")
+        diagnosis.check_time(time, labels.time_name)
+    begin_in, begin_out = driven[:fitted_samples], answer[:fitted_samples]
+    diagnosis.check_recording(begin_in, begin_out, labels)
+    warnings = diagnosis.judge_recording(
+        begin_in, begin_out, None if time is None else time[:fitted_samples], labels
+    )
+    folds = fold.cut(begin_in, None if time is None else time[:fitted_samples])
+    for name, values in zip(names, inputs[1:], strict=True):
+        if not np.ptp(values[:fitted_samples]) > 0.0:
+            raise InputError(f"{name}: constant at {values[0]:g}, should move; leave it out")
+    return CheckedRecording(np.array(inputs), answer, fitted_samples, labels, warnings, folds)
+
+
+def _split_inputs(input_: ArrayLike) -> Sequence[ArrayLike]:
+    """Each input; one that is no row of rows is the only one."""
+    if isinstance(input_, np.ndarray):
+        return list(input_) if input_.ndim == 2 and len(input_) else [input_]
+    rows = [*input_] if isinstance(input_, list | tuple) else []
+    return rows if rows and all(np.ndim(row) == 1 for row in rows) else [input_]
+
+
+def name_others(labels: Labels, count: int) -> list[str]:
+    """Names of the inputs after the first, unlike one another."""
+    given = labels.other_names[:count]
+    return [*given, *(f"input {place + 2}" for place in range(len(given), count))]
+
+
+def check_holdout(ratio: float, name: str = "holdout") -> None:
+    """Refuse an impossible share to hold out; raises InputError. name: as the message calls it."""
+    if not 0.0 <= ratio <= MOST_HOLDOUT_RATIO:
+        raise InputError(
+            f"{name} {ratio:g}: should be from 0 to {MOST_HOLDOUT_RATIO:g}, the share of "
+            "the recording that is predicted instead of fitted"
+        )

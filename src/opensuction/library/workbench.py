@@ -1,0 +1,157 @@
+"""Fits and comparisons from arrays: the workbench of ``identify`` and ``compare`` for scripts."""
+
+import time as clock
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from html import escape
+
+from opensuction.identification.method import MODELS
+from opensuction.identification.workbench import FittedModel
+from opensuction.library.columns import Given, Values, in_python, load
+from opensuction.library.fit import Fit, Fitted
+from opensuction.report.identification import identification_words
+from opensuction.report.summary import number
+from opensuction.session.identification import identification_run, identification_summary
+from opensuction.session.identification.identification_run import LoadedRecording
+from opensuction.session.plain import Json
+from opensuction.settings.choice import choose
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """Every model fitted to the same recording; `compare` makes one."""
+
+    fits: tuple[Fit, ...]
+    """The recommended one first, the others by their error for the purpose."""
+    purpose: str
+    summary: Json
+    """The object of ``opensuction compare --json``."""
+
+    @property
+    def recommended(self) -> Fit:
+        """The model to take for the purpose."""
+        return self.fits[0]
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why it is recommended, a sentence each."""
+        return tuple(self.recommended.summary["reasons"])
+
+    def __getitem__(self, model: str) -> Fit:
+        """The fit of a model by its name; raises KeyError where there is none."""
+        for fit in self.fits:
+            if fit.model == model:
+                return fit
+        raise KeyError(model)
+
+    def __iter__(self) -> Iterator[Fit]:
+        return iter(self.fits)
+
+    def __len__(self) -> int:
+        return len(self.fits)
+
+    def _rows(self) -> list[list[str]]:
+        """A heading, then a row for each model."""
+        measures = identification_words.measures(self.summary)
+        rows = [["model", *measures, "inverse", ""]]
+        for place, fit in enumerate(self.fits):
+            errors = [
+                identification_words.percent(number(fit.summary, key)) for key in measures.values()
+            ]
+            inverse = "continuous" if fit.is_invertible else "with gaps"
+            rows.append([fit.model, *errors, inverse, "" if place else "recommended"])
+        return rows
+
+    def __repr__(self) -> str:
+        rows = self._rows()
+        widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
+        lines = (
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in rows
+        )
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>"
+            for row in self._rows()
+        )
+        said = "".join(f"<p>{escape(reason)}</p>" for reason in self.reasons)
+        return f"<table>{rows}</table>{said}"
+
+
+def identify(  # noqa: PLR0913 - what the command takes, each by its name
+    x: Values,
+    y: Values,
+    model: str = "modified-dahl",
+    *,
+    method: str | None = None,
+    time: Values = None,
+    holdout: float = 0.0,
+    negate_output: bool = False,
+    names: Sequence[str] | None = None,
+    units: tuple[str, str] | None = None,
+) -> Fit:
+    """Fit a model of hysteresis to a recording, as ``opensuction identify`` does.
+
+    x: what drives: shape (n,), of several inputs (n, inputs), a column or columns of a data frame
+    (anything that `numpy.asarray` takes). y: what follows, shape (n,). model, method: as the
+    command names them; method None: the model's own. time: when the samples were taken, in s;
+    None: evenly. holdout: share of the recording, from its end, that is predicted instead of
+    fitted. negate_output: for an output that falls as the input rises. names: of every input and
+    of the output; None: as the data frame calls them. units: of input and output; None: those in
+    their names (``head_mm``).
+
+    Raises InputError, in one line, for what cannot be identified.
+    """
+    given = Given(time, holdout, negate_output, names, units)
+    with in_python():
+        began_s = clock.perf_counter()
+        choose(model, MODELS, "model")
+        loaded = load(x, y, given, model, method)
+        found = identification_run.fit(loaded)
+    now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
+    summary = identification_summary.summarise(loaded, found, now, seconds)
+    return _to_fit(loaded, found[0], now, summary)
+
+
+def compare(
+    x: Values,
+    y: Values,
+    purpose: str = "predict",
+    *,
+    time: Values = None,
+    holdout: float = 0.0,
+    negate_output: bool = False,
+    names: Sequence[str] | None = None,
+    units: tuple[str, str] | None = None,
+) -> Comparison:
+    """Fit every model to a recording and recommend one, as ``opensuction compare`` does.
+
+    purpose: what the recommended one is for: ``predict``, ``compensate`` or ``transfer``. The
+    other arguments are those of `identify`. Raises InputError, in one line, for what cannot be
+    identified and a purpose that the recording cannot serve.
+    """
+    given = Given(time, holdout, negate_output, names, units)
+    with in_python():
+        began_s = clock.perf_counter()
+        identification_run.check_purpose(purpose)
+        loaded = load(x, y, given, None, None)
+        found = identification_run.fit(loaded, purpose=purpose)
+    now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
+    summary = identification_summary.summarise(loaded, found, now, seconds)
+    shared = {key: value for key, value in summary.items() if key != "models"}
+    fits = tuple(
+        _to_fit(loaded, result, now, own | shared)
+        for result, own in zip(found, summary["models"], strict=True)
+    )
+    return Comparison(fits, purpose, summary)
+
+
+def _to_fit(loaded: LoadedRecording, result: FittedModel, now: datetime, summary: Json) -> Fit:
+    return Fit(
+        identified=identification_summary.make_parameter_file(loaded, result, now),
+        summary=summary,
+        recording=Fitted(loaded.pair.driven, loaded.pair.answer, result.fitted),
+    )

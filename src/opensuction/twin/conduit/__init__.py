@@ -1,0 +1,1 @@
+"""Conduits of other classes than the twin's own: what they do with a head's travel."""

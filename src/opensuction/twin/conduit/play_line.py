@@ -1,0 +1,137 @@
+"""A dozen plays, each read out by a smooth line that never falls, as plain numbers for a tick.
+
+A line is a cubic of the play's place in the recorded stroke, given by its slope at the low end, in
+the middle and at the high end (as control points, so that slopes of 0 and above cannot make it
+fall); beyond the stroke it goes on as it ends. The form that a `RecordedConduit` has in the twin:
+its own plays, the narrowest twelve of them, and its lines smoothed (`smooth`).
+Source: [Lawson-1974] for least squares with slopes held at 0 and above.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from opensuction.hysteresis import play
+from opensuction.hysteresis.play_bundle import PLAYS, Bundle
+from opensuction.kernel.generated import straight_line
+from opensuction.kernel.record import Array
+from opensuction.twin.conduit import recorded_conduit
+from opensuction.twin.conduit.recorded_conduit import RecordedConduit
+
+ZEROS: Bundle = (0.0,) * PLAYS
+TRIED_MM = 0.25
+"""Head travel between two samples of the strokes that a smoothed conduit is fitted to."""
+SHRINK = 0.75
+"""Each of those strokes over the one before."""
+SMALLEST = 0.1
+"""The smallest of them, as a share of the recorded stroke."""
+
+
+class PlayLines(NamedTuple):
+    """Lines over plays; their widths stand in the transmission's ``widths_mm``."""
+
+    lows_mm: Bundle
+    """Position of each play at which its line begins."""
+    spans_mm: Bundle
+    """Length of each line, above 0."""
+    low_slopes: Bundle
+    """mm of tip per mm of play at the low end."""
+    middle_slopes: Bundle
+    """Control points between the ends."""
+    high_slopes: Bundle
+    widths_mm: Bundle
+    """Full widths of the plays as they were fitted."""
+
+
+NO_LINES = PlayLines(ZEROS, (1.0,) * PLAYS, ZEROS, ZEROS, ZEROS, ZEROS)
+
+
+def _reader() -> Callable[[PlayLines, Bundle], float]:
+    each = (
+        "    x = positions_mm[{j}] - lines.lows_mm[{j}]; span = lines.spans_mm[{j}]",
+        "    i = min(max(x, 0.0), span); t = i / span",
+        "    a = lines.low_slopes[{j}]; b = lines.middle_slopes[{j}]; c = lines.high_slopes[{j}]",
+        "    total += i * (a + t * (b - a + t * (a - 2.0 * b + c) / 3.0))",
+        "    total += a * min(x, 0.0) + c * max(x - span, 0.0)",
+    )
+    lines = [
+        "def read_out_mm(lines, positions_mm):",
+        "    total = 0.0",
+        *(line.format(j=j) for j in range(PLAYS) for line in each),
+        "    return total",
+    ]
+    reader: Callable[[PlayLines, Bundle], float] = straight_line.define(lines, "play lines")
+    return reader
+
+
+read_out_mm = _reader()
+"""``read_out_mm(lines, positions_mm)``: what all plays add to the tip, mm."""
+
+
+def _strokes_mm(low_mm: float, stroke_mm: float) -> Array:
+    """Head over the whole stroke and back, then ever smaller strokes about its middle."""
+    points, size = [low_mm, low_mm + stroke_mm, low_mm], 1.0
+    while size > SMALLEST:
+        size *= SHRINK
+        half_mm = 0.5 * size * stroke_mm
+        middle_mm = low_mm + 0.5 * stroke_mm
+        points += [middle_mm + half_mm, middle_mm - half_mm]
+    ways = [
+        np.linspace(begin, end, max(int(abs(end - begin) / TRIED_MM), 1), endpoint=False)
+        for begin, end in pairwise(points)
+    ]
+    return np.concatenate(ways)
+
+
+def _columns(conduit: RecordedConduit, spans_mm: Array, head_mm: Array) -> Array:
+    """What a slope of 1 at each control point of each play adds to the tip, mm."""
+    columns = []
+    for row, span_mm in enumerate(spans_mm):
+        width = float(conduit.widths_mm[row])
+        position_mm = play.simulate(width, head_mm, float(head_mm[0]) + 0.5 * width)
+        place_mm = position_mm - conduit.lows_mm[row]
+        into_mm = np.clip(place_mm, 0.0, span_mm)
+        t = into_mm / span_mm
+        columns.append(into_mm * (1.0 - t + t * t / 3.0) + np.minimum(place_mm, 0.0))
+        columns.append(into_mm * (t - 2.0 * t * t / 3.0))
+        columns.append(into_mm * t * t / 3.0 + np.maximum(place_mm - span_mm, 0.0))
+    return np.column_stack(columns)
+
+
+def _spans_mm(conduit: RecordedConduit) -> Array:
+    """Length of the lines of the plays that there is room for: a triangle's become shorter."""
+    rows = np.arange(min(conduit.widths_mm.size, PLAYS))
+    cells = np.full(rows.size, conduit.gains.shape[1])
+    return conduit.cell_mm * (cells if conduit.goes_on else cells - rows).astype(np.float64)
+
+
+def _bundle(values: Array, spare: float = 0.0) -> Bundle:
+    """A number for each play."""
+    return tuple(float(value) for value in values) + (spare,) * (PLAYS - values.size)
+
+
+def smooth(conduit: RecordedConduit) -> tuple[PlayLines, float, float]:
+    """A recorded conduit in this form; its offset, mm; and what is lost by it, RMS in mm.
+
+    What is lost is that of the strokes that it is fitted to: a whole one, and ever smaller ones.
+    """
+    spans_mm = _spans_mm(conduit)
+    head_mm = _strokes_mm(float(conduit.lows_mm[0]), float(spans_mm[0]))
+    wanted_mm = recorded_conduit.tip_mm(conduit, head_mm)
+    columns = _columns(conduit, spans_mm, head_mm)
+    one = np.ones(head_mm.size)
+    whole = np.column_stack([columns, one, -one])
+    found, left = nnls(whole, wanted_mm, maxiter=20 * whole.shape[1])
+    slopes = found[:-2].reshape(spans_mm.size, 3)
+    lines = PlayLines(
+        lows_mm=_bundle(conduit.lows_mm[:PLAYS]),
+        spans_mm=_bundle(spans_mm, 1.0),
+        low_slopes=_bundle(slopes[:, 0]),
+        middle_slopes=_bundle(slopes[:, 1]),
+        high_slopes=_bundle(slopes[:, 2]),
+        widths_mm=_bundle(conduit.widths_mm[:PLAYS]),
+    )
+    return lines, float(found[-2] - found[-1]), float(left / np.sqrt(head_mm.size))

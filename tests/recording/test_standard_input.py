@@ -1,0 +1,94 @@
+"""Recordings that are piped in: what a command makes of them, and what it refuses."""
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from opensuction.kernel.errors import InputError
+from opensuction.recording import standard_input
+from tests.cli.command import PROGRAM, Ran, opensuction
+from tests.library.recordings import bench
+
+COLUMNS = ("--input", "head_mm", "--output", "tip_mm")
+
+
+def piped(content: bytes, folder: Path, *arguments: str) -> Ran:
+    done = subprocess.run(
+        [*PROGRAM, *arguments],
+        input=content,
+        cwd=folder,
+        capture_output=True,
+        timeout=300,
+        check=False,
+    )
+    return Ran(done.returncode, done.stdout.decode(), done.stderr.decode())
+
+
+def text(encoding: str = "utf-8") -> bytes:
+    rows = [f"{x!r},{y!r},0" for x, y in np.column_stack(bench(200)).tolist()]
+    return "\n".join(["head_mm,tip_mm,Größe", *rows, ""]).encode(encoding)
+
+
+def test_a_table_is_identified_and_called_by_what_it_is(tmp_path: Path) -> None:
+    ran = piped(text("cp1252"), tmp_path, "identify", "-", *COLUMNS, "--json", "--out", "found")
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["recording"]["file"] == "standard input"
+    assert data["recording"]["samples"] == 200
+    assert "on standard input: head_mm to tip_mm" in ran.stderr
+    assert "standard input: is not UTF-8; read as Windows-1252 (cp1252)" in ran.stderr
+    assert "standard input" in (tmp_path / "found" / "identification.toml").read_text("utf-8")
+    assert [one.name for one in tmp_path.iterdir()] == ["found"]
+
+
+REFUSED = {
+    "nothing": (b"", "standard input: is empty"),
+    "binary": (b"MZ\0\0", "standard input: is a binary file"),
+    "no such column": (b"head_mm,b\n1,2\n", "unknown column in standard input: 'tip_mm'"),
+    "text in a cell": (b"head_mm,tip_mm\n1,2\n3,x\n", "standard input: line 3, column 'tip_mm'"),
+    "too few": (b"head_mm,tip_mm\n1,2\n3,4\n", "standard input: 2 samples, at least 12"),
+}
+
+
+def test_what_is_no_recording_is_refused_by_its_name(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for content, words in REFUSED.values():
+        stream = io.TextIOWrapper(io.BytesIO(content))
+        monkeypatch.setattr(sys, "stdin", stream)
+        ran = opensuction("compare", "-", *COLUMNS, cwd=tmp_path)
+        assert (ran.returncode, ran.stdout) == (2, "")
+        assert ran.stderr.splitlines()[-1].startswith(f"opensuction: {words}")
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_what_never_ends_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(standard_input, "LARGEST_TEXT_BYTES", 10_000_000)
+    with Path("/dev/zero").open("rb") as endless:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(endless))
+        with (
+            pytest.raises(InputError, match="more than 10 MB, above the limit"),
+            standard_input.spool(),
+        ):
+            pass
+
+
+def test_a_terminal_is_no_recording(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.BytesIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Terminal(b"a,b\n")))
+    with (
+        pytest.raises(InputError, match="standard input: nothing is piped in"),
+        standard_input.spool(),
+    ):
+        pass
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(InputError, match="nothing is piped in"), standard_input.spool():
+        pass
