@@ -23,9 +23,8 @@ setup: $(PACKAGE) ## create .venv from requirements.lock and install the package
 run: $(PACKAGE) ## one automated suction cycle on the twin; options in ARGS="--protocol paper"
 	@$(BIN)/opensuction cycle $(ARGS)
 
-test: $(PACKAGE) ## all tests but sweeps and long ones; choose some with ARGS="-k name"
-	@$(BIN)/python -m pytest -m "$(TESTS)" -n auto --dist loadfile --no-loadscope-reorder \
-		-p no:benchmark $(ARGS)
+test: $(PACKAGE) ## all tests but sweeps and long ones, in two stages; choose some with ARGS="-k name"
+	@$(BIN)/python -m tests.stage -m "$(TESTS)" $(ARGS)
 
 check: $(PACKAGE) ## lint, format, types, the layers of the architecture, hazards against tests
 	@$(BIN)/ruff check .

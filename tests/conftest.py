@@ -15,11 +15,11 @@ import pytest
 from hypothesis import Phase, settings
 
 from opensuction.kernel.compiler.dispatcher import CoreFunction
-from tests.realtime import OneAtATime, is_realtime
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
-    from xdist.remote import Producer
+
+pytest_plugins = ("tests.stage.plugin",)
 
 Component = Callable[[str], Path]
 
@@ -84,26 +84,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return ORDER.index(max(fitting, key=len, default="tests/"))
 
     items.sort(key=place)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: "Producer") -> OneAtATime | None:
-    """Hands the files out where ``--dist loadfile`` is asked for."""
-    return OneAtATime(config, log) if config.getvalue("dist") == "loadfile" else None
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _alone(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[None]:
-    """A file that goes by the clock of the wall waits until no other such file is at work."""
-    if "PYTEST_XDIST_WORKER" not in os.environ or not is_realtime(request.node.nodeid):
-        yield
-        return
-    folder = tmp_path_factory.getbasetemp().parent  # of all these processes
-    with (folder / "realtime.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

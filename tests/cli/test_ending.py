@@ -13,6 +13,8 @@ from opensuction.cli.interruption import Stopped
 from tests.cli.command import PROGRAM, begun, opensuction_process, wait_for
 from tests.evidence.safety_case.hazard_example import FAULT, ROW
 
+pytestmark = pytest.mark.real_time
+
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none")
 
 

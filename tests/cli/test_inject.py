@@ -11,6 +11,8 @@ from opensuction.runtime import launch
 from tests.cli.command import opensuction
 from tests.controller.bedside import at_bed
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture(scope="module")
 def twin() -> Iterator[str]:

@@ -24,6 +24,8 @@ from tests.cli.command import begun, opensuction, wait_for
 from tests.console.served import free_port
 from tests.runtime.machine_room import wait
 
+pytestmark = pytest.mark.real_time
+
 NEONATE = ("--patient", "neonate")
 
 

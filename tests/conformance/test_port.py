@@ -35,6 +35,8 @@ from opensuction.twin.fault.bus import PLAUSIBLE
 from opensuction.twin.machine import drive_watchdog
 from opensuction.twin.plant import PlantState
 
+pytestmark = pytest.mark.real_time
+
 COLUMNS = row.columns(Readings)
 PATIENCE_S = 5.0
 GREETING_S = 0.2

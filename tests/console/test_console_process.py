@@ -27,6 +27,8 @@ from tests.accounts.example import CHEAP
 from tests.console.served import HOST, free_port
 from tests.runtime.machine_room import ATTEMPTS, INSIDE_MM, Room, running, wait
 
+pytestmark = pytest.mark.real_time
+
 
 class Served:
     """A machine that runs, with its console."""

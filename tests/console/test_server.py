@@ -21,6 +21,8 @@ from tests.console.written_machine import WrittenMachine
 from tests.runtime.machine_room import wait
 from tests.session.running.test_console_settings import make_pair
 
+pytestmark = pytest.mark.real_time
+
 SLOW_S = 0.3
 """In the tests; people have ten seconds."""
 

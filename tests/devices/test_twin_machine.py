@@ -13,6 +13,8 @@ from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.errors import InputError
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
 
+pytestmark = pytest.mark.real_time
+
 COMMAND = [sys.executable, "-m", "opensuction.devices.twin_process"]
 
 

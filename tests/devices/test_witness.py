@@ -29,6 +29,8 @@ from tests.controller.bedside import at_bed
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.simulation.test_machine_side import call_of, side_of
 
+pytestmark = pytest.mark.real_time
+
 SLOTS = 5000
 RINGS = {"version": "1", "most": "{}"}
 

@@ -4,7 +4,11 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from opensuction.exchange.pace import Pace
+
+pytestmark = pytest.mark.real_time
 
 PERIOD_NS = 2_000_000
 

@@ -15,6 +15,8 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import EVENTS
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture
 def room() -> Iterator[Room]:

@@ -13,6 +13,8 @@ from opensuction.runtime.loop import SLOTS_S
 from tests.runtime.kept import is_recorder_missed, replayed, ticks_of, told_of
 from tests.runtime.machine_room import Room, running, wait
 
+pytestmark = pytest.mark.real_time
+
 LARGEST_BYTES = 400_000
 """Of a file on the full disk: some seconds of a recording."""
 

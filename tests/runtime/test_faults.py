@@ -14,6 +14,8 @@ from opensuction.session.cycle import fault_choice
 from tests.runtime.kept import replayed, told_of
 from tests.runtime.machine_room import Room, running, wait
 
+pytestmark = pytest.mark.real_time
+
 FAULTS = ("encoder-frozen@inserting+0.2", "power-lost@suctioning", "message-lost@inserting+0.3")
 """Of a sensor, of the drives' energy, of the link."""
 

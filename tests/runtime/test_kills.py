@@ -6,6 +6,8 @@ import pytest
 
 from tests.runtime.kills import VICTIMS, Fate, campaign
 
+pytestmark = pytest.mark.real_time
+
 
 def assert_all_well(fates: Sequence[Fate]) -> None:
     assert not [fate for fate in fates if fate.wrong]

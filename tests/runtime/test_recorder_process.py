@@ -18,6 +18,8 @@ from opensuction.runtime.room import CONFIGURATION, EVENTS
 from tests.runtime.kept import is_recorder_missed, replayed, ticks_of, told_of
 from tests.runtime.machine_room import ABOUT, INSIDE_MM, Room, running, wait
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture
 def room() -> Iterator[Room]:

@@ -19,6 +19,8 @@ from opensuction.runtime.supervisor import Notice, Supervisor
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.runtime.test_disk import LARGEST_BYTES
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture
 def room() -> Iterator[Room]:

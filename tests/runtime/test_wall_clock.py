@@ -11,6 +11,8 @@ from opensuction.records.records import Records
 from tests.runtime.kept import is_recorder_missed, replayed, ticks_of
 from tests.runtime.machine_room import INSIDE_MM, running, wait
 
+pytestmark = pytest.mark.real_time
+
 STEPPED = """
 import datetime, os, time
 _time, _time_ns, _Real = time.time, time.time_ns, datetime.datetime

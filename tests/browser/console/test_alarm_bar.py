@@ -11,7 +11,7 @@ from opensuction.safety.priority import Priority
 from tests.browser.console.conftest import Bedside
 from tests.browser.console.fake_machine import alarm, alarming
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 BY_PRIORITY = {
     Priority.HIGH: Condition.SPO2_LOW,

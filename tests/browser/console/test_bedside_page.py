@@ -14,7 +14,7 @@ from tests.browser.console.fake_machine import alarm, alarming
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 TIP = {"tip_mm": 62.0, "tip_low_mm": 60.5, "tip_high_mm": 63.5, "is_inside": True}
 INSERTING = {"phase": "inserting", "phase_left_s": 3.2, "moving": "in", **TIP}

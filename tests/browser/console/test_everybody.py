@@ -14,7 +14,7 @@ from tests.browser.console.fake_machine import alarm, alarming
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 SCHEMES = ("dark", pytest.param("light", marks=pytest.mark.sweep))

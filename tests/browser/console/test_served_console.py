@@ -16,7 +16,7 @@ from tests.console.served import PEOPLE, Served, listening
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [pytest.mark.browser, pytest.mark.sweep]
+pytestmark = [pytest.mark.real_time, pytest.mark.browser, pytest.mark.sweep]
 
 
 class Beside(NamedTuple):

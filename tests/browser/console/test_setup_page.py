@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     Scheme = Literal["dark", "light"]
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 FEELS = 'document.querySelector(".teaching-does").textContent.includes("feels the carina")'
 

@@ -18,7 +18,7 @@ from tests.console.load.console_machine import CONSOLE, ConsoleMachine, console_
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 DIFFERENCE = "B \N{MINUS SIGN} A"

@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 from opensuction.accounts.rule.right import Role
 from tests.browser.console.conftest import Bedside
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 VIEWS = ("bedside", "setup", "signals", "history", "people")
 FEEDBACK_MS = 100.0

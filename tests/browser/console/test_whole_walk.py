@@ -30,7 +30,7 @@ from tests.runtime.machine_room import ATTEMPTS, INSIDE_MM, wait
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [pytest.mark.browser, pytest.mark.sweep]
+pytestmark = [pytest.mark.real_time, pytest.mark.browser, pytest.mark.sweep]
 
 ADMIN, CLINICIAN = "a ward at the end of the corridor", "seven swans over still water"
 LONG_MS, LOST_MS = 90_000, 2500

@@ -21,6 +21,8 @@ from tests.console.load.load_run import CHANNELS, NOBODY
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+pytestmark = pytest.mark.real_time
+
 FOLDER = Path("runs") / "soak"
 LIVE, SIGNALS = 20, 5
 """Pages that look at the bedside; how many of them look at signals, too."""

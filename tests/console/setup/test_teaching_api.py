@@ -13,6 +13,8 @@ from opensuction.runtime import about
 from tests.console.setup.bed import Bed, bed, until
 from tests.runtime.machine_room import ATTEMPTS, wait
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture(scope="module")
 def at_bed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bed]:

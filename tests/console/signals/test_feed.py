@@ -15,6 +15,8 @@ from opensuction.console.signals.subscriber import WAITING_MOST, Subscriber
 from tests.console.signals.play import play
 from tests.console.written_machine import WrittenMachine
 
+pytestmark = pytest.mark.real_time
+
 HEAD = (CHANNELS["inputs.readings.head_mm"],)
 TIP = (CHANNELS["tip.high_mm"], CHANNELS["outputs.phase"])
 SECONDS = 20.0

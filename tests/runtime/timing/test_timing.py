@@ -15,6 +15,8 @@ from tests.runtime.timing import timing_figures, timing_run
 from tests.runtime.timing.timing_figures import Figures
 from tests.runtime.timing.timing_run import TimingRun
 
+pytestmark = pytest.mark.real_time
+
 MS = 1_000_000
 FOLDER = Path("runs") / "soak"
 COMPUTED_US = 200.0

@@ -1,0 +1,87 @@
+"""Both stages of the tests: ``python -m tests.stage -m EXPRESSION [pytest's options]``.
+
+Stage one: what depends on no clock, on all cores. Stage two: the tests in real time, one after the
+other with nothing beside them. At the end one line in pytest's own form sums up both.
+"""
+
+import argparse
+import datetime
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from tests.stage.plugin import COUNTED, RESULT
+
+STAGES = {
+    "1 of 2, on all cores": (
+        "not real_time",
+        ("-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"),
+    ),
+    "2 of 2, in real time, one after the other": ("real_time", ("-p", "no:xdist")),
+}
+"""Title of each: its tests, and how they are run."""
+WIDTH = 80
+
+
+def main(arguments: list[str]) -> int:
+    """Run both; 0 where nothing failed, else pytest's exit status of the first that did."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("-m", dest="expression", default="")
+    asked, others = parser.parse_known_args(arguments)
+    counts: Counter[str] = Counter()
+    failed: list[str] = []
+    statuses: list[int] = []
+    begun_s = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        for title, (own, options) in STAGES.items():
+            _say(f"Stage {title}:")
+            expression = f"({asked.expression}) and {own}" if asked.expression else own
+            result = Path(folder) / "result.json"
+            command = [sys.executable, "-m", "pytest", "-m", expression, "-p", "no:benchmark"]
+            statuses.append(
+                subprocess.run(
+                    [*command, *options, *others],
+                    env={**os.environ, RESULT: str(result)},
+                    check=False,
+                ).returncode
+            )
+            if not result.exists():  # it was interrupted, or misunderstood what was asked
+                return statuses[-1]
+            told = json.loads(result.read_text(encoding="utf-8"))
+            result.unlink()
+            counts.update(told["counts"])
+            failed.extend(told["failed"])
+    _say(*failed, _summary(counts, time.monotonic() - begun_s))
+    return _status(statuses)
+
+
+def _say(*lines: str) -> None:
+    sys.stdout.writelines(f"{line}\n" for line in lines)
+    sys.stdout.flush()
+
+
+def _status(statuses: list[int]) -> int:
+    """A stage without a test is none that failed, unless there was none in any."""
+    empty = pytest.ExitCode.NO_TESTS_COLLECTED
+    wrong = [one for one in statuses if one not in (pytest.ExitCode.OK, empty)]
+    if wrong:
+        return wrong[0]
+    return int(empty) if all(one == empty for one in statuses) else 0
+
+
+def _summary(counts: Counter[str], seconds: float) -> str:
+    """Such as ``==== 1 failed, 8 passed in 90.00s (0:01:30) ====``."""
+    told = ", ".join(f"{counts[kind]} {kind}" for kind in COUNTED if counts[kind])
+    took = datetime.timedelta(seconds=round(seconds))
+    return f" {told or 'no tests ran'} in {seconds:.2f}s ({took}) ".center(WIDTH, "=")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,97 @@
+"""Standstills of the computer, seen by bare loops beside the tests in real time.
+
+On each core two loops do nothing but keep deadlines: one with the priority that a machine's own
+processes ask for, one without. Where such a loop is late, the computer kept it standing, and so it
+did with whatever else of that class ran on that core. ``python -m tests.stage.standstill CORE CLASS
+FILE`` is one of them.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple, Self
+
+from opensuction.exchange.pace import Pace, harden
+
+REAL_TIME, ORDINARY = "real-time", "ordinary"
+PERIOD_NS = {REAL_TIME: 1_000_000, ORDINARY: 5_000_000}
+"""A controller's; a fifth of what is told of an ordinary process costs a fifth of the core."""
+TOLD_NS = 5_000_000
+"""Standstills that are longer are written down."""
+CORES_MOST = 4
+"""Cores that are watched: each costs some 3 % of one."""
+SETTLES_S = 0.1
+"""After this a loop that was kept standing until now has written it down."""
+STARTS_S = 30.0
+
+
+class Standstill(NamedTuple):
+    """The longest within some time, s, of each class of processes."""
+
+    real_time_s: float
+    ordinary_s: float
+
+
+class StandstillWatch:
+    """The loops, and what they have seen. Used as a context."""
+
+    def __init__(self) -> None:
+        self._folder = Path(tempfile.mkdtemp())
+        self._loops: list[subprocess.Popen[bytes]] = []
+
+    def __enter__(self) -> Self:
+        cores = sorted(os.sched_getaffinity(0))[:CORES_MOST]
+        for core in cores:
+            for kind in PERIOD_NS:
+                command = [sys.executable, "-m", __name__, str(core), kind, self._file(core, kind)]
+                self._loops.append(subprocess.Popen(command, stdin=subprocess.PIPE))
+        ends_s = time.monotonic() + STARTS_S
+        while len(list(self._folder.iterdir())) < len(self._loops):
+            if time.monotonic() > ends_s:
+                raise RuntimeError(f"the loops that watch for standstills: none in {STARTS_S:g} s")
+            time.sleep(0.01)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for one in self._loops:
+            one.kill()
+            one.communicate()
+        shutil.rmtree(self._folder)
+
+    def _file(self, core: int, kind: str) -> str:
+        return str(self._folder / f"{core}-{kind}")
+
+    def longest(self, since_ns: int) -> Standstill:
+        """The longest standstills from an instant of the monotonic clock until now."""
+        time.sleep(SETTLES_S)
+        found = dict.fromkeys(PERIOD_NS, 0)
+        for file in self._folder.iterdir():
+            kind = file.name.split("-", 1)[1]
+            for line in file.read_text(encoding="utf-8").splitlines():
+                ended_ns, stood_ns = map(int, line.split())
+                if ended_ns >= since_ns:
+                    found[kind] = max(found[kind], stood_ns)
+        return Standstill(found[REAL_TIME] * 1e-9, found[ORDINARY] * 1e-9)
+
+
+def keep_deadlines(core: int, kind: str, file: Path) -> None:
+    """Write down, until it is killed or orphaned, by how much each deadline was missed."""
+    os.sched_setaffinity(0, {core})
+    if kind == REAL_TIME:
+        harden()
+    pace, parent = Pace(PERIOD_NS[kind]), os.getppid()
+    with file.open("a", encoding="utf-8", buffering=1) as log:
+        while os.getppid() == parent:
+            due_ns = pace.deadline_ns + pace.period_ns
+            pace.wait()
+            late_ns = time.monotonic_ns() - due_ns
+            if late_ns > TOLD_NS:
+                log.write(f"{due_ns + late_ns} {late_ns}\n")
+
+
+if __name__ == "__main__":
+    keep_deadlines(int(sys.argv[1]), sys.argv[2], Path(sys.argv[3]))
