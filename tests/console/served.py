@@ -1,13 +1,9 @@
 """A console as it is served: the real application, real records, people of each role, a machine."""
 
-import asyncio
 import socket
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from ssl import SSLContext
 from typing import NamedTuple
 
 from fastapi import FastAPI
@@ -19,7 +15,6 @@ from opensuction.console.access import CSRF_HEADER, DEVICE_COOKIE, SESSION_COOKI
 from opensuction.console.app import create_app
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
-from opensuction.console.server import Server, make_server
 from opensuction.console.site import Origin, Site
 from opensuction.records.records import Records
 from opensuction.runtime import about
@@ -29,7 +24,6 @@ from tests.console.written_machine import WrittenMachine
 HOST, PORT = "127.0.0.1", 8080
 PEOPLE = {role: name for name, role in ROLES.items()} | {"administrator": "admin"}
 """Who has which role: ``clinician``, ``engineer``, ``observer``, ``administrator``."""
-STARTS_S = 10.0
 
 
 class Served(NamedTuple):
@@ -129,35 +123,3 @@ def free_port() -> int:
     with socket.socket() as found:
         found.bind((HOST, 0))
         return int(found.getsockname()[1])
-
-
-@contextmanager
-def listening(folder: Path, limits: Limits = USUAL) -> Iterator[Served]:
-    """The same at a free port of this computer, for browsers: `Served.url`."""
-    with (
-        served(folder, free_port(), limits) as made,
-        listening_app(made.app, made.site.origin.port),
-    ):
-        yield made
-
-
-@contextmanager
-def listening_app(app: FastAPI, port: int, context: SSLContext | None = None) -> Iterator[Server]:
-    """An application that listens, in a thread. context: by HTTPS."""
-    with socket.create_server((HOST, port)) as listening:
-        server = make_server(app, context)
-        thread = threading.Thread(target=_run, args=(server, listening), daemon=True)
-        thread.start()
-        ends_s = time.monotonic() + STARTS_S
-        while not server.started and time.monotonic() < ends_s:
-            time.sleep(0.01)
-        assert server.started
-        try:
-            yield server
-        finally:
-            server.should_exit = True
-            thread.join(STARTS_S)
-
-
-def _run(server: Server, listening: socket.socket) -> None:
-    asyncio.run(server.serve(sockets=[listening]))

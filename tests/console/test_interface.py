@@ -24,7 +24,8 @@ from schemathesis.specs.openapi.checks import (
 
 from opensuction.console.app import VERSION
 from opensuction.console.guard.limits import UNHURRIED
-from tests.console.served import Served, listening
+from tests.console.listening import listening
+from tests.console.served import Served
 
 CHECKS = [
     not_a_server_error,

@@ -16,7 +16,8 @@ from opensuction.console.app import create_app
 from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.server import HEADERS_BYTES, HastyProtocol
 from opensuction.session.running.console_settings import make_context
-from tests.console.served import HOST, Served, free_port, listening, listening_app, served
+from tests.console.listening import listening, listening_app
+from tests.console.served import HOST, Served, free_port, served
 from tests.console.written_machine import WrittenMachine
 from tests.runtime.machine_room import wait
 from tests.session.running.test_console_settings import make_pair

@@ -24,7 +24,7 @@ from opensuction.safety import condition_mask
 from opensuction.safety.condition import Condition
 from opensuction.session.running import basis
 from tests.controller.bedside import at_bed
-from tests.runtime.machine_room import ABOUT
+from tests.runtime.identity import ABOUT
 from tests.session.running.test_basis import at_bed as at_the_bed
 
 TICK_S = 0.005

@@ -28,6 +28,15 @@ def at_bed(patient: str) -> tuple[Loop, LoopState]:
     return rigs.assemble(rig, protocol, EXACT, calibration, run=2)
 
 
+def hurried(rest_s: float) -> tuple[Loop, LoopState]:
+    """A neonate who rests between two passes for less time than any should, s."""
+    loop, state = at_bed("neonate")
+    settings = loop.controller
+    passes = settings.service.passes._replace(rest_s=rest_s)
+    service = settings.service._replace(passes=passes)
+    return loop._replace(controller=settings._replace(service=service)), state
+
+
 def starts_s(columns: Columns) -> list[float]:
     """When cycles began."""
     return [span.start_s for span in phase_spans(columns) if span.phase == Phase.CHECKING]

@@ -1,4 +1,4 @@
-"""What a recorder has kept, and what the controller says of it."""
+"""Contents of a recorder's files."""
 
 from pathlib import Path
 
@@ -9,8 +9,6 @@ from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TICKS
 from opensuction.runtime import replay
 from opensuction.runtime.replay import Replay
-from opensuction.safety.condition import Condition
-from tests.runtime.machine_room import Room
 
 
 def ticks_of(path: Path) -> np.ndarray:
@@ -25,10 +23,6 @@ def told_of(path: Path) -> list[tuple[str, str]]:
     found = [one.event for one in reader.contents() if isinstance(one, Told)]
     reader.close()
     return [(event.kind, event.name) for event in found]
-
-
-def is_recorder_missed(room: Room) -> bool:
-    return int(room.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
 
 
 def replayed(path: Path) -> Replay:

@@ -4,6 +4,7 @@ The twin survives all of it. Where the tip is, and whether somebody was told at 
 truth; what the dead had to say is looked for on disk and on record.
 """
 
+import itertools
 import math
 import os
 import random
@@ -12,8 +13,9 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,8 +36,8 @@ from opensuction.runtime.room import CONTROLS, RECORDS, SUPERVISES
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from tests.runtime.kept import is_recorder_missed
-from tests.runtime.machine_room import ABOUT, Room, wait
+from tests.runtime.identity import ABOUT
+from tests.runtime.machine_room import Room, wait
 
 VICTIMS = {
     "control": (CONTROLS,),
@@ -61,7 +63,6 @@ TIP, SAID, FIRED = (
 class Fate(NamedTuple):
     """What came of one death."""
 
-    number: int
     victim: str
     at_s: float
     """After the start's button."""
@@ -130,7 +131,7 @@ class Ward(Room):
 
     def _is_missing_somebody(self) -> bool:
         self.meanwhile()
-        return is_recorder_missed(self)
+        return self.is_recorder_missed()
 
     def last_on_record(self) -> int:
         """Number of the machine's last cycle on record; 0 of none."""
@@ -171,8 +172,10 @@ class Ward(Room):
         self.seen.append(found.rows[:, [TIP, SAID, FIRED]])
 
 
-def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
+def one(ward: Ward, victim: str, at_s: float) -> Fate:
     """A cycle in which somebody dies."""
+    for file in ward.out.glob("*.mcap"):
+        file.unlink()
     # The cycles of the campaign follow each other faster than any patient's.
     ward.witness.begin()
     before = ward.last_on_record()
@@ -214,7 +217,6 @@ def one(ward: Ward, victim: str, number: int, at_s: float) -> Fate:
         wrong.append("nobody was told")
     wrong.extend(_judged(ward))
     return Fate(
-        number=number,
         victim=victim,
         at_s=at_s,
         phase=phase.name.lower(),
@@ -313,19 +315,20 @@ def _look_at(file: Path) -> list[str]:
     return []
 
 
-def campaign(deaths: int, seed: int) -> list[Fate]:
-    """So many deaths, of each in turn, at random instants of a cycle."""
+def instants(deaths: int, seed: int) -> list[tuple[str, float]]:
+    """So many deaths, of each in turn, at random instants of a cycle: victim and time, s."""
     chance = random.Random(seed)
+    victims = itertools.islice(itertools.cycle(VICTIMS), deaths)
+    return [(victim, round(chance.uniform(0.0, CYCLE_S), 3)) for victim in victims]
+
+
+@contextmanager
+def supervised() -> Iterator[Ward]:
+    """A machine whose processes may be killed, one cycle after another."""
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
-    fates = []
     ward = Ward(folder, folder / "recordings")
     try:
-        for number in range(deaths):
-            victim = list(VICTIMS)[number % len(VICTIMS)]
-            fates.append(one(ward, victim, number, chance.uniform(0.0, CYCLE_S)))
-            for file in (folder / "recordings").glob("*.mcap"):
-                file.unlink()
+        yield ward
     finally:
         ward.close()
         shutil.rmtree(folder)
-    return fates

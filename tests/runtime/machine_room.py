@@ -16,30 +16,16 @@ from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
 from opensuction.procedure.cycle.refusal import Refusal
-from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime import about, launch
 from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import ASK, CONTROLS, RECORDS, RING
+from opensuction.safety.condition import Condition
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from tests.controller.bedside import at_bed
+from tests.controller.bedside import hurried
+from tests.runtime.identity import ABOUT
 
-ABOUT = about.About(
-    machine=Machine("twin-1", "clinical", is_twin=True),
-    catheter=Catheter("c-1", 6, 86_400),
-    protocol=SettingsFile("neonate", "{}"),
-    approach="travel",
-    patient="P-1",
-    parameter_file=None,
-    database=None,
-    heading={"patient": "neonate"},
-)
-ATTEMPTS = 8
-"""A machine that is busy with other things may stop this one for 30 ms, and a cycle is broken off
-then, as it should be: it is begun again."""
 REST_S = 1.0
 """Between passes."""
-STARTS = 8
-"""One may be refused for a moment: the machine may still be drawing out, or the patient resting."""
 INSIDE_MM = 3.0
 """Below the tube's end."""
 
@@ -48,12 +34,8 @@ class Room:
     """Both processes, and who asks and looks."""
 
     def __init__(self, folder: Path) -> None:
-        loop, state = at_bed("neonate")
         # Or a campaign of two hundred deaths would last half a day.
-        service = loop.controller.service
-        rule = service.passes._replace(rest_s=REST_S)
-        settings = loop.controller._replace(service=service._replace(passes=rule))
-        loop = loop._replace(controller=settings)
+        loop, state = hurried(REST_S)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         self.cap_mm = loop.controller.limits.cap_mm
         launch.configure(folder, loop)
@@ -111,6 +93,9 @@ class Room:
     def phase(self) -> Phase:
         return Phase(int(self.now("outputs.phase")))
 
+    def is_recorder_missed(self) -> bool:
+        return int(self.now("outputs.signals.present")) >> Condition.RECORDER_LOST & 1 == 1
+
     def truth(self, name: str) -> float:
         newest = RingReader(self.folder / SHOWN).snapshot()
         assert newest is not None
@@ -129,38 +114,47 @@ class Room:
     def is_out(self) -> bool:
         return self.truth("truth.tip_mm") < self.mouth_mm
 
-    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
-        """From rest to a cycle that has begun, whatever went on before.
+    def park(self, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """From whatever rest it has come to, to parked.
 
         meanwhile: done now and then.
         """
-        assert wait(lambda: self.phase() in RESTING, 60.0)
-        for _ in range(STARTS):
-            if self.now("outputs.counters.locked_out"):
-                self.press("service", "return_to_service")
-            self.press("reset", "assessed", "oxygen_skipped", "start")
-            if wait(lambda: (meanwhile(), self.phase() in CYCLE)[1], 2.0):
-                return
-        refused = Refusal(int(self.now("outputs.counters.refusal")))
-        raise AssertionError(f"no cycle begins: {self.phase().name}, {refused.name}")
+        assert wait(lambda: (meanwhile(), self.phase() in RESTING)[1], 60.0)
+        if self.now("outputs.counters.locked_out"):
+            self.press("service", "return_to_service")
+        elif self.phase() == Phase.HALTED:
+            self.press("reset")
+        parked = wait(lambda: (meanwhile(), self.phase() == Phase.PARKED)[1])
+        assert parked, f"not parked: {self.state()}"
+
+    def begin_cycle(self, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """From rest to a cycle that has begun, once the patient has rested.
+
+        meanwhile: done now and then.
+        """
+        self.park(meanwhile)
+        assert wait(lambda: (meanwhile(), self.now("outputs.counters.rest_left_s") == 0.0)[1])
+        self.press("assessed", "oxygen_skipped", "start")
+        begun = wait(lambda: (meanwhile(), self.phase() in CYCLE)[1], 2.0)
+        assert begun, f"no cycle begins: {self.state()}"
 
     def reach(
         self, there: Callable[[], bool], meanwhile: Callable[[], object] = lambda: None
     ) -> None:
-        """Begin cycles until one has come so far; each that was broken off has come out.
+        """Begin a cycle, and wait until it has come so far.
 
         meanwhile: done now and then.
         """
+        self.begin_cycle(meanwhile)
+        assert wait(lambda: (meanwhile(), there() or self.phase() == Phase.HALTED)[1], 60.0)
+        assert there(), f"the cycle did not come so far: {self.state()}"
 
-        def looks(holds: Callable[[], bool]) -> Callable[[], bool]:
-            return lambda: (meanwhile(), holds())[1]
-
-        for _ in range(ATTEMPTS):
-            self.begin_cycle(meanwhile)
-            if wait(looks(lambda: there() or self.phase() == Phase.HALTED), 60.0) and there():
-                return
-            assert wait(looks(self.is_out))
-        raise AssertionError(f"no cycle came so far: {self.phase().name}")
+    def state(self) -> str:
+        """Phase, refusal and alarms in words, for a test that fails."""
+        refused = Refusal(int(self.now("outputs.counters.refusal")))
+        present = int(self.now("outputs.signals.present"))
+        alarms = [one.name for one in Condition if present >> one & 1]
+        return f"{self.phase().name}, refused {refused.name}, present {alarms}"
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from opensuction.records.records import Records
 from opensuction.runtime import recorder
 from opensuction.runtime.clerk import Clerk, Context
 from opensuction.runtime.journal import Begun, Entry
-from tests.runtime.machine_room import ABOUT
+from tests.runtime.identity import ABOUT
 
 RUN = "20261123T120000-0123abcd"
 SERIAL = ABOUT.machine.serial

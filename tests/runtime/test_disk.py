@@ -10,7 +10,7 @@ import pytest
 
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.runtime.loop import SLOTS_S
-from tests.runtime.kept import is_recorder_missed, replayed, ticks_of, told_of
+from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.machine_room import Room, running, wait
 
 pytestmark = pytest.mark.real_time
@@ -34,10 +34,10 @@ def limit(room: Room, largest: int) -> None:
 @pytest.mark.sweep
 def test_what_a_full_disk_refused_is_written_once_there_is_room(room: Room, tmp_path: Path) -> None:
     limit(room, LARGEST_BYTES)
-    room.reach(lambda: is_recorder_missed(room))
+    room.reach(room.is_recorder_missed)
     skipped = room.now("loop.skipped")
     limit(room, resource.RLIM_INFINITY)
-    assert wait(lambda: not is_recorder_missed(room), 8.0)
+    assert wait(lambda: not room.is_recorder_missed(), 8.0)
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder("opensuction: not kept: ")
     kept = ticks_of(sorted(tmp_path.glob("*.mcap"))[-1])
@@ -53,10 +53,10 @@ def test_a_disk_that_does_not_answer_leaves_a_gap_that_is_told(room: Room, tmp_p
     room.reach(lambda: room.phase() == Phase.CHECKING)
     room.recorder.send_signal(signal.SIGSTOP)
     stopped = room.now("inputs.tick")
-    assert wait(lambda: is_recorder_missed(room), 4.0)
+    assert wait(room.is_recorder_missed, 4.0)
     assert wait(lambda: room.now("inputs.tick") > stopped + 1000.0 * SLOTS_S + 500.0, 30.0)
     room.recorder.send_signal(signal.SIGCONT)
-    assert wait(lambda: not is_recorder_missed(room), 8.0)
+    assert wait(lambda: not room.is_recorder_missed(), 8.0)
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     path = sorted(tmp_path.glob("*.mcap"))[0]

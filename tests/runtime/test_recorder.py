@@ -17,9 +17,9 @@ from opensuction.recording.cycle_file.heading import Heading
 from opensuction.recording.cycle_file.tick_table import STATE_PART
 from opensuction.runtime.loop import TIMING_COLUMNS
 from opensuction.runtime.recorder import Recorder
+from tests.controller.bedside import hurried
 from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.stepped_room import SteppedRoom
-from tests.runtime.timing.timing_run import at_work
 
 STATE = slice(len(TIMING_COLUMNS) + STATE_PART.start, len(TIMING_COLUMNS) + STATE_PART.stop)
 """Of a row: the controller's state."""
@@ -27,17 +27,18 @@ PIECE = 50
 """Rows that are read at once."""
 BUTTONS = (RESET, ASSESSED, OXYGEN_SKIPPED)
 """What a person who is in haste presses before the start, a tick each."""
+REST_S = 2.0
 
 
 @pytest.fixture
 def room(tmp_path: Path) -> Iterator[SteppedRoom]:
-    made = SteppedRoom(tmp_path, *at_work())
+    made = SteppedRoom(tmp_path, *hurried(REST_S))
     yield made
     made.close()
 
 
 def heading() -> Heading:
-    loop, _ = at_work()
+    loop, _ = hurried(REST_S)
     chosen = Configuration(loop.controller, loop.heads_mm)
     return Heading(
         software_version="0",

@@ -15,8 +15,9 @@ from opensuction.records.records import Records
 from opensuction.runtime import about
 from opensuction.runtime.control_process import settings_file
 from opensuction.runtime.room import CONFIGURATION, EVENTS
-from tests.runtime.kept import is_recorder_missed, replayed, ticks_of, told_of
-from tests.runtime.machine_room import ABOUT, INSIDE_MM, Room, running, wait
+from tests.runtime.identity import ABOUT
+from tests.runtime.kept import replayed, ticks_of, told_of
+from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 
 pytestmark = pytest.mark.real_time
 
@@ -60,9 +61,9 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_pa
     last = room.now("inputs.tick")
     first = sorted(tmp_path.glob("*.mcap"))[-1]
     assert last - ticks_of(first)[-1, 0] < 250.0  # this test's own way to look included
-    assert wait(lambda: is_recorder_missed(room), 4.0)
+    assert wait(room.is_recorder_missed, 4.0)
     room.record(tmp_path)
-    assert wait(lambda: not is_recorder_missed(room), 5.0)
+    assert wait(lambda: not room.is_recorder_missed(), 5.0)
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     second = first.with_name(f"{first.stem}-2.mcap")
@@ -130,9 +131,9 @@ def test_without_a_database_it_is_missed_and_later_everything_is_on_record(
     (tmp_path / "away").write_text("no folder")
     room.record(tmp_path)
     room.reach(lambda: room.phase() in (Phase.CLOSING, Phase.ABORTING))
-    assert wait(lambda: is_recorder_missed(room), 4.0)
+    assert wait(room.is_recorder_missed, 4.0)
     (tmp_path / "away").unlink()
-    assert wait(lambda: not is_recorder_missed(room), 6.0)
+    assert wait(lambda: not room.is_recorder_missed(), 6.0)
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder("opensuction: not kept: ")
     with Records.open(str(database)) as records:

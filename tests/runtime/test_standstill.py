@@ -12,16 +12,17 @@ import pytest
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import ASSESSED, RESET, START
 from opensuction.oracle import exposure, harm
+from tests.controller.bedside import hurried
 from tests.runtime.stepped_room import SteppedRoom
-from tests.runtime.timing.timing_run import REST_S, at_work
 
+REST_S = 2.0
 STILL_TICKS = 30
 """Of 1 ms; the drives wait for 20."""
 
 
 @pytest.fixture
 def room(tmp_path: Path) -> Iterator[SteppedRoom]:
-    made = SteppedRoom(tmp_path, *at_work())
+    made = SteppedRoom(tmp_path, *hurried(REST_S))
     yield made
     made.close()
 
@@ -35,7 +36,7 @@ def is_alone(room: SteppedRoom) -> bool:
 def test_the_catheter_is_out_and_the_machine_of_use_again_once_a_person_has_reset_it(
     room: SteppedRoom, phase: Phase
 ) -> None:
-    loop, _ = at_work()
+    loop, _ = hurried(REST_S)
     room.step(START)
     while room.phase() != phase:
         room.step()

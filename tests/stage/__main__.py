@@ -5,7 +5,6 @@ other with nothing beside them. At the end one line in pytest's own form sums up
 """
 
 import argparse
-import datetime
 import json
 import os
 import subprocess
@@ -15,9 +14,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-import pytest
-
-from tests.stage.plugin import COUNTED, RESULT
+from tests.stage import summary
 
 STAGES = {
     "1 of 2, on all cores": (
@@ -27,7 +24,6 @@ STAGES = {
     "2 of 2, in real time, one after the other": ("real_time", ("-p", "no:xdist")),
 }
 """Title of each: its tests, and how they are run."""
-WIDTH = 80
 
 
 def main(arguments: list[str]) -> int:
@@ -48,7 +44,7 @@ def main(arguments: list[str]) -> int:
             statuses.append(
                 subprocess.run(
                     [*command, *options, *others],
-                    env={**os.environ, RESULT: str(result)},
+                    env={**os.environ, summary.RESULT: str(result)},
                     check=False,
                 ).returncode
             )
@@ -58,29 +54,13 @@ def main(arguments: list[str]) -> int:
             result.unlink()
             counts.update(told["counts"])
             failed.extend(told["failed"])
-    _say(*failed, _summary(counts, time.monotonic() - begun_s))
-    return _status(statuses)
+    _say(*failed, summary.line(counts, time.monotonic() - begun_s))
+    return summary.status(statuses)
 
 
 def _say(*lines: str) -> None:
     sys.stdout.writelines(f"{line}\n" for line in lines)
     sys.stdout.flush()
-
-
-def _status(statuses: list[int]) -> int:
-    """A stage without a test is none that failed, unless there was none in any."""
-    empty = pytest.ExitCode.NO_TESTS_COLLECTED
-    wrong = [one for one in statuses if one not in (pytest.ExitCode.OK, empty)]
-    if wrong:
-        return wrong[0]
-    return int(empty) if all(one == empty for one in statuses) else 0
-
-
-def _summary(counts: Counter[str], seconds: float) -> str:
-    """Such as ``==== 1 failed, 8 passed in 90.00s (0:01:30) ====``."""
-    told = ", ".join(f"{counts[kind]} {kind}" for kind in COUNTED if counts[kind])
-    took = datetime.timedelta(seconds=round(seconds))
-    return f" {told or 'no tests ran'} in {seconds:.2f}s ({took}) ".center(WIDTH, "=")
 
 
 if __name__ == "__main__":

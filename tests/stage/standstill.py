@@ -13,9 +13,10 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Self
 
 from opensuction.exchange.pace import Pace, harden
+from tests.stage.judge import Standstill
 
 REAL_TIME, ORDINARY = "real-time", "ordinary"
 PERIOD_NS = {REAL_TIME: 1_000_000, ORDINARY: 5_000_000}
@@ -27,13 +28,6 @@ CORES_MOST = 4
 SETTLES_S = 0.1
 """After this a loop that was kept standing until now has written it down."""
 STARTS_S = 30.0
-
-
-class Standstill(NamedTuple):
-    """The longest within some time, s, of each class of processes."""
-
-    real_time_s: float
-    ordinary_s: float
 
 
 class StandstillWatch:

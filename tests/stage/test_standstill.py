@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from tests.stage.standstill import Standstill, StandstillWatch
+from tests.stage.judge import Standstill
+from tests.stage.standstill import StandstillWatch
 
 # Only the standstill that is made here is asked for, and from below.
 pytestmark = pytest.mark.real_time

@@ -10,7 +10,8 @@ from playwright.sync_api import expect
 from opensuction.session.choice import CycleChoice, RigChoice
 from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
 from tests.console.history.past import Past, fill, remember
-from tests.console.served import Served, listening
+from tests.console.listening import listening
+from tests.console.served import Served
 from tests.session.recorded import played
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.safety.condition import Condition
 from tests.browser.console.conftest import TABLET
-from tests.console.served import PEOPLE, Served, listening
+from tests.console.listening import listening
+from tests.console.served import PEOPLE, Served
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

@@ -1,6 +1,5 @@
 """Setting up on the page, before twin and controller in real time."""
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,9 +13,9 @@ from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
 from tests.browser.console.conftest import TABLET
 from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
-from tests.console.served import PEOPLE, free_port, listening_app
+from tests.console.listening import listening_app
+from tests.console.served import PEOPLE, free_port
 from tests.console.setup.bed import Bed, bed, until
-from tests.runtime.machine_room import ATTEMPTS
 
 if TYPE_CHECKING:
     from typing import Literal
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     Scheme = Literal["dark", "light"]
 
 pytestmark = [pytest.mark.real_time, pytest.mark.browser]
-
-FEELS = 'document.querySelector(".teaching-does").textContent.includes("feels the carina")'
 
 
 @pytest.fixture(scope="module")
@@ -159,19 +156,11 @@ def test_a_limit_takes_an_engineer_and_a_reason(page: "Page", at_bed: Bed) -> No
 
 
 def push(page: "Page", at_bed: Bed) -> None:
-    """A hand pushes to the carina; a busy computer may break that off, and it is tried again."""
-    for _ in range(ATTEMPTS):
-        at_bed.settle()
-        page.click("[data-step=begin]")
-        page.click("[data-step=push]")
-        ends_s = time.monotonic() + 40.0
-        while time.monotonic() < ends_s and at_bed.room.phase() == Phase.TEACHING:
-            if page.evaluate(FEELS):
-                return
-            page.wait_for_timeout(50)
-        at_bed.settle()
-        page.wait_for_selector("[data-step=begin]")
-    raise AssertionError("no hand came so far")
+    """A hand pushes to the carina."""
+    at_bed.settle()
+    page.click("[data-step=begin]")
+    page.click("[data-step=push]")
+    page.locator(".teaching-does", has_text="feels the carina").wait_for(timeout=40_000)
 
 
 @pytest.mark.sweep

@@ -25,7 +25,7 @@ from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
 from tests.cli.command import Process, begun, wait_for
 from tests.console.served import free_port
-from tests.runtime.machine_room import ATTEMPTS, INSIDE_MM, wait
+from tests.runtime.machine_room import INSIDE_MM, wait
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -44,8 +44,6 @@ NOTE_LOSS = """() => {
     watch.observe(document.body, { subtree: true, childList: true, characterData: true });
 }"""
 """The page itself notes when it said so: whoever asks it from outside may come late."""
-PASSES = 3
-"""As many as there are before somebody has looked at the patient."""
 
 
 class Ward(NamedTuple):
@@ -166,24 +164,15 @@ def rest(page: "Page") -> str:
 
 
 def reset(page: "Page") -> None:
-    """Until it is parked: a busy computer may have it bring the head home first, and halt anew."""
-    for _ in range(ATTEMPTS):
-        if rest(page) == "parked":
-            return
-        page.get_by_role("button", name="Reset").click()
-        page.wait_for_timeout(1500)
-    raise AssertionError("it does not come to rest parked")
+    """From halted to parked."""
+    page.get_by_role("button", name="Reset").click()
+    page.locator(".bedside[data-phase=parked]").wait_for()
 
 
 def go_inside(page: "Page", ward: Ward) -> None:
-    """Start, until the tip is in the patient; a busy computer may break a cycle off before."""
-    for _ in range(PASSES):
-        start(page)
-        if wait(lambda: ward.tip_mm() > INSIDE_MM, 30.0):
-            return
-        assert rest(page) == "halted", "it was broken off, not overlooked"
-        reset(page)
-    raise AssertionError("the tip never came so far")
+    """Start, until the tip is in the patient."""
+    start(page)
+    assert wait(lambda: ward.tip_mm() > INSIDE_MM, 30.0)
 
 
 def come_to_the_bed(page: "Page", ward: Ward) -> None:
@@ -198,20 +187,17 @@ def come_to_the_bed(page: "Page", ward: Ward) -> None:
 def test_a_cycle_from_the_first_password_to_its_report(page: "Page", ward: Ward) -> None:
     """Watched to its end; the console dies in the middle of it and comes back by itself."""
     come_to_the_bed(page, ward)
-    for _ in range(PASSES):
-        go_inside(page, ward)
-        console = holder(room.find(ward.name) / room.CONSOLES)
-        assert console is not None
-        page.evaluate(NOTE_LOSS)
-        killed_ms = 1e3 * time.time()
-        os.kill(console, signal.SIGKILL)
-        page.locator(".alarm-kind").get_by_text("NO CONNECTION").wait_for()
-        expect(page.locator(".bedside")).to_have_attribute("data-stale", "")
-        assert page.evaluate("() => window.lost_ms") - killed_ms < LOST_MS
-        page.get_by_text("Live", exact=True).wait_for(timeout=LONG_MS)
-        if rest(page) == "parked":
-            break
-        reset(page)
+    go_inside(page, ward)
+    console = holder(room.find(ward.name) / room.CONSOLES)
+    assert console is not None
+    page.evaluate(NOTE_LOSS)
+    killed_ms = 1e3 * time.time()
+    os.kill(console, signal.SIGKILL)
+    page.locator(".alarm-kind").get_by_text("NO CONNECTION").wait_for()
+    expect(page.locator(".bedside")).to_have_attribute("data-stale", "")
+    assert page.evaluate("() => window.lost_ms") - killed_ms < LOST_MS
+    page.get_by_text("Live", exact=True).wait_for(timeout=LONG_MS)
+    assert rest(page) == "parked"
     expect(page.locator(".tip .figure")).to_have_text("OUT")
     expect(page.locator(".last .figure")).to_have_text("Completed", timeout=20_000)
     assert ward.outcomes()[-1] == "completed"

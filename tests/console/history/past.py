@@ -1,13 +1,14 @@
 """A console with a past: cycles of each outcome on record, one of them with a real recording."""
 
 import shutil
+import threading
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
 from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome
 from tests.console.served import Served
-from tests.runtime.machine_room import ABOUT
+from tests.runtime.identity import ABOUT
 
 NOON = datetime(2026, 11, 23, 12, 0, 0, tzinfo=UTC)
 ATTACK = "</script><img src=x onerror=alert(1)>"
@@ -23,6 +24,10 @@ class Past(NamedTuple):
     lost: str
     """Aborted, its recording not there."""
     running: str
+
+
+ENDS_S = 240.0
+"""Longest work of a thread."""
 
 
 def start(recording: str | None, catheter: str = "c-1", patient: str = "P-1") -> CycleStart:
@@ -67,3 +72,11 @@ def fill(console: Served, cycles: int) -> None:
         at = NOON + timedelta(minutes=number)
         one = records.begin_cycle(start(None), at=at)
         records.end_cycle(one, CycleEnd(Outcome.COMPLETED), at=at)
+
+
+def join(work: str) -> None:
+    """Wait until the threads of the console that do this have ended. work: their function."""
+    for one in threading.enumerate():
+        if one.name.endswith(f"({work})"):
+            one.join(ENDS_S)
+            assert not one.is_alive(), f"{one.name} goes on after {ENDS_S:g} s"

@@ -1,14 +1,12 @@
 """What has been, over the interface: narrowed, page by page, each to whom it may be shown."""
 
 from datetime import timedelta
-from typing import Any
 from urllib.parse import quote
 
 import pytest
-from starlette.testclient import TestClient
 
 from opensuction.accounts.rule.right import Right
-from tests.console.history.past import ATTACK, NOON, fill, remember
+from tests.console.history.past import ATTACK, NOON, fill, join, remember
 from tests.console.served import Served
 
 V1 = "/api/v1"
@@ -139,29 +137,19 @@ def test_the_trail_is_read_in_a_thread_and_its_verdict_told(console: Served) -> 
     before = client.get(f"{V1}/audit").json()
     assert (before["state"], before["verdict"]) == ("none", None)
     assert client.post(f"{V1}/audit", json={"expected": before["head"]}).status_code == 202
-    found = wait(client)
+    join("_read_trail")
+    found = client.get(f"{V1}/audit").json()
     assert found["state"] == "done"
     assert found["verdict"]["is_whole"] is True
     assert found["verdict"]["entries"] == before["entries"]
     assert client.post(f"{V1}/audit", json={"expected": "0f" * 32}).status_code == 202
-    found = wait(client)
+    join("_read_trail")
+    found = client.get(f"{V1}/audit").json()
     assert found["verdict"]["is_whole"] is False
     assert "no entry has the expected hash" in found["verdict"]["broken"]
     assert client.post(f"{V1}/audit", json={"expected": "short"}).status_code == 422
     assert client.post(f"{V1}/audit", json={"other": 1}).status_code == 422
     assert console.client("clinician").post(f"{V1}/audit", json={}).status_code == 403
-
-
-def wait(client: TestClient) -> dict[str, Any]:
-    """Until the trail has been read."""
-    import time
-
-    ends_s = time.monotonic() + 30.0
-    while True:
-        found: dict[str, Any] = client.get(f"{V1}/audit").json()
-        if found["state"] != "running" or time.monotonic() > ends_s:
-            return found
-        time.sleep(0.02)
 
 
 def test_trends_count_each_day_by_the_clock_of_whoever_asks(console: Served) -> None:

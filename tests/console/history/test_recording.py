@@ -3,9 +3,7 @@
 import json
 import os
 import re
-import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,21 +14,10 @@ from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.records.entry import CycleEnd, Outcome
-from tests.console.history.past import ATTACK, NOON, RECORDING, remember, start
+from tests.console.history.past import ATTACK, NOON, RECORDING, join, remember, start
 from tests.console.served import Served
 
 V1 = "/api/v1"
-DONE_S = 240.0
-
-
-def wait(ask: Any, is_done: Any) -> dict[str, Any]:
-    """Ask until it is so."""
-    ends_s = time.monotonic() + DONE_S
-    while True:
-        found: dict[str, Any] = ask().json()
-        if is_done(found) or time.monotonic() > ends_s:
-            return found
-        time.sleep(0.2)
 
 
 def test_a_recording_is_given_whole_and_in_parts(console: Served, recording: Path) -> None:
@@ -140,7 +127,8 @@ def test_a_replay_is_begun_once_and_its_verdict_kept(console: Served, recording:
     assert client.get(path).json() == {"state": "none", "verdict": None, "failure": None}
     answer = client.post(path)
     assert (answer.status_code, answer.json()["state"]) == (202, "running")
-    found = wait(lambda: client.get(path), lambda told: told["state"] != "running")
+    join("_replay")
+    found = client.get(path).json()
     assert found["state"] == "done"
     assert found["verdict"]["identical"] is True
     assert found["verdict"]["is_good"] is True
@@ -166,7 +154,8 @@ def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_
     past = remember(console, changed)
     client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
     client.post(path)
-    found = wait(lambda: client.get(path), lambda told: told["state"] != "running")
+    join("_replay")
+    found = client.get(path).json()
     first = found["verdict"]["first_difference"]
     assert (first["tick"], first["field"]) == (100, "outputs.commands.head_mm")
     assert first["recorded"] == pytest.approx(first["replayed"] + 0.5)
@@ -180,7 +169,9 @@ def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
     client = console.client("observer")
     begun = client.get(f"{V1}/trends").json()
     assert (begun["pending"], begun["without_recording"]) == (1, 2)
-    found = wait(lambda: client.get(f"{V1}/trends"), lambda told: told["pending"] == 0)
+    join("_fill")
+    found = client.get(f"{V1}/trends").json()
+    assert found["pending"] == 0
     quantities = found["days"][0]["quantities"]
     assert quantities["vacuum_mmhg"]["cycles"] == 1
     assert quantities["vacuum_mmhg"]["median"] > 50.0
@@ -189,7 +180,10 @@ def test_figures_are_worked_out_once_and_kept_beside_the_recordings(
     assert json.loads(kept.read_text())["gap_mm"] == quantities["gap_mm"]["median"]
     recorded = console.site.recordings / RECORDING
     recorded.write_bytes(b"no recording")
-    found = wait(lambda: client.get(f"{V1}/trends"), lambda told: told["without_recording"] == 3)
+    client.get(f"{V1}/trends")
+    join("_fill")
+    found = client.get(f"{V1}/trends").json()
+    assert found["without_recording"] == 3
     assert found["days"][0]["quantities"]["vacuum_mmhg"] is None, "nothing old is shown"
     assert past.completed
 

@@ -12,13 +12,12 @@ from opensuction.console.app import create_app
 from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
-from opensuction.kernel.phase import RESTING, Phase
 from opensuction.records.records import Records
 from opensuction.runtime import about
 from opensuction.session.running import basis
 from tests.accounts.example import CHEAP
 from tests.console.served import PORT, Served, employ_all, make_site
-from tests.runtime.machine_room import ATTEMPTS, Room, running, wait
+from tests.runtime.machine_room import Room, running, wait
 from tests.session.running.test_basis import at_bed
 
 PATIENT = "neonate"
@@ -43,14 +42,8 @@ class Bed(NamedTuple):
         return answer.json()
 
     def settle(self) -> None:
-        """Until it is parked: a busy computer may have halted it, as it should; see `ATTEMPTS`."""
-        for _ in range(ATTEMPTS):
-            until(lambda: self.room.phase() in RESTING, 60.0)
-            if self.room.phase() == Phase.PARKED:
-                return
-            self.room.press("reset")
-            wait(lambda: self.room.phase() == Phase.PARKED, 3.0)
-        raise AssertionError(f"it does not come to rest: {self.room.phase().name}")
+        """Until it is parked."""
+        self.room.park()
 
     def actions(self) -> list[tuple[str, str, str]]:
         """What is on record of what people did, the newest first."""

@@ -14,6 +14,8 @@ from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
 from tests.console.setup.bed import Bed, bed, until
 
+pytestmark = pytest.mark.real_time
+
 PATH = "/api/v1/identification"
 TAKES_S = 400.0
 """At the lowest priority, on a computer that is busy."""

@@ -13,6 +13,8 @@ from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
 from tests.console.setup.bed import Bed, bed, until
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture(scope="module")
 def at_bed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bed]:

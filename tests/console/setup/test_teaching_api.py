@@ -11,7 +11,7 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.runtime import about
 from tests.console.setup.bed import Bed, bed, until
-from tests.runtime.machine_room import ATTEMPTS, wait
+from tests.runtime.machine_room import wait
 
 pytestmark = pytest.mark.real_time
 
@@ -40,21 +40,13 @@ def stage(at_bed: Bed) -> str:
 
 
 def push_until(at_bed: Bed, there: Callable[[], bool]) -> None:
-    """A hand pushes until it is so far; a busy computer may break that off, and it is tried again.
-
-    Attempts as in `machine_room`.
-    """
-    for _ in range(ATTEMPTS):
-        at_bed.settle()
-        done(at_bed, "begin")
-        until(lambda: stage(at_bed) == "moving")
-        done(at_bed, "push")
-        until(lambda: there() or at_bed.room.phase() in RESTING, 40.0)
-        if at_bed.room.phase() == Phase.TEACHING:
-            return
-        until(at_bed.room.is_out)
-        at_bed.settle()
-    raise AssertionError("no hand came so far")
+    """A hand pushes until it is so far."""
+    at_bed.settle()
+    done(at_bed, "begin")
+    until(lambda: stage(at_bed) == "moving")
+    done(at_bed, "push")
+    until(lambda: there() or at_bed.room.phase() in RESTING, 40.0)
+    assert at_bed.room.phase() == Phase.TEACHING, at_bed.room.state()
 
 
 def press(at_bed: Bed, *buttons: str) -> None:
@@ -83,9 +75,6 @@ def test_step_by_step_the_carina_is_taught_and_the_protocol_fits_it(at_bed: Bed)
     assert taught["least_mm"] <= taught["taught_mm"] <= taught["most_mm"]
     # The simulated hand draws back by itself then.
     until(lambda: at_bed.room.phase() in RESTING, 40.0)
-    if at_bed.room.phase() == Phase.HALTED:  # a busy computer; what was taken stays
-        until(at_bed.room.is_out)
-        press(at_bed, "reset")
     until(lambda: stage(at_bed) == "taught")
     assert at_bed.room.phase() == Phase.PARKED
     presets = at_bed.get("/protocol")["presets"]

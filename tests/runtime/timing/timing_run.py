@@ -30,8 +30,8 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import ASK, EVENTS, RING
 from opensuction.simulation.closed_loop import Loop, LoopState
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
-from tests.controller.bedside import at_bed
-from tests.runtime.machine_room import ABOUT
+from tests.controller.bedside import hurried
+from tests.runtime.identity import ABOUT
 
 BARE = Path(__file__).with_name("bare_loop.py")
 BUSY = "while True: pass"
@@ -157,15 +157,6 @@ def _process(command: list[str]) -> Iterator[subprocess.Popen[bytes]]:
         process.wait()
 
 
-def at_work() -> tuple[Loop, LoopState]:
-    """A neonate who is suctioned more often than any should be."""
-    loop, state = at_bed("neonate")
-    settings = loop.controller
-    passes = settings.service.passes._replace(rest_s=REST_S)
-    service = settings.service._replace(passes=passes)
-    return loop._replace(controller=settings._replace(service=service)), state
-
-
 @contextmanager
 def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int) -> Iterator[int]:
     """Twin, controller and recorder; the controller's process number."""
@@ -186,7 +177,7 @@ def _machine(folder: Path, out: Path, loop: Loop, state: LoopState, period: int)
 def run(out: Path, seconds: float, period_ns: int) -> TimingRun:
     """Let it run for so long. out: where the recorder may write."""
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
-    loop, state = at_work()
+    loop, state = hurried(REST_S)
     try:
         with ExitStack() as stack:
             control = stack.enter_context(_machine(folder, out, loop, state, period_ns))

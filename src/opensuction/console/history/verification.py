@@ -46,9 +46,9 @@ class Verification:
             if self._is_running:
                 return
             self._is_running = True
-        threading.Thread(target=self._run, args=(expected,), daemon=True).start()
+        threading.Thread(target=self._read_trail, args=(expected,), daemon=True).start()
 
-    def _run(self, expected: str | None) -> None:
+    def _read_trail(self, expected: str | None) -> None:
         known: dict[str, Any] | None = None
         failure: str | None = FAILED
         try:
