@@ -166,6 +166,8 @@ class FakeMachine:
         """Requests for the machine are never answered."""
         self.down = False
         """Live connections are refused and closed."""
+        self.told = 0
+        """States that pages were sent."""
 
     def show(self, **changes: Any) -> None:
         self.state = {**PARKED, **changes}
@@ -269,6 +271,7 @@ async def tell(socket: WebSocket, fake: FakeMachine) -> None:
     while not fake.down:
         if not fake.mute:
             await socket.send_json(fake.state)
+            fake.told += 1
         await asyncio.sleep(0.05)
     await socket.close()
 

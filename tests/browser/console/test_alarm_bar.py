@@ -10,6 +10,7 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.priority import Priority
 from tests.browser.console.conftest import Bedside
 from tests.browser.console.fake_machine import alarm, alarming
+from tests.browser.console.waiting import drawn, until
 
 pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
@@ -75,13 +76,13 @@ def test_what_is_silent_is_remembered_by_a_tone_when_the_machine_says_so(bedside
     silent = {**alarming(alarm(Condition.SPO2_LOW, acknowledged=True)), "audible": "none"}
     for silent_s in (0.1, 12.0, 29.9, 0.02, 1.0):
         machine.show(**{**silent, "silent_s": silent_s})
-        page.wait_for_timeout(150)
+        drawn(page, machine)
     (lasts_s,) = page.evaluate("window.sounded")
     rate_hz = 22_050
     wanted = len(auditory_signal.burst(Priority.NONE, rate_hz)) / rate_hz
     assert lasts_s == pytest.approx(wanted, abs=0.01)
     machine.show(alarms=[], priority="none", audible="none", silent_s=0.0)
-    page.wait_for_timeout(150)
+    drawn(page, machine)
     assert len(page.evaluate("window.sounded")) == 1
 
 
@@ -112,7 +113,7 @@ def test_alarms_are_answered(bedside: Bedside) -> None:
     machine.show(**alarming(alarm(Condition.SPO2_LOW)))
     page.get_by_role("button", name="Acknowledge").click()
     page.get_by_role("button", name="Pause sound").click()
-    page.wait_for_timeout(300)
+    until(page, lambda: len(machine.asked) == 2)
     assert [one["ask"] for one in machine.asked] == ["acknowledge", "audio-pause"]
     told = alarming(alarm(Condition.SPO2_LOW, acknowledged=True), pause_left_s=88.0)
     machine.show(**{**told, "audible": "none"})
@@ -171,7 +172,6 @@ def test_a_control_that_is_silent_is_no_live_value(bedside: Bedside) -> None:
     expect(page.locator(".alarm-first")).to_contain_text("Look at the patient.")
     expect(page.locator(".bedside")).to_have_attribute("data-stale", "")
     machine.show(age_s=4.0)  # it is served, but nobody writes it any more
-    page.wait_for_timeout(400)
     expect(page.locator(".link")).to_contain_text("Control silent, 4 s")
 
 

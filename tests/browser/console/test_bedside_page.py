@@ -186,7 +186,7 @@ def test_start_is_held_by_finger_or_key(bedside: Bedside) -> None:
     page.keyboard.down(" ")
     page.wait_for_timeout(500)
     page.keyboard.up(" ")
-    page.wait_for_timeout(200)
+    expect(page.locator(".start-why")).to_contain_text("Hold it for a whole second")
     assert len(machine.asked) == 1
     page.keyboard.down("Enter")
     page.wait_for_timeout(1200)

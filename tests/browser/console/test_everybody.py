@@ -140,7 +140,7 @@ def test_nothing_is_fetched_from_elsewhere_and_the_policy_holds(bedside: Bedside
     bedside.page.locator(".live-anatomy").wait_for()
     for name in ("People", "Bedside"):
         bedside.page.get_by_role("link", name=name).click()
-    bedside.page.wait_for_timeout(300)
+    bedside.page.wait_for_load_state("networkidle")
     assert [url for url in asked if not url.startswith(bedside.url)] == []
     assert bedside.complaints == []
 
@@ -149,8 +149,7 @@ def test_nothing_is_fetched_from_elsewhere_and_the_policy_holds(bedside: Bedside
 def test_the_page_fits(bedside: Bedside, wide: int, high: int) -> None:
     page = bedside.page
     page.set_viewport_size({"width": wide, "height": high})
-    page.wait_for_timeout(200)
-    assert page.evaluate("document.documentElement.scrollWidth") <= wide
+    page.wait_for_function("wide => document.documentElement.scrollWidth <= wide", arg=wide)
     expect(page.locator("#stop")).to_be_in_viewport(ratio=0.99)
     if wide >= 1280:
         for place in (".phase-word", ".tip .figure", ".vacuum .big", ".last", "#start"):

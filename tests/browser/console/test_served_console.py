@@ -11,6 +11,7 @@ from opensuction.kernel.phase import Phase
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.safety.condition import Condition
 from tests.browser.console.conftest import TABLET
+from tests.browser.console.waiting import until
 from tests.console.listening import listening
 from tests.console.served import PEOPLE, Served
 
@@ -60,7 +61,7 @@ def test_a_clinician_starts_and_a_start_that_is_refused_says_why(beside: Beside)
     hold_start(page)
     expect(page.locator(".start-why")).to_contain_text("Started")
     assert machine.pressed == [("start", PEOPLE["clinician"])]
-    page.wait_for_timeout(4200)
+    expect(page.locator(".start-why")).not_to_contain_text("Started")
     machine.refusal = int(Refusal.NOT_TAUGHT)
     hold_start(page)
     expect(page.locator(".start-why")).to_contain_text("no travel length has been set")
@@ -89,7 +90,7 @@ def test_an_alarm_is_shown_and_acknowledged(beside: Beside) -> None:
     expect(page.locator(".alarm-first")).to_have_text("Look at the patient. Give oxygen.")
     page.get_by_role("button", name="Acknowledge").click()
     page.get_by_role("button", name="Pause sound").click()
-    page.wait_for_timeout(500)
+    until(page, lambda: len(machine.pressed) == 2)
     assert [ask for ask, _ in machine.pressed] == ["acknowledge", "audio_pause"]
 
 

@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from opensuction.accounts.rule.right import Role
 from tests.browser.console.conftest import Bedside
+from tests.browser.console.waiting import until
 
 pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
@@ -19,14 +20,14 @@ def test_stop_is_at_the_same_place_on_every_view(bedside: Bedside) -> None:
     places = set()
     for name in VIEWS:
         page.get_by_role("navigation").get_by_role("link", name=name.capitalize()).click()
-        page.wait_for_timeout(200)
+        expect(page.locator(f"#console[data-view={name}]")).to_be_visible()
         box = page.locator("#stop").bounding_box()
         assert box is not None
         places.add((box["x"], box["y"], box["width"], box["height"]))
         page.locator("#stop").click()
     assert len(places) == 1
-    page.wait_for_timeout(500)
-    assert [one["ask"] for one in bedside.machine.asked] == ["abort"] * len(VIEWS)
+    until(page, lambda: len(bedside.machine.asked) == len(VIEWS))
+    assert {one["ask"] for one in bedside.machine.asked} == {"abort"}
 
 
 def test_stop_says_at_once_that_it_was_pressed(bedside: Bedside) -> None:
@@ -53,24 +54,21 @@ def test_stop_needs_no_sign_in_and_nothing_keeps_it_out(bedside: Bedside) -> Non
     page.locator("#stop").click()
     expect(page.locator(".stop-status")).to_contain_text("Stop received: Inserting")
     page.keyboard.press("F8")  # while somebody types a password
-    page.wait_for_timeout(300)
-    assert [one["ask"] for one in machine.asked] == ["abort", "abort"]
+    until(page, lambda: [one["ask"] for one in machine.asked] == ["abort", "abort"])
     page.locator("#stop").focus()
     page.keyboard.press("Enter")
-    page.wait_for_timeout(300)
-    assert len(machine.asked) == 3
+    until(page, lambda: len(machine.asked) == 3)
     machine.sign_in(Role.OBSERVER)
     page.reload()
     page.locator("#stop").click()
-    page.wait_for_timeout(300)
-    assert len(machine.asked) == 4
+    until(page, lambda: len(machine.asked) == 4)
 
 
 def test_one_press_is_one_stop(bedside: Bedside) -> None:
     bedside.page.locator("#stop").click()
-    bedside.page.wait_for_timeout(500)
-    assert len(bedside.machine.asked) == 1
     expect(bedside.page.locator(".stop-status")).to_contain_text("Nothing was under way")
+    bedside.page.wait_for_load_state("networkidle")
+    assert len(bedside.machine.asked) == 1
 
 
 @pytest.mark.parametrize("how", ["deaf", "refused", "not pressed"])
