@@ -8,7 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Annotated
 
-from fastapi import Depends
+from fastapi import Depends, Request
 from starlette.requests import HTTPConnection
 
 from opensuction.accounts import secret, session
@@ -17,6 +17,7 @@ from opensuction.accounts.rule import right
 from opensuction.accounts.rule.right import RIGHTS, Right
 from opensuction.accounts.session import AccessToken, Session
 from opensuction.console.guard.problem import FieldError, Problem
+from opensuction.console.guard.turn import Turn
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
 
@@ -43,6 +44,26 @@ async def find_site(connection: HTTPConnection) -> Site:
 
 Here = Annotated[Site, Depends(find_site)]
 """The site, as a parameter of a route."""
+
+
+def find_turn(request: Request) -> Turn:
+    """The place of a request that changes something among others of its session."""
+    found: Turn = request.state.turn
+    return found
+
+
+async def wait_turn(request: Request) -> None:
+    """Wait until what the same session has asked for before is done. Raises Problem."""
+    await find_turn(request).wait(request.receive)
+
+
+async def leave_turn(request: Request) -> None:
+    """Wait for nothing, and have nothing wait: for what changes nothing that a button acts on."""
+    find_turn(request).leave()
+
+
+InTurn = Annotated[None, Depends(wait_turn)]
+OutOfTurn = Annotated[None, Depends(leave_turn)]
 
 
 def session_token(connection: HTTPConnection) -> str | None:
@@ -125,13 +146,23 @@ def may(wanted: Right) -> Callable[[HTTPConnection, Site], Holder]:
     return find
 
 
-def may_change(wanted: Right) -> Callable[[HTTPConnection, Site], Session]:
+def may_change(wanted: Right) -> Callable[[HTTPConnection, Site, None], Session]:
     """A dependency that lets through who may change something: signed in, from the page itself.
 
-    The reason, where the right needs one, is the route's to check (`check_reason`).
+    In the session's turn: not before what was asked for before is done, and right and session are
+    those of then. The reason, where the right needs one, is the route's to check (`check_reason`).
     """
 
-    def find(connection: HTTPConnection, site: Here) -> Session:
+    def find(connection: HTTPConnection, site: Here, _: InTurn) -> Session:
+        return allow_change(site, connection, wanted)
+
+    return find
+
+
+def may_begin(wanted: Right) -> Callable[[HTTPConnection, Site, None], Session]:
+    """As `may_change`, out of turn: for work on records that changes nothing and takes long."""
+
+    def find(connection: HTTPConnection, site: Here, _: OutOfTurn) -> Session:
         return allow_change(site, connection, wanted)
 
     return find

@@ -162,6 +162,10 @@ class FakeMachine:
         """Every change is refused with it."""
         self.mute = False
         """The live connection is open and says nothing."""
+        self.held: set[str] = set()
+        """Buttons that are answered once they are no more among these."""
+        self.arrived: list[str] = []
+        """Buttons, as they came; `asked` has them as they were answered."""
         self.deaf = False
         """Requests for the machine are never answered."""
         self.down = False
@@ -252,9 +256,13 @@ def add_machine(app: FastAPI, fake: FakeMachine) -> None:
         if fake.problem is not None:
             return refuse(fake)
         try:
-            fake.asked.append(await request.json())
+            asked = await request.json()
         except ClientDisconnect:
             return Response(status_code=204)
+        fake.arrived.append(asked["ask"])
+        while asked["ask"] in fake.held:
+            await asyncio.sleep(0.01)
+        fake.asked.append(asked)
         fake.headers.append(dict(request.headers))
         return JSONResponse({**fake.answer, "phase": fake.state["phase"], "took_ms": 3.0})
 

@@ -17,6 +17,7 @@ from opensuction.console.guard import body, header, origin, problem
 from opensuction.console.guard.limits import Limits
 from opensuction.console.guard.problem import Problem
 from opensuction.console.guard.rates import PREFIX, Rates
+from opensuction.console.guard.turn import Turns
 from opensuction.settings.wording import one_line
 
 LOG = logging.getLogger("opensuction.console")
@@ -42,6 +43,7 @@ class Guard:
         """hosts: see `origin.hosts_of`. cookie: name of the session's."""
         self.app, self._limits, self._rates = app, limits, rates
         self._hosts, self._cookie = hosts, cookie
+        self._turns = Turns(limits)
         self._sockets: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -74,8 +76,7 @@ class Guard:
             headers = Headers(scope=scope)
             self._check(scope, headers)
             body.check_length(self._limits, headers.get("content-length"))
-            whole = await body.read(self._limits, receive)
-            await self.app(scope, body.again(whole, receive), answer)
+            await self._pass_on(scope, headers, receive, answer)
         except Problem as refused:
             await refuse(refused)
         except body.GoneError:
@@ -88,6 +89,18 @@ class Guard:
                 raise
         finally:
             _log(scope, status, begun_s)
+
+    async def _pass_on(self, scope: Scope, headers: Headers, receive: Receive, send: Send) -> None:
+        """Take the body, then ask the application; a change has its place before its body comes."""
+        if scope["method"] in origin.SAFE:
+            whole = await body.read(self._limits, receive)
+            await self.app(scope, body.again(whole, receive), send)
+            return
+        with self._turns.take(self._session(headers)) as turn:
+            scope.setdefault("state", {})["turn"] = turn
+            whole = await body.read(self._limits, receive)
+            turn.arrive()
+            await self.app(scope, body.again(whole, receive), send)
 
     def _check(self, scope: Scope, headers: Headers) -> None:
         """Raises Problem for what goes no further."""

@@ -110,7 +110,7 @@ def list_accounts(site: Here, _: SeesAccounts) -> list[AccountBody]:
     return [_account(one) for one in site.accounts.list_accounts()]
 
 
-@router.post("/accounts", status_code=201, responses=documented(401, 403, 503))
+@router.post("/accounts", status_code=201, responses=documented(401, 403, 409, 503))
 def add_account(site: Here, by: ByAccounts, wanted: NewAccount) -> NewPasswordBody:
     """Make an account, with a password for its first sign-in."""
     try:
@@ -120,7 +120,7 @@ def add_account(site: Here, by: ByAccounts, wanted: NewAccount) -> NewPasswordBo
     return _password(made)
 
 
-@router.put("/accounts/{name}", responses=documented(401, 403, 404, 503))
+@router.put("/accounts/{name}", responses=documented(401, 403, 404, 409, 503))
 def change_account(site: Here, by: ByAccounts, name: Name, wanted: ChangedAccount) -> AccountBody:
     """Change what an account may do, from its next request on."""
     _find(site.accounts, name)
@@ -129,14 +129,14 @@ def change_account(site: Here, by: ByAccounts, name: Name, wanted: ChangedAccoun
     return _account(_find(site.accounts, name))
 
 
-@router.post("/accounts/{name}/password", responses=documented(401, 403, 404, 503))
+@router.post("/accounts/{name}/password", responses=documented(401, 403, 404, 409, 503))
 def reset_password(site: Here, by: ByAccounts, name: Name) -> NewPasswordBody:
     """Make a one-time password; an account that was deactivated is there again."""
     _find(site.accounts, name)
     return _password(site.accounts.reset_password(by, name))
 
 
-@router.delete("/accounts/{name}", status_code=204, responses=documented(401, 403, 404, 503))
+@router.delete("/accounts/{name}", status_code=204, responses=documented(401, 403, 404, 409, 503))
 def deactivate(site: Here, by: ByAccounts, name: Name, given: Given) -> None:
     """Nobody signs in as this account any more; what it did stays on record."""
     _find(site.accounts, name)
@@ -149,7 +149,7 @@ def list_tokens(site: Here, _: SeesTokens) -> list[TokenBody]:
     return [TokenBody(**_token(one)) for one in site.accounts.list_tokens()]
 
 
-@router.post("/tokens", status_code=201, responses=documented(401, 403, 503))
+@router.post("/tokens", status_code=201, responses=documented(401, 403, 409, 503))
 def issue_token(site: Here, by: ByTokens, wanted: NewTokenRequest) -> NewTokenBody:
     """Make a token, which only reads."""
     life = timedelta(seconds=wanted.lasts_s)
@@ -157,7 +157,7 @@ def issue_token(site: Here, by: ByTokens, wanted: NewTokenRequest) -> NewTokenBo
     return NewTokenBody(**_token(made.access), token=made.token)
 
 
-@router.delete("/tokens/{token_id}", status_code=204, responses=documented(401, 403, 404, 503))
+@router.delete("/tokens/{token_id}", status_code=204, responses=documented(401, 403, 404, 409, 503))
 def revoke_token(site: Here, by: ByTokens, token_id: Annotated[str, Path(max_length=64)]) -> None:
     """End a token."""
     if all(one.id != token_id for one in site.accounts.list_tokens()):

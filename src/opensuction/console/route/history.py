@@ -10,7 +10,7 @@ from pydantic import AwareDatetime
 
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
-from opensuction.console.access import Holder, may, may_change
+from opensuction.console.access import Holder, may, may_begin
 from opensuction.console.guard.problem import Problem, documented
 from opensuction.console.history import answer, archive, report_page
 from opensuction.console.history.archive import Archive
@@ -162,7 +162,7 @@ def read_replay(here: Here, _: Looks, id: Id) -> answer.Replay:  # noqa: A002
 )
 def begin_replay(
     here: Here,
-    _: Annotated[Session, Depends(may_change(Right.SEE_HISTORY))],
+    _: Annotated[Session, Depends(may_begin(Right.SEE_HISTORY))],
     id: Id,  # noqa: A002
 ) -> answer.Replay:
     """Play the cycle's recording through the controller again and compare every bit."""
@@ -212,7 +212,7 @@ def read_audit(here: Here, _: Audits) -> answer.Audit:
 @router.post("/audit", status_code=202, responses=documented(401, 403, 422, 503))
 def begin_audit(
     here: Here,
-    _: Annotated[Session, Depends(may_change(Right.SEE_AUDIT))],
+    _: Annotated[Session, Depends(may_begin(Right.SEE_AUDIT))],
     asked: answer.AuditRequest,
 ) -> answer.Audit:
     """Read the whole trail and hold it against all that is on record."""

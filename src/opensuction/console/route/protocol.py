@@ -7,7 +7,15 @@ from fastapi import APIRouter, Depends, Request
 from opensuction.accounts.refusal import NotAllowedError
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
-from opensuction.console.access import Here, Holder, allow_change, may, may_change
+from opensuction.console.access import (
+    Here,
+    Holder,
+    InTurn,
+    OutOfTurn,
+    allow_change,
+    may,
+    may_change,
+)
 from opensuction.console.guard.problem import documented
 from opensuction.console.setup import arithmetic, bedside, patient, protocol
 from opensuction.console.setup.form import DraftBody, PatientBody, ProtocolBody
@@ -19,8 +27,8 @@ SETS = (Right.CHOOSE_PROTOCOL, Right.CHANGE_LIMITS)
 """One of these whoever sets a protocol must have; which, depends on what is changed."""
 
 
-def may_set(connection: Request, site: Here) -> Session:
-    """Who may set something of a protocol."""
+def may_set(connection: Request, site: Here, _: InTurn) -> Session:
+    """Who may set something of a protocol; see `access.may_change`."""
     holder = allow_change(site, connection, Right.CHANGE_OWN_PASSWORD)
     if not holder.rights.intersection(SETS):
         raise NotAllowedError(f"{holder.account} may neither choose a protocol nor change limits")
@@ -37,7 +45,10 @@ def read_protocol(
 
 @router.post("/protocol/plan", responses=documented(401, 403, 409, 503))
 def plan_protocol(
-    body: DraftBody, site: Here, _: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))]
+    body: DraftBody,
+    site: Here,
+    _: OutOfTurn,
+    __: Annotated[Holder, Depends(may(Right.SEE_SIGNALS))],
 ) -> dict[str, Any]:
     """The planner's arithmetic of a draft, and every reason why it cannot be, field by field."""
     return protocol.plan(site, _wanted(body))

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Right
 from opensuction.accounts.session import Session
-from opensuction.console.access import Here, allow_change, check_reason, find_name
+from opensuction.console.access import Here, allow_change, check_reason, find_name, find_turn
 from opensuction.console.guard.problem import documented
 from opensuction.console.live.asking import STOP, Asked, Asking
 from opensuction.console.site import Site
@@ -68,14 +68,20 @@ class Answer(BaseModel):
 async def press(request: Request, site: Here, pressed: Pressed) -> Answer:
     """Press a button; to stop (``abort``) is anybody's and asks neither session nor database.
 
-    What came of it, phase and alarms say; the answer is that the controller has heard it.
+    What came of it, phase and alarms say; the answer is that the controller has heard it. All but
+    to stop is carried out in the order in which a session presses it; what still waits for its turn
+    or for the right when a stop comes is refused.
     """
     ask = pressed.ask.replace("-", "_")
     request.app.state.rates.check_button(ask == STOP, _peer(request))
+    turn = find_turn(request)
     if ask == STOP:
+        turn.stop()
         who = find_name(request) or f"{ANYBODY} ({_peer(request)})"
     else:
+        await turn.wait(request.receive)
         who = (await asyncio.to_thread(_allow, request, site, ask, pressed)).account
+        turn.check()
     asking: Asking = request.app.state.asking
     answered = await asking.ask(Asked(ask, who[:NAME_MOST], pressed.key))
     return Answer(**answered._asdict())

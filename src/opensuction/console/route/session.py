@@ -13,7 +13,7 @@ from opensuction.accounts.rule.password import LONGEST_TYPED
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console import access
-from opensuction.console.access import DEVICE_COOKIE, SESSION_COOKIE, Here, may_change
+from opensuction.console.access import DEVICE_COOKIE, SESSION_COOKIE, Here, OutOfTurn, may_change
 from opensuction.console.guard.problem import FieldError, Problem, documented
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
@@ -103,8 +103,11 @@ def read_session(request: Request, response: Response, site: Here) -> Who:
 
 
 @router.post("/session", responses=documented(401, 503))
-def sign_in(request: Request, response: Response, site: Here, asked: SignIn) -> Who:
-    """Sign in. What is wrong is not said; after several failures one must wait."""
+def sign_in(request: Request, response: Response, site: Here, _: OutOfTurn, asked: SignIn) -> Who:
+    """Sign in. What is wrong is not said; after several failures one must wait.
+
+    Whoever comes waits for nothing that whoever sat here before has asked for.
+    """
     origin = "unknown" if request.client is None else request.client.host
     device = request.cookies.get(DEVICE_COOKIE) or None
     before = access.session_token(request)
@@ -120,7 +123,7 @@ def sign_in(request: Request, response: Response, site: Here, asked: SignIn) -> 
     return _describe(found.session, found.csrf_token)
 
 
-@router.delete("/session", status_code=204, responses=documented(401, 403, 503))
+@router.delete("/session", status_code=204, responses=documented(401, 403, 409, 503))
 def sign_out(
     request: Request,
     response: Response,
@@ -135,7 +138,7 @@ def sign_out(
     _drop_cookie(response, site)
 
 
-@router.put("/session/password", responses=documented(401, 403, 503))
+@router.put("/session/password", responses=documented(401, 403, 409, 503))
 def change_password(
     request: Request,
     site: Here,

@@ -1,8 +1,10 @@
 // The interface of the console, as this page uses it: nothing else is asked of anybody.
 
+import { Order } from "./order.js";
+
 const PREFIX = "api/v1";
 const PATIENCE_MS = 15000;
-const MOST = 4; // requests at once; STOP goes beside them
+const MOST = 3; // requests at once that change nothing; one change and STOP go beside them
 
 /** A request that was refused (status > 0), or that was not answered (status 0). */
 export class Refused extends Error {
@@ -32,10 +34,17 @@ async function refusalOf(answer) {
   return new Refused(answer.status, detail, problem.errors || [], wait_s);
 }
 
+async function contentOf(answer) {
+  if (answer.status === 204) return null;
+  const kind = answer.headers.get("Content-Type") || "";
+  return kind.includes("json") ? answer.json() : answer.text();
+}
+
 export class Api {
-  /** unanswered: what is said where no answer came. */
-  constructor(unanswered) {
-    this.unanswered = unanswered;
+  /** words: what is said where no answer came, or where a change was not sent. */
+  constructor(words) {
+    this.words = words;
+    this.order = new Order();
     this.csrf = null;
     this.under_way = 0;
     this.waiting = [];
@@ -45,14 +54,23 @@ export class Api {
 
   /** Ask; the answer's JSON, or null where there is none. Raises Refused. */
   async ask(method, path, body, patience_ms = PATIENCE_MS) {
-    const answer = await this.fetch(method, path, body, patience_ms);
-    if (answer.status === 204) return null;
-    const kind = answer.headers.get("Content-Type") || "";
-    return kind.includes("json") ? answer.json() : answer.text();
+    return contentOf(await this.fetch(method, path, body, patience_ms));
   }
 
-  /** As `ask`, the answer as it is. Waits where too many others are under way. */
-  async fetch(method, path, body, patience_ms = PATIENCE_MS) {
+  /** POST what changes nothing, as a question is asked: no button waits for it. */
+  async query(path, body) {
+    return contentOf(await this.look("POST", path, body, PATIENCE_MS));
+  }
+
+  /** As `ask`, the answer as it is. A change is sent in the order in which it was pressed. */
+  fetch(method, path, body, patience_ms = PATIENCE_MS) {
+    if (method === "GET") return this.look(method, path, body, patience_ms);
+    const refuse = (why) => new Refused(0, this.words.unsent[why]);
+    return this.order.take(() => this.send(method, path, body, patience_ms), refuse);
+  }
+
+  /** Ask for something that changes nothing. Waits where too many others are under way. */
+  async look(method, path, body, patience_ms) {
     while (this.under_way >= MOST) await new Promise((done) => { this.waiting.push(done); });
     this.under_way += 1;
     try {
@@ -63,8 +81,10 @@ export class Api {
     }
   }
 
-  /** POST without waiting for anything: a browser holds six connections, and two are kept free. */
-  async askAtOnce(path, body, patience_ms) {
+  /** STOP: waits for nothing, and what waits is not sent any more. A browser holds six connections:
+      two are kept free. */
+  async stop(path, body, patience_ms) {
+    this.order.stop();
     return (await this.send("POST", path, body, patience_ms)).json();
   }
 
@@ -85,7 +105,7 @@ export class Api {
         signal: AbortSignal.timeout(patience_ms),
       });
     } catch {
-      throw new Refused(0, this.unanswered);
+      throw new Refused(0, this.words.unanswered);
     }
     if (answer.ok) {
       this.onused();

@@ -84,7 +84,7 @@ export class Stop {
       try {
         // A key of its own each time: to stop twice harms nobody, and the answer is this try's.
         const body = { ask: "abort", key: newKey() };
-        const answer = await this.api.askAtOnce("/requests", body, ONE_TRY_MS);
+        const answer = await this.api.stop("/requests", body, ONE_TRY_MS);
         if (mine !== this.press_number) return;
         if (answer?.verdict === PRESSED) {
           this.deliver(answer);

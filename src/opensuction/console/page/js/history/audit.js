@@ -49,7 +49,7 @@ class Trail {
     const words = text.history.audit;
     const expected = field("expected", words.expected, { maxlength: 64, autocomplete: "off", spellcheck: "false" }, words.expectedRule);
     const { element } = form({ expected }, words.begin, async (values) => {
-      this.show(await this.api.post("/audit", { expected: values.expected.trim() || null }));
+      this.show(await this.api.query("/audit", { expected: values.expected.trim() || null }));
     });
     return element;
   }

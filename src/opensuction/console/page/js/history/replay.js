@@ -49,7 +49,7 @@ export class Replay {
       this.body.replaceChildren(...verdict(found.verdict));
       return;
     }
-    const begin = make("button", { type: "button", onclick: () => this.take(() => this.api.post(this.path)) }, words.begin);
+    const begin = make("button", { type: "button", onclick: () => this.take(() => this.api.query(this.path)) }, words.begin);
     const failed = found.failure ? [make("p", { class: "verdict bad", role: "status" }, fill(words.failed, { detail: found.failure }))] : [];
     this.body.replaceChildren(...failed, begin);
   }

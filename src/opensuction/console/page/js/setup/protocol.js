@@ -176,7 +176,7 @@ class Protocol {
     this.asked += 1;
     const mine = this.asked;
     try {
-      const found = await this.context.api.post("/protocol/plan", this.draft());
+      const found = await this.context.api.query("/protocol/plan", this.draft());
       if (mine === this.asked) this.show(found);
     } catch (error) {
       if (mine === this.asked) say(this.wrong, error.detail || String(error));

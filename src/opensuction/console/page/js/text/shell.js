@@ -38,6 +38,10 @@ export default {
   needsSignIn: "Sign in to see {view}.",
   needsRight: "{view} is not for the role of {role}.",
   unanswered: "no answer from the console: is it running, and is this device connected?",
+  unsent: {
+    late: "not sent, for what was pressed before has no answer yet: press again",
+    stopped: "not sent, for Stop was pressed: press again what is still wanted",
+  },
   close: "Close",
   cancel: "Cancel",
   stop: {
