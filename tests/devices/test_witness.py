@@ -1,20 +1,16 @@
 """The judge of a machine that runs, against the judge of a simulated run, and beside processes."""
 
-import time
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import BEGUN, SHOWN
-from opensuction.devices.witness import Verdict, Witness, read_machine
+from opensuction.devices.witness import Verdict, Witness
 from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
-from opensuction.kernel.phase import RESTING
 from opensuction.kernel.record import Array
 from opensuction.oracle.harm import ADVANCE, AIRWAY_TIME, CONTACT_TIME, LEFT_INSIDE
 from opensuction.safety.condition import Condition
@@ -25,11 +21,7 @@ from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.run_judgement import Judgement
 from opensuction.simulation.machine_side import SENT_COLUMNS, SHOWN_COLUMNS, MachineSide
 from opensuction.simulation.trace import Columns
-from tests.controller.bedside import at_bed
-from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.simulation.test_machine_side import call_of, side_of
-
-pytestmark = pytest.mark.real_time
 
 SLOTS = 5000
 RINGS = {"version": "1", "most": "{}"}
@@ -172,80 +164,3 @@ def test_where_nothing_plays_that_is_said(tmp_path: Path) -> None:
         pytest.raises(InputError, match="another version"),
     ):
         Witness(tmp_path, 30.0)
-
-
-@pytest.fixture
-def room() -> Iterator[Room]:
-    with running() as made:
-        yield made
-
-
-def follow(witness: Witness, seconds: float) -> None:
-    ends = time.monotonic() + seconds
-    while time.monotonic() < ends:
-        witness.look()
-        time.sleep(0.05)
-
-
-def killed_in_the_airway(room: Room, witness: Witness) -> float:
-    """The twin's time at which it was."""
-
-    def is_inside() -> bool:
-        witness.look()
-        return room.truth("truth.tip_mm") > INSIDE_MM
-
-    # The twin was there first, and its drives have said so: a person resets them once they listen.
-    assert wait(lambda: room.truth("alone") == 0.0)
-    room.press("reset")
-    room.reach(is_inside)
-    witness.look()
-    at_s = witness.now_s
-    room.stop()
-    room.control = None
-    return at_s
-
-
-def cap_mm() -> float:
-    return at_bed("neonate")[0].controller.limits.cap_mm
-
-
-@pytest.mark.sweep
-def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drives_say_so(
-    room: Room,
-) -> None:
-    witness = Witness(room.folder, cap_mm())
-    at_s = killed_in_the_airway(room, witness)
-    follow(witness, 3.0)
-    found = witness.verdict()
-    assert not found.inside_at_end
-    assert at_s - 0.1 < found.last_inside_s < at_s + 3.0
-    drives = [one for one in found.told_since(at_s) if one.by == "drives"]
-    fired = [one for one in drives if one.condition == Condition.WATCHDOG_FIRED]
-    assert fired[0].at_s < at_s + 0.5
-    room.begin()
-    assert wait(lambda: witness.look() >= 0 and room.phase() in RESTING)
-    assert wait(lambda: witness.look() >= 0 and room.truth("alone") == 0.0)
-    room.press("reset")
-    assert wait(lambda: witness.look() >= 0 and witness.verdict().showing == ())
-    again_s = witness.now_s
-    room.stop()
-    room.control = None
-    follow(witness, 1.0)
-    found = witness.verdict()
-    assert Condition.WATCHDOG_FIRED in [one.condition for one in found.told_since(again_s)]
-    assert found.harm == ()
-    assert found.missed_ticks == 0
-    assert len([one for one in found.runs if one.borne.in_airway_s > 0.0]) == 1
-
-
-@pytest.mark.sweep
-def test_it_finds_the_catheter_that_drives_without_a_watchdog_leave_inside(room: Room) -> None:
-    witness, side = Witness(room.folder, cap_mm()), read_machine(room.folder)
-    deaf = side.wiring.watchdog._replace(silence_s=1e9)
-    twin_machine.change(room.folder, side._replace(wiring=side.wiring._replace(watchdog=deaf)))
-    at_s = killed_in_the_airway(room, witness)
-    follow(witness, 3.0)
-    found = witness.verdict()
-    assert found.inside_at_end
-    assert LEFT_INSIDE in [one.name for one in found.harm]
-    assert not [one for one in found.told_since(at_s) if one.condition == Condition.WATCHDOG_FIRED]

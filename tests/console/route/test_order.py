@@ -20,6 +20,8 @@ from tests.console.listening import listening
 from tests.console.pressing import LONG_S, REQUESTS, Pressing, pressing
 from tests.runtime.machine_room import wait
 
+pytestmark = pytest.mark.real_time
+
 PATIENT = UNHURRIED._replace(place_s=LONG_S, turn_s=LONG_S)
 SHORT_S = 0.2
 """A bound that a test waits for."""
