@@ -41,8 +41,8 @@ docs: $(PACKAGE) ## write anew what the documentation takes from the code, and b
 examples: $(PACKAGE) ## run what README, tutorials, guides and notebooks show, and hold the site to its rules
 	@$(BIN)/python -m pytest -m examples -n auto -p no:benchmark tests/docs $(ARGS)
 
-bench: $(PACKAGE) ## speed of the core
-	@$(BIN)/python -m pytest benchmarks --benchmark-only $(ARGS)
+bench: $(PACKAGE) ## speed of the core; ARGS=--benchmark-disable runs all of it once, without times
+	@$(BIN)/python -m pytest benchmarks $(ARGS)
 
 soak: $(PACKAGE) ## the long tests, and all mutants
 	@OPENSUCTION_HYPOTHESIS=soak $(BIN)/python -m pytest -m "soak or sweep" $(ARGS)

@@ -4,38 +4,42 @@ Both do the same arithmetic in the same order, so their results are compared bit
 """
 
 import ctypes
-import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, get_type_hints
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from benchmarks.conftest import Tell
+from benchmarks.conftest import Component, Tell
+from benchmarks.native import layout
 from benchmarks.timing import interleaved_s
-from opensuction.control import compensation, preview, servo
+from opensuction.control import compensation, exact_inverse, preview, servo
 from opensuction.control.compensation import CompensationKind
 from opensuction.control.exact_inverse import HeadState
 from opensuction.control.head_path import HeadLimits
 from opensuction.control.preview import RunIn
 from opensuction.control.servo import Servo, ServoState
+from opensuction.hysteresis import play_bundle, play_sum
 from opensuction.hysteresis.play_sum import PlaySum
+from opensuction.kernel import tiny
 from opensuction.kernel.compiled import compiled
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.simulation import ideal_loop
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S
-from opensuction.twin.machine import dc_axis, transmission
+from opensuction.twin.conduit.transmission_class import TransmissionKind
+from opensuction.twin.machine import creep, dc_axis, transmission
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
 from opensuction.twin.machine.transmission import Transmission, TransmissionState
 
 SOURCE = Path(__file__).parent / "native" / "third.c"
 FLAGS = ("-O2", "-std=c11", "-ffp-contract=off", "-fPIC", "-shared")
 """No fast-math and no fused products: those would be other results."""
-COMPILER = shutil.which("cc")
+PROCESSORS = {"any processor": (), "this processor": ("-march=native",)}
+"""Compiler flags by what the C is compiled for. Numba compiles for the processor it runs on."""
 COLUMNS = 4
 """Head command, voltage, encoder, tip."""
 
@@ -62,6 +66,23 @@ class ThirdState(NamedTuple):
     transmission: TransmissionState
 
 
+RECORDS = (Third, ThirdState, preview.Goal, preview.Ahead)
+"""Records that the C source uses, besides those nested in them."""
+CONSTANTS = {
+    "PLAYS": play_sum.PLAYS,
+    "ENGAGED_MM": play_sum.ENGAGED_MM,
+    "STEEPEST": exact_inverse.STEEPEST,
+    "TOUCH_MM": preview.TOUCH_MM,
+    "EARLY_MM": preview.EARLY_MM,
+    "FOLLOWED": preview.FOLLOWED,
+    "CONDUIT_PLAYS": play_bundle.PLAYS,
+    "CONDUIT_OF_PLAYS": TransmissionKind.PLAYS,
+    "CREEP_MM_PER_S": creep.VELOCITY_MM_PER_S,
+    "TINY": tiny.TINY,
+}
+"""Constants of the core by their names in C."""
+
+
 @compiled
 def run(third: Third, start: ThirdState, demand: Array, dt_s: float, trace: Array) -> None:
     """Ticks under a demand as `ideal_loop.Course` has it; a row of ``trace`` for each."""
@@ -83,31 +104,16 @@ def run(third: Third, start: ThirdState, demand: Array, dt_s: float, trace: Arra
         trace[tick, 3] = conduit.tip_mm
 
 
-def structure(record: Any) -> ctypes.Structure:
-    """A record as C has it: the same fields in the same order, tuples as arrays."""
-    types = get_type_hints(type(record))
-    fields = {name: member(value, types[name]) for name, value in record._asdict().items()}
-    kinds = [(name, type(value)) for name, value in fields.items()]
-    made = type(type(record).__name__, (ctypes.Structure,), {"_fields_": kinds})
-    filled: ctypes.Structure = made(*fields.values())
-    return filled
-
-
-def member(value: Any, kind: type) -> Any:
-    """A field of a record as C has it."""
-    if hasattr(value, "_fields"):
-        return structure(value)
-    if isinstance(value, tuple):
-        return (ctypes.c_double * len(value))(*value)
-    return ctypes.c_bool(value) if kind is bool else ctypes.c_double(value)
-
-
-def native(folder: Path) -> ctypes.CDLL:
-    """The C loop, compiled into a folder."""
-    assert COMPILER is not None
-    library = folder / "third.so"
-    subprocess.run([COMPILER, *FLAGS, "-o", library, SOURCE, "-lm"], check=True)
-    return ctypes.CDLL(str(library))
+def compile_native(folder: Path, compiler: Path) -> dict[str, ctypes.CDLL]:
+    """The C loop with the core's records, compiled into a folder for each of `PROCESSORS`."""
+    (folder / "records.h").write_text(layout.write_header(RECORDS, CONSTANTS))
+    found = {}
+    for number, (name, flags) in enumerate(PROCESSORS.items()):
+        library = folder / f"third-{number}.so"
+        options = [*FLAGS, *flags, f"-I{folder}", f"-o{library}"]
+        subprocess.run([compiler, *options, SOURCE, "-lm"], check=True)
+        found[name] = ctypes.CDLL(str(library))
+    return found
 
 
 def bench_cycle() -> tuple[Third, ThirdState, Array]:
@@ -134,34 +140,30 @@ def bench_cycle() -> tuple[Third, ThirdState, Array]:
     return third, start, ideal_loop.course(settings.plan).demand
 
 
-@pytest.mark.skipif(COMPILER is None, reason="no C compiler (cc) was found")
-def test_a_third_of_a_tick(benchmark: BenchmarkFixture, tell: Tell, tmp_path: Path) -> None:
+def test_a_third_of_a_tick(
+    benchmark: BenchmarkFixture, tell: Tell, tmp_path: Path, component: Component
+) -> None:
+    libraries = compile_native(tmp_path, component("gcc"))
     third, start, demand = bench_cycle()
     ticks = demand.shape[0]
-    by_numba, by_hand = np.zeros((ticks, COLUMNS)), np.zeros((ticks, COLUMNS))
-    library, settings, begun = native(tmp_path), structure(third), structure(start)
-    assert library.size_of_third() == ctypes.sizeof(settings)
-    assert library.size_of_state() == ctypes.sizeof(begun)
-    pointers = [ctypes.c_void_p(table.ctypes.data) for table in (demand, by_hand)]
+    packed = (layout.pack(third), layout.pack(start), demand)
+    traces = {name: np.zeros((ticks, COLUMNS)) for name in ("numba", *PROCESSORS)}
 
-    def call_native() -> None:
-        library.run(
-            ctypes.byref(settings),
-            ctypes.byref(begun),
-            pointers[0],
-            ctypes.c_int64(ticks),
-            ctypes.c_double(DT_S),
-            pointers[1],
+    def native(name: str) -> Callable[[], object]:
+        *given, trace = (ctypes.c_void_p(one.ctypes.data) for one in (*packed, traces[name]))
+        arguments = (*given, ctypes.c_int64(ticks), ctypes.c_double(DT_S), trace)
+        return lambda: libraries[name].run(*arguments)
+
+    functions: dict[str, Callable[[], object]] = {name: native(name) for name in PROCESSORS}
+    functions["numba"] = lambda: run(third, start, demand, DT_S, traces["numba"])
+    shortest_s = interleaved_s(benchmark, functions, rounds=100)
+    assert np.ptp(traces["numba"][:, 3]) > 80.0  # the tip has gone all the way
+    for name in PROCESSORS:
+        assert np.array_equal(traces["numba"], traces[name])
+        ratio = shortest_s["numba"] / shortest_s[name]
+        benchmark.extra_info[f"numba_over_c, {name}"] = ratio
+        numba_ns, c_ns = (shortest_s[each] / ticks * 1e9 for each in ("numba", name))
+        tell(
+            f"a third of a tick, numba over C (cc -O2 for {name}): {ratio:.2f} "
+            f"(numba {numba_ns:.0f} ns, C {c_ns:.0f} ns)"
         )
-
-    functions = {
-        "numba": lambda: run(third, start, demand, DT_S, by_numba),
-        "C": call_native,
-    }
-    shortest_s = interleaved_s(benchmark, functions, rounds=30)
-    assert np.array_equal(by_numba, by_hand)
-    assert np.ptp(by_hand[:, 3]) > 80.0  # the tip has gone all the way
-    ratio = shortest_s["numba"] / shortest_s["C"]
-    benchmark.extra_info["numba_over_c"] = ratio
-    each = ", ".join(f"{name} {s / ticks * 1e9:.0f} ns" for name, s in shortest_s.items())
-    tell(f"a third of a tick, numba over C ({Path(COMPILER or '').name} -O2): {ratio:.2f} ({each})")

@@ -11,6 +11,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmarks.conftest import Tell
 from benchmarks.timing import best_s
+from opensuction.kernel.compiled import cache_root
 
 CYCLE = [sys.executable, "-m", "opensuction.cli.app", "cycle", "--json", "--pace", "0"]
 
@@ -38,8 +39,13 @@ def first_output_s(cache: Path, out: Path) -> float:
 
 
 @pytest.fixture(scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of compiled code, empty for the first test of this file and warm for the others."""
+def cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of compiled code, empty for the first test of this file and warm for the others.
+
+    The user's own where nothing is timed: an empty one costs a minute.
+    """
+    if request.config.getoption("benchmark_disable"):
+        return cache_root()
     return tmp_path_factory.mktemp("compiled")
 
 

@@ -1,12 +1,17 @@
 """What the benchmarks share: a line for each ratio at the end of the run.
 
 Absolute times depend on the computer and on who else uses it; what is compared here is compared
-within one run. Nothing is asserted about time.
+within one run. Nothing is asserted about time. With ``--benchmark-disable`` every benchmark runs
+once, to show that it still works; then there are no ratios.
 """
 
 from collections.abc import Callable
 
 import pytest
+
+from tests.conftest import Component, component
+
+__all__ = ["Component", "component"]
 
 Tell = Callable[[str], None]
 
@@ -21,8 +26,9 @@ def tell(request: pytest.FixtureRequest) -> Tell:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Write the lines of `tell` below the results."""
-    lines = terminalreporter.config.stash.get(_LINES, [])
-    if lines:
+    config = terminalreporter.config
+    lines = config.stash.get(_LINES, [])
+    if lines and not config.getoption("benchmark_disable"):
         terminalreporter.section("ratios of this run")
         for line in lines:
             terminalreporter.write_line(line)

@@ -1,20 +1,27 @@
 """Typed front of pytest-benchmark."""
 
 from collections.abc import Callable, Mapping
+from math import nan
 from time import thread_time
 
 from pytest_benchmark.fixture import BenchmarkFixture
 
 
+def is_timed(benchmark: BenchmarkFixture) -> bool:
+    """True unless ``--benchmark-disable`` is given, by which everything runs once only."""
+    return not benchmark.disabled
+
+
 def best_s(
     benchmark: BenchmarkFixture, function: Callable[[], object], rounds: int, warm: bool = True
 ) -> float:
-    """Shortest time of some rounds of a call, s.
+    """Shortest time of some rounds of a call, s; nan where nothing is timed.
 
     warm: run it once before, so that neither compiling nor fresh pages of memory are counted.
     """
     benchmark.pedantic(function, rounds=rounds, warmup_rounds=int(warm))  # type: ignore[no-untyped-call]
-    assert benchmark.stats is not None
+    if benchmark.stats is None:
+        return nan
     return float(benchmark.stats.stats.min)
 
 
@@ -24,7 +31,7 @@ def interleaved_s(
     """Shortest processor time of each function, s, called in turn.
 
     Whoever else uses the computer slows them all alike, so their ratios hold where their times
-    do not. Each is called once before.
+    do not. Each is called once before. Where nothing is timed, each is called once; all are nan.
     """
     shortest_s = dict.fromkeys(functions, float("inf"))
 
@@ -34,7 +41,8 @@ def interleaved_s(
             function()
             shortest_s[name] = min(shortest_s[name], thread_time() - begin)
 
-    for function in functions.values():
-        function()
+    if is_timed(benchmark):
+        for function in functions.values():
+            function()
     best_s(benchmark, call_each, rounds)
-    return shortest_s
+    return shortest_s if is_timed(benchmark) else dict.fromkeys(functions, nan)

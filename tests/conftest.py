@@ -25,6 +25,7 @@ Component = Callable[[str], Path]
 
 COMPONENTS = {
     "chromium": ("chromium", "chromium-browser", "google-chrome"),
+    "gcc": ("cc", "gcc"),
     "postgresql": ("initdb",),
 }
 """Programs outside the lock that some tests need: by which names each may be found."""
