@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtri
 
 from opensuction.hysteresis.play_bundle import PLAYS
 from opensuction.kernel import random_stream
@@ -63,6 +62,8 @@ NO_PATIENT = patient_preset.patient("adult-icu", 0, nominal=True)
 
 def play_widths_mm(mean_mm: float, spread_mm: float, count: int) -> npt.NDArray[np.float64]:
     """Widths at equal quantiles of a normal distribution, with exactly its mean and deviation."""
+    from scipy.special import ndtri
+
     quantiles = ndtri((np.arange(count) + 0.5) / count)
     return np.asarray(mean_mm + spread_mm * quantiles / np.std(quantiles), dtype=np.float64)
 

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.signal import lfilter
 from scipy.special import stdtrit
 
 from opensuction.kernel.record import Array
@@ -95,6 +94,8 @@ def _freedom(spare: int, correlation: float, slopes: Array) -> Array:
 
 def _noise_product(columns: Array, correlation: float) -> Array:
     """``S @ columns`` for ``S[i, j] = correlation^abs(i-j)``; columns: shape (n, p)."""
+    from scipy.signal import lfilter
+
     pole = [1.0, -correlation]
     forth: Array = lfilter([1.0], pole, columns, axis=0)
     back: Array = lfilter([1.0], pole, columns[::-1], axis=0)[::-1]
@@ -103,6 +104,8 @@ def _noise_product(columns: Array, correlation: float) -> Array:
 
 def _noise_slope(columns: Array, correlation: float) -> Array:
     """Change of `_noise_product` with the correlation; columns: shape (n, p)."""
+    from scipy.signal import lfilter
+
     poles = [1.0, -2.0 * correlation, correlation * correlation]
     forth: Array = lfilter([0.0, 1.0], poles, columns, axis=0)
     back: Array = lfilter([0.0, 1.0], poles, columns[::-1], axis=0)[::-1]

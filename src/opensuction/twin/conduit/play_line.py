@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 
 from opensuction.hysteresis import play
 from opensuction.hysteresis.play_bundle import PLAYS, Bundle
@@ -121,6 +120,9 @@ def smooth(conduit: RecordedConduit) -> tuple[PlayLines, float, float]:
     spans_mm = _spans_mm(conduit)
     head_mm = _strokes_mm(float(conduit.lows_mm[0]), float(spans_mm[0]))
     wanted_mm = recorded_conduit.tip_mm(conduit, head_mm)
+    # Loading it takes a third of the start of each process of a machine.
+    from scipy.optimize import nnls
+
     columns = _columns(conduit, spans_mm, head_mm)
     one = np.ones(head_mm.size)
     whole = np.column_stack([columns, one, -one])
