@@ -16,12 +16,15 @@ from pathlib import Path
 
 from tests.stage import summary
 
+REAL_TIME = "real_time"
+UNCACHED = "PYTHONDONTWRITEBYTECODE"
+"""A variable of Python's with which each process would compile all that it imports."""
 STAGES = {
     "1 of 2, on all cores": (
         "not real_time",
         ("-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"),
     ),
-    "2 of 2, in real time, one after the other": ("real_time", ("-p", "no:xdist")),
+    "2 of 2, in real time, one after the other": (REAL_TIME, ("-p", "no:xdist")),
 }
 """Title of each: its tests, and how they are run."""
 
@@ -41,13 +44,9 @@ def main(arguments: list[str]) -> int:
             expression = f"({asked.expression}) and {own}" if asked.expression else own
             result = Path(folder) / "result.json"
             command = [sys.executable, "-m", "pytest", "-m", expression, "-p", "no:benchmark"]
-            statuses.append(
-                subprocess.run(
-                    [*command, *options, *others],
-                    env={**os.environ, summary.RESULT: str(result)},
-                    check=False,
-                ).returncode
-            )
+            command += [*options, *others, *_files(own, others)]
+            ran = subprocess.run(command, env=_environment(result), check=False)
+            statuses.append(ran.returncode)
             if not result.exists():  # it was interrupted, or misunderstood what was asked
                 return statuses[-1]
             told = json.loads(result.read_text(encoding="utf-8"))
@@ -56,6 +55,20 @@ def main(arguments: list[str]) -> int:
             failed.extend(told["failed"])
     _say(*failed, summary.line(counts, time.monotonic() - begun_s))
     return summary.status(statuses)
+
+
+def _files(own: str, others: list[str]) -> list[str]:
+    """Where the tests in real time are, unless files were named: to look for them takes long."""
+    if own != REAL_TIME or any(Path(one.split("::")[0]).exists() for one in others):
+        return []
+    files = sorted(Path("tests").rglob("test_*.py"))
+    return [str(one) for one in files if REAL_TIME in one.read_text(encoding="utf-8")]
+
+
+def _environment(result: Path) -> dict[str, str]:
+    """The environment of a stage; result: what it writes."""
+    others = {name: value for name, value in os.environ.items() if name != UNCACHED}
+    return {**others, summary.RESULT: str(result)}
 
 
 def _say(*lines: str) -> None:
