@@ -3,6 +3,8 @@
 import os
 import resource
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,11 +12,13 @@ from pathlib import Path
 import pytest
 
 from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import RESTING
-from opensuction.runtime.room import CONFIGURATION, CONTROLS, RECORDS
+from opensuction.runtime import launch
+from opensuction.runtime.room import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
 from opensuction.runtime.supervisor import Notice, Supervisor
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.runtime.test_disk import LARGEST_BYTES
@@ -47,6 +51,9 @@ def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
         supervisor.begin(lambda notice: told.append(notice.what))
         assert told == ["control-started", "recorder-started"]
         room.reopen()
+        signs = Heartbeat(room.folder)
+        both = (Process.RECORDER, Process.KEEPING)
+        assert wait(lambda: all(signs.signs(one).starting_s is None for one in both))
         with pytest.raises(InputError, match=f"a supervisor runs already: process {os.getpid()}"):
             # Of another process: a lock of one's own is no hindrance.
             _in_another_process(room.folder, tmp_path)
@@ -68,11 +75,37 @@ def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
 
 
 def _in_another_process(folder: Path, out: Path) -> None:
-    from opensuction.runtime import launch
-
     process = launch.spawn(folder, launch.SUPERVISOR, str(out))
     assert process.wait(60.0) == 1
     raise InputError(launch.last_words(folder, launch.SUPERVISOR))
+
+
+def test_who_has_begun_it_hears_at_each_look_who_does_not_work_yet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / CONSOLE).write_text("{}")
+    spawned = [sys.executable, "-c", "import time; time.sleep(600.0)"]
+    monkeypatch.setattr(launch, "spawn", lambda *_: subprocess.Popen(spawned))
+    signs, heard = Heartbeat(tmp_path), list[tuple[str, ...]]()
+    first = {
+        ("control", "recorder", "console"): Process.CONSOLE,
+        ("control", "recorder"): Process.CONTROL,
+        ("recorder",): Process.RECORDER,
+    }
+
+    def hear(starting: tuple[str, ...]) -> None:
+        heard.append(starting)
+        signs.beat(first[starting])
+
+    with Supervisor(tmp_path, tmp_path) as supervisor:
+        supervisor.begin(meanwhile=hear)
+        waited = [signs.signs(one).starting_s is not None for one in Process]
+        assert supervisor.end()
+    assert heard == list(first)
+    assert [one for one, is_so in zip(Process, waited, strict=True) if is_so] == [
+        Process.RECORDER,
+        Process.KEEPING,
+    ]
 
 
 @pytest.mark.sweep

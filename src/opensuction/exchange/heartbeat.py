@@ -5,6 +5,7 @@ import os
 import time
 from enum import IntEnum
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,25 +28,69 @@ WORD = 8
 NS_PER_S = 1e9
 
 
+class Signs(NamedTuple):
+    """What is known of one process at an instant."""
+
+    is_expected: bool
+    """It has given a sign of life and not ended."""
+    age_s: float
+    """Since its last sign; inf where there is none."""
+    deaths: int
+    """How many have died whose place another one has taken."""
+    starting_s: float | None
+    """For how long it has been started and does not work yet; None where it is not being started.
+    """
+
+
 class Heartbeat:
     """The file, for one of them or whoever looks after them."""
 
     def __init__(self, folder: Path) -> None:
         """Made where it is not there yet. Raises InputError where it cannot be."""
-        size = 2 * WORD * len(Process)
+        size = 3 * WORD * len(Process)
         try:
             with (folder / FILE).open("a+b") as file:
                 os.posix_fallocate(file.fileno(), 0, size)
                 words = np.frombuffer(mmap.mmap(file.fileno(), size), np.int64)
         except OSError as error:
             raise InputError(f"no sign of life can be given in {folder}: {error}") from None
-        self._beats, self._deaths = words[: len(Process)], words[len(Process) :]
+        self._beats, self._deaths, self._starts = words.reshape(3, len(Process))
+
+    def start(self, process: Process) -> None:
+        """Note that a process is being started: it is waited for until it works.
+
+        One whose place it takes and that never ended has died: it is missed, not waited for. Where
+        one died before its first sign, the time of the first attempt counts.
+        """
+        if self.is_expected(process):
+            self._starts[process] = 0
+        elif not self._starts[process]:
+            self._starts[process] = time.monotonic_ns()
 
     def begin(self, process: Process) -> None:
         """The first sign of a process; the one before it has died where it never ended."""
         if self.is_expected(process):
             self._deaths[process] += 1
+            self._starts[process] = 0
         self.beat(process)
+
+    def work(self, process: Process) -> None:
+        """Note that a process works, if it has given a sign: from now on its silence is a loss."""
+        if self.is_expected(process):
+            self._starts[process] = 0
+
+    def signs(self, process: Process) -> Signs:
+        """What is known of a process now."""
+        return Signs(
+            self.is_expected(process),
+            self.age_s(process),
+            self.deaths(process),
+            self._starting_s(process),
+        )
+
+    def _starting_s(self, process: Process) -> float | None:
+        began = int(self._starts[process])
+        return (time.monotonic_ns() - began) / NS_PER_S if began else None
 
     def deaths(self, process: Process) -> int:
         """How many have died whose place another one has taken."""
@@ -57,7 +102,7 @@ class Heartbeat:
 
     def end(self, process: Process) -> None:
         """It has ended as it should: nobody need miss it."""
-        self._beats[process] = 0
+        self._beats[process] = self._starts[process] = 0
 
     def age_s(self, process: Process) -> float:
         """Since its last sign; inf where it has given none, or has ended."""

@@ -40,7 +40,6 @@ from opensuction.procedure.cycle.upkeep import NEW_CATHETER_S, Upkeep
 from opensuction.runtime.loop import (
     ROW_COLUMNS,
     SET,
-    SLOTS_S,
     STARTED_FROM,
     Around,
     ControlLoop,
@@ -55,6 +54,7 @@ from opensuction.runtime.room import (
     EVENTS_BEFORE,
     RING,
     RING_BEFORE,
+    SLOTS_S,
 )
 from opensuction.safety.head import head_vote
 

@@ -25,7 +25,7 @@ from opensuction.exchange.ring import RingWriter
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.kernel.record import Array
 from opensuction.kernel.requests import NO_REQUESTS, Requests
-from opensuction.safety.condition import Condition
+from opensuction.runtime.absence import LOST_S, WATCHED, is_lost
 from opensuction.simulation.machine_side import SENT_COLUMNS
 
 TIMING_COLUMNS = (
@@ -46,8 +46,6 @@ ROW_COLUMNS = (
     *(f"state.{name}" for name in STATE_COLUMNS),
 )
 """Columns of a row of the ring."""
-SLOTS_S = 10.0
-"""How much the ring keeps."""
 RELEASED_S = 0.2
 """For how long a controller says that drives which act on their own shall obey it again: once it
 has started, and once a person has reset a machine at rest. Whoever drives the machine looks for a
@@ -63,22 +61,11 @@ STALE_S = 0.02
 """For so long the same readings may come, as long as the drives wait for a command: the machine has
 a clock of its own, and may be late. Then they are no readings; by its own watch the core would tell
 after 50 ticks [design]."""
-MISSED_S = 0.5
-"""Without a sign of life for longer than this a process is lost."""
 LOOK_S = 0.1
 """How often their signs are looked for."""
 SET, CONFIGURED = "set", "configured"
 """Verdict on other settings that were taken, and the event: from this tick on the controller goes
 by them, and from another state."""
-LOST_S = 3.0
-"""Lost it counts for at least so long: of every loss somebody is told, for something may not have
-been kept, however soon it is there again."""
-WATCHED = {
-    Process.SUPERVISOR: 1 << Condition.RECORDER_LOST,
-    Process.RECORDER: 1 << Condition.RECORDER_LOST,
-    Process.KEEPING: 1 << Condition.RECORDER_LOST,
-    Process.CONSOLE: 1 << Condition.CONSOLE_LOST,
-}
 
 _TIMING = len(TIMING_COLUMNS)
 _LEFT_REST = TIMING_COLUMNS.index("loop.left_rest")
@@ -223,12 +210,11 @@ class ControlLoop:
         """Give a sign of life, and look who else does."""
         heartbeat = self._around.heartbeat
         heartbeat.beat(Process.CONTROL)
-        lost = 0
+        lost, running_s = 0, self.tick * self._period_s
         for process, condition in WATCHED.items():
-            deaths = heartbeat.deaths(process)
-            silent = heartbeat.is_expected(process) and heartbeat.age_s(process) > MISSED_S
-            if silent or deaths != self._deaths[process]:
-                self._deaths[process] = deaths
+            signs = heartbeat.signs(process)
+            if is_lost(signs, self._deaths[process], running_s):
+                self._deaths[process] = signs.deaths
                 self._lost_until[process] = self.tick + round(LOST_S / self._period_s)
             if self.tick < self._lost_until[process]:
                 lost |= condition

@@ -196,6 +196,9 @@ class Office:
             found, happened = source.read()
             desk.take(found, [*happened, *self._hear_watch()])
             self._beat(desk.lost)
+            # Whatever came while it was starting is taken: from now on its silence is a loss.
+            self._heartbeat.work(Process.RECORDER)
+            self._heartbeat.work(Process.KEEPING)
             now_s = time.monotonic()
             if len(found.rows):
                 came_s = now_s

@@ -20,6 +20,8 @@ BASIS = "basis.json"
 BEGUN_WITH = "begun-with"
 """Hash of the settings that the machine began with; people may have set others since."""
 RING, EVENTS = "control.ring", "control.events"
+SLOTS_S = 10.0
+"""How much the ring keeps."""
 RING_BEFORE, EVENTS_BEFORE = "control.ring.before", "control.events.before"
 """What the controller left that ran here before this one."""
 ASK = "control.ask"

@@ -20,8 +20,8 @@ from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
 from opensuction.runtime import launch
+from opensuction.runtime.absence import MISSED_S
 from opensuction.runtime.control_process import PERIOD_NS
-from opensuction.runtime.loop import MISSED_S
 from opensuction.runtime.room import (
     CONSOLE,
     CONSOLE_ENDS_S,
@@ -65,7 +65,12 @@ class Supervisor:
         self._number, self._silent_looks, self._keeps_nothing = 0, 0, False
         self._run = f"{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}-{time.monotonic_ns():x}"
         self.recorder = Ward(
-            folder, launch.RECORDER, folder / RECORDS, Process.RECORDER, (str(out),)
+            folder,
+            launch.RECORDER,
+            folder / RECORDS,
+            Process.RECORDER,
+            (str(out),),
+            awaited=(Process.RECORDER, Process.KEEPING),
         )
         self.control = Ward(
             folder,
@@ -87,14 +92,22 @@ class Supervisor:
         both = (self.control, self.recorder)
         return both if self.console is None else (*both, self.console)
 
-    def begin(self, tell: Callable[[Notice], None] = lambda _: None) -> None:
-        """Start or find them; returns once they work. Raises InputError where they do not."""
+    def begin(
+        self,
+        tell: Callable[[Notice], None] = lambda _: None,
+        meanwhile: Callable[[tuple[str, ...]], None] = lambda _: None,
+    ) -> None:
+        """Start or find them; returns once they work. Raises InputError where they do not.
+
+        meanwhile: called at each look until then, with the titles of those that do not work yet.
+        """
         self._heartbeat.begin(Process.SUPERVISOR)
         # At once: where one has died in a cycle, the catheter is looked for now.
         for ward in self._wards:
             tell(self._note(ward.begin(), ""))
-        while not all(ward.works() for ward in self._wards):
+        while starting := tuple(ward.title for ward in self._wards if not ward.works()):
             self._heartbeat.beat(Process.SUPERVISOR)
+            meanwhile(starting)
             for ward in self._wards:
                 if not ward.is_alive():
                     words = ward.last_words()

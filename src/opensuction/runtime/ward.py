@@ -33,9 +33,14 @@ class Ward:
         life: Process,
         arguments: tuple[str, ...],
         hung_s: float = HUNG_S,
+        awaited: tuple[Process, ...] = (),
     ) -> None:
-        """module: its name. lock: what it holds. life: which sign it gives."""
-        self.module, self._hung_s = module, hung_s
+        """module: its name. lock: what it holds. life: which sign it gives.
+
+        awaited: signs that the controller waits for from its start on, and for how long
+        (`absence.STARTS_S`).
+        """
+        self.module, self._hung_s, self._awaited = module, hung_s, awaited
         self.folder, self._lock, self._life, self._arguments = folder, lock, life, arguments
         self._heartbeat = Heartbeat(folder)
         self._process: subprocess.Popen[bytes] | None = None
@@ -69,6 +74,8 @@ class Ward:
         return f"{self.title}-started"
 
     def _start(self) -> None:
+        for process in self._awaited:
+            self._heartbeat.start(process)
         self._process = launch.spawn(self.folder, self.module, *self._arguments)
         self._pid, self._begun_s = self._process.pid, time.monotonic()
         self._tried.append(self._begun_s)
