@@ -115,15 +115,15 @@ def supervise(
     out: Path,
     rounds: "Rounds | None",
     progress: "ProgressTeller",
-    begun: Callable[[], None] = lambda: None,
+    look: Callable[[tuple[str, ...]], None] = lambda _: None,
 ) -> "Done":
-    """Look after a machine until its rounds are done. begun: called once everything works."""
+    """Look after a machine until its rounds are done. look: see `session.running.run.Watch`."""
     from opensuction.runtime.supervisor import Supervisor
     from opensuction.session.running import run
 
     try:
         with Supervisor(running.folder, out.absolute()) as supervisor:
-            return run.supervise(running, supervisor, rounds, run.Watch(progress.tell, begun=begun))
+            return run.supervise(running, supervisor, rounds, run.Watch(progress.tell, look=look))
     except Stopped as ending:
         ending.add_note(f"the recordings are in {out}")
         raise

@@ -1,5 +1,8 @@
 """``serve``: a machine in real time that waits for what people ask of it, with its console."""
 
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,8 +13,12 @@ from opensuction.cli.entry import Command
 from opensuction.cli.interruption import Stopped, describe
 
 if TYPE_CHECKING:
-    from opensuction.cli.progress import ProgressTeller
+    from opensuction.accounts.directory import NewPassword
     from opensuction.session.running.console_settings import ConsoleSettings
+
+
+CONSOLE = "console"
+"""Title of its process."""
 
 
 class ServeOptions(NamedTuple):
@@ -34,8 +41,9 @@ def serve(options: ServeOptions) -> int:
     with machine_of(options.machine) as (running, out, progress):
         settings = _settings(options, out)
         console_settings.write(running.folder, settings)
+        greeting = Greeting(settings, progress.tell)
         try:
-            done = supervise(running, out, None, progress, lambda: _greet(settings, progress))
+            done = supervise(running, out, None, progress, greeting.look)
         except Stopped as stopped:
             progress.tell(f"{describe(stopped)}: ended in order")
             return exit_status.DONE
@@ -57,18 +65,57 @@ def _settings(options: ServeOptions, out: Path) -> "ConsoleSettings":
     )
 
 
-def _greet(settings: "ConsoleSettings", progress: "ProgressTeller") -> None:
-    """Say where the console is, and to the first who comes how to get in."""
-    from opensuction.session.running import console_settings
+class Greeting:
+    """Says where the console is as soon as it answers, and to the first who comes how to get in.
 
-    made = console_settings.first_password(settings.database)
-    if made is not None:
-        progress.tell(
-            f"Nobody has signed in yet: sign in as {made.account} with the one-time password "
-            f"{made.one_time_password}, until {made.expires_at:%Y-%m-%d %H:%M} UTC"
-        )
-    progress.tell(f"Console: {settings.url}")
-    progress.tell(run_help.NOTICE)
+    The one-time password is made in a thread of its own: its hash takes long on purpose, and who
+    looks after the machine gives a sign of life meanwhile.
+    """
+
+    def __init__(self, settings: "ConsoleSettings", tell: Callable[[str], None]) -> None:
+        """tell: takes a line."""
+        self._settings, self._tell = settings, tell
+        self.password: Future[NewPassword | None] = Future()
+        """Of the administrator of a new site; None where somebody has signed in."""
+        self._is_said = self._is_awaited = False
+        threading.Thread(target=self._make_password, daemon=True, name="first password").start()
+
+    def _make_password(self) -> None:
+        from opensuction.session.running import console_settings
+
+        try:
+            self.password.set_result(console_settings.first_password(self._settings.database))
+        except BaseException as failure:
+            self.password.set_exception(failure)
+
+    def look(self, starting: tuple[str, ...]) -> None:
+        """Say what is due; to be called now and then. starting: titles of what does not work yet.
+
+        Raises what kept the password from being made.
+        """
+        if not self._is_said:
+            if CONSOLE not in starting and self.password.done():
+                self._say(self.password.result(), starting)
+        elif self._is_awaited and not starting:
+            self._is_awaited = False
+            self._tell("Everything works now")
+
+    def _say(self, made: "NewPassword | None", starting: tuple[str, ...]) -> None:
+        if made is not None:
+            self._tell(
+                f"Nobody has signed in yet: sign in as {made.account} with the one-time password "
+                f"{made.one_time_password}, until {made.expires_at:%Y-%m-%d %H:%M} UTC"
+            )
+        self._tell(f"Console: {self._settings.url}")
+        self._tell(run_help.NOTICE)
+        if starting:
+            self._tell(f"Still starting: {', '.join(map(_title, starting))}")
+        self._is_said, self._is_awaited = True, bool(starting)
+
+
+def _title(process: str) -> str:
+    """As people call it."""
+    return "controller" if process == "control" else process
 
 
 COMMAND = Command(

@@ -98,8 +98,8 @@ class Watch(NamedTuple):
     """Takes a line."""
     pause: Callable[[float], None] = time.sleep
     """Waits; what it raises ends the run."""
-    begun: Callable[[], None] = lambda: None
-    """Called once everything works."""
+    look: Callable[[tuple[str, ...]], None] = lambda _: None
+    """Called now and then with the processes that do not work yet; with none once all do."""
 
 
 def supervise(
@@ -122,11 +122,11 @@ def supervise(
 
     ended = False
     try:
-        supervisor.begin(tell)
-        watch.begun()
+        supervisor.begin(tell, watch.look)
         while rounds is None or rounds.doing != Doing.DONE:
             for notice in supervisor.look():
                 tell(notice)
+            watch.look(())
             tally.look()
             if rounds is not None:
                 rounds.look()
