@@ -54,9 +54,10 @@ class Served(NamedTuple):
         found = self.signed_in[role]
         return {SESSION_COOKIE: found.session_token, DEVICE_COOKIE: found.device_token}
 
-    def client(self, role: str | None = None) -> TestClient:
+    def client(self, role: str | None = None, port: int = 50000) -> TestClient:
         """The application without a network, as somebody of this role; None: nobody.
 
+        port: by which it tells one connection from another.
         An error within is an answer, as it is for a browser. Used as a context it has its lifespan.
         """
         return TestClient(
@@ -65,7 +66,7 @@ class Served(NamedTuple):
             raise_server_exceptions=False,
             headers=self.headers(role),
             cookies=self.cookies(role),
-            client=(HOST, 50000),
+            client=(HOST, port),
         )
 
     @contextmanager

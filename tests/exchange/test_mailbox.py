@@ -4,6 +4,7 @@ import json
 import socket
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -146,6 +147,31 @@ def test_nor_is_it_with_a_key_that_was_there_before(path: Path, box: Mailbox) ->
         send(path, asked(key="k", ask="abort", number=number))
         assert box.receive()[0] == ABORT
         box.receive()
+
+
+def test_no_stop_is_one_too_many(path: Path, box: Mailbox) -> None:
+    """As many as can come, tick after tick: each is heard in its tick or in the next but one."""
+    heard, pressed = 0, []
+    for tick in range(100):
+        for one in range(mailbox.MOST):
+            send(path, asked(ask="abort", key=f"k{tick}-{one}", number=tick * mailbox.MOST + one))
+        requests, answers = box.receive()
+        assert set(verdicts(answers)) <= {"pressed"}
+        heard += len(answers)
+        pressed.append(requests.abort)
+    heard += sum(len(box.receive()[1]) for _ in range(2))
+    assert heard == 100 * mailbox.MOST
+    assert not any(not one and not other for one, other in pairwise(pressed))
+
+
+def test_stops_are_no_reason_to_obey_a_button_twice(path: Path, box: Mailbox) -> None:
+    send(path, asked(key="k"))
+    assert box.receive()[0].start
+    for number in range(2, mailbox.KEYS_KEPT + 3):
+        send(path, asked(ask="abort", key=f"s{number}", number=number))
+        box.receive()
+    send(path, asked(key="k", number=mailbox.KEYS_KEPT + 9))
+    assert verdicts(box.receive()[1]) == ["twice"]
 
 
 def test_half_a_letter_can_be_answered_among_the_events(path: Path, box: Mailbox) -> None:

@@ -169,9 +169,13 @@ class Mailbox:
             self._press(asked, down, answers)
 
     def _press(self, asked: Asked, down: set[str], answers: list[Answer]) -> None:
-        """Put its button down, or keep it for the next tick."""
-        if asked.ask in self._down or asked.ask in down:
-            if len(self._waiting) < WAITING_MOST:
+        """Put its button down, or keep it for the next tick.
+
+        Whoever stops in a tick in which another one does, too, has stopped with it.
+        """
+        is_stop = asked.ask == STOP
+        if asked.ask in self._down or (asked.ask in down and not is_stop):
+            if is_stop or len(self._waiting) < WAITING_MOST:
                 self._waiting.append(asked)
                 return
             verdict = "too many"
@@ -181,29 +185,32 @@ class Mailbox:
         answers.append(answer(asked, verdict))
 
     def _refuse(self, asked: Asked) -> str:
-        """Why it is not obeyed; empty where it is."""
+        """Why it is not obeyed; empty where it is. To stop is refused to nobody."""
+        late = asked.number <= self._last.get(asked.who, -1)
+        if asked.ask != STOP:
+            if reason := self._refuse_button(asked, late):
+                return reason
+            # However often somebody stops, what others have asked stays known.
+            _keep(self._seen, asked.key, None, KEYS_KEPT)
+        if not late:
+            _keep(self._last, asked.who, asked.number, SENDERS_KEPT)
+        return ""
+
+    def _refuse_button(self, asked: Asked, late: bool) -> str:
         now_ns = time.monotonic_ns()
-        # To stop once more harms nobody; a key that another request had must not prevent it.
-        if asked.key in self._seen and asked.ask != STOP:
+        if asked.key in self._seen:
             return "twice"
         if asked.ask not in ASKS:
             return "unknown"
         if asked.ask == SET_PROTOCOL and not KEY.fullmatch(asked.key):
             return "malformed"
-        late = asked.number <= self._last.get(asked.who, -1)
-        if asked.ask != STOP:
-            if not asked.who.strip():
-                return "nobody"
-            if asked.sent_ns > now_ns + EARLY_NS:
-                return "early"
-            if now_ns - asked.sent_ns > STALE_NS:
-                return "stale"
-            if late:
-                return "out of order"
-        _keep(self._seen, asked.key, None, KEYS_KEPT)
-        if not late:
-            _keep(self._last, asked.who, asked.number, SENDERS_KEPT)
-        return ""
+        if not asked.who.strip():
+            return "nobody"
+        if asked.sent_ns > now_ns + EARLY_NS:
+            return "early"
+        if now_ns - asked.sent_ns > STALE_NS:
+            return "stale"
+        return "out of order" if late else ""
 
 
 def _keep(kept: OrderedDict[str, Any], key: str, value: int | None, most: int) -> None:

@@ -171,6 +171,27 @@ def hold(page: "Page", for_ms: float) -> None:
     page.mouse.up()
 
 
+@pytest.mark.parametrize("gesture", ["slides off", "a second finger lifts"])
+def test_start_ends_when_the_finger_leaves_it(bedside: Bedside, gesture: str) -> None:
+    as_clinician(bedside)
+    page, machine = bedside.page, bedside.machine
+    box = page.locator("#start").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 40, box["y"] + 40)
+    page.mouse.down()
+    if gesture == "slides off":
+        page.mouse.move(box["x"] - 60, box["y"] - 60)
+    else:
+        page.locator("#start").dispatch_event("pointerup", {"pointerId": 7, "bubbles": True})
+    expect(page.locator(".start-why")).to_contain_text("Hold it for a whole second")
+    page.wait_for_timeout(1300)  # longer than it would have had to be held
+    page.mouse.up()
+    assert machine.asked == []
+    # It swallows nothing afterwards: a screen reader's click asks.
+    page.evaluate("document.getElementById('start').click()")
+    expect(page.get_by_role("dialog")).to_be_visible()
+
+
 def test_start_is_held_by_finger_or_key(bedside: Bedside) -> None:
     as_clinician(bedside)
     page, machine = bedside.page, bedside.machine

@@ -1,5 +1,7 @@
 """STOP: there on every view, for everybody, at once; and loud where it was not delivered."""
 
+import random
+
 import pytest
 from playwright.sync_api import expect
 
@@ -69,6 +71,65 @@ def test_one_press_is_one_stop(bedside: Bedside) -> None:
     expect(bedside.page.locator(".stop-status")).to_contain_text("Nothing was under way")
     bedside.page.wait_for_load_state("networkidle")
     assert len(bedside.machine.asked) == 1
+
+
+CLICK = "document.getElementById('stop').click()"
+"""As a screen reader or a switch does it: no pointer, no key."""
+
+
+@pytest.mark.parametrize("gesture", ["slid off", "cancelled"])
+def test_what_a_finger_began_swallows_no_press_after_it(bedside: Bedside, gesture: str) -> None:
+    page, asked = bedside.page, bedside.machine.asked
+    place = page.locator("#stop").bounding_box()
+    assert place is not None
+    page.mouse.move(place["x"] + 20.0, place["y"] + 20.0)
+    page.mouse.down()
+    until(page, lambda: len(asked) == 1)
+    if gesture == "cancelled":
+        page.locator("#stop").dispatch_event("pointercancel", {"pointerId": 1, "bubbles": True})
+    page.mouse.move(place["x"] - 200.0, place["y"] - 200.0)
+    page.mouse.up()
+    page.locator("#stop").focus()
+    page.keyboard.press("Enter")
+    until(page, lambda: len(asked) == 2)
+    page.evaluate(CLICK)
+    until(page, lambda: len(asked) == 3)
+    page.mouse.down()  # beside the button: nothing
+    page.mouse.up()
+    page.evaluate(CLICK)
+    until(page, lambda: len(asked) == 4)
+
+
+@pytest.mark.sweep
+def test_each_press_is_a_stop_whatever_came_before(bedside: Bedside) -> None:
+    """A person in haste: drawn sequences of what hands, keys and readers do with the button."""
+    page, asked = bedside.page, bedside.machine.asked
+    place = page.locator("#stop").bounding_box()
+    assert place is not None
+    on, off = (place["x"] + 20.0, place["y"] + 20.0), (place["x"] - 200.0, place["y"] - 200.0)
+    chance, expected, is_down = random.Random(34), 0, False
+    done: list[str] = []
+    page.mouse.move(*on)
+    is_on = True
+    for _ in range(120):
+        act = chance.choice(["move", "button", "button", "Enter", " ", "F8", "reader"])
+        done.append(act)
+        if act == "move":
+            is_on = not is_on
+            page.mouse.move(*(on if is_on else off))
+        elif act == "button":
+            (page.mouse.up if is_down else page.mouse.down)()
+            is_down = not is_down
+            expected += is_down and is_on
+        elif act == "reader":
+            page.evaluate(CLICK)
+            expected += 1
+        else:
+            page.locator("#stop").focus()
+            page.keyboard.press(act)
+            expected += 1
+        until(page, lambda: len(asked) >= expected)  # noqa: B023
+        assert len(asked) == expected, done
 
 
 @pytest.mark.parametrize("how", ["deaf", "refused", "not pressed"])

@@ -46,6 +46,60 @@ def test_anybody_stops_and_the_address_is_on_record(console: Served) -> None:
     assert console.machine.pressed == [("abort", "anybody (127.0.0.1)")]
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"key": KEY},
+        {},
+        {"key": None},
+        {"key": 5},
+        {"key": "x"},
+        {"key": KEY, "reason": "r" * 600},
+        {"key": KEY, "reason": 5, "more": [1]},
+    ],
+    ids=["a key", "no key", "null", "a number", "a short key", "a long reason", "more"],
+)
+def test_whatever_else_it_says_a_stop_is_sent_each_time(
+    console: Served, said: dict[str, object]
+) -> None:
+    """Twice the same words are two stops: the tip may have gone in between them."""
+    with console.client() as client:
+        for _ in range(2):
+            answer = client.post(REQUESTS, json={"ask": "abort", **said})
+            assert answer.status_code == 200, answer.text
+            assert answer.json()["verdict"] == "pressed"
+    assert [ask for ask, _ in console.machine.pressed] == ["abort"] * 2
+
+
+def test_a_key_of_somebody_elses_button_keeps_nobody_from_stopping(console: Served) -> None:
+    with console.client("clinician") as client:
+        assert client.post(REQUESTS, json={"ask": "start", "key": KEY}).status_code == 200
+    with console.client() as client:
+        assert client.post(REQUESTS, json={"ask": "abort", "key": KEY}).status_code == 200
+    assert [ask for ask, _ in console.machine.pressed] == ["start", "abort"]
+
+
+def test_only_a_page_of_another_origin_may_not_stop(console: Served) -> None:
+    with console.client("clinician") as client:
+        del client.headers["Origin"]
+        assert client.post(REQUESTS, json={"ask": "start", "key": KEY}).status_code == 403
+        assert client.post(REQUESTS, json={"ask": "abort"}).status_code == 200
+        other = {"Origin": "http://evil.example"}
+        assert client.post(REQUESTS, json={"ask": "abort"}, headers=other).status_code == 403
+    assert [ask for ask, _ in console.machine.pressed] == ["abort"]
+
+
+def test_who_floods_one_connection_keeps_nobody_else_from_stopping(console: Served) -> None:
+    with console.client() as client:
+        flood = [client.post(REQUESTS, json={"ask": "abort"}).status_code for _ in range(100)]
+        assert 429 in flood
+        heard = len(console.machine.pressed)
+        assert heard == flood.count(200)
+        other = console.client(port=50001)
+        assert other.post(REQUESTS, json={"ask": "abort"}).status_code == 200
+    assert len(console.machine.pressed) == heard + 1
+
+
 def test_a_stop_asks_no_database_and_still_names_who_was_seen_before(
     console: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:

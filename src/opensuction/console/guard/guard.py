@@ -16,7 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from opensuction.console.guard import body, header, origin, problem
 from opensuction.console.guard.limits import Limits
 from opensuction.console.guard.problem import Problem
-from opensuction.console.guard.rates import PREFIX, Rates
+from opensuction.console.guard.rates import PREFIX, PRESSES, Rates
 from opensuction.console.guard.turn import Turns
 from opensuction.settings.wording import one_line
 
@@ -111,10 +111,12 @@ class Guard:
             raise Problem(421, why)
         is_guarded = is_socket or scope["path"].startswith(PREFIX)
         scheme = SCHEMES.get(str(scope["scheme"]), "http")
-        needs_origin = is_socket or method not in origin.SAFE
+        # To stop is obeyed without one, and is known by its body: the route asks of other buttons.
+        needs_origin = is_socket or (method not in origin.SAFE and scope["path"] != PRESSES)
         if is_guarded and (why := origin.refuse_origin(headers, scheme, needs_origin)):
             raise Problem(403, why)
-        self._rates.check(method, scope["path"], peer, self._session(headers))
+        _, port = scope.get("client") or ("", 0)
+        self._rates.check(method, scope["path"], peer, port, self._session(headers))
 
     def _session(self, headers: Headers) -> str | None:
         """What is shown as a session; it is not looked at here."""

@@ -32,12 +32,11 @@ class Limits(NamedTuple):
     """Of one address."""
     sign_ins: Rate = Rate(5.0, 20.0)
     """Of one address; each takes a slow look at a password."""
-    presses: Rate = Rate(400.0, 800.0)
-    """Of one address, of whatever button: before it is known which."""
+    presses: Rate = Rate(20.0, 60.0)
+    """Of one connection, of whatever button, before it is known which: a flood by others, also of
+    the same computer or behind the same proxy, leaves a person's first presses to stop theirs."""
     buttons: Rate = Rate(10.0, 40.0)
     """Of one address, of buttons that do not stop."""
-    stops: Rate = Rate(20.0, 60.0)
-    """Of one address."""
     sockets: int = 96
     """Open at once, in all;"""
     sockets_here: int = 80
@@ -56,6 +55,5 @@ UNHURRIED = USUAL._replace(
     sign_ins=NO_RATE,
     presses=NO_RATE,
     buttons=NO_RATE,
-    stops=NO_RATE,
 )
 """For tests that ask more often than any person: what else is limited is so still."""

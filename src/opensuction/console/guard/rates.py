@@ -21,14 +21,14 @@ class Rates:
         self._files, self._reads = make(limits.files), make(limits.reads)
         self._own_reads, self._changes = make(limits.own_reads), make(limits.changes)
         self._sign_ins, self._presses = make(limits.sign_ins), make(limits.presses)
-        self._buttons, self._stops = make(limits.buttons), make(limits.stops)
+        self._buttons = make(limits.buttons)
 
-    def check(self, method: str, path: str, peer: str, session: str | None) -> None:
-        """Raises Problem where somebody asks too often."""
+    def check(self, method: str, path: str, peer: str, port: int, session: str | None) -> None:
+        """Raises Problem where somebody asks too often. peer, port: of the connection."""
         if not path.startswith(PREFIX):
             _take(self._files, peer)
         elif method == "POST" and path == PRESSES:
-            _take(self._presses, peer)
+            _take(self._presses, f"{peer} {port}")
         elif method == "POST" and path == SIGN_IN:
             _take(self._sign_ins, peer)
         elif method not in SAFE:
@@ -38,9 +38,9 @@ class Rates:
             if session is not None:
                 _take(self._own_reads, hashlib.sha256(session.encode()).hexdigest())
 
-    def check_button(self, is_stop: bool, peer: str) -> None:
-        """The same for a button, once it is known which."""
-        _take(self._stops if is_stop else self._buttons, peer)
+    def check_button(self, peer: str) -> None:
+        """The same for a button, once it is known that it is not to stop."""
+        _take(self._buttons, peer)
 
 
 def _take(buckets: Buckets, name: str) -> None:

@@ -1,7 +1,7 @@
 """A button pressed by a person at a page: sent to the control loop, and what became of it.
 
 The answer is found among the loop's events. What is asked again under the same key is the same
-question: it is not sent again, and gets the same answer.
+question: it is not sent again, and gets the same answer. To stop is sent each time.
 """
 
 import asyncio
@@ -76,7 +76,12 @@ class Asking:
             one.shutdown(wait=False, cancel_futures=True)
 
     async def ask(self, asked: Asked) -> Answered:
-        """Press a button. Raises Problem where nobody answers, or the key is another question's."""
+        """Press a button. Raises Problem where nobody answers, or the key is another question's.
+
+        To stop needs a key that no other request has had: its answer is found by it.
+        """
+        if asked.ask == STOP:  # never answered from memory: the tip may be elsewhere by now
+            return await asyncio.shield(asyncio.create_task(self._carry_out(asked)))
         known = self._asked.get(asked.key)
         if known is not None:
             if known[0] != asked:

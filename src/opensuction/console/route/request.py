@@ -1,15 +1,17 @@
 """What people ask of the machine: each is a button of the controller's, pressed from a page."""
 
 import asyncio
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
+from uuid import uuid4
 
 from fastapi import APIRouter, Request
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Right
 from opensuction.accounts.session import Session
 from opensuction.console.access import Here, allow_change, check_reason, find_name, find_turn
-from opensuction.console.guard.problem import documented
+from opensuction.console.guard import origin
+from opensuction.console.guard.problem import Problem, documented
 from opensuction.console.live.asking import STOP, Asked, Asking
 from opensuction.console.site import Site
 from opensuction.records.entry import Action
@@ -47,10 +49,18 @@ class Pressed(BaseModel):
         Field(
             pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{7,47}$",
             description="Made by whoever asks, anew for each question: the same key again is the "
-            "same question again.",
+            "same question again. To stop needs none: each `abort` is another stop.",
         ),
     ]
     reason: Annotated[str | None, Field(max_length=500)] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _give_a_stop_its_key(cls, told: Any) -> Any:
+        """Whatever else a request to stop says, it is obeyed, and it is a question of its own."""
+        if isinstance(told, dict) and told.get("ask") == STOP:
+            return {"ask": STOP, "key": f"stop-{uuid4().hex}"}
+        return told
 
 
 class Answer(BaseModel):
@@ -68,17 +78,22 @@ class Answer(BaseModel):
 async def press(request: Request, site: Here, pressed: Pressed) -> Answer:
     """Press a button; to stop (``abort``) is anybody's and asks neither session nor database.
 
+    It needs no key either, is sent to the controller each time, and has no limit but its
+    connection's.
+
     What came of it, phase and alarms say; the answer is that the controller has heard it. All but
     to stop is carried out in the order in which a session presses it; what still waits for its turn
     or for the right when a stop comes is refused.
     """
     ask = pressed.ask.replace("-", "_")
-    request.app.state.rates.check_button(ask == STOP, _peer(request))
     turn = find_turn(request)
     if ask == STOP:
         turn.stop()
         who = find_name(request) or f"{ANYBODY} ({_peer(request)})"
     else:
+        if why := origin.refuse_origin(request.headers, request.url.scheme, needs_origin=True):
+            raise Problem(403, why)
+        request.app.state.rates.check_button(_peer(request))
         await turn.wait(request.receive)
         who = (await asyncio.to_thread(_allow, request, site, ask, pressed)).account
         turn.check()

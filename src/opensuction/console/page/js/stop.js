@@ -3,6 +3,7 @@
 
 import { Refused, newKey } from "./api.js";
 import { make, mark, say, show } from "./dom.js";
+import { Pointers } from "./pointers.js";
 import { isResting, phaseWords } from "./situation.js";
 import { fill, text } from "./text.js";
 
@@ -22,7 +23,6 @@ export class Stop {
     this.live = live;
     this.alarm = alarm;
     this.press_number = 0;
-    this.pointed = false;
     const words = text.shell.stop;
     this.word = make("span", { class: "stop-word" }, words.label);
     this.said = make("span", { class: "stop-key" }, words.key);
@@ -55,13 +55,10 @@ export class Stop {
 
   listen() {
     // As the finger comes down, not as it leaves; a click without a pointer is a key's or a reader's.
-    this.button.addEventListener("pointerdown", () => {
-      this.pointed = true;
-      this.press();
-    });
-    this.button.addEventListener("click", () => {
-      if (!this.pointed) this.press();
-      this.pointed = false;
+    const pointers = new Pointers(this.button);
+    this.button.addEventListener("pointerdown", () => this.press());
+    this.button.addEventListener("click", (event) => {
+      if (!pointers.end(event)) this.press();
     });
     addEventListener(
       "keydown",

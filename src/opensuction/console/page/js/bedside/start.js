@@ -2,6 +2,7 @@
 
 import { confirm } from "../dialog.js";
 import { make, mark, say } from "../dom.js";
+import { Pointers } from "../pointers.js";
 import { request } from "../request.js";
 import { whyNoStart } from "../situation.js";
 import { fill, text } from "../text.js";
@@ -9,6 +10,11 @@ import { fill, text } from "../text.js";
 const HOLD_MS = 1000;
 const HINT_MS = 4000;
 const KEYS = new Set([" ", "Enter"]);
+
+function contains(button, event) {
+  const { left, right, top, bottom } = button.getBoundingClientRect();
+  return event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
+}
 
 export class Start {
   constructor(context) {
@@ -30,11 +36,15 @@ export class Start {
 
   listen() {
     const { button } = this;
+    const pointers = new Pointers(button);
     button.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
       button.setPointerCapture(event.pointerId);
-      this.isPointed = true;
       this.begin();
+    });
+    // What is captured goes on to say where it is: off the button it is no press any more.
+    button.addEventListener("pointermove", (event) => {
+      if (!contains(button, event)) this.release();
     });
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) button.addEventListener(kind, () => this.release());
     button.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -47,9 +57,8 @@ export class Start {
       if (KEYS.has(event.key)) this.release();
     });
     // Neither pointer nor key: a screen reader, or a switch that cannot hold.
-    button.addEventListener("click", () => {
-      if (!this.isPointed) this.askInstead();
-      this.isPointed = false;
+    button.addEventListener("click", (event) => {
+      if (!pointers.end(event)) this.askInstead();
     });
     addEventListener("visibilitychange", () => this.release());
   }
