@@ -1,12 +1,13 @@
 """A task that one process has at a time: refused to a second one, free once the first dies."""
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from opensuction.exchange.sole import Sole, holder
+from opensuction.exchange.sole import Sole, end_holder, holder
 from opensuction.kernel.errors import InputError
 
 HOLDER = (
@@ -36,6 +37,24 @@ def test_who_has_it_is_known_and_nobody_once_it_is_killed(tmp_path: Path) -> Non
     assert holder(path) is None
     with Sole(path, "a test runs"):
         assert path.exists()
+
+
+def test_who_is_stopped_ends_only_where_it_may_be_killed(tmp_path: Path) -> None:
+    path = tmp_path / "lock"
+    end_holder(path, 0.1)  # nobody has it
+    process = subprocess.Popen([sys.executable, "-c", HOLDER, str(path)], stdout=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"held\n"
+        process.send_signal(signal.SIGSTOP)
+        with pytest.raises(InputError, match=f"process {process.pid} of .* does not end"):
+            end_holder(path, 0.1)
+        assert holder(path) == process.pid
+        end_holder(path, 0.1, kills=True)
+        assert holder(path) is None
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def test_a_folder_that_is_not_there_is_said(tmp_path: Path) -> None:

@@ -20,10 +20,14 @@ from opensuction.kernel.phase import RESTING
 from opensuction.runtime import launch
 from opensuction.runtime.room import CONFIGURATION, CONSOLE, CONTROLS, RECORDS
 from opensuction.runtime.supervisor import Notice, Supervisor
+from opensuction.runtime.ward import HUNG_S
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 from tests.runtime.test_disk import LARGEST_BYTES
 
 pytestmark = pytest.mark.real_time
+
+STARTS_S = 20.0
+"""Longest start of a process, compiled already, on a computer that is busy."""
 
 
 @pytest.fixture
@@ -72,6 +76,37 @@ def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
         assert RingReader(room.folder / SHOWN).newest() > 0
         assert supervisor.end()
     assert holder(room.folder / RECORDS) is holder(room.folder / CONTROLS) is None
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("lock", [CONTROLS, RECORDS])
+def test_what_hangs_when_a_supervisor_begins_is_replaced(
+    room: Room, tmp_path: Path, lock: str
+) -> None:
+    """The one before was killed; meanwhile what it looked after was stopped, the tip inside."""
+    first = launch.spawn(room.folder, launch.SUPERVISOR, str(tmp_path))
+    signs = Heartbeat(room.folder)
+    assert wait(lambda: signs.age_s(Process.KEEPING) < 0.5 and signs.age_s(Process.CONTROL) < 0.5)
+    room.reopen()
+    room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+    first.kill()
+    first.wait()
+    hung = holder(room.folder / lock)
+    assert hung is not None
+    os.kill(hung, signal.SIGSTOP)
+    told: list[str] = []
+    with Supervisor(room.folder, tmp_path) as second:
+        begun_s = time.monotonic()
+        second.begin(lambda notice: told.append(notice.what))
+        took_s = time.monotonic() - begun_s
+        title = "control" if lock == CONTROLS else "recorder"
+        assert {f"{title}-found", f"{title}-restarted"} <= set(told)
+        assert took_s < HUNG_S + STARTS_S
+        assert holder(room.folder / lock) not in (None, hung)
+        room.reopen()
+        assert wait(lambda: second.look() == [] and room.phase() in RESTING)
+        assert room.is_out()
+        assert second.end()
 
 
 def _in_another_process(folder: Path, out: Path) -> None:

@@ -1,9 +1,9 @@
 """Standstills of the computer, seen by bare loops beside the tests in real time.
 
-On each core two loops do nothing but keep deadlines: one with the priority that a machine's own
-processes ask for, one without. Where such a loop is late, the computer kept it standing, and so it
-did with whatever else of that class ran on that core. ``python -m tests.stage.standstill CORE CLASS
-FILE`` is one of them.
+On each core two loops do nothing but keep deadlines: one of the class that a machine's own
+processes ask for, and above them, and one of the ordinary class. Where such a loop is late, the
+computer kept it standing, and so it did with whatever else of that class ran on that core.
+``python -m tests.stage.standstill CORE CLASS FILE`` is one of them.
 """
 
 import os
@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Self
 
-from opensuction.exchange.pace import Pace, harden
+from opensuction.exchange.pace import PRIORITY, Pace, harden
 from tests.stage.judge import Standstill
 
 REAL_TIME, ORDINARY = "real-time", "ordinary"
@@ -75,8 +75,9 @@ class StandstillWatch:
 def keep_deadlines(core: int, kind: str, file: Path) -> None:
     """Write down, until it is killed or orphaned, by how much each deadline was missed."""
     os.sched_setaffinity(0, {core})
-    if kind == REAL_TIME:
-        harden()
+    if kind == REAL_TIME and harden().scheduler == "fifo":
+        # Above the machine's processes: that they take the core from each other is their own doing.
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY + 1))
     pace, parent = Pace(PERIOD_NS[kind]), os.getppid()
     with file.open("a", encoding="utf-8", buffering=1) as log:
         while os.getppid() == parent:

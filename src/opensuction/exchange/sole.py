@@ -3,6 +3,7 @@
 The system lets go of the lock when the process ends, however it ends.
 """
 
+import contextlib
 import fcntl
 import os
 import signal
@@ -14,6 +15,8 @@ from typing import Self
 from opensuction.kernel.errors import InputError
 
 LOOKS_S = 0.005
+KILLED_S = 5.0
+"""Within this time a process that was killed has gone."""
 _QUESTION = "hhqqi4x"
 """The system's ``struct flock``: kind, from where, start, length, process."""
 
@@ -63,17 +66,25 @@ def holder(path: Path) -> int | None:
     return None if kind == fcntl.F_UNLCK else int(process)
 
 
-def end_holder(path: Path, seconds: float) -> None:
+def end_holder(path: Path, seconds: float, *, kills: bool = False) -> None:
     """Tell the process that has the task, where one has it, to end, and wait until it has.
 
-    Raises InputError where it does not within that time.
+    kills: one that does not within that time is killed; for a process that moves nothing.
+    Raises InputError where it does not end.
     """
     pid = holder(path)
-    if pid is None:
+    if pid is None or _ends(path, pid, signal.SIGTERM, seconds):
         return
-    os.kill(pid, signal.SIGTERM)
+    if not kills or not _ends(path, pid, signal.SIGKILL, KILLED_S):
+        raise InputError(f"process {pid} of {path.parent} does not end")
+
+
+def _ends(path: Path, pid: int, number: signal.Signals, seconds: float) -> bool:
+    with contextlib.suppress(ProcessLookupError):  # it ended by itself
+        os.kill(pid, number)
     ends_s = time.monotonic() + seconds
     while holder(path) == pid:
         if time.monotonic() > ends_s:
-            raise InputError(f"process {pid} of {path.parent} does not end")
+            return False
         time.sleep(LOOKS_S)
+    return True

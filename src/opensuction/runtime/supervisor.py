@@ -99,6 +99,8 @@ class Supervisor:
     ) -> None:
         """Start or find them; returns once they work. Raises InputError where they do not.
 
+        One that is found and hung, or dies, is replaced as `look` does it.
+
         meanwhile: called at each look until then, with the titles of those that do not work yet.
         """
         self._heartbeat.begin(Process.SUPERVISOR)
@@ -109,10 +111,12 @@ class Supervisor:
             self._heartbeat.beat(Process.SUPERVISOR)
             meanwhile(starting)
             for ward in self._wards:
-                if not ward.is_alive():
+                if not (ward.is_alive() or ward.was_found):
                     words = ward.last_words()
                     self.end()
                     raise InputError(f"the {ward.title} does not run: {words}")
+                if (done := ward.look()) is not None:
+                    tell(self._note(*done))
             time.sleep(LOOKS_S)
 
     def look(self) -> list[Notice]:

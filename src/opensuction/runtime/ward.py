@@ -46,6 +46,9 @@ class Ward:
         self._process: subprocess.Popen[bytes] | None = None
         self._pid: int | None = None
         self._begun_s = 0.0
+        self._has_worked = False
+        self.was_found = False
+        """An earlier supervisor has started it: its death is no reason to end."""
         self._tried: deque[float] = deque(maxlen=TRIES)
         self.given_up = False
         """It has died too often."""
@@ -68,7 +71,8 @@ class Ward:
         """Find the one that runs, or start one; what was done."""
         self._pid = holder(self._lock)
         if self._pid is not None:
-            self._begun_s = time.monotonic()
+            self._begun_s, self.was_found = time.monotonic(), True
+            self._has_worked = self._heartbeat.is_expected(self._life)
             return f"{self.title}-found"
         self._start()
         return f"{self.title}-started"
@@ -76,6 +80,7 @@ class Ward:
     def _start(self) -> None:
         for process in self._awaited:
             self._heartbeat.start(process)
+        self._has_worked = self.was_found = False
         self._process = launch.spawn(self.folder, self.module, *self._arguments)
         self._pid, self._begun_s = self._process.pid, time.monotonic()
         self._tried.append(self._begun_s)
@@ -108,10 +113,12 @@ class Ward:
         return f"{self.title}-restarted", words
 
     def _end_when_hung(self) -> None:
+        self._has_worked = self._has_worked or self.works()
+        if self._has_worked and not self._heartbeat.is_expected(self._life):
+            return  # it has been told to end, and does
         running_s = time.monotonic() - self._begun_s
-        allowed_s = self._hung_s if self.works() else launch.BEGINS_S
-        age_s = self._heartbeat.age_s(self._life)
-        if running_s > allowed_s and age_s > allowed_s and self._heartbeat.is_expected(self._life):
+        allowed_s = self._hung_s if self._has_worked else launch.BEGINS_S
+        if running_s > allowed_s and self._heartbeat.age_s(self._life) > allowed_s:
             self._signal(signal.SIGKILL)
 
     def end(self, seconds: float, meanwhile: Callable[[], None]) -> bool:

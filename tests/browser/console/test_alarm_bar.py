@@ -111,20 +111,20 @@ def test_alarms_are_answered(bedside: Bedside) -> None:
     page.reload()
     page.get_by_text("kim, clinician").wait_for()
     machine.show(**alarming(alarm(Condition.SPO2_LOW)))
-    page.get_by_role("button", name="Acknowledge").click()
-    page.get_by_role("button", name="Pause sound").click()
+    page.get_by_role("button", name="Acknowledge", exact=True).click()
+    page.get_by_role("button", name="Pause sound", exact=True).click()
     until(page, lambda: len(machine.asked) == 2)
     assert [one["ask"] for one in machine.asked] == ["acknowledge", "audio-pause"]
     told = alarming(alarm(Condition.SPO2_LOW, acknowledged=True), pause_left_s=88.0)
     machine.show(**{**told, "audible": "none"})
-    expect(page.get_by_role("button", name="Acknowledge")).to_be_hidden()
+    expect(page.get_by_role("button", name="Acknowledge", exact=True)).to_be_hidden()
     expect(page.locator(".alarm-kind")).to_contain_text("Acknowledged")
     expect(page.get_by_role("button", name="Sound paused: 1:28")).to_be_visible()
 
 
 def test_who_has_not_signed_in_is_asked_to(bedside: Bedside) -> None:
     bedside.machine.show(**alarming(alarm(Condition.SPO2_LOW)))
-    bedside.page.get_by_role("button", name="Acknowledge").click()
+    bedside.page.get_by_role("button", name="Acknowledge", exact=True).click()
     expect(bedside.page.get_by_role("dialog", name="Sign in")).to_be_visible()
     assert bedside.machine.asked == []
 
@@ -135,7 +135,7 @@ def test_an_observer_cannot_answer(bedside: Bedside) -> None:
     bedside.page.get_by_text("kim, observer").wait_for()
     bedside.machine.show(**alarming(alarm(Condition.SPO2_LOW)))
     bedside.page.locator(".alarm-kind").get_by_text("HIGH").wait_for()
-    expect(bedside.page.get_by_role("button", name="Acknowledge")).to_be_hidden()
+    expect(bedside.page.get_by_role("button", name="Acknowledge", exact=True)).to_be_hidden()
     expect(bedside.page.locator("#stop")).to_be_enabled()
 
 

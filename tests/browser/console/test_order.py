@@ -22,7 +22,9 @@ def buttons(bedside: Bedside) -> tuple[Locator, Locator]:
     page.reload()
     machine.held.add("acknowledge")
     bar = page.locator(".alarm-buttons")
-    return bar.get_by_role("button", name="Acknowledge"), bar.get_by_role("button", name="Pause")
+    return bar.get_by_role("button", name="Acknowledge", exact=True), bar.get_by_role(
+        "button", name="Pause"
+    )
 
 
 def let_others_be_faster(bedside: Bedside) -> None:

@@ -88,8 +88,8 @@ def test_an_alarm_is_shown_and_acknowledged(beside: Beside) -> None:
     machine.raise_alarm(Condition.SPO2_LOW, Condition.CATHETER_LIFE_ENDING)
     expect(page.locator(".alarm-bar")).to_have_attribute("data-priority", "high")
     expect(page.locator(".alarm-first")).to_have_text("Look at the patient. Give oxygen.")
-    page.get_by_role("button", name="Acknowledge").click()
-    page.get_by_role("button", name="Pause sound").click()
+    page.get_by_role("button", name="Acknowledge", exact=True).click()
+    page.get_by_role("button", name="Pause sound", exact=True).click()
     until(page, lambda: len(machine.pressed) == 2)
     assert [ask for ask, _ in machine.pressed] == ["acknowledge", "audio_pause"]
 

@@ -86,10 +86,10 @@ def test_a_cycle_leaves_its_phases_and_its_loop(page: "Page", machine: ConsoleMa
 
 
 def test_a_picture_that_stands_still_goes_on_collecting(page: "Page") -> None:
-    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Pause", exact=True).click()
     expect(status(page)).to_contain_text("What you see is not now")
     wait_for_rows(page, 1000)
-    page.get_by_role("button", name="Resume").click()
+    page.get_by_role("button", name="Resume", exact=True).click()
     expect(status(page)).to_contain_text("Live:", timeout=SOON_MS)
     assert page.evaluate(FIGURES)["missed"] == 0
 
@@ -122,7 +122,7 @@ def test_keys_do_what_fingers_do(page: "Page") -> None:
 def test_what_is_seen_is_saved_with_units_and_every_tick(page: "Page", tmp_path: Path) -> None:
     page.get_by_role("button", name="5 s", exact=True).click()
     wait_for_rows(page, 200)
-    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Pause", exact=True).click()
     with page.expect_download() as download:
         page.get_by_role("button", name="Save CSV").click()
     file = tmp_path / "seen.csv"
@@ -166,7 +166,7 @@ def test_channels_are_chosen_and_no_more_than_may_be(page: "Page") -> None:
 def test_everybody_can_use_it(page: "Page", scheme: str) -> None:
     page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
     for button in ("Loop", "Pause", "Channels"):
-        page.get_by_role("button", name=button).click()
+        page.get_by_role("button", name=button, exact=button == "Pause").click()
         found = Axe().run(page, options={"runOnly": RULES, "resultTypes": ["violations"]})
         said = [
             f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found.response["violations"]

@@ -81,7 +81,7 @@ def find_place(folder: Path, host: str, port: int) -> None:
 
     Raises InputError where it cannot.
     """
-    end_holder(folder / CONSOLES, CONSOLE_ENDS_S)
+    end_holder(folder / CONSOLES, CONSOLE_ENDS_S, kills=True)
     listen(host, port).close()
 
 

@@ -111,7 +111,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
 
 def _drop_console(folder: Path) -> None:
     """One that an earlier run has left ends, and nobody misses it: whoever wants one sets it up."""
-    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S)
+    end_holder(folder / room.CONSOLES, room.CONSOLE_ENDS_S, kills=True)
     (folder / room.CONSOLE).unlink(missing_ok=True)
     Heartbeat(folder).end(Process.CONSOLE)
 
@@ -184,4 +184,4 @@ def end(folder: Path) -> None:
         (room.RECORDS, ENDS_S),
         (PLAYS, ENDS_S),
     ):
-        end_holder(folder / lock, seconds)
+        end_holder(folder / lock, seconds, kills=lock == room.CONSOLES)
