@@ -58,8 +58,8 @@ FAULTS = (
     Fault(
         "a hung process is not replaced",
         "runtime/ward.py",
-        "if running_s > allowed_s and age_s > allowed_s",
-        "if running_s > 1e9 and age_s > allowed_s",
+        "if running_s > allowed_s and self._heartbeat",
+        "if running_s > 1e9 and self._heartbeat",
         f"{RUNTIME}/test_supervisor.py"
         "::test_what_stands_still_is_replaced_and_the_catheter_comes_out",
     ),

@@ -1,5 +1,6 @@
 """A task that one process has at a time: refused to a second one, free once the first dies."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -47,6 +48,7 @@ def test_who_is_stopped_ends_only_where_it_may_be_killed(tmp_path: Path) -> None
         assert process.stdout is not None
         assert process.stdout.readline() == b"held\n"
         process.send_signal(signal.SIGSTOP)
+        os.waitpid(process.pid, os.WUNTRACED)  # it stands now, and hears nothing more
         with pytest.raises(InputError, match=f"process {process.pid} of .* does not end"):
             end_holder(path, 0.1)
         assert holder(path) == process.pid

@@ -2,8 +2,6 @@
 
 import asyncio
 import contextlib
-from collections.abc import Coroutine
-from typing import Any
 
 import pytest
 from starlette.types import Message
@@ -11,7 +9,9 @@ from starlette.types import Message
 from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.guard.problem import Problem
 from opensuction.console.guard.turn import Turns
+from tests.console.play import play
 
+LONG_S = 60.0
 PATIENT = UNHURRIED._replace(place_s=60.0, turn_s=60.0)
 
 
@@ -19,10 +19,6 @@ async def stay() -> Message:
     """What a request hears whose sender stays."""
     await asyncio.Event().wait()
     raise AssertionError
-
-
-def run(test: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(test)
 
 
 async def have_begun(*waiting: "asyncio.Task[None]") -> list[bool]:
@@ -43,7 +39,7 @@ def test_a_place_in_the_middle_that_is_given_up_lets_nobody_pass_the_first() -> 
             first.leave()
             assert await have_begun(waiting) == [True]
 
-    run(test())
+    play(test(), LONG_S)
 
 
 def test_sessions_and_who_shows_none_do_not_wait_for_each_other() -> None:
@@ -58,7 +54,7 @@ def test_sessions_and_who_shows_none_do_not_wait_for_each_other() -> None:
             for turn in (other, one, another):
                 await turn.wait(stay)
 
-    run(test())
+    play(test(), LONG_S)
 
 
 def test_a_queue_is_forgotten_once_it_is_empty() -> None:
@@ -71,7 +67,7 @@ def test_a_queue_is_forgotten_once_it_is_empty() -> None:
             raise RuntimeError
         assert turns._queues == {}
 
-    run(test())
+    play(test(), LONG_S)
 
 
 def test_one_that_left_early_and_ends_late_takes_no_queue_away() -> None:
@@ -91,7 +87,7 @@ def test_one_that_left_early_and_ends_late_takes_no_queue_away() -> None:
                     await waiting
         assert turns._queues == {}
 
-    run(test())
+    play(test(), LONG_S)
 
 
 def test_who_is_cancelled_while_waiting_lets_the_next_go_on() -> None:
@@ -109,7 +105,7 @@ def test_who_is_cancelled_while_waiting_lets_the_next_go_on() -> None:
                 await third.wait(stay)
         assert turns._queues == {}
 
-    run(test())
+    play(test(), LONG_S)
 
 
 def test_a_stop_refuses_what_came_before_it_but_what_is_carried_out_keeps_its_place() -> None:
@@ -127,4 +123,4 @@ def test_a_stop_refuses_what_came_before_it_but_what_is_carried_out_keeps_its_pl
                 first.leave()
                 assert await have_begun(waiting) == [True]
 
-    run(test())
+    play(test(), LONG_S)

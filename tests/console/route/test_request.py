@@ -173,6 +173,7 @@ def test_a_token_of_another_program_presses_nothing_but_stop(console: Served) ->
     assert console.machine.pressed == []
 
 
+@pytest.mark.real_time(others_s=0.02)  # its row is looked for only so long
 def test_what_the_core_refuses_is_said_with_what_to_do(console: Served) -> None:
     console.machine.refusal = Refusal.OXYGEN_UNANSWERED
     with console.client("clinician") as client:

@@ -12,7 +12,7 @@ from opensuction.console.signals.channel import CHANNELS
 from opensuction.console.signals.feed import SUBSCRIBERS_MOST, Feed, FullError
 from opensuction.console.signals.frame import Frame, decode
 from opensuction.console.signals.subscriber import WAITING_MOST, Subscriber
-from tests.console.signals.play import play
+from tests.console.play import play
 from tests.console.written_machine import WrittenMachine
 
 pytestmark = pytest.mark.real_time

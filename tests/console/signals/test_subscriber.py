@@ -6,8 +6,8 @@ import json
 from opensuction.console.signals.channel import CHANNELS
 from opensuction.console.signals.frame import Picker, decode
 from opensuction.console.signals.subscriber import STALLED_S, WAITING_MOST, Subscriber, say
+from tests.console.play import play
 from tests.console.signals.block import block_of, rows_of
-from tests.console.signals.play import play
 
 CHOSEN = (CHANNELS["inputs.readings.head_mm"],)
 MESSAGE = Picker(CHOSEN).encode(block_of(rows_of(10)))
