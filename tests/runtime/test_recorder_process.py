@@ -22,17 +22,10 @@ from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
 pytestmark = pytest.mark.real_time
 
 
-@pytest.fixture(scope="module")
-def shared() -> Iterator[Room]:
+@pytest.fixture
+def room() -> Iterator[Room]:
     with running() as made:
         yield made
-
-
-@pytest.fixture
-def room(shared: Room) -> Iterator[Room]:
-    """The machine of these tests; each has a recorder of its own."""
-    yield shared
-    shared.mend()
 
 
 def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path: Path) -> None:
