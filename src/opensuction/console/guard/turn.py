@@ -50,7 +50,7 @@ class Turn:
     def refuse(self, why: Problem) -> None:
         """Have it refused as it waits, or as it `check`s; the first reason holds.
 
-        What is carried out already keeps the place: nothing else of this session may begin.
+        What is carried out already keeps the place: nothing else of its session may begin.
         """
         self._refused = self._refused or why
         self._called.set()
