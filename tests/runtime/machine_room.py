@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.mailbox import Sender
 from opensuction.exchange.ring import RingReader
@@ -21,9 +22,11 @@ from opensuction.runtime.loop import ROW_COLUMNS
 from opensuction.runtime.room import ASK, CONTROLS, RECORDS, RING
 from opensuction.safety.condition import Condition
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
+from opensuction.twin.plant import PlantState
 from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
 
+LOCKSTEP = "tests.runtime.lockstep_process"
 REST_S = 1.0
 """Between passes."""
 INSIDE_MM = 3.0
@@ -33,13 +36,20 @@ INSIDE_MM = 3.0
 class Room:
     """Both processes, and who asks and looks."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, in_step: bool = False) -> None:
+        """in_step: no process of its own plays the machine, see `lockstep_process`."""
         # Or a campaign of two hundred deaths would last half a day.
         loop, state = hurried(REST_S)
         self.folder, self.mouth_mm, self.asked = folder, loop.machine.mouth_mm, 0
         self.cap_mm = loop.controller.limits.cap_mm
         launch.configure(folder, loop)
-        self.twin = launch.start_twin(folder, loop, state, seed=1)
+        self.twin: subprocess.Popen[bytes] | None = None
+        self.controller = LOCKSTEP if in_step else launch.CONTROL
+        if in_step:
+            plant = PlantState(state.machine, state.bedside)
+            twin_machine.prepare(folder, launch.side_of(loop, seed=1), plant)
+        else:
+            self.twin = launch.start_twin(folder, loop, state, seed=1)
         self.control: subprocess.Popen[bytes] | None = None
         self.recorder: subprocess.Popen[bytes] | None = None
         self.person = Sender(folder / ASK, "nurse")
@@ -47,7 +57,7 @@ class Room:
 
     def begin(self) -> None:
         """Start a controller."""
-        self.control = launch.start_control(self.folder)
+        self.control = launch.start_control(self.folder, module=self.controller)
         self.reopen()
 
     def mend(self) -> None:
@@ -177,10 +187,10 @@ class Room:
 
 
 @contextmanager
-def running(begins: bool = True) -> Iterator[Room]:
-    """Both of them, in a folder of their own. begins: the controller, too."""
+def running(begins: bool = True, in_step: bool = False) -> Iterator[Room]:
+    """Both of them, in a folder of their own. begins: the controller, too. in_step: see `Room`."""
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
-    made = Room(folder)
+    made = Room(folder, in_step)
     try:
         if begins:
             made.begin()

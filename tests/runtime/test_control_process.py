@@ -82,11 +82,13 @@ def test_told_to_end_in_a_cycle_it_comes_out_first(room: Room) -> None:
 def test_a_machine_that_says_nothing_any_more_is_a_fault_within_a_tenth_of_a_second(
     room: Room,
 ) -> None:
+    assert room.twin is not None
     room.twin.send_signal(signal.SIGSTOP)
     try:
         assert wait(lambda: room.now("inputs.readings.head_valid") == 0.0, 1.0)
         assert wait(lambda: room.now("outputs.verdict.trips") != 0.0, 1.0)
     finally:
+        assert room.twin is not None
         room.twin.send_signal(signal.SIGCONT)
 
 

@@ -38,6 +38,13 @@ _READINGS = slice(READINGS[0], READINGS[-1] + 1)
 """One after the other, as any record's columns."""
 
 
+def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
+    """Write down in a folder what a twin shall play there, from its beginning."""
+    begun: dict[str, Any] = {**machine_side.begin(side, plant)}
+    np.savez(folder / BEGUN, **begun)
+    (folder / SHOWN).unlink(missing_ok=True)
+
+
 def launch(
     folder: Path, side: MachineSide, plant: PlantState, carrier: Bus | None = None
 ) -> subprocess.Popen[bytes]:
@@ -49,9 +56,7 @@ def launch(
     if carrier is not None:
         wires = link.on_bus(side.wiring.link, carrier, DT_S)
         side = side._replace(wiring=side.wiring._replace(link=wires))
-    begun: dict[str, Any] = {**machine_side.begin(side, plant)}
-    np.savez(folder / BEGUN, **begun)
-    (folder / SHOWN).unlink(missing_ok=True)
+    prepare(folder, side, plant)
     command = [sys.executable, "-m", "opensuction.devices.twin_process", str(folder)]
     with (folder / LOG).open("ab") as log:
         # A process of its own, which outlives whoever started it.

@@ -11,7 +11,10 @@ second and more it plays a second.
 import json
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -81,37 +84,56 @@ class Listener:
         return self._greeted
 
 
-def serve(folder: Path) -> None:
-    """Play until the process is told to end. Raises InputError where it cannot begin."""
+class TwinPlayer(NamedTuple):
+    """A machine and its patient, a tick at a time."""
+
+    call: MachineCall
+    ring: RingWriter
+    faults: FaultyTwin
+
+    def step(self, sent: Array, new: bool) -> None:
+        """Play a tick. sent: a row by `SENT_COLUMNS`. new: it has come since the last tick."""
+        self.faults.step()
+        self.call.step(sent, new=new)
+        self.ring.write(self.call.shown_row)
+
+
+@contextmanager
+def playing(folder: Path) -> Iterator[TwinPlayer]:
+    """The twin of a folder, which nobody else plays meanwhile.
+
+    Raises InputError where there is none to play, or somebody else does.
+    """
     try:
         with np.load(folder / BEGUN) as begun:
             call = MachineCall({name: begun[name] for name in begun.files})
     except (OSError, EOFError, ValueError, KeyError) as error:
         raise InputError(f"no machine to play in {folder / BEGUN}: {error}") from None
-    ending: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
-    told = {"version": __version__, "most": json.dumps(_most(call))}
+    told = {"version": __version__, "most": json.dumps(most_obeyed(call))}
     with (
         Sole(folder / PLAYS, "a twin plays"),
         RingWriter(folder / SHOWN, SHOWN_COLUMNS, SLOTS, told) as ring,
         FaultyTwin(folder, call) as faults,
     ):
+        yield TwinPlayer(call, ring, faults)
+
+
+def serve(folder: Path) -> None:
+    """Play until the process is told to end. Raises InputError where it cannot begin."""
+    ending: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
+    with playing(folder) as twin:
         harden()
         listener, pace = Listener(folder / COMMANDS), Pace(PERIOD_NS)
-
-        def play(new: bool) -> None:
-            faults.step()
-            call.step(listener.row, new=new)
-            ring.write(call.shown_row)
-
         while not ending:
             for _ in range(min(pace.wait(), CAUGHT_UP)):
-                play(new=False)
-            play(new=listener.hear())
-            faults.look()
+                twin.step(listener.row, new=False)
+            new = listener.hear()
+            twin.step(listener.row, new)
+            twin.faults.look()
 
 
-def _most(call: MachineCall) -> dict[str, float]:
+def most_obeyed(call: MachineCall) -> dict[str, float]:
     """See `ports.Facts.most`."""
     played = plain_row.unpack(MachineSide, call.side_row).machine
     return {

@@ -8,7 +8,7 @@ import ctypes
 import gc
 import os
 import time
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 NS_PER_S = 1_000_000_000
 TIMER_ABSTIME = 1
@@ -22,6 +22,16 @@ class _Timespec(ctypes.Structure):
 
 
 _libc = ctypes.CDLL(None, use_errno=True)
+
+
+class Pacing(Protocol):
+    """Says when a loop's next tick is due."""
+
+    deadline_ns: int
+    """Of the present tick, by the monotonic clock."""
+
+    def wait(self) -> int:
+        """Sleep until the next deadline; how many were missed before it."""
 
 
 class Pace:

@@ -11,7 +11,7 @@ import json
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
@@ -29,7 +29,7 @@ from opensuction.devices.twin_machine import TwinMachine
 from opensuction.exchange.event_ring import EventReader, EventWriter
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mailbox import Mailbox
-from opensuction.exchange.pace import NS_PER_S, Pace, harden
+from opensuction.exchange.pace import NS_PER_S, Pace, Pacing, harden
 from opensuction.exchange.ring import RingReader, RingWriter
 from opensuction.exchange.sole import Sole
 from opensuction.kernel.errors import InputError
@@ -190,17 +190,24 @@ def _read_configuration(folder: Path) -> Configuration:
     return configuration.from_json(text)
 
 
-def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
+def serve(
+    folder: Path,
+    period_ns: int = PERIOD_NS,
+    attach: Callable[[Path], Port] = TwinMachine,
+    pace: Callable[[int], Pacing] = Pace,
+) -> None:
     """Control the machine of a folder until the process is told to end.
 
     A cycle is broken off then, and the process ends once the catheter is out.
+
+    attach: takes hold of the machine. pace: of the loop, which takes the period, ns.
 
     Raises InputError where it cannot begin.
     """
     with Sole(folder / CONTROLS, "a controller runs"):
         chosen = _read_configuration(folder)
         before = read_before(folder)
-        port = TwinMachine(folder)
+        port = attach(folder)
         call = RealTimeCall(chosen.settings, chosen.heads_mm, begin(chosen, port, before))
         told = {
             "version": __version__,
@@ -223,13 +230,17 @@ def serve(folder: Path, period_ns: int = PERIOD_NS) -> None:
             heartbeat, setting = Heartbeat(folder), Setting(folder, call, chosen)
             around = Around(port, mailbox, ring, events, heartbeat, setting.set)
             loop = ControlLoop(call, around, period_ns / NS_PER_S)
-            _run(loop, events, period_ns, ending, before)
+            _run(loop, events, lambda: pace(period_ns), ending, before)
         heartbeat.end(Process.CONTROL)
         port.close()
 
 
 def _run(
-    loop: ControlLoop, events: EventWriter, period_ns: int, ending: list[int], before: Before | None
+    loop: ControlLoop,
+    events: EventWriter,
+    begin_pace: Callable[[], Pacing],
+    ending: list[int],
+    before: Before | None,
 ) -> None:
     """Tick until told to end, and what that takes."""
     allowed = harden()
@@ -241,7 +252,7 @@ def _run(
         refusals="; ".join(allowed.refusals),
         recovered="yes" if before is not None and before.died else "no",
     )
-    pace = Pace(period_ns)
+    pace = begin_pace()
     while not (ending and loop.is_resting) and len(ending) < AT_ONCE:
         loop.stopping = bool(ending) and not loop.is_resting
         skipped = pace.wait()
@@ -251,6 +262,6 @@ def _run(
 
 if __name__ == "__main__":
     try:
-        serve(Path(sys.argv[1]), *(int(value) for value in sys.argv[2:]))
+        serve(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else PERIOD_NS)
     except InputError as problem:
         sys.exit(f"opensuction: {problem}")

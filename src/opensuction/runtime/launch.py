@@ -92,16 +92,19 @@ def last_words(folder: Path, module: str) -> str:
     return lines[-1].removeprefix("opensuction: ") if lines else ""
 
 
-def start_control(folder: Path, period_ns: int = PERIOD_NS) -> subprocess.Popen[bytes]:
+def start_control(
+    folder: Path, period_ns: int = PERIOD_NS, module: str = CONTROL
+) -> subprocess.Popen[bytes]:
     """The control process on the machine of a folder; returns once it ticks.
 
-    Raises InputError where it does not.
+    module: that is run; another one in its place takes the same arguments. Raises InputError where
+    it does not tick.
     """
     ring = folder / RING
     before = _inode(ring)
-    process = spawn(folder, CONTROL, str(period_ns))
+    process = spawn(folder, module, str(period_ns))
     return _wait(
-        folder, CONTROL, process, lambda: _inode(ring) not in (0, before) and _has_rows(ring)
+        folder, module, process, lambda: _inode(ring) not in (0, before) and _has_rows(ring)
     )
 
 

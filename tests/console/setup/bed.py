@@ -1,4 +1,4 @@
-"""A console at a machine that really runs: twin and controller in real time, and its people."""
+"""A console at a machine that runs, controller and twin in step, and its people."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -58,8 +58,8 @@ def prepare(folder: Path) -> None:
 
 @contextmanager
 def bed(folder: Path, port: int = PORT) -> Iterator[Bed]:
-    """A machine that is parked, with a console before it."""
-    with running() as room:
+    """A machine that is parked, with a console before it; a busy computer does not halt it."""
+    with running(in_step=True) as room:
         told = about.read(room.folder)
         database = str(folder / "records.db")
         about.write(room.folder, told._replace(database=database))

@@ -1,0 +1,64 @@
+"""Controller and twin in one process, tick by tick: a machine that no busy computer can halt.
+
+``python -m tests.runtime.lockstep_process DIR PERIOD_NS``. The controller is the real one, with the
+files of its folder; the machine moves a tick when it is commanded, so neither is ever late for the
+other. It is for tests of what stands before a machine, of which how it keeps time is not the point.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from opensuction.devices.ports import Facts
+from opensuction.devices.twin_machine import READINGS
+from opensuction.devices.twin_process import TwinPlayer, most_obeyed, playing
+from opensuction.exchange.pace import Pace
+from opensuction.kernel.record import Array
+from opensuction.runtime import control_process
+from opensuction.simulation.closed_loop import DT_S
+from opensuction.simulation.machine_side import SENT_COLUMNS
+from opensuction.twin.machine import drive_watchdog
+
+
+class LockstepTwin:
+    """A `ports.Port` to a twin that moves a tick with each command."""
+
+    def __init__(self, twin: TwinPlayer) -> None:
+        most = most_obeyed(twin.call)
+        self.facts = Facts("lockstep twin", "", True, DT_S, drive_watchdog.SILENCE_S, most)
+        self._twin, self._number = twin, 0
+        twin.step(np.zeros(len(SENT_COLUMNS)), new=False)
+
+    def read(self, readings: Array) -> int:
+        """See `ports.Port.read`."""
+        readings[:] = self._twin.call.shown_row[READINGS]
+        return 1 + self._number
+
+    def write(self, sent: Array) -> None:
+        """See `ports.Port.write`."""
+        self._twin.step(sent, new=True)
+        self._twin.faults.look()
+        self._number += 1
+
+    def close(self) -> None:
+        """See `ports.Port.close`."""
+
+
+class LenientPace(Pace):
+    """A period from tick to tick, and more on a busy computer: none is ever missed."""
+
+    def wait(self) -> int:
+        """See `Pace.wait`."""
+        super().wait()
+        return 0
+
+
+def serve(folder: Path, period_ns: int) -> None:
+    """Play and control until the process is told to end."""
+    with playing(folder) as twin:
+        control_process.serve(folder, period_ns, lambda _: LockstepTwin(twin), LenientPace)
+
+
+if __name__ == "__main__":
+    serve(Path(sys.argv[1]), int(sys.argv[2]))

@@ -1,0 +1,29 @@
+"""A machine in step: a controller that is kept from its work halts nothing."""
+
+import os
+import signal
+import time
+
+import pytest
+
+from opensuction.kernel.phase import CYCLE, Phase
+from tests.runtime.machine_room import INSIDE_MM, running, wait
+
+pytestmark = pytest.mark.real_time(machine_s=0.5)
+
+
+def test_a_cycle_goes_through_on_a_computer_that_stands_still_now_and_then() -> None:
+    with running(in_step=True) as room:
+        room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
+        assert room.control is not None
+        cycles = 0
+        while room.phase() in CYCLE and cycles < 100:
+            os.kill(room.control.pid, signal.SIGSTOP)
+            time.sleep(0.1)
+            os.kill(room.control.pid, signal.SIGCONT)
+            time.sleep(0.1)
+            cycles += 1
+        assert cycles > 5
+        assert wait(lambda: room.phase() not in CYCLE)
+        assert room.phase() == Phase.PARKED, room.state()
+        assert room.now("loop.skipped") == 0.0
