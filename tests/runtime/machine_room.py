@@ -181,9 +181,21 @@ class Room:
     def state(self) -> str:
         """Phase, refusal and alarms in words, for a test that fails."""
         refused = Refusal(int(self.now("outputs.counters.refusal")))
-        present = int(self.now("outputs.signals.present"))
-        alarms = [one.name for one in Condition if present >> one & 1]
-        return f"{self.phase().name}, refused {refused.name}, present {alarms}"
+        masks = {kind: int(self.now(f"outputs.signals.{kind}")) for kind in ("present", "latched")}
+        alarms = ", ".join(
+            f"{kind} {[one.name for one in Condition if mask >> one & 1]}"
+            for kind, mask in masks.items()
+        )
+        rows = RingReader(self.folder / RING).drain().rows
+        skipped, late = (rows[:, ROW_COLUMNS.index(f"loop.{one}")] for one in ("skipped", "late_s"))
+        return (
+            f"{self.phase().name}, refused {refused.name}, {alarms}; in the last {len(rows)} ticks "
+            f"{skipped.sum():.0f} skipped, the latest {1e3 * late.max():.1f} ms late"
+        )
+
+
+OPEN: list[Room] = []
+"""Those that run now: of a test that fails it is told what they did."""
 
 
 @contextmanager
@@ -191,11 +203,13 @@ def running(begins: bool = True, in_step: bool = False) -> Iterator[Room]:
     """Both of them, in a folder of their own. begins: the controller, too. in_step: see `Room`."""
     folder = Path(tempfile.mkdtemp(dir="/dev/shm"))
     made = Room(folder, in_step)
+    OPEN.append(made)
     try:
         if begins:
             made.begin()
         yield made
     finally:
+        OPEN.remove(made)
         made.close()
         shutil.rmtree(folder)
 

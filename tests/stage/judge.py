@@ -87,7 +87,11 @@ class RealTimeJudge:
             reports = runtestprotocol(item, nextitem=nextitem, log=False)
             if not any(report.failed for report in reports):
                 break
-            breach = premise.breach(self._longest(begun_ns))
+            stood = self._longest(begun_ns)
+            for report in reports:
+                if report.failed:
+                    report.sections.append(("The computer's longest standstills", str(stood)))
+            breach = premise.breach(stood)
             if not breach:
                 break
             # A machine that was halted by it serves no other try, and no other test.

@@ -2,6 +2,9 @@
 
 import json
 import os
+import sys
+from collections.abc import Generator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -32,6 +35,20 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         watch.__enter__()
         config.add_cleanup(watch.__exit__)
         config.pluginmanager.register(RealTimeJudge(watch.longest), "real-time-judge")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: "pytest.CallInfo[None]"
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Tell with a test that failed what its machines did."""
+    report = yield
+    rooms = sys.modules.get("tests.runtime.machine_room")
+    if report.failed and rooms is not None:
+        for room in rooms.OPEN:
+            with suppress(Exception):  # a machine may have begun no control
+                report.sections.append((f"Machine of {item.name}, {call.when}", room.state()))
+    return report
 
 
 @pytest.hookimpl(trylast=True)
