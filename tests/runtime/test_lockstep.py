@@ -23,7 +23,7 @@ def test_a_cycle_goes_through_on_a_computer_that_stands_still_now_and_then() -> 
             os.kill(room.control.pid, signal.SIGCONT)
             time.sleep(0.1)
             cycles += 1
-        assert cycles > 5
+        assert cycles > 3
         assert wait(lambda: room.phase() not in CYCLE)
         assert room.phase() == Phase.PARKED, room.state()
         assert room.now("loop.skipped") == 0.0
