@@ -20,7 +20,6 @@ from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SENT_COLUMNS
 from opensuction.twin.machine import drive_watchdog
 
-
 RATE = 3
 """Times as fast as a machine is that keeps time."""
 
