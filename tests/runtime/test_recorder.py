@@ -62,12 +62,17 @@ def broken_off(room: SteppedRoom) -> None:
         room.step()
 
 
+def take(recorder: Recorder, rows: Array, after: int) -> None:
+    """Hand over those after so many, in pieces."""
+    for first in range(after, len(rows), PIECE):
+        recorder.take(Read(rows[first : first + PIECE], first + 1, 0), [])
+        assert not recorder.lost
+
+
 def record(rows: Array, folder: Path) -> list[Path]:
     """As a recorder does that knows the first row, and what the controller was in then."""
     recorder = Recorder(folder, "run", heading, rows[0, STATE], after=1)
-    for first in range(1, len(rows), PIECE):
-        recorder.take(Read(rows[first : first + PIECE], first + 1, 0), [])
-        assert not recorder.lost
+    take(recorder, rows, 1)
     recorder.close()
     return sorted(folder.glob("run*.mcap"))
 
@@ -92,3 +97,34 @@ def test_each_of_two_cycles_begins_with_its_rest_and_replays(
         assert (verdict.ticks, verdict.gaps, verdict.starts) == (len(ticks), 0, 1)
         phases = [name for kind, name in told_of(path) if kind == "phase"]
         assert phases[phases.index("checking") - 1] in {"halted", "parked"}
+
+
+@pytest.mark.parametrize("died_at", [200, 950, 1100, 1420])
+@pytest.mark.parametrize("noted", [1, 30, 400])
+def test_one_that_died_before_it_had_noted_how_far_it_was_leaves_no_row_twice(
+    room: SteppedRoom, tmp_path: Path, died_at: int, noted: int
+) -> None:
+    """died_at: rows that were written. noted: how many fewer the next one is told of."""
+    room.run(1.2)
+    broken_off(room)
+    room.run(2.0)
+    rows = np.array(room.rows)
+    first = Recorder(tmp_path, "run", heading, rows[0, STATE], after=1)
+    take(first, rows[:died_at], 1)
+    if first._writer is not None:
+        first._writer.flush()
+    kept = first.kept
+    left = {path: path.read_bytes() for path in tmp_path.glob("run*.mcap")}
+    first.close()
+    for path, content in left.items():
+        path.write_bytes(content)
+    came = max(kept - noted, 1)
+    second = Recorder(tmp_path, "run", heading, rows[came - 1, STATE], after=came)
+    take(second, rows, came)
+    second.close()
+    parts = sorted(tmp_path.glob("run*.mcap"), key=lambda path: len(path.name))
+    assert len(parts) == 1 + len(left)
+    ticks = np.concatenate([ticks_of(path)[:, 0] for path in parts])
+    assert (np.diff(ticks) == 1.0).all()
+    for path in parts:
+        assert replayed(path).identical

@@ -9,6 +9,7 @@ told; who controls the machine waits for nobody.
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,13 @@ import numpy.typing as npt
 
 from opensuction.exchange.event_ring import Event as Happening
 from opensuction.exchange.ring import Read
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import tick_table
+from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.event import Event
 from opensuction.recording.cycle_file.heading import Heading
+from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import STARTS, STATE_PART, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.runtime import row_event
@@ -92,6 +96,8 @@ class Recorder:
         """Of the row that was taken last."""
         self._new_from = NEVER
         """Tick from which on the controller goes by other settings."""
+        self._looked_for, self._written = "", float(NEVER)
+        """Recording of which a recorder before this one may have written a part, and how far."""
         self.path: Path | None = None
         """The recording that was begun last."""
         self.lost = ""
@@ -174,6 +180,9 @@ class Recorder:
         if left != AT_REST:
             if left != self._left:
                 self.close()
+                rows = self._leave_out_written(rows)
+                if not len(rows):
+                    return
                 self._begin(rows)
             self._left = left
             self._write(rows)
@@ -218,6 +227,32 @@ class Recorder:
     def _utc_ns(self, rows: Array) -> npt.NDArray[np.uint64]:
         return (self._heading.began_ns + np.round(rows[:, _TIME] * NS_PER_S)).astype(np.uint64)
 
+    def _leave_out_written(self, rows: Array) -> Array:
+        """Rows that no recorder before this one has written: it may have died before it noted so.
+
+        rows: the first of a recording. Those of the rest before them are left out likewise.
+        """
+        name = name_of(self._run, rows[0, _LEFT])
+        if name != self._looked_for:
+            self._looked_for, self._written = name, self._last_written(name)
+        before = [self._new_of(piece) for piece in self._before]
+        self._before = deque(piece for piece in before if len(piece))
+        new = self._new_of(rows)
+        self._number += len(rows) - len(new)
+        return new
+
+    def _new_of(self, rows: Array) -> Array:
+        """Those that are not written yet."""
+        count = int(np.count_nonzero(rows[:, _TICK] <= self._written))
+        if count:
+            self._last, self._missed = rows[count - 1, _STATE], 0
+        return rows[count:]
+
+    def _last_written(self, name: str) -> float:
+        """Last tick that the parts of a recording hold; `NEVER` of none."""
+        found = list(self._folder.glob(f"{name.removesuffix('.mcap')}*.mcap"))
+        return max(map(_last_tick, found), default=NEVER)
+
     def _begin(self, rows: Array) -> None:
         """A new file, with what was before."""
         first = self._before[0][:1] if self._before else rows[:1]
@@ -258,6 +293,16 @@ class Recorder:
         self._seen = row_event.seen_in(rows[-1])
         self._number += len(rows)
         writer.add_rows(TICKS, times, np.ascontiguousarray(rows[:, _TICKS]))
+
+
+def _last_tick(path: Path) -> float:
+    """Of a recording, whole or cut off; `NEVER` where it holds none."""
+    last = float(NEVER)
+    with suppress(InputError), closing(RecordingReader(path)) as reader:
+        for content in reader.contents():
+            if isinstance(content, Rows) and content.topic == TICKS and len(content.table):
+                last = float(content.table[-1, 0])
+    return last
 
 
 def _split(rows: Array, new_from: int) -> list[Array]:

@@ -141,6 +141,8 @@ class Office:
     def serve(self) -> None:
         """Record until the process is told to end."""
         self._heartbeat.begin(Process.RECORDER)
+        # Or one that has never kept anything since is missed by nobody.
+        self._heartbeat.beat(Process.KEEPING)
         self._finish_before()
         while (source := self._wait()) is not None:
             desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
