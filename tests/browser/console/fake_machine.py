@@ -6,8 +6,8 @@ a test changes while the page looks at it.
 
 import asyncio
 import contextlib
+import socket
 import threading
-import time
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from importlib.resources import files
@@ -325,18 +325,16 @@ def refuse(fake: FakeMachine) -> Response:
 
 @contextlib.contextmanager
 def serve(fake: FakeMachine) -> Iterator[str]:
-    """Its address, as long as it is wanted."""
-    config = uvicorn.Config(create_app(fake), port=0, log_level="error", ws="websockets-sansio")
+    """Its address, as long as it is wanted. Whoever connects before it works waits in the queue."""
+    config = uvicorn.Config(create_app(fake), log_level="error", ws="websockets-sansio")
     server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run, daemon=True)
-    thread.start()
-    until_s = time.monotonic() + 20.0
-    while not server.started and time.monotonic() < until_s:
-        time.sleep(0.02)
-    port = server.servers[0].sockets[0].getsockname()[1]
-    try:
-        yield f"http://127.0.0.1:{port}/"
-    finally:
-        fake.down = True
-        server.should_exit = True
-        thread.join(10.0)
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        run = {"sockets": [listening]}
+        thread = threading.Thread(target=server.run, kwargs=run, daemon=True)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{listening.getsockname()[1]}/"
+        finally:
+            fake.down = True
+            server.should_exit = True
+            thread.join(10.0)

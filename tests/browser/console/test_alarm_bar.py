@@ -12,7 +12,7 @@ from tests.browser.console.conftest import Bedside
 from tests.browser.console.fake_machine import alarm, alarming
 from tests.browser.console.waiting import drawn, until
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+pytestmark = pytest.mark.browser
 
 BY_PRIORITY = {
     Priority.HIGH: Condition.SPO2_LOW,
@@ -139,6 +139,7 @@ def test_an_observer_cannot_answer(bedside: Bedside) -> None:
     expect(bedside.page.locator("#stop")).to_be_enabled()
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("way", ["mute", "down"])
 def test_a_lost_connection_is_shown_within_two_seconds(bedside: Bedside, way: str) -> None:
     page, machine = bedside.page, bedside.machine
@@ -162,6 +163,7 @@ def test_a_lost_connection_is_shown_within_two_seconds(bedside: Bedside, way: st
     expect(page.locator(".stale-note")).to_be_empty()
 
 
+@pytest.mark.real_time
 def test_a_control_that_is_silent_is_no_live_value(bedside: Bedside) -> None:
     page, machine = bedside.page, bedside.machine
     machine.show(phase="inserting", moving="in", **INSIDE)

@@ -14,7 +14,7 @@ from tests.browser.console.fake_machine import alarm, alarming
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+pytestmark = pytest.mark.browser
 
 TIP = {"tip_mm": 62.0, "tip_low_mm": 60.5, "tip_high_mm": 63.5, "is_inside": True}
 INSERTING = {"phase": "inserting", "phase_left_s": 3.2, "moving": "in", **TIP}
@@ -192,6 +192,7 @@ def test_start_ends_when_the_finger_leaves_it(bedside: Bedside, gesture: str) ->
     expect(page.get_by_role("dialog")).to_be_visible()
 
 
+@pytest.mark.real_time
 def test_start_is_held_by_finger_or_key(bedside: Bedside) -> None:
     as_clinician(bedside)
     page, machine = bedside.page, bedside.machine
@@ -229,6 +230,7 @@ def test_start_without_holding_asks_instead(bedside: Bedside) -> None:
     assert [one["ask"] for one in bedside.machine.asked] == ["start"]
 
 
+@pytest.mark.real_time
 def test_a_start_that_the_machine_refuses_says_its_sentence(bedside: Bedside) -> None:
     as_clinician(bedside)
     said = {"name": "not-taught", "sentence": "no travel length has been set", "remedy": ""}

@@ -10,11 +10,12 @@ from opensuction.accounts.rule.right import Role
 from opensuction.safety.condition import Condition
 from tests.browser.console.conftest import Bedside
 from tests.browser.console.fake_machine import alarm, alarming
+from tests.browser.console.waiting import drawn
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+pytestmark = pytest.mark.browser
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 SCHEMES = ("dark", pytest.param("light", marks=pytest.mark.sweep))
@@ -49,7 +50,7 @@ def test_the_bedside_view_is_for_everybody(bedside: Bedside, scheme: Any) -> Non
     found = {}
     for name, state in STATES.items():
         machine.show(**state)
-        page.wait_for_timeout(300)
+        drawn(page, machine)
         found[name] = findings(page)
     machine.mute = True
     page.locator(".alarm-kind").get_by_text("NO CONNECTION").wait_for()

@@ -17,7 +17,7 @@ from tests.session.recorded import played
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+pytestmark = pytest.mark.browser
 
 TABLET = {"width": 1280, "height": 800}
 WORK_MS = 120_000

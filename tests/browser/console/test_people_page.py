@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 from opensuction.accounts.rule.right import Role
 from tests.browser.console.conftest import Bedside
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser, pytest.mark.sweep]
+pytestmark = [pytest.mark.browser, pytest.mark.sweep]
 
 
 def sign_in(bedside: Bedside, name: str, password: str = "p") -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from tests.browser.console.conftest import Bedside
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+pytestmark = pytest.mark.browser
 
 MODULES = """
 const { Buffer } = await import("/js/signals/buffer.js");
