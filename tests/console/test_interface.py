@@ -93,8 +93,13 @@ def test_nothing_that_is_asked_fails_within_or_is_answered_as_nobody_said(
     assert play(console, role, FEW) > FEW * len(operations(console)) / 2
 
 
-@pytest.mark.sweep
-@pytest.mark.parametrize("role", ROLES)
+@pytest.mark.parametrize(
+    "role",
+    [
+        pytest.param(one, marks=pytest.mark.sweep if one == "clinician" else pytest.mark.soak)
+        for one in ROLES
+    ],
+)
 def test_the_same_with_many_more(tmp_path: Path, role: str | None) -> None:
     with listening(tmp_path, UNHURRIED) as console:
         assert play(console, role, MANY) > MANY * len(operations(console)) / 2

@@ -24,6 +24,13 @@ pytestmark = pytest.mark.real_time
 
 @pytest.fixture
 def room() -> Iterator[Room]:
+    with running(in_step=True) as made:
+        yield made
+
+
+@pytest.fixture
+def apart() -> Iterator[Room]:
+    """A machine that outlives its controller, and whose ring lasts as long as it should."""
     with running() as made:
         yield made
 
@@ -52,7 +59,8 @@ def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path:
 
 
 @pytest.mark.sweep
-def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_path: Path) -> None:
+def test_killed_it_is_missed_and_another_goes_on_where_it_was(apart: Room, tmp_path: Path) -> None:
+    room = apart
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     assert room.recorder is not None
@@ -60,7 +68,8 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_pa
     room.recorder.wait()
     last = room.now("inputs.tick")
     first = sorted(tmp_path.glob("*.mcap"))[-1]
-    assert last - ticks_of(first)[-1, 0] < 250.0  # this test's own way to look included
+    # This test's own way to look included.
+    assert last - ticks_of(first)[-1, 0] < 250.0
     assert wait(room.is_recorder_missed, 4.0)
     room.record(tmp_path)
     assert wait(lambda: not room.is_recorder_missed(), 5.0)
@@ -79,14 +88,15 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(room: Room, tmp_pa
 
 
 @pytest.mark.sweep
-def test_of_a_controller_that_was_killed_everything_is_kept(room: Room, tmp_path: Path) -> None:
+def test_of_a_controller_that_was_killed_everything_is_kept(apart: Room, tmp_path: Path) -> None:
+    room = apart
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     room.stop()
     last = room.now("inputs.tick")
     before = sorted(tmp_path.glob("*.mcap"))[-1]
     room.begin()
-    assert wait(lambda: len(list(tmp_path.glob("*.mcap"))) > 1, 10.0)
+    assert wait(lambda: "controller-restarted" in done(room))
     assert wait(lambda: room.phase() in RESTING)
     room.end_recorder()
     assert ticks_of(before)[-1, 0] == last
@@ -94,12 +104,20 @@ def test_of_a_controller_that_was_killed_everything_is_kept(room: Room, tmp_path
         cycle = records.history.list_cycles("twin-1", 1)[0]
         assert (cycle.recording, cycle.outcome) == (before.name, Outcome.INTERRUPTED)
         assert "the controller died while" in cycle.detail
-        did = [one.what for one in records.history.list_actions("twin-1", 20)]
-        assert {"start", "controller-restarted", "drawn-out"} <= set(did)
+    # Where the next one has started late the drives have brought the catheter out before it.
+    recorded = len(list(tmp_path.glob("*.mcap"))) > 1
+    assert done(room) >= {"start", "controller-restarted"} | ({"drawn-out"} if recorded else set())
+
+
+def done(room: Room) -> set[str]:
+    """What is on record that was done."""
+    with Records.open(str(room.folder / "records.db")) as records:
+        return {one.what for one in records.history.list_actions("twin-1", 20)}
 
 
 @pytest.mark.sweep
-def test_after_the_death_of_both_nothing_of_either_is_missing(room: Room, tmp_path: Path) -> None:
+def test_after_the_death_of_both_nothing_of_either_is_missing(apart: Room, tmp_path: Path) -> None:
+    room = apart
     room.record(tmp_path)
     room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
     assert room.recorder is not None
