@@ -66,6 +66,42 @@ def test_the_json_of_replay_has_the_promised_keys(folder: Path) -> None:
     assert data["recorded"]["fingerprint"] == data["here"]["fingerprint"]
 
 
+def test_several_recordings_have_a_line_each_and_an_entry_each(
+    folder: Path, recording: Path
+) -> None:
+    whole = str(folder / "run" / "recording.mcap")
+    recording.write_bytes(recording.read_bytes()[:1_000_000])
+    (recording.parent / "empty.mcap").touch()
+    names = (whole, "empty.mcap", "a.mcap")
+    ran = opensuction("replay", *names, cwd=recording.parent)
+    first, second, third = ran.stdout.splitlines()
+    assert first.startswith(f"{whole}: Identical: every output and state of ")
+    assert second.startswith("empty.mcap: is empty")
+    assert third.startswith("a.mcap: Identical: ")
+    assert ran.returncode == 2, "one of them could not be replayed"
+    assert "a.mcap: was not finished" in ran.stderr
+
+    told = opensuction("replay", *names, "--json", cwd=recording.parent)
+    found = json.loads(told.stdout)["recordings"]
+    assert [one["file"] for one in found] == list(names)
+    assert "is empty" in found[1]["refused"]
+    alone = json.loads(opensuction("replay", whole, "--json", cwd=folder).stdout)
+    assert found[0] == alone, "one recording keeps the object that it had"
+    assert opensuction("replay", whole, whole, cwd=folder).returncode == 0
+
+
+def test_one_of_several_that_is_damaged_is_told_by_the_status(
+    folder: Path, recording: Path
+) -> None:
+    content = bytearray(recording.read_bytes())
+    content[len(content) // 2] ^= 0x10
+    recording.write_bytes(content)
+    whole = str(folder / "run" / "recording.mcap")
+    ran = opensuction("replay", "a.mcap", whole, cwd=recording.parent)
+    assert ran.returncode == 1, ran.stderr
+    assert len(ran.stdout.splitlines()) == 2
+
+
 def test_another_arithmetic_and_another_version_are_said(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,15 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from inspect import Parameter, Signature
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import typer
 
 from opensuction.cli import exit_status
 from opensuction.cli.option import OPTIONS
-
-MAYBE: Any = list[str] | None
-"""What typer takes for an option that may be given many times, or not at all."""
 
 
 class Command(NamedTuple):
@@ -53,7 +50,7 @@ def _is_record(candidate: Any) -> bool:
 
 def _is_repeated(candidate: Any) -> bool:
     """Whether an option may be given many times."""
-    return bool(candidate == tuple[str, ...])
+    return get_origin(candidate) is tuple and get_args(candidate)[1:] == (Ellipsis,)
 
 
 def _list_parameters(record: Any) -> Iterator[Parameter]:
@@ -64,7 +61,9 @@ def _list_parameters(record: Any) -> Iterator[Parameter]:
             continue
         kind, default = hint, record._field_defaults.get(name, Parameter.empty)
         if _is_repeated(hint):
-            kind, default = (list[str], default) if default is Parameter.empty else (MAYBE, None)
+            kind = list[get_args(hint)[0]]  # type: ignore[misc]  # what typer takes for it
+            if default is not Parameter.empty:
+                kind, default = kind | None, None
         yield Parameter(
             name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, OPTIONS[name]]
         )

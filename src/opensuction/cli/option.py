@@ -223,6 +223,11 @@ OPTIONS: dict[str, Any] = {
     "recording": typer.Argument(
         metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
     ),
+    "recordings": typer.Argument(
+        metavar="FILE",
+        help="Recordings (.mcap) that opensuction wrote: one, or several.",
+        show_default=False,
+    ),
     "unrecorded": typer.Option(
         "--no-recording",
         help="Write no recording.mcap: it has every tick, .22 MB a second of the run.",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from opensuction.cli import exit_status
 from opensuction.cli.delivery import CommandResult, OutputChoice, deliver, show
 from opensuction.cli.entry import Command
+from opensuction.kernel.errors import InputError
 from opensuction.session.plain import Json
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ HEADING = "recording.json"
 class ReplayOptions(NamedTuple):
     """What ``replay`` takes."""
 
-    recording: Path
+    recordings: tuple[Path, ...]
     as_json: bool = False
 
 
@@ -69,13 +70,54 @@ def _summarise_report(console: "Console", data: Json, folder: Path) -> None:
 
 def _replay(options: ReplayOptions) -> int:
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.session.recorded import replay_run
 
     progress = ProgressTeller()
-    data = progress.wait(lambda: replay_run.run(options.recording), "Replaying")
-    _tell_flaw(data, progress)
+    if len(options.recordings) > 1:
+        return _replay_each(options, progress)
+    data = _play_again(options.recordings[0], progress)
     show(options.as_json, data, lambda console: _summarise_replay(console, data))
+    return _judge(data)
+
+
+def _play_again(path: Path, progress: "ProgressTeller") -> Json:
+    from opensuction.session.recorded import replay_run
+
+    data = progress.wait(lambda: replay_run.run(path), "Replaying")
+    _tell_flaw(data, progress)
+    return data
+
+
+def _judge(data: Json) -> int:
+    from opensuction.session.recorded import replay_run
+
     return exit_status.DONE if replay_run.is_good(data) else exit_status.FAILED
+
+
+def _replay_each(options: ReplayOptions, progress: "ProgressTeller") -> int:
+    """Replay several; one that is refused keeps no other from being replayed."""
+    found: list[Json] = []
+    statuses: set[int] = set()
+    for path in options.recordings:
+        try:
+            data = _play_again(path, progress)
+            statuses.add(_judge(data))
+            line = f"{path}: {' '.join(_list_sentences(data))}"
+        except InputError as refused:
+            data = {"file": str(path), "refused": str(refused)}
+            statuses.add(exit_status.BAD_INPUT)
+            line = str(refused)
+        found.append(data)
+        if not options.as_json:
+            show(False, data, lambda console, line=line: _print_line(console, line))
+    if options.as_json:
+        show(True, {"recordings": found}, lambda _: None)
+    return max(statuses)
+
+
+def _print_line(console: "Console", line: str) -> None:
+    from opensuction.settings import wording
+
+    console.print(wording.one_line(line), soft_wrap=True)
 
 
 def _tell_flaw(data: Json, progress: "ProgressTeller") -> None:
@@ -88,32 +130,36 @@ def _value(number: float | None) -> str:
     return "no finite number" if number is None else repr(number)
 
 
-def _summarise_replay(console: "Console", data: Json) -> None:
-    from opensuction.settings import wording
-
-    ticks, first, recorded = data["ticks"], data["first_difference"], data["recorded"]
+def _list_sentences(data: Json) -> "Iterator[str]":
+    """What came of a replay, the verdict first."""
+    ticks, first = data["ticks"], data["first_difference"]
     if data["identical"]:
-        console.print(f"Identical: every output and state of {ticks} ticks, bit for bit.")
+        yield f"Identical: every output and state of {ticks} ticks, bit for bit."
     else:
         kind = "Equivalent: within 1e-9" if data["equivalent"] else "Different"
-        console.print(
+        yield (
             f"{kind}; {data['differing_ticks']} of {ticks} ticks have another bit. The first is "
             f"tick {first['tick']} ({first['time_s']:.3f} s), {first['field']}: recorded "
-            f"{_value(first['recorded'])}, replayed {_value(first['replayed'])}.",
-            soft_wrap=True,
+            f"{_value(first['recorded'])}, replayed {_value(first['replayed'])}."
         )
     if data["gaps"]:
         places = "1 place" if data["gaps"] == 1 else f"{data['gaps']} places"
-        console.print(f"Ticks are missing in {places}; it went on after them.")
+        yield f"Ticks are missing in {places}; it went on after them."
     for note in data["notes"]:
-        console.print(wording.one_line(f"Note: {note}."), soft_wrap=True)
+        yield f"Note: {note}."
+
+
+def _summarise_replay(console: "Console", data: Json) -> None:
+    for sentence in _list_sentences(data):
+        _print_line(console, sentence)
+    recorded = data["recorded"]
     about = ", ".join(
         f"{name} {recorded[name]}"
         for name in ("machine", "patient", "protocol", "seed")
         if name in recorded
     )
     by = f"by opensuction {recorded['software_version']}: {about}"
-    console.print(wording.one_line(f"Recorded {recorded['began_utc']} {by}"), soft_wrap=True)
+    _print_line(console, f"Recorded {recorded['began_utc']} {by}")
 
 
 def _export(options: ExportOptions) -> int:
@@ -159,7 +205,7 @@ REPLAY = Command(
     name="replay",
     options=ReplayOptions,
     run=_replay,
-    sentence="Play a recording through the controller again and compare every bit.",
+    sentence="Play recordings through the controller again and compare every bit.",
     details="Feeds the recorded inputs to the same core, from each state that was set, and "
     "compares all outputs and the whole state of every tick. What differs first is shown with "
     "tick, field and both values. Under other arithmetic (another processor or C library) numbers "
@@ -170,9 +216,13 @@ Examples:
   opensuction replay run1/recording.mcap
   opensuction replay run1/recording.mcap --json | jq .identical
   opensuction replay run1/recording.mcap --json | jq .first_difference
+  opensuction replay kept/*.mcap
+  opensuction replay kept/*.mcap --json | jq '.recordings[].identical'
 
-A recording that was not finished, or is damaged, is replayed up to there; a line says where.""",
-    ends="0 identical, or equivalent under other arithmetic; 1 different, or the file is damaged",
+A recording that was not finished, or is damaged, is replayed up to there; a line says where. Of
+several each has a line, or its entry in the JSON object, and one that cannot be read keeps no other
+from being replayed.""",
+    ends="0 all identical, or equivalent under other arithmetic; 1 one is different, or damaged",
 )
 REPORT = Command(
     name="report",
