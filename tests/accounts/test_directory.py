@@ -6,7 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from opensuction.accounts.accounts import Accounts
-from opensuction.accounts.refusal import NotAllowedError, NotSignedInError, WrongPasswordError
+from opensuction.accounts.refusal import (
+    NotAllowedError,
+    NotSignedInError,
+    PasswordOverError,
+    WrongPasswordError,
+)
 from opensuction.accounts.rule import lifetime
 from opensuction.accounts.rule.right import Right, Role
 from opensuction.accounts.session import Session, require
@@ -68,6 +73,41 @@ def test_a_one_time_password_holds_for_a_day(accounts: Accounts, clock: Clock) -
         accounts.sign_in("anna", made.one_time_password, HERE)
     again = accounts.reset_password(None, "anna")
     accounts.sign_in("anna", again.one_time_password, HERE)
+
+
+def test_a_one_time_password_signs_in_once(accounts: Accounts, clock: Clock) -> None:
+    admin = begin(accounts)
+    made = accounts.add(admin, "anna", "clinician")
+    first = accounts.sign_in("anna", made.one_time_password, HERE)
+    clock.go_on(days=-1)
+    for origin, device in ((HERE, first.device_token), (THERE, None)):
+        with pytest.raises(PasswordOverError, match="signs in once") as refused:
+            accounts.sign_in("anna", made.one_time_password, origin, device)
+        assert "opensuction users reset-password" in str(refused.value)
+    with pytest.raises(WrongPasswordError, match="name or password is wrong"):
+        accounts.sign_in("anna", "a guess at it", HERE)
+    clock.go_on(days=1)
+    # Whoever is signed in by it still chooses a password, and one who left needs another one.
+    accounts.change_password(first.session_token, made.one_time_password, PASSWORDS["anna"])
+    accounts.sign_in("anna", PASSWORDS["anna"], HERE, first.device_token)
+    again = accounts.reset_password(None, "anna")
+    with pytest.raises(WrongPasswordError):
+        accounts.sign_in("anna", made.one_time_password, HERE)
+    assert accounts.sign_in("anna", again.one_time_password, HERE).session.must_change_password
+
+
+def test_only_one_of_two_at_once_signs_in_by_a_one_time_password(accounts: Accounts) -> None:
+    made = accounts.add(begin(accounts), "anna", "clinician")
+
+    def enter_once(_: int) -> bool:
+        try:
+            accounts.sign_in("anna", made.one_time_password, HERE)
+        except PasswordOverError:
+            return False
+        return True
+
+    with ThreadPoolExecutor(4) as threads:
+        assert sum(threads.map(enter_once, range(4))) == 1
 
 
 def test_accounts_are_listed_as_they_are(accounts: Accounts, clock: Clock) -> None:
@@ -216,6 +256,10 @@ BAD: dict[str, tuple[Callable[[Accounts], object], str]] = {
     "a name in use": (lambda a: a.add(None, "anna", "clinician"), "there is an account 'anna'"),
     "no reason": (lambda a: a.deactivate(None, "anna", " "), "say why"),
     "half a letter": (lambda a: a.deactivate(None, "anna", "\ud800"), "characters that no text"),
+    "a line break": (lambda a: a.deactivate(None, "anna", "left\nadmin: all"), "invisible char"),
+    "a bell": (lambda a: a.change_role(None, "anna", "engineer", True, "x\x07"), "invisible char"),
+    "turned round": (lambda a: a.deactivate(None, "anna", "left \u202edraw"), "invisible char"),
+    "spaces around": (lambda a: a.deactivate(None, "anna", " left"), "has spaces around it"),
     "a long reason": (
         lambda a: a.change_role(None, "anna", "engineer", False, "x" * 4000),
         "characters; 0 to 4000",

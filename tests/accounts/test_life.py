@@ -18,7 +18,12 @@ from hypothesis.stateful import (
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.directory import NewPassword
-from opensuction.accounts.refusal import NotSignedInError, WaitError, WrongPasswordError
+from opensuction.accounts.refusal import (
+    NotSignedInError,
+    PasswordOverError,
+    WaitError,
+    WrongPasswordError,
+)
 from opensuction.accounts.rule import back_off, lifetime
 from opensuction.accounts.rule.back_off import ACCOUNT, DEVICE, ORIGIN, BackOff
 from opensuction.accounts.rule.right import MUST_CHANGE, Role, rights_of
@@ -49,6 +54,8 @@ class Life(RuleBasedStateMachine):
         self.accounts = Accounts(self.records.database, self.clock, CHEAP)
         self.states: dict[str, tuple[Role, bool, bool]] = {"admin": (Role.OBSERVER, True, True)}
         self.passwords: dict[str, tuple[str, datetime | None]] = {}
+        self.used: set[str] = set()
+        """Whose one-time password has signed in."""
         self.sessions: dict[str, Bearer] = {}
         self.over: list[str] = []
         self.devices: dict[str, datetime] = {}
@@ -66,6 +73,7 @@ class Life(RuleBasedStateMachine):
 
     def give(self, made: NewPassword) -> None:
         """What a new one-time password ends."""
+        self.used.discard(made.account)
         self.passwords[made.account] = (made.one_time_password, made.expires_at)
         self.end(made.account)
         self.failed.pop(("account", made.account), None)
@@ -147,14 +155,17 @@ class Life(RuleBasedStateMachine):
             return
         self.charge(lanes)
         is_active = self.states.get(name, (None, False, False))[2]
-        in_time = expires_at is None or self.clock.at < expires_at
+        in_time = expires_at is None or (self.clock.at < expires_at and name not in self.used)
         if not (is_right and is_active and in_time):
-            with pytest.raises(WrongPasswordError):
+            is_over = is_right and is_active
+            with pytest.raises(PasswordOverError if is_over else WrongPasswordError):
                 call()
             assert self.records.head().sequence > before.sequence
             return
         given = call()
         self.forgive(lanes)
+        if expires_at is not None:
+            self.used.add(name)
         assert (given.device_token == shown) == (shown in self.devices)
         now = self.clock.at
         self.devices[given.device_token] = now + lifetime.DEVICE

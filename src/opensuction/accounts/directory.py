@@ -28,7 +28,7 @@ class Account(NamedTuple):
     is_administrator: bool
     is_active: bool
     has_one_time_password: bool
-    """It has not signed in since its password was made for it."""
+    """Nobody has chosen a password of their own for it since one was made."""
     password_set_at: datetime | None
 
 

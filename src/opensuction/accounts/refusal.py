@@ -5,7 +5,12 @@ import math
 from opensuction.kernel.errors import InputError
 
 WRONG = "name or password is wrong"
-"""Whichever it is, and where the account was deactivated or the password's time is over."""
+"""Whichever it is, and where the account was deactivated."""
+OVER = (
+    "this one-time password is over, for it signs in once, within 24 hours: an administrator makes "
+    "another one, on the page or by 'opensuction users reset-password NAME'"
+)
+"""Said only to who knows it."""
 
 
 class RefusedError(InputError):
@@ -15,8 +20,15 @@ class RefusedError(InputError):
 class WrongPasswordError(RefusedError):
     """Signing in failed."""
 
+    def __init__(self, why: str = WRONG) -> None:
+        super().__init__(why)
+
+
+class PasswordOverError(WrongPasswordError):
+    """The one-time password is the right one, and has signed in already, or its time is over."""
+
     def __init__(self) -> None:
-        super().__init__(WRONG)
+        super().__init__(OVER)
 
 
 class WaitError(RefusedError):

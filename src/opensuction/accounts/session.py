@@ -96,10 +96,10 @@ def require(holder: Session | AccessToken | None, wanted: Right, reason: str | N
 
 
 def check_reason(reason: str | None) -> None:
-    """Raises InputError where there is none."""
+    """Raises InputError where there is none, or it has invisible characters."""
     if reason is None or not reason.strip():
         raise InputError("say why: a reason is put on record")
-    entry_check.check_detail("the reason", reason)
+    entry_check.check_reason("the reason", reason)
 
 
 def _read(rows: AccountRows, digest: str, now: datetime) -> tuple[Session, Bearer]:

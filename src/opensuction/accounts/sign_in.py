@@ -5,11 +5,17 @@ never waits for a hash. The first counts it as failed, or refuses it; the second
 name that nobody has goes the same way through both.
 """
 
+from datetime import datetime
 from typing import NamedTuple
 
 from opensuction.accounts import lane, secret, session
 from opensuction.accounts.lane import Lane
-from opensuction.accounts.refusal import BusyError, WaitError, WrongPasswordError
+from opensuction.accounts.refusal import (
+    BusyError,
+    PasswordOverError,
+    WaitError,
+    WrongPasswordError,
+)
 from opensuction.accounts.rule import back_off, lifetime
 from opensuction.accounts.rule import name as name_rule
 from opensuction.accounts.rule import origin as origin_rule
@@ -56,8 +62,9 @@ def sign_in(
 
     typed: the name as it was typed. origin: the address that the request comes from, never what it
     says of itself. device: what the browser was given before (`SignedIn.device_token`).
-    Raises WrongPasswordError, which does not say what was wrong; WaitError, with nothing looked at;
-    BusyError.
+    A one-time password signs in once: whoever leaves before choosing another needs a new one.
+    Raises WrongPasswordError, which does not say what was wrong; PasswordOverError; WaitError, with
+    nothing looked at; BusyError.
     """
     name = name_rule.normalise(typed[: 2 * LONGEST_NAME])
     tried, wait_s = _count(site, name, origin_rule.normalise(origin), device)
@@ -74,10 +81,17 @@ def sign_in(
             lane.refund(change, tried.lanes)
         raise
     with site.changing() as change:
-        if is_right and (known := _find_holder(change, tried)):
+        known = _find_holder(change, tried) if is_right else None
+        if known is not None and not _is_over(known[1], change.now):
             return _let_in(change, tried, *known, anew)
         _put_failure_on_record(change, tried)
-    raise WrongPasswordError
+    raise WrongPasswordError if known is None else PasswordOverError
+
+
+def _is_over(credential: Credential, now: datetime) -> bool:
+    """Whether it is a one-time password that has signed in, or whose time is over."""
+    ends_at = credential.expires_at
+    return credential.is_one_time and (ends_at is None or now >= ends_at)
 
 
 def _count(site: Site, name: str, origin: str, device: str | None) -> tuple[_Tried, float]:
@@ -102,8 +116,6 @@ def _find_holder(change: Change, tried: _Tried) -> tuple[AccountState, Credentia
         return None
     if tried.credential is None or credential.password_hash != tried.credential.password_hash:
         return None
-    if credential.expires_at is not None and change.now >= credential.expires_at:
-        return None
     return state, credential
 
 
@@ -112,8 +124,11 @@ def _let_in(
 ) -> SignedIn:
     rows, now = change.rows, change.now
     lane.forgive(change, tried.lanes)
-    if anew is not None:
-        rows.put_credential(credential._replace(password_hash=anew))
+    kept = credential if anew is None else credential._replace(password_hash=anew)
+    if kept.is_one_time:
+        kept = kept._replace(expires_at=None)  # used: see `_is_over`
+    if kept != credential:
+        rows.put_credential(kept)
     token = secret.make()
     bearer = Bearer(
         secret.digest(token), "session", state.account, None, now, now, now + lifetime.ABSOLUTE

@@ -31,6 +31,7 @@ class Credential(NamedTuple):
     """Must be changed before anything else."""
     set_at: datetime
     expires_at: datetime | None
+    """Of a one-time password that has not signed in yet; None of all others."""
 
 
 class Bearer(NamedTuple):

@@ -30,7 +30,17 @@ def _is_torn(value: str) -> bool:
 
 def check_name(what: str, value: object) -> None:
     """Raises InputError for what is no name of 1 to 64 characters."""
-    _check_text(what, value, column.LONGEST_NAME, 1)
+    _check_line(what, value, column.LONGEST_NAME)
+
+
+def check_reason(what: str, value: object) -> None:
+    """Raises InputError for what a person wrote that is no single line of what can be read."""
+    _check_line(what, value, column.LONGEST_TEXT)
+
+
+def _check_line(what: str, value: object, longest: int) -> None:
+    """What people type is shown again, in lists and logs, and must not look like something else."""
+    _check_text(what, value, longest, 1)
     if not str(value).isprintable() or str(value) != str(value).strip():
         raise InputError(f"{what} {show(value)} has spaces around it or invisible characters")
 

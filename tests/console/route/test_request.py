@@ -210,7 +210,7 @@ def test_a_key_of_somebody_else_is_refused(console: Served) -> None:
 
 def test_to_calibrate_takes_a_reason_which_is_put_on_record(console: Served) -> None:
     with console.client("engineer") as client:
-        for reason in (None, "", "   "):
+        for reason in (None, "", "   ", "a new\nconduit", "a new \x1b[31mconduit", " a conduit"):
             body = {"ask": "identify", "key": KEY, "reason": reason}
             answer = client.post(REQUESTS, json=body)
             assert answer.status_code == 422

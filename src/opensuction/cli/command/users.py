@@ -165,9 +165,10 @@ COMMAND = Command(
     details="Accounts of a database of records, for a site without a browser, or where nobody can "
     "sign in. Whoever may write the database may do this; each act is on record as done by "
     "'command-line'. An account is never deleted: what was done in its name stays on record. A "
-    "one-time password is shown once, holds for 24 hours, and must be changed at the first "
-    "sign-in; reset-password also lets an account that was deactivated in again. Roles: an "
-    "observer looks, a clinician starts cycles, an engineer changes limits and calibration; an "
+    "one-time password is shown once, holds for 24 hours, signs in once, and must be changed then: "
+    "whoever leaves before needs another one (reset-password, which also lets an account that was "
+    "deactivated in again). Roles: an observer looks, a clinician starts cycles, an engineer "
+    "changes limits and calibration; an "
     "administrator manages accounts, whatever the role; the first account is one. Everybody may "
     "stop the machine, without any account.",
     examples="""\b

@@ -69,6 +69,11 @@ export function field(name, label, attributes = {}, hint = "") {
   };
 }
 
+/** What a person typed as a reason, as it goes on record: one line, without spaces around it. */
+export function oneLine(typed) {
+  return typed.replace(/\s+/g, " ").trim();
+}
+
 /** A form that sends once, says what is refused, beside the field where it belongs to one.
 
     fields: {name: field}. send(values) may raise Refused. */
@@ -93,7 +98,7 @@ export function form(fields, label, send, extra = []) {
     submit.disabled = true;
     say(refused, "");
     for (const one of Object.values(fields)) one.refuse("");
-    const values = Object.fromEntries(Object.entries(fields).map(([name, { input }]) => [name, input.type === "checkbox" ? input.checked : input.value]));
+    const values = Object.fromEntries(Object.entries(fields).map(([name, { input }]) => [name, input.type === "checkbox" ? input.checked : name === "reason" ? oneLine(input.value) : input.value]));
     try {
       await send(values);
     } catch (error) {

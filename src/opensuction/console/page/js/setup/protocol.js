@@ -1,7 +1,7 @@
 // The protocol: a form of what is in force, the planner's word on each draft, and its setting.
 
 import { newKey } from "../api.js";
-import { openDialog } from "../dialog.js";
+import { oneLine, openDialog } from "../dialog.js";
 import { make, mark, say, show } from "../dom.js";
 import { fill, text } from "../text.js";
 import { arithmetic } from "./arithmetic.js";
@@ -253,7 +253,7 @@ class Protocol {
     event.preventDefault();
     if (this.set.disabled) return;
     const body = { ...this.draft(), version: this.version, key: newKey() };
-    if (!this.reasonPlace.hidden) body.reason = this.reason.value;
+    if (!this.reasonPlace.hidden) body.reason = oneLine(this.reason.value);
     await tried(this.set, this.answer, async () => {
       try {
         this.told = await this.context.api.put("/protocol", body);

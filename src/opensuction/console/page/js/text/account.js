@@ -31,7 +31,7 @@ export default {
     actions: "",
     active: "active",
     inactive: "deactivated",
-    oneTime: "one-time password, not used yet",
+    oneTime: "one-time password, not replaced yet",
     yes: "yes",
     no: "no",
     add: "Add an account",
