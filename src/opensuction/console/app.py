@@ -13,6 +13,7 @@ from starlette.staticfiles import StaticFiles
 
 from opensuction.console.access import SESSION_COOKIE, Names
 from opensuction.console.guard import handler, origin
+from opensuction.console.guard.byte_range import Ranges
 from opensuction.console.guard.guard import Guard
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.guard.problem import MEDIA_TYPE, ProblemBody, documented
@@ -82,6 +83,7 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
         app.include_router(module.router, prefix=PREFIX, responses=documented(*BY_THE_GUARD))
     _add_page(app)
     app.openapi = lambda: _describe(app)  # type: ignore[method-assign]
+    app.add_middleware(Ranges)
     app.add_middleware(
         Guard,
         limits=limits,

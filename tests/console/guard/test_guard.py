@@ -90,6 +90,40 @@ def test_what_cannot_be_read_is_refused_and_the_machine_never_notices(
     assert console.machine.pressed == []
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "body", "key"),
+    [
+        ("POST", REQUESTS, b'{"ask": "reset", "key": "abcd-0001", "ask": "start"}', "ask"),
+        ("POST", REQUESTS, b'{"ask": "abort", "ask": "start", "key": "abcd-0001"}', "ask"),
+        ("PUT", "/api/v1/accounts/anna", b'{"reason": "a", "reason": "b"}', "reason"),
+        ("DELETE", "/api/v1/accounts/anna", b'{"reason": "a", "re\\u0061son": "b"}', "reason"),
+        ("POST", "/api/v1/protocol/draft", b'{"protocol": {"x": 1, "x": 2}}', "x"),
+        ("POST", "/api/v1/session", b'{"name": "a", "password": "b", "password": "c"}', "password"),
+    ],
+)
+def test_a_key_that_is_said_twice_is_refused(
+    console: Served, method: str, path: str, body: bytes, key: str
+) -> None:
+    """The last one would have counted, and whoever looked at the first would not have known."""
+    with console.client("administrator") as client:
+        answer = client.request(
+            method, path, content=body, headers={"Content-Type": "application/json"}
+        )
+    assert (answer.status_code, answer.headers["content-type"]) == (400, MEDIA_TYPE)
+    assert answer.json()["detail"] == f"the body says '{key}' more than once"
+    assert console.machine.pressed == []
+
+
+@pytest.mark.parametrize(
+    "body", [b'{"ask": "abort", "key": 1, "key": 2}', b'{"ask": "start", "ask": "abort"}']
+)
+def test_a_stop_is_obeyed_whatever_it_says_twice(console: Served, body: bytes) -> None:
+    with console.client() as client:
+        answer = client.post(REQUESTS, content=body, headers={"Content-Type": "application/json"})
+    assert answer.json()["verdict"] == "pressed"
+    assert [ask for ask, _ in console.machine.pressed] == ["abort"]
+
+
 def test_a_method_that_there_is_not_is_a_problem(console: Served) -> None:
     answer = console.client().put("/api/v1/state", json={})
     assert (answer.status_code, answer.headers["content-type"]) == (405, MEDIA_TYPE)

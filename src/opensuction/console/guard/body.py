@@ -1,11 +1,17 @@
 """The body of a request, taken whole before anything is done with it: small, and in time."""
 
 import asyncio
+import json
+from typing import Any
 
 from starlette.types import Message, Receive
 
 from opensuction.console.guard.limits import Limits
 from opensuction.console.guard.problem import Problem
+from opensuction.settings.wording import one_line, show
+
+STOP = "abort"
+"""The button that stops."""
 
 
 class GoneError(Exception):
@@ -39,6 +45,31 @@ async def read(limits: Limits, receive: Receive) -> bytes:
     except TimeoutError:
         detail = f"the body did not come within {limits.body_s:g} s"
         raise Problem(408, detail, headers={"Connection": "close"}) from None
+
+
+def check_keys(body: bytes, is_press: bool) -> None:
+    """Raises Problem for a body of JSON that says a key twice: nobody knows which is meant.
+
+    is_press: of a button; one that stops is obeyed, whatever else its body says.
+    What is no JSON at all is for the application to refuse.
+    """
+    repeated: list[str] = []
+
+    def take(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in found:
+                repeated.append(key)
+            found[key] = value
+        return found
+
+    try:
+        told = json.loads(body, object_pairs_hook=take)
+    except (ValueError, RecursionError):
+        return
+    stops = is_press and isinstance(told, dict) and told.get("ask") == STOP
+    if repeated and not stops:
+        raise Problem(400, one_line(f"the body says {show(repeated[0])} more than once"))
 
 
 def _too_large(limits: Limits) -> Problem:

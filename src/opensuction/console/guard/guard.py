@@ -99,6 +99,7 @@ class Guard:
         with self._turns.take(self._session(headers)) as turn:
             scope.setdefault("state", {})["turn"] = turn
             whole = await body.read(self._limits, receive)
+            body.check_keys(whole, is_press=scope["path"] == PRESSES)
             turn.arrive()
             await self.app(scope, body.again(whole, receive), send)
 

@@ -21,6 +21,7 @@ TITLES = {
     411: "No length",
     413: "Too large",
     415: "Of another kind",
+    416: "No such range",
     421: "Another host",
     422: "Cannot be",
     429: "Too many",

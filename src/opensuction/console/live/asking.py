@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
+from opensuction.console.guard.body import STOP
 from opensuction.console.guard.problem import Problem
 from opensuction.console.live.hub import Hub
 from opensuction.console.live.row import Row
@@ -24,7 +25,6 @@ from opensuction.kernel.phase import Phase
 from opensuction.records.database import utc_time
 from opensuction.runtime.room import ASK, EVENTS
 
-STOP = "abort"
 PRESSED = "pressed"
 ANSWERS_S = 0.5
 """Within this time an answer is there: five hundred ticks."""

@@ -1,6 +1,5 @@
 """History: past cycles with their reports and recordings, alarms, acts, the trail, trends."""
 
-import re
 from datetime import datetime, timedelta
 from typing import Annotated, Literal
 
@@ -11,6 +10,7 @@ from pydantic import AwareDatetime
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console.access import Holder, may, may_begin
+from opensuction.console.guard import byte_range
 from opensuction.console.guard.problem import Problem, documented
 from opensuction.console.history import answer, archive, report_page
 from opensuction.console.history.archive import Archive
@@ -21,7 +21,6 @@ router = APIRouter(tags=["History"])
 LONGEST_PAGE = 200
 FURTHEST_MIN = 14 * 60
 """No clock on earth is further ahead of UTC, or behind it."""
-RANGE = re.compile(r"bytes=(?:(\d{1,15})-(\d{0,15})|-(\d{1,15}))")
 MCAP = "application/octet-stream"
 
 
@@ -111,8 +110,7 @@ def read_report(here: Here, _: Looks, id: Id) -> Response:  # noqa: A002
     responses={
         200: {"content": {MCAP: {}}, "description": "The recording"},
         206: {"content": {MCAP: {}}, "description": "A part of it, as the header Range asks"},
-        416: {"description": "A range that it does not have"},
-        **documented(401, 403, 404, 409, 422, 503),
+        **documented(401, 403, 404, 409, 416, 422, 503),
     },
 )
 def read_recording(
@@ -120,35 +118,19 @@ def read_recording(
     holder: Looks,
     id: Id,  # noqa: A002
     part: Annotated[int, Query(ge=1, le=1000, description="More where a recorder died.")] = 1,
-    wanted_bytes: Annotated[str | None, Header(alias="Range", max_length=100)] = None,
+    wanted_bytes: Annotated[str | None, Header(alias="Range")] = None,
 ) -> FileResponse:
     """The recording of a cycle (MCAP), to keep; a range of it is given too. It goes on record."""
     cycle, file = here.finished_file(id)
     if part > len(file.parts):
         raise Problem(404, f"the recording has {len(file.parts)} parts")
     path = file.parts[part - 1]
-    _check_range(wanted_bytes, path.stat().st_size)
-    if wanted_bytes is None or wanted_bytes.startswith("bytes=0-"):  # the rest of it is the same
+    asked = byte_range.read(wanted_bytes)
+    if asked is None or asked.find_start(path.stat().st_size) == 0:  # the rest of it is the same
         here.note_taken(cycle, part, holder)
     suffix = "" if part == 1 else f"-{part}"
     name = f"cycle-{cycle.number}{suffix}.mcap"
     return FileResponse(path, media_type=MCAP, filename=name)
-
-
-def _check_range(asked: str | None, size: int) -> None:
-    """Raises Problem for anything but one range that the file has a part of."""
-    found = None if asked is None else RANGE.fullmatch(asked)
-    if asked is None or (found is not None and _is_within(found, size)):
-        return
-    headers = {"Content-Range": f"bytes */{size}"}
-    raise Problem(416, "the header Range should ask for one range of its bytes", (), headers)
-
-
-def _is_within(found: re.Match[str], size: int) -> bool:
-    first, last, from_end = found.groups()
-    if from_end is not None:
-        return int(from_end) > 0
-    return int(first) < size and (not last or int(first) <= int(last))
 
 
 @router.get("/cycles/{id}/replay", responses=documented(401, 403, 404, 409, 422, 503))

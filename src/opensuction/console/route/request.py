@@ -11,8 +11,9 @@ from opensuction.accounts.rule.right import BUTTONS, RIGHTS, Right
 from opensuction.accounts.session import Session
 from opensuction.console.access import Here, allow_change, check_reason, find_name, find_turn
 from opensuction.console.guard import origin
+from opensuction.console.guard.body import STOP
 from opensuction.console.guard.problem import Problem, documented
-from opensuction.console.live.asking import STOP, Asked, Asking
+from opensuction.console.live.asking import Asked, Asking
 from opensuction.console.site import Site
 from opensuction.records.entry import Action
 from opensuction.runtime.journal import ANYBODY
