@@ -48,6 +48,7 @@ from opensuction.runtime.room import (
     ABOUT,
     ASK,
     BASIS,
+    BEFORE,
     CONFIGURATION,
     CONTROLS,
     EVENTS,
@@ -81,7 +82,34 @@ class Before(NamedTuple):
 
 
 def read_before(folder: Path) -> Before | None:
-    """What is left of the last controller in this folder; None of none, or of another version."""
+    """What is left of the last controller in this folder; None of none, or of another version.
+
+    It lies in its ring, or, where its machine is gone with all else, in what was handed on.
+    """
+    return _read_ring(folder) or _read_handed_on(folder)
+
+
+def hand_on(folder: Path, before: Before) -> None:
+    """Write down for the next controller what it must not forget, where its ring goes."""
+    told = {
+        "kept": plain_row.pack(Upkeep, before.kept).tolist(),
+        "ended_s": time.monotonic() - before.off_s,
+        "phase": int(before.phase),
+    }
+    (folder / BEFORE).write_text(json.dumps(told), encoding="ascii")
+
+
+def _read_handed_on(folder: Path) -> Before | None:
+    try:
+        told = json.loads((folder / BEFORE).read_text(encoding="ascii"))
+        kept = plain_row.unpack(Upkeep, np.array(told["kept"], np.float64))
+        off_s = max(time.monotonic() - told["ended_s"], 0.0)
+        return Before(kept, off_s, died=True, phase=told["phase"])
+    except (OSError, ValueError, KeyError, TypeError, IndexError):
+        return None
+
+
+def _read_ring(folder: Path) -> Before | None:
     try:
         reader = RingReader(folder / RING)
         off_s = max(time.time() - (folder / RING).stat().st_mtime, 0.0)

@@ -34,6 +34,8 @@ CONSOLE_ENDS_S = 10.0
 """How long a console's end may take: pages are told of it."""
 CONSOLE = "console.json"
 """What the console is set to, where there is one."""
+BEFORE = "before.json"
+"""What a controller is to remember of one whose machine is gone (`control_process.hand_on`)."""
 MARK = "recorder.mark"
 """How far everything is kept."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")

@@ -103,6 +103,8 @@ def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "Prog
     )
     if running.twin is None:
         progress.tell("The twin of an earlier run still plays: it is taken up")
+    elif running.lost is not None:
+        progress.tell(running.lost.succession)
     progress.tell(f"Recordings: {out}; records: {shown}")
     try:
         yield running, out, progress

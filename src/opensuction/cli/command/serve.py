@@ -33,7 +33,7 @@ class ServeOptions(NamedTuple):
 
 def serve(options: ServeOptions) -> int:
     """Carry out ``serve``; returns the exit status. Raises InputError for bad input."""
-    from opensuction.session.running import console_settings, machine
+    from opensuction.session.running import console_settings, machine, predecessor
 
     console_settings.check(*options[1:])
     folder = machine.check_free(options.machine.name)
@@ -45,8 +45,9 @@ def serve(options: ServeOptions) -> int:
         try:
             done = supervise(running, out, None, progress, greeting.look)
         except Stopped as stopped:
-            progress.tell(f"{describe(stopped)}: ended in order")
-            return exit_status.DONE
+            lost = predecessor.find(running.folder)
+            progress.tell(f"{describe(stopped)}: {lost.ending if lost else 'ended in order'}")
+            return exit_status.FAILED if lost else exit_status.DONE
     return exit_status.DONE if done.ended else exit_status.FAILED
 
 

@@ -26,7 +26,8 @@ from opensuction.runtime import about, launch, room
 from opensuction.runtime.about import About
 from opensuction.session.cycle import preoxygenation
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.session.running import basis
+from opensuction.session.running import basis, predecessor
+from opensuction.session.running.predecessor import Predecessor
 from opensuction.simulation.machine_side import MachineSide
 from opensuction.twin import preset
 
@@ -46,6 +47,8 @@ class Running(NamedTuple):
     about: About
     twin: subprocess.Popen[bytes] | None
     """Process that plays it; None where an earlier run left it."""
+    lost: Predecessor | None = None
+    """The machine in whose place it has begun."""
 
     @property
     def side(self) -> MachineSide:
@@ -54,10 +57,11 @@ class Running(NamedTuple):
 
     def end(self) -> None:
         """The catheter comes out, and then the patient is gone. Raises InputError: it is not."""
+        lost = predecessor.find(self.folder)
         end(self.folder)
         if self.twin is not None:
             self.twin.wait()
-        room.clear(self.folder)
+        _clear(self.folder, lost)
 
     def ventilate(self, full: bool) -> None:
         """What a person does at the ventilator: 100 % oxygen, or what it was before."""
@@ -98,7 +102,8 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
         return Running(name, folder, prepared, about.read(folder), None)
     if holder(folder / room.CONTROLS) is not None:
         raise InputError(f"a controller without a machine runs in {folder}: begin --anew")
-    room.clear(folder)
+    lost = None if anew else predecessor.find(folder)
+    _clear(folder, lost)
     launch.configure(folder, prepared.loop)
     told = _about(name, prepared, database)
     about.write(folder, told)
@@ -106,7 +111,14 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     (folder / room.BEGUN_WITH).write_text(configuration.hash_of(chosen), encoding="ascii")
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
-    return Running(name, folder, prepared, told, twin)
+    return Running(name, folder, prepared, told, twin, lost)
+
+
+def _clear(folder: Path, lost: Predecessor | None) -> None:
+    """Empty the folder but for what the next machine must keep of one that was lost."""
+    room.clear(folder)
+    if lost is not None:
+        predecessor.hand_on(folder, lost)
 
 
 def _drop_console(folder: Path) -> None:
