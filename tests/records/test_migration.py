@@ -1,6 +1,8 @@
 """From every version of the database to the newest: nothing lost, all or nothing, once."""
 
+import os
 import sqlite3
+import stat
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import CheckConstraint, inspect, text
 
+from opensuction.kernel import private_file
 from opensuction.records import audit
 from opensuction.records.database import address, column
 from opensuction.records.database.database import Database, connect, create_file, find_triggers
@@ -144,7 +147,9 @@ def test_a_file_that_cannot_be_copied_is_not_changed(
     with Records.open(url) as records:
         fill(records)
     step(monkeypatch, "next_version")
-    monkeypatch.setattr(Path, "touch", lambda *_: (_ for _ in ()).throw(OSError(28, "full")))
+    monkeypatch.setattr(
+        private_file, "create", lambda *_: (_ for _ in ()).throw(OSError(28, "full"))
+    )
     with pytest.raises(RecordsError, match=r"cannot be copied \(full\); nothing"):
         Records.open(url)
     monkeypatch.undo()
@@ -241,6 +246,28 @@ def test_a_server_s_database_must_hold_all_letters(server: str) -> None:
             Records.open(url)
     finally:
         in_server(server, "DROP DATABASE narrow WITH (FORCE)")
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o077], ids=oct)
+def test_records_are_their_user_s_alone_whatever_the_umask(tmp_path: Path, umask: int) -> None:
+    file = tmp_path / "kept" / "records.db"
+    before = os.umask(umask)
+    try:
+        with Records.open(str(file)) as records:
+            fill(records, 1)
+            made = {one.name: stat.S_IMODE(one.stat().st_mode) for one in file.parent.iterdir()}
+    finally:
+        os.umask(before)
+    assert set(made) >= {"records.db", "records.db-wal", "records.db-shm", "records.db-lock"}
+    assert set(made.values()) == {0o600}, made
+    assert stat.S_IMODE(file.parent.stat().st_mode) == 0o700
+
+
+def test_a_link_that_leads_nowhere_makes_no_file_there(tmp_path: Path) -> None:
+    (tmp_path / "records.db").symlink_to(tmp_path / "theirs")
+    with pytest.raises(RecordsError, match="cannot be made"):
+        Records.open(str(tmp_path / "records.db"))
+    assert not (tmp_path / "theirs").exists()
 
 
 def test_a_folder_with_any_letters_in_its_name_will_do(tmp_path: Path) -> None:

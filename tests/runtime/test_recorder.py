@@ -1,5 +1,7 @@
 """What recordings hold of a machine that is started again before the last one has ended."""
 
+import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -75,6 +77,19 @@ def record(rows: Array, folder: Path) -> list[Path]:
     take(recorder, rows, 1)
     recorder.close()
     return sorted(folder.glob("run*.mcap"))
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o077], ids=oct)
+def test_a_recording_is_its_user_s_alone_whatever_the_umask(
+    room: SteppedRoom, tmp_path: Path, umask: int
+) -> None:
+    broken_off(room)
+    before = os.umask(umask)
+    try:
+        (recording,) = record(np.array(room.rows), tmp_path)
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(recording.stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize("rest_s", [0.0, 0.3, 1.2, 2.5])

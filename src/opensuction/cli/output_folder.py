@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from opensuction.cli.interruption import postpone
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 
 RUNS = Path("runs")
@@ -39,10 +40,13 @@ def check(folder: Path, force: bool) -> None:
 
 
 def make(folder: Path) -> None:
-    """Make a folder that is written to as things happen; raises InputError where it cannot be."""
+    """Make a folder of recordings, which are written as things happen and for this user alone.
+
+    One that is there keeps its rights. Raises InputError where it cannot be.
+    """
     check(folder, force=True)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        private_file.make_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
@@ -69,7 +73,7 @@ def _staging(folder: Path) -> Path:
 
 
 def _put_in_place(staging: Path, folder: Path) -> None:
-    staging.chmod(0o755)
+    private_file.share(staging)
     if not folder.exists() or not any(folder.iterdir()):
         staging.replace(folder)
         return

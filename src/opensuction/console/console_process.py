@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from io import TextIOWrapper
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from opensuction.console.server import Server, make_server
 from opensuction.console.site import Origin, Site
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.sole import Sole
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
@@ -76,9 +78,16 @@ class Pulse:
                 self._heartbeat.beat(Process.CONSOLE)
 
 
+class PrivateLog(RotatingFileHandler):
+    """A log that only this user may read: it holds addresses of people."""
+
+    def _open(self) -> TextIOWrapper:
+        return TextIOWrapper(private_file.append(Path(self.baseFilename)), "utf-8", self.errors)
+
+
 def _log_to(folder: Path) -> None:
     """What was refused or failed, in a file that does not grow for ever."""
-    handler = RotatingFileHandler(folder / LOG_FILE, maxBytes=LOG_BYTES, backupCount=1)
+    handler = PrivateLog(folder / LOG_FILE, maxBytes=LOG_BYTES, backupCount=1)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     handler.addFilter(Throttle())
     root = logging.getLogger()

@@ -28,6 +28,7 @@ from opensuction.devices.twin_faults import (
 from opensuction.devices.twin_hand import HandTask, held
 from opensuction.exchange.event_ring import EventWriter
 from opensuction.exchange.followed_ring import FollowedRing
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row
 from opensuction.kernel.phase import Phase
@@ -106,8 +107,7 @@ class FaultyTwin:
         self._events = EventWriter(folder / EVENTS)
         self._asked = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._asked.setblocking(False)
-        (folder / CHANGE).unlink(missing_ok=True)
-        self._asked.bind(str(folder / CHANGE))
+        private_file.bind(self._asked.bind, folder / CHANGE)
 
     def __enter__(self) -> Self:
         return self

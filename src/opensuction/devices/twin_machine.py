@@ -15,6 +15,7 @@ from opensuction.devices.twin_faults import CHANGE
 from opensuction.devices.twin_process import BEGUN, COMMANDS, SHOWN
 from opensuction.exchange.followed_ring import FollowedRing
 from opensuction.exchange.ring import RingReader, RingWriter
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row
 from opensuction.kernel.record import Array
@@ -41,7 +42,8 @@ _READINGS = slice(READINGS[0], READINGS[-1] + 1)
 def prepare(folder: Path, side: MachineSide, plant: PlantState) -> None:
     """Write down in a folder what a twin shall play there, from its beginning."""
     begun: dict[str, Any] = {**machine_side.begin(side, plant)}
-    np.savez(folder / BEGUN, **begun)
+    with private_file.create(folder / BEGUN) as file:
+        np.savez(file, **begun)
     (folder / SHOWN).unlink(missing_ok=True)
 
 
@@ -58,7 +60,7 @@ def launch(
         side = side._replace(wiring=side.wiring._replace(link=wires))
     prepare(folder, side, plant)
     command = [sys.executable, "-m", "opensuction.devices.twin_process", str(folder)]
-    with (folder / LOG).open("ab") as log:
+    with private_file.append(folder / LOG) as log:
         # A process of its own, which outlives whoever started it.
         process = subprocess.Popen(
             command,

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 
 
@@ -49,7 +50,7 @@ class Heartbeat:
         """Made where it is not there yet. Raises InputError where it cannot be."""
         size = 3 * WORD * len(Process)
         try:
-            with (folder / FILE).open("a+b") as file:
+            with private_file.append(folder / FILE) as file:
                 os.posix_fallocate(file.fileno(), 0, size)
                 words = np.frombuffer(mmap.mmap(file.fileno(), size), np.int64)
         except OSError as error:

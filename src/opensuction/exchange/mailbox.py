@@ -7,7 +7,6 @@ Every datagram is answered among the loop's events.
 """
 
 import json
-import os
 import re
 import socket
 import time
@@ -15,6 +14,7 @@ from collections import OrderedDict, deque
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.requests import NO_REQUESTS, Requests
 
@@ -104,18 +104,14 @@ class Mailbox:
         """
         self._paths = (_stop_path(path), path)
         self._sockets = tuple(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in self._paths)
-        before = os.umask(0o177)
         try:
             for own, one in zip(self._sockets, self._paths, strict=True):
                 own.setblocking(False)
-                one.unlink(missing_ok=True)
-                own.bind(str(one))
+                private_file.bind(own.bind, one)
         except OSError as error:
             for own in self._sockets:
                 own.close()
             raise InputError(f"no requests can be taken at {path}: {error}") from None
-        finally:
-            os.umask(before)
         self._seen: OrderedDict[str, None] = OrderedDict()
         self._last: OrderedDict[str, int] = OrderedDict()
         self._waiting: deque[Asked] = deque()

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 
 WORD = 8
@@ -29,7 +30,7 @@ class Mark:
         """Made where it is not there yet. Raises InputError where it cannot be."""
         size = WORD * 3
         try:
-            with path.open("a+b") as file:
+            with private_file.append(path) as file:
                 os.posix_fallocate(file.fileno(), 0, size)
                 self._words = np.frombuffer(mmap.mmap(file.fileno(), size), np.int64)
         except OSError as error:

@@ -17,7 +17,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-from opensuction.kernel import slot
+from opensuction.kernel import private_file, slot
 from opensuction.kernel.errors import InputError
 
 MAGIC = 0x6F73_7263_5F72_696E
@@ -89,7 +89,7 @@ class RingWriter:
         there; None: it goes.
         """
         _warm_up()
-        self._lock = path.with_name(path.name + ".lock").open("ab")
+        self._lock = private_file.append(path.with_name(path.name + ".lock"))
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -100,7 +100,7 @@ class RingWriter:
         start, size = _place(len(text)), slots * width * WORD
         # A file of its own, put in place when whole: what a reader still has mapped stays as it is.
         new = path.with_name(path.name + ".new")
-        with new.open("w+b") as file:
+        with private_file.create(new) as file:
             os.posix_fallocate(file.fileno(), 0, start + size)
             self._memory = mmap.mmap(file.fileno(), start + size)
         self._words = np.frombuffer(self._memory, dtype=np.uint64)

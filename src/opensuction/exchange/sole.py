@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 from typing import Self
 
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 
 LOOKS_S = 0.005
@@ -30,7 +31,7 @@ class Sole:
         Raises InputError where another process has it, or where the file cannot be.
         """
         try:
-            self._file = path.open("ab")
+            self._file = private_file.append(path)
         except OSError as error:
             raise InputError(f"{path} cannot be written: {error.strerror}") from None
         try:

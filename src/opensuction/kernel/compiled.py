@@ -13,9 +13,9 @@ import os
 import platform
 import re
 import shutil
-import stat
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar, cast
 
@@ -25,6 +25,7 @@ from numba import config
 from platformdirs import user_cache_path
 
 import opensuction.kernel.compiler.replacement  # noqa: F401 - gives records their ``_replace``
+from opensuction.kernel import private_file
 from opensuction.kernel.compiler import dispatcher
 from opensuction.kernel.compiler.store import Store
 
@@ -93,10 +94,9 @@ def _private_root() -> Path:
     """
     if hasattr(os, "getuid"):
         root = Path(tempfile.gettempdir()) / f"opensuction-compiled-{os.getuid()}"
-        root.mkdir(mode=0o700, exist_ok=True)
-        status = root.lstat()
-        private = stat.S_ISDIR(status.st_mode) and status.st_mode & 0o077 == 0
-        if private and status.st_uid == os.getuid():
+        with suppress(OSError):  # a file, or a link, of that name
+            private_file.make_folder(root)
+        if private_file.is_own_folder(root):
             return root
     return Path(tempfile.mkdtemp(prefix="opensuction-compiled-"))
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from opensuction.hysteresis.named_model import Model, to_targets
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from opensuction.library.columns import Values, read_inputs
@@ -244,7 +245,7 @@ def _replace(file: Path, text: str) -> None:
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
             stream.write(text)
-        aside.chmod(0o644)
+        private_file.share(aside)
         aside.replace(file)
     except BaseException:
         aside.unlink(missing_ok=True)

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Catheter, Machine, SettingsFile
 from opensuction.runtime.room import ABOUT
@@ -34,9 +35,7 @@ def write(folder: Path, about: About, name: str = ABOUT) -> None:
     for field, value in told.items():
         if hasattr(value, "_asdict"):
             told[field] = value._asdict()
-    new = folder / f"{name}.new"
-    new.write_text(json.dumps(told), encoding="utf-8")
-    new.replace(folder / name)
+    private_file.write(folder / name, json.dumps(told))
 
 
 def identity(folder: Path) -> tuple[int, int]:

@@ -14,6 +14,7 @@ from opensuction.controller.configuration import Configuration
 from opensuction.devices import twin_machine
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.ring import RingReader
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.runtime.control_process import PERIOD_NS
 from opensuction.runtime.room import CONFIGURATION, RING
@@ -62,13 +63,13 @@ def start_twin(
 def configure(folder: Path, loop: Loop) -> None:
     """What the controller of this folder is set to."""
     text = configuration.to_json(Configuration(loop.controller, loop.heads_mm))
-    (folder / CONFIGURATION).write_text(text, encoding="utf-8")
+    private_file.write(folder / CONFIGURATION, text)
 
 
 def spawn(folder: Path, module: str, *arguments: str) -> subprocess.Popen[bytes]:
     """Start a module as a process; what it says goes into its log in the folder."""
     command = [sys.executable, "-m", module, str(folder), *arguments]
-    with log_of(folder, module).open("ab") as log:
+    with private_file.append(log_of(folder, module)) as log:
         return subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,

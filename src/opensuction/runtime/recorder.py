@@ -280,7 +280,7 @@ class Recorder:
         for part in range(1, PARTS):
             self.path = self._folder / (name if part == 1 else f"{stem}-{part}.mcap")
             try:
-                return RecordingWriter(self.path, heading, tick_table.TABLES)
+                return RecordingWriter(self.path, heading, tick_table.TABLES, is_private=True)
             except FileExistsError:
                 continue
         raise OSError(f"{PARTS} recordings of {name} are there already")

@@ -20,7 +20,7 @@ from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.mark import Mark, Place
 from opensuction.exchange.ring import Read
 from opensuction.exchange.sole import Sole, holder
-from opensuction.kernel import arithmetic_fingerprint
+from opensuction.kernel import arithmetic_fingerprint, private_file
 from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.runtime import about, recorder
@@ -213,7 +213,7 @@ def serve(folder: Path, out: Path) -> None:
     """Record until the process is told to end. Raises InputError where it cannot begin."""
     with Sole(folder / RECORDS, "a recorder runs"):
         try:
-            out.mkdir(parents=True, exist_ok=True)
+            private_file.make_folder(out)
         except OSError as error:
             raise InputError(f"no recordings can be kept in {out}: {error.strerror}") from None
         Office(folder, out).serve()

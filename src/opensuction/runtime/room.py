@@ -2,12 +2,19 @@
 
 Rings are written each millisecond, so it lies in memory (`/dev/shm`): a page of a file that a disk
 is just writing out makes a tick wait. What must outlive the computer lies elsewhere.
+
+The folders of a user's machines lie in one that only that user may enter, `opensuction-UID`.
+Anybody may make a folder of that name first; one that is not this user's alone is passed by for
+another whose name nobody can guess. Every command of the user finds that one again by its owner,
+which nobody can forge. `XDG_RUNTIME_DIR` would not do: a service or `sudo` may not have it.
 """
 
 import os
 import re
+import secrets
 from pathlib import Path
 
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 
 MEMORY = Path("/dev/shm")
@@ -40,6 +47,8 @@ MARK = "recorder.mark"
 """How far everything is kept."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")
 """Of a machine: sockets lie in its folder, and their paths are short."""
+SECRET_BYTES = 8
+"""Of a name that nobody can guess: more guesses than a computer's memory has folders."""
 
 
 def find(name: str) -> Path:
@@ -50,7 +59,30 @@ def find(name: str) -> Path:
         )
     if not MEMORY.is_dir():
         raise InputError(f"no {MEMORY} here: a machine in real time needs Linux")
-    return MEMORY / f"opensuction-{os.getuid()}" / name
+    own = [one for one in _candidates() if private_file.is_own_folder(one)]
+    for one in own:
+        if os.path.lexists(one / name):
+            return one / name
+    return (own[0] if own else _new()) / name
+
+
+def _usual() -> Path:
+    """Where the folders of this user's machines lie, unless somebody else has made that first."""
+    return MEMORY / f"opensuction-{os.geteuid()}"
+
+
+def _candidates() -> list[Path]:
+    """Where they may lie."""
+    usual = _usual()
+    return [usual, *sorted(MEMORY.glob(f"{usual.name}-*"))]
+
+
+def _new() -> Path:
+    """Where they lie once the first is made."""
+    usual = _usual()
+    if not os.path.lexists(usual):
+        return usual
+    return usual.with_name(f"{usual.name}-{secrets.token_hex(SECRET_BYTES)}")
 
 
 def make(name: str) -> Path:
@@ -60,16 +92,29 @@ def make(name: str) -> Path:
     """
     folder = find(name)
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        owners = {folder.stat().st_uid, folder.parent.stat().st_uid}
+        private_file.make_folder(folder.parent)
+        if not private_file.is_own_folder(folder.parent):  # somebody was faster
+            folder = find(name)
+        private_file.make_folder(folder)
     except OSError as error:
         raise InputError(f"{folder} cannot be used: {error.strerror}") from None
-    if owners != {os.getuid()}:
-        raise InputError(f"{folder} belongs to another user")
+    if not private_file.is_own_folder(folder):
+        raise InputError(
+            f"{folder} is a link, or not this user's alone: remove it, or give another --name"
+        )
     return folder
 
 
+def passed_by(folder: Path) -> str:
+    """Why a machine's folder does not lie where it usually does, in words; empty where it does."""
+    if folder.parent == (usual := _usual()):
+        return ""
+    return f"{usual} is not this user's alone, and is left as it is: the machine is in {folder}"
+
+
 def clear(folder: Path) -> None:
-    """Nobody needs it any more: what lies in memory is given back."""
-    for file in folder.iterdir():
-        file.unlink()
+    """Nobody needs it any more: what lies in memory is given back. Raises InputError."""
+    try:
+        private_file.empty_folder(folder)
+    except OSError as error:
+        raise InputError(f"{folder} cannot be emptied: {error.strerror}") from None

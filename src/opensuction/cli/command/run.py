@@ -85,6 +85,7 @@ def run(options: RunOptions) -> int:
 def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
     """A machine that is played, with the folder of its recordings; it is gone afterwards."""
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.runtime import room
     from opensuction.session.cycle import cycle_run, resolution
     from opensuction.session.running import machine
 
@@ -105,6 +106,8 @@ def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "Prog
         progress.tell("The twin of an earlier run still plays: it is taken up")
     elif running.lost is not None:
         progress.tell(running.lost.succession)
+    if elsewhere := room.passed_by(running.folder):
+        progress.tell(elsewhere)
     progress.tell(f"Recordings: {out}; records: {shown}")
     try:
         yield running, out, progress

@@ -8,11 +8,11 @@ nothing old is ever shown for something new.
 
 import contextlib
 import hashlib
-import os
 from pathlib import Path
 
 from opensuction import __version__
 from opensuction.console.history.recording_file import RecordingFile
+from opensuction.kernel import private_file
 
 FOLDER = ".history"
 FORMAT = 2
@@ -32,6 +32,8 @@ class Kept:
 
     def find(self, file: RecordingFile, kind: str) -> bytes | None:
         """What is kept of a recording. kind: ``report.html``, ``replay.json``, ``figure.json``."""
+        if not private_file.is_own_folder(self._folder):
+            return None
         try:
             return (self._folder / f"{_stem(file)}.{kind}").read_bytes()
         except OSError:
@@ -40,10 +42,10 @@ class Kept:
     def keep(self, file: RecordingFile, kind: str, data: bytes) -> None:
         """Keep it, whole or not at all; a disk that cannot take it costs time later, no more."""
         path = self._folder / f"{_stem(file)}.{kind}"
-        new = path.with_name(f"{path.name}.{os.getpid()}.new")
         with contextlib.suppress(OSError):
-            self._folder.mkdir(mode=0o700, exist_ok=True)
+            private_file.make_folder(self._folder)
+            if not private_file.is_own_folder(self._folder):
+                return
             for old in self._folder.glob(f"{file.name}.*.{kind}"):
                 old.unlink(missing_ok=True)
-            new.write_bytes(data)
-            new.replace(path)
+            private_file.write(path, data)

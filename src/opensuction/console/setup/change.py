@@ -17,6 +17,7 @@ from opensuction.control.compensation import CompensationKind
 from opensuction.controller import configuration, setup
 from opensuction.controller.configuration import Configuration
 from opensuction.exchange.mailbox import SET_PROTOCOL
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
 from opensuction.procedure.planning import teaching_limit
@@ -117,7 +118,7 @@ def carry_out(site: Site, change: Change) -> Basis:
     files = [folder / control_process.settings_file(key)]
     files += [folder / control_process.beside(name, key) for name in control_process.TOGETHER]
     try:
-        files[0].write_text(configuration.to_json(chosen), encoding="utf-8")
+        private_file.write(files[0], configuration.to_json(chosen))
         about.write(folder, _about(site, change), files[1].name)
         bases.write(folder, following, files[2].name)
         verdict = asked.ask(folder, SET_PROTOCOL, change.who, key)

@@ -22,6 +22,7 @@ from opensuction.accounts.session import Session
 from opensuction.console.guard.problem import Problem
 from opensuction.console.site import Site
 from opensuction.control.compensation import CompensationKind
+from opensuction.kernel import private_file
 from opensuction.kernel.name import name_of
 from opensuction.report.series import directions, keep_rows, to_list
 from opensuction.session.calibration.calibration_file import RECORDING_FILE
@@ -90,13 +91,14 @@ class Runs:
             folder = site.recordings / FOLDER / name
             command = _command(basis, folder)
             try:
-                folder.parent.mkdir(parents=True, exist_ok=True)
-                with (folder.parent / f"{name}.log").open("wb") as log:
+                private_file.make_folder(folder.parent)
+                with private_file.create(folder.parent / f"{name}.log") as log:
                     process = subprocess.Popen(
                         [sys.executable, "-c", NICE, *command],
                         stdin=subprocess.DEVNULL,
                         stdout=subprocess.DEVNULL,
                         stderr=log,
+                        umask=private_file.OTHERS,
                         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
                     )
             except OSError as error:

@@ -27,6 +27,7 @@ from mcap.records import (
 )
 from numpy.typing import NDArray
 
+from opensuction.kernel import private_file
 from opensuction.recording.cycle_file import event as events
 from opensuction.recording.cycle_file import frame, row_layout, row_schema
 from opensuction.recording.cycle_file.event import Event
@@ -62,15 +63,17 @@ class RecordingWriter:
         heading: Heading,
         tables: Mapping[str, Sequence[Column]],
         chunk_rows: int = FLUSHED_ROWS,
+        is_private: bool = False,
     ) -> None:
         """Create the file and write its heading.
 
         target: a path, or a file in memory, which stays open. tables: columns of the rows of each
         topic. chunk_rows: a chunk is written as soon as it has so many; fewer lose less when power
-        fails, more make a smaller file. Raises OSError where the file cannot be written,
-        FileExistsError where there is one.
+        fails, more make a smaller file. is_private: for this user alone, whatever the
+        umask. Raises OSError where the file cannot be written, FileExistsError where there is one.
         """
-        self._file = target if isinstance(target, BytesIO) else FileIO(target, "xb")
+        opener = private_file.opener if is_private else None
+        self._file = target if isinstance(target, BytesIO) else FileIO(target, "xb", opener=opener)
         self._is_kept = isinstance(target, BytesIO)
         self._name = str(target)
         self.began_ns = heading.began_ns

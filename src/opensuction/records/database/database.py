@@ -1,7 +1,6 @@
 """A database, opened for writing or only for reading; what SQLite and PostgreSQL differ in."""
 
 import math
-import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Engine, create_engine, event, pool, text
 
+from opensuction.kernel import private_file
 from opensuction.records.database import file_lock
 from opensuction.records.database.address import Address
 from opensuction.records.database.failure import NOTHING, explaining, refused
@@ -46,6 +46,13 @@ class Database(NamedTuple):
             connection.execution_options(**{WRITING: True}).begin(),
         ):
             yield connection
+
+    @contextmanager
+    def trying(self) -> Iterator[Connection]:
+        """As `writing`, and taken back at the end: nothing of it is stored. Raises RecordsError."""
+        with self.writing() as connection:
+            yield connection
+            connection.rollback()
 
     @contextmanager
     def _turn(self) -> Iterator[None]:
@@ -97,8 +104,8 @@ def create_file(address: Address) -> None:
     if address.file is None or address.file.exists():
         return
     try:
-        address.file.parent.mkdir(parents=True, exist_ok=True)
-        os.close(os.open(address.file, os.O_WRONLY | os.O_CREAT, 0o600))
+        private_file.make_folder(address.file.parent)
+        private_file.append(address.file).close()
     except OSError as error:
         raise refused(
             address.shown, f"cannot be made ({(error.strerror or str(error)).lower()})"

@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from opensuction.kernel import private_file
+
 AGAIN_S = 0.005
 """How soon the lock is asked for again."""
 
@@ -30,7 +32,7 @@ def hold(database: Path, wait_s: float) -> Iterator[None]:
     if sys.platform == "win32":  # one program at a time is what can be promised there
         yield
         return
-    handle = os.open(name_of(database), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    handle = private_file.opener(str(name_of(database)), os.O_RDWR | os.O_CREAT)
     try:
         _take(handle, wait_s)
         yield

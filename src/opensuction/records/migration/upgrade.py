@@ -11,6 +11,7 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection, text
 
+from opensuction.kernel import private_file
 from opensuction.records.database import schema
 from opensuction.records.database.database import Database, find_tables, open_sqlite
 from opensuction.records.database.failure import NOTHING, explaining, refused
@@ -126,7 +127,7 @@ def _copy(database: Database, version: str) -> Path:
     partly = copy.with_name(f"{copy.name}.part")
     with explaining(f"{shown}: copying it to {copy.name}"):
         try:
-            partly.touch(0o600)
+            private_file.create(partly).close()
             source = open_sqlite(file, "ro", database.wait_s)
             target = open_sqlite(partly, "rw", database.wait_s)
             try:

@@ -16,6 +16,7 @@ from opensuction.controller.calibration import Calibration, Feedforward
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.procedure.planning.clinical import TEMPLATES
@@ -101,9 +102,7 @@ def of(prepared: Prepared) -> Basis:
 
 def write(folder: Path, basis: Basis, name: str = BASIS) -> None:
     """Into the machine's folder, whole or not at all. name: of the file."""
-    new = folder / f"{name}.new"
-    new.write_text(to_json(basis), encoding="utf-8")
-    new.replace(folder / name)
+    private_file.write(folder / name, to_json(basis))
 
 
 def read(folder: Path) -> Basis:

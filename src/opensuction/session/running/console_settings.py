@@ -14,6 +14,7 @@ from typing import NamedTuple
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.directory import NewPassword
 from opensuction.exchange.sole import end_holder
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from opensuction.runtime.room import CONSOLE, CONSOLE_ENDS_S, CONSOLES
@@ -49,9 +50,7 @@ class ConsoleSettings(NamedTuple):
 
 def write(folder: Path, settings: ConsoleSettings) -> None:
     """Into the machine's folder, whole or not at all."""
-    new = folder / f"{CONSOLE}.new"
-    new.write_text(json.dumps(settings._asdict()), encoding="utf-8")
-    new.replace(folder / CONSOLE)
+    private_file.write(folder / CONSOLE, json.dumps(settings._asdict()))
 
 
 def read(folder: Path) -> ConsoleSettings:

@@ -16,6 +16,7 @@ from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import PLAYS
 from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.sole import end_holder, holder
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import document
 from opensuction.kernel.name import name_of
@@ -108,7 +109,7 @@ def begin(name: str, prepared: Prepared, database: str | None, anew: bool) -> Ru
     told = _about(name, prepared, database)
     about.write(folder, told)
     basis.write(folder, basis.of(prepared))
-    (folder / room.BEGUN_WITH).write_text(configuration.hash_of(chosen), encoding="ascii")
+    private_file.write(folder / room.BEGUN_WITH, configuration.hash_of(chosen))
     seed = prepared.resolved.equipment.seed
     twin = launch.start_twin(folder, prepared.loop, prepared.start, seed)
     return Running(name, folder, prepared, told, twin, lost)

@@ -1,0 +1,98 @@
+"""What lies in a machine's folder: for its user alone, and never written through a link."""
+
+import os
+import stat
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from opensuction.console.console_process import LOG_FILE, PrivateLog
+from opensuction.devices import twin_machine
+from opensuction.devices.twin_process import BEGUN
+from opensuction.exchange import heartbeat
+from opensuction.exchange.event_ring import EventWriter
+from opensuction.exchange.heartbeat import Heartbeat
+from opensuction.exchange.mailbox import Mailbox
+from opensuction.exchange.mark import Mark
+from opensuction.exchange.sole import Sole
+from opensuction.kernel.errors import InputError
+from opensuction.runtime import about, launch, room
+from opensuction.session.running import basis, console_settings
+from opensuction.session.running.console_settings import ConsoleSettings
+from opensuction.twin.plant import PlantState
+from tests.controller.bedside import hurried
+from tests.runtime.identity import ABOUT
+from tests.session.running.test_basis import at_bed
+
+CONSOLE = ConsoleSettings("127.0.0.1", 8080, "postgresql://anna:secret@server/records", "runs")
+
+
+def begin_twin(folder: Path) -> None:
+    loop, state = hurried(2.0)
+    twin_machine.prepare(
+        folder, launch.side_of(loop, seed=1), PlantState(state.machine, state.bedside)
+    )
+
+
+def listen(folder: Path) -> None:
+    """As a controller that dies: the sockets stay in the folder."""
+    for own in Mailbox(folder / room.ASK)._sockets:
+        own.close()
+
+
+WRITERS: dict[str, Callable[[Path], object]] = {
+    room.ABOUT: lambda folder: about.write(folder, ABOUT),
+    room.BASIS: lambda folder: basis.write(folder, at_bed()),
+    room.CONFIGURATION: lambda folder: launch.configure(folder, hurried(2.0)[0]),
+    room.CONSOLE: lambda folder: console_settings.write(folder, CONSOLE),
+    room.MARK: lambda folder: Mark(folder / room.MARK),
+    room.CONTROLS: lambda folder: Sole(folder / room.CONTROLS, "").close(),
+    room.EVENTS: lambda folder: EventWriter(folder / room.EVENTS).close(),
+    room.EVENTS + ".lock": lambda folder: EventWriter(folder / room.EVENTS).close(),
+    room.EVENTS + ".new": lambda folder: EventWriter(folder / room.EVENTS).close(),
+    room.ASK: listen,
+    heartbeat.FILE: Heartbeat,
+    BEGUN: begin_twin,
+    LOG_FILE: lambda folder: PrivateLog(folder / LOG_FILE).close(),
+}
+"""What makes the file of a name in a machine's folder."""
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o077], ids=oct)
+@pytest.mark.parametrize("name", WRITERS)
+def test_each_file_is_its_user_s_alone_whatever_the_umask(
+    tmp_path: Path, name: str, umask: int
+) -> None:
+    before = os.umask(umask)
+    try:
+        WRITERS[name](tmp_path)
+    finally:
+        os.umask(before)
+    made = {one.name: stat.S_IMODE(one.lstat().st_mode) for one in tmp_path.iterdir()}
+    assert made
+    assert set(made.values()) == {0o600}, made
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_no_file_is_written_through_a_link_in_its_place(tmp_path: Path, name: str) -> None:
+    folder, theirs = tmp_path / "machine", tmp_path / "theirs"
+    folder.mkdir()
+    theirs.write_text("theirs")
+    (folder / name).symlink_to(theirs)
+    with suppress(OSError, InputError):  # refused, or the link itself was replaced
+        WRITERS[name](folder)
+    assert theirs.read_text() == "theirs"
+
+
+def test_a_recorder_s_folder_is_the_user_s_alone(tmp_path: Path) -> None:
+    from opensuction.cli import output_folder
+
+    before = os.umask(0)
+    try:
+        output_folder.make(tmp_path / "runs" / "kept")
+    finally:
+        os.umask(before)
+    for folder in (tmp_path / "runs", tmp_path / "runs" / "kept"):
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
