@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from sqlalchemy import URL, event, make_url, text
 
 from opensuction.records import audit
-from opensuction.records.database import address
+from opensuction.records.database import address, schema
+from opensuction.records.database.account_schema import access_token, account_state
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
 from tests.records.conftest import in_server
@@ -243,6 +244,55 @@ def test_a_file_that_may_only_be_read_can_be_audited_and_not_written() -> None:
         folder.chmod(0o755)
 
 
+@pytest.mark.parametrize("log_is_there", [False, True])
+def test_a_file_that_may_only_be_read_takes_no_machine(log_is_there: bool) -> None:
+    with unprivileged() as folder:
+        file = folder / "records.db"
+        with Records.open(str(file)) as records:
+            fill(records, 1)
+        for name in ("-lock", "-wal", "-shm")[: 3 if log_is_there else 1]:
+            file.with_name(f"records.db{name}").touch()
+            file.with_name(f"records.db{name}").chmod(0o666)
+        file.chmod(0o444)
+        folder.chmod(0o777)
+        with as_nobody():
+            line = refusal(lambda: Records.open_for_machine(str(file)))
+        assert "may not be written" in line
+        folder.chmod(0o755)
+
+
+WRITTEN = [
+    *(one for one in schema.AUDITED if one not in (account_state, access_token)),
+    schema.audit,
+]
+"""Tables that a recorder writes."""
+
+
+@pytest.mark.parametrize("table", [one.name for one in WRITTEN])
+def test_a_table_that_takes_no_row_is_found_before_a_machine_begins(url: str, table: str) -> None:
+    with Records.open(url) as records:
+        fill(records, 1)
+        before = records.head()
+        with records.database.writing() as connection:
+            if connection.dialect.name == "sqlite":
+                refuse = "BEGIN SELECT RAISE(ABORT, 'no more'); END"
+            else:
+                connection.exec_driver_sql(
+                    "CREATE FUNCTION refuse() RETURNS trigger LANGUAGE plpgsql AS $$ "
+                    "BEGIN RAISE check_violation USING MESSAGE = 'no more'; END $$"
+                )
+                refuse = "FOR EACH ROW EXECUTE FUNCTION refuse()"
+            connection.exec_driver_sql(f"CREATE TRIGGER refused BEFORE INSERT ON {table} {refuse}")
+        line = refusal(lambda: Records.open_for_machine(url))
+        assert "does not take the entry: no more" in line
+        with records.database.writing() as connection:
+            on = "" if connection.dialect.name == "sqlite" else f" ON {table}"
+            connection.exec_driver_sql(f"DROP TRIGGER refused{on}")
+        Records.open_for_machine(url).close()
+        assert records.head() == before, "what was tried is taken back"
+        assert records.audit().broken is None
+
+
 def test_a_folder_that_may_not_be_written_is_one_line() -> None:
     with unprivileged() as folder:
         folder.chmod(0o555)
@@ -265,6 +315,8 @@ def test_an_audit_needs_no_right_to_write(postgresql_url: str) -> None:
         database.close()
         with Records.open(url.render_as_string(hide_password=False)) as records:
             assert "the user lacks the right" in refusal(lambda: records.begin_cycle(start()))
+        line = refusal(lambda: Records.open_for_machine(url.render_as_string(hide_password=False)))
+        assert "the user lacks the right (permission denied for table audit_head)" in line
     finally:
         in_server(postgresql_url, "DROP OWNED BY auditor")
         in_server(postgresql_url, "DROP ROLE auditor")

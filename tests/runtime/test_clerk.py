@@ -95,6 +95,24 @@ def test_an_end_that_is_refused_holds_nothing_of_the_next_cycle_up(tmp_path: Pat
         assert act.cycle_id is None
 
 
+def test_records_that_take_no_cycle_are_missed_before_one_begins(tmp_path: Path) -> None:
+    database = str(tmp_path / "records.db")
+    with Records.open(database) as records, records.database.writing() as connection:
+        connection.exec_driver_sql(
+            "CREATE TRIGGER refused BEFORE INSERT ON cycle "
+            "BEGIN SELECT RAISE(ABORT, 'no more'); END"
+        )
+    clerk = Clerk(database)
+    clerk.adopt(SERIAL, None, lambda _: False)  # only reads
+    while not clerk.lost and not clerk.is_idle:
+        pass
+    assert "does not take the entry: no more" in clerk.lost
+    with Records.open(database) as records, records.database.writing() as connection:
+        connection.exec_driver_sql("DROP TRIGGER refused")
+    assert clerk.close(20.0), clerk.lost
+    assert clerk.lost == ""
+
+
 def test_whether_a_recording_is_of_a_cycle_to_come() -> None:
     name = recorder.name_of(RUN, 500)
     assert recorder.is_after(name, RUN, 499)

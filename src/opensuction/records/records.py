@@ -9,6 +9,7 @@ from collections.abc import Callable
 from datetime import datetime
 from types import TracebackType
 from typing import Any, Self
+from uuid import uuid4
 
 from sqlalchemy import func, select
 
@@ -33,8 +34,9 @@ from opensuction.records.request import (
     act,
     add_alarm,
     begin_cycle,
-    find_cycle,
+    end_cycle,
     note_machine,
+    store_one_each,
 )
 from opensuction.records.trail.chain import Head, read_head, to_canonical, to_hash
 from opensuction.records.trail.check import AuditReport
@@ -73,6 +75,22 @@ class Records:
             database.engine.dispose()
             raise
         return cls(database, clock)
+
+    @classmethod
+    def open_for_machine(cls, url: str | None = None) -> Self:
+        """As `open`, of records that must take what a machine does: it is tried that they do.
+
+        Raises RecordsError where one of the tables that a recorder writes takes no row.
+        """
+        records = cls.open(url)
+        try:
+            now = utc_time.now()
+            with records.database.trying() as connection:
+                store_one_each(Request(connection, now, now), f"trial-{uuid4()}")
+        except BaseException:
+            records.close()
+            raise
+        return records
 
     def close(self) -> None:
         """Let go of the database."""
@@ -115,15 +133,7 @@ class Records:
         entry_check.check_end(end)
 
         def work(request: Request) -> str:
-            find_cycle(request, cycle_id)
-            known = request.find(schema.cycle_end, "cycle_id", cycle_id)
-            if known is not None:
-                raise InputError(f"the cycle {cycle_id} has ended already: {known['outcome']}")
-            row = {**end._asdict(), "outcome": str(end.outcome)}
-            request.trail.store(
-                schema.cycle_end, {"cycle_id": cycle_id, **row, "ended_at": request.at}
-            )
-            return cycle_id
+            return end_cycle(request, cycle_id, end)
 
         self._store("end-cycle", (cycle_id, end), key, at, work)
 
@@ -190,10 +200,7 @@ class Records:
                     raise InputError(f"the key '{key}' is that of another request")
                 return str(known["result"])
             result = work(request)
-            request.trail.store(
-                schema.request,
-                {"key": key, "digest": digest, "result": result, "taken_at": now},
-            )
+            request.remember(key, digest, result)
             return result
 
     def unfinished_cycles(self) -> list[Unfinished]:

@@ -9,8 +9,17 @@ from sqlalchemy import ColumnElement, Connection, Table, func, select
 from opensuction.kernel.errors import InputError
 from opensuction.records import entry_check
 from opensuction.records.database import schema
-from opensuction.records.entry import Action, Alarm, CycleStart, Machine, SettingsFile
-from opensuction.records.trail.chain import Row, Trail, Value
+from opensuction.records.entry import (
+    Action,
+    Alarm,
+    Catheter,
+    CycleEnd,
+    CycleStart,
+    Machine,
+    Outcome,
+    SettingsFile,
+)
+from opensuction.records.trail.chain import Row, Trail, Value, to_hash
 
 
 class Request:
@@ -44,6 +53,11 @@ class Request:
         """The next number of a table's rows, or of some of them; from 1 on."""
         query = select(func.coalesce(func.max(table.c.number), 0)).where(*of)
         return int(self.connection.execute(query).scalar_one()) + 1
+
+    def remember(self, key: str, digest: str, result: str) -> None:
+        """Store what the request of a key gave, to give it again."""
+        row: dict[str, Value] = {"key": key, "digest": digest, "result": result}
+        self.trail.store(schema.request, {**row, "taken_at": self.trail.now})
 
 
 def find_cycle(request: Request, cycle_id: object) -> dict[str, Any]:
@@ -105,6 +119,17 @@ def begin_cycle(request: Request, start: CycleStart) -> str:
     return name
 
 
+def end_cycle(request: Request, cycle_id: str, end: CycleEnd) -> str:
+    """Store how a cycle ended. Raises InputError for one that is not there, or has ended."""
+    find_cycle(request, cycle_id)
+    known = request.find(schema.cycle_end, "cycle_id", cycle_id)
+    if known is not None:
+        raise InputError(f"the cycle {cycle_id} has ended already: {known['outcome']}")
+    row = {**end._asdict(), "outcome": str(end.outcome)}
+    request.trail.store(schema.cycle_end, {"cycle_id": cycle_id, **row, "ended_at": request.at})
+    return cycle_id
+
+
 def add_alarm(request: Request, machine: Machine, alarm: Alarm, cycle_id: str | None) -> str:
     """Store an alarm, and the machine where that is new."""
     if cycle_id is not None:
@@ -151,3 +176,23 @@ def _check_machine(cycle: dict[str, Any], machine: object) -> None:
         raise InputError(
             f"the cycle {cycle['id']} is of machine '{cycle['machine_serial']}', not '{machine}'"
         )
+
+
+def store_one_each(request: Request, name: str) -> None:
+    """Store a row in each table that a recorder writes. name: of all that it tells of."""
+    machine, file = Machine(name, "trial", is_twin=True), SettingsFile(name, name)
+    start = CycleStart(
+        machine=machine,
+        catheter=Catheter(name, size_fr=1, life_s=1),
+        protocol=file,
+        approach=schema.APPROACHES[0],
+        requested_by=name,
+        software=name,
+        patient=name,
+        parameter_file=file,
+    )
+    cycle = begin_cycle(request, start)
+    add_alarm(request, machine, Alarm(name, schema.PRIORITIES[0]), cycle)
+    act(request, Action(name, "trial", cycle_id=cycle))
+    end_cycle(request, cycle, CycleEnd(Outcome.INTERRUPTED))
+    request.remember(name, to_hash(name), cycle)

@@ -37,7 +37,7 @@ class Clerk:
     """Stores entries in their order."""
 
     def __init__(self, database: str | None) -> None:
-        """database: see `Records.open`; None: the default one."""
+        """database: see `Records.open_for_machine`; None: the default one."""
         self._database = database
         self._records: Records | None = None
         self._cycle: str | None = None
@@ -125,7 +125,7 @@ class Clerk:
         """Whether nothing is left to do of a task."""
         try:
             if self._records is None:
-                self._records = Records.open(self._database)
+                self._records = Records.open_for_machine(self._database)
             task(self._records)
         except RecordsError as error:
             self.lost = str(error)

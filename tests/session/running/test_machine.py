@@ -4,6 +4,7 @@ import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,7 @@ from opensuction.controller import configuration
 from opensuction.devices.twin_machine import TwinMachine
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
+from opensuction.records.records import Records
 from opensuction.runtime import room
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
@@ -53,6 +55,17 @@ def test_what_people_have_set_on_it_stays_as_they_set_it(begun: Prepared) -> Non
     assert basis.read(folder).version == 2
     with closing(TwinMachine(folder)) as port:
         assert port.facts.in_silico
+
+
+def test_records_that_take_no_alarm_are_refused_before_a_machine_begins(tmp_path: Path) -> None:
+    database = str(tmp_path / "records.db")
+    with Records.open(database) as records, records.database.writing() as connection:
+        connection.exec_driver_sql(
+            "CREATE TRIGGER refused BEFORE INSERT ON alarm "
+            "BEGIN SELECT RAISE(ABORT, 'no more'); END"
+        )
+    with pytest.raises(InputError, match="does not take the entry: no more"):
+        machine.check_records(database)
 
 
 def test_one_that_was_begun_otherwise_is_refused_and_left_alone(begun: Prepared) -> None:

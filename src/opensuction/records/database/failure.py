@@ -34,13 +34,13 @@ POSTGRESQL = {
     "28000": "the server does not let this user in; look at the user's name",
     "28P01": "the password is wrong or missing; look at PGPASSWORD or ~/.pgpass",
     "3D000": "the server has no such database; create it with createdb",
-    "42501": f"the user lacks the right; {NOTHING}; look at what the database grants",
+    "42501": f"the user lacks the right ({{said}}); {NOTHING}; look at what the database grants",
     "53100": FULL,
     "53300": f"the server takes no more connections; {NOTHING}; try again",
     "55P03": LOCKED,
     "57014": f"the server took too long; {NOTHING}; try again",
 }
-"""By the SQLSTATE of PostgreSQL."""
+"""By the SQLSTATE of PostgreSQL; ``{said}``: what the server said."""
 
 REFUSALS = {
     "no password supplied": "28P01",
@@ -89,11 +89,11 @@ def _explain_postgresql(error: BaseException) -> str:
         return _explain_connection(str(error))
     if state is None:
         return f"{error}; {NOTHING}"
+    said = getattr(getattr(error, "diag", None), "message_primary", None) or str(error)
     if state in POSTGRESQL:
-        return POSTGRESQL[state]
+        return POSTGRESQL[state].format(said=said)
     if state.startswith(("08", "57P")):
         return LOST
-    said = getattr(getattr(error, "diag", None), "message_primary", None) or str(error)
     if state.startswith(("22", "23")):
         return f"does not take the entry: {said}"
     return f"{said}; {NOTHING}"

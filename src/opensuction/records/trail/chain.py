@@ -80,7 +80,8 @@ class Trail:
 
     def __init__(self, connection: Connection, now: datetime) -> None:
         self._connection = connection
-        self._now = now
+        self.now = now
+        """When its entries are written."""
         if connection.dialect.name == "postgresql":
             connection.execute(text("SELECT id FROM audit_head FOR UPDATE"))
         self._head = read_head(connection)
@@ -91,7 +92,7 @@ class Trail:
         row = {name: _to_plain_text(value) for name, value in row.items()}
         self._connection.execute(table.insert().values(row))
         sequence, previous = self._head.sequence + 1, self._head.hash
-        entry = write_entry(sequence, previous, self._now, table.name, row)
+        entry = write_entry(sequence, previous, self.now, table.name, row)
         self._head = Head(sequence, to_hash(entry))
         # A trigger of the database moves the head.
         self._connection.execute(

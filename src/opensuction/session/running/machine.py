@@ -75,7 +75,7 @@ class Running(NamedTuple):
 
 def check_records(database: str | None) -> str:
     """Address of records that can be written; raises InputError in one line where they cannot."""
-    with Records.open(database) as records:
+    with Records.open_for_machine(database) as records:
         return records.database.address.shown
 
 
