@@ -4,6 +4,7 @@ import json
 import os
 import re
 import signal
+import stat
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ import httpx
 import pytest
 
 from opensuction.accounts.accounts import Accounts
+from opensuction.console import console_process
 from opensuction.devices.twin_process import PLAYS
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
@@ -83,6 +85,35 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
         did = {one.what for one in records.history.list_actions(name, 50)}
         assert {"start", "oxygen_skipped"} & did == {"start"}  # nobody asks a neonate's for oxygen
         assert {"control-started", "recorder-started", "controller-ended"} <= did
+
+
+@pytest.mark.parametrize("umask", [0o000, pytest.param(0o077, marks=pytest.mark.sweep)], ids=oct)
+def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
+    name: str, tmp_path: Path, umask: int
+) -> None:
+    before = os.umask(umask)
+    try:
+        served = begun(
+            *("serve", *NEONATE, "--name", name, "--database", "records/ward.db"),
+            *("--out", "runs/kept", "--port", str(free_port())),
+            cwd=tmp_path,
+        )
+    finally:
+        os.umask(before)
+    assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
+    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
+    assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
+    assert ask(name, "start", tmp_path)["verdict"] == "pressed"
+    assert wait(lambda: list((tmp_path / "runs" / "kept").glob("*.mcap")) != [], 60.0)
+    assert wait((room.find(name) / console_process.LOG_FILE).exists, 60.0)
+    folder = room.find(name)
+    made = [folder.parent, folder, *folder.iterdir(), *tmp_path.rglob("*")]
+    for one in made:
+        wanted = 0o700 if one.is_dir() else 0o600
+        assert (str(one), oct(stat.S_IMODE(one.lstat().st_mode))) == (str(one), oct(wanted))
+    served.send_signal(signal.SIGTERM)
+    served.communicate(timeout=120.0)
+    assert served.returncode == 0
 
 
 def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
