@@ -7,6 +7,7 @@ import pytest
 
 from opensuction.records.records import Records
 from tests.cli.command import opensuction, opensuction_process
+from tests.records import recorded
 from tests.records.example import fill, unguarded
 
 
@@ -21,7 +22,10 @@ def head(tmp_path: Path) -> str:
 def test_whole_records_are_said_to_be_so(tmp_path: Path, head: str) -> None:
     ran = opensuction("audit", "--database", "ward.db", cwd=tmp_path)
     assert (ran.returncode, ran.stderr) == (0, "")
-    assert ran.stdout == f"ward.db: OK: 10 entries, last hash {head}\n"
+    assert ran.stdout == (
+        f"ward.db: OK: 10 entries, last hash {head}\n"
+        "ward.db: 1 recording unbound: no hash on record\n"
+    )
 
 
 def test_json_is_one_object(tmp_path: Path, head: str) -> None:
@@ -35,6 +39,7 @@ def test_json_is_one_object(tmp_path: Path, head: str) -> None:
         "broken": None,
         "broken_at": None,
         "expected_head": None,
+        "recordings": {"read": 0, "faults": [], "unbound": 1, "unbound_since": []},
     }
 
 
@@ -69,7 +74,29 @@ def test_a_head_that_is_not_there_is_status_1(tmp_path: Path) -> None:
     assert "no entry has the expected hash abababababab..." in ran.stdout
 
 
+def test_each_recording_that_is_not_as_it_was_is_a_line(tmp_path: Path) -> None:
+    with Records.open(str(tmp_path / "ward.db")) as records:
+        recorded.fill(records, tmp_path)
+    ran = opensuction("audit", "--database", "ward.db", cwd=tmp_path)
+    assert ran.stdout.splitlines()[1:] == ["ward.db: OK: 4 recordings as their recorders left them"]
+    first, second = (tmp_path / recorded.name_of(cycle) for cycle in (1, 2))
+    second.replace(first)
+    ran = opensuction("audit", "--database", "ward.db", cwd=tmp_path)
+    assert (ran.returncode, ran.stderr) == (1, "")
+    swapped, missing = ran.stdout.splitlines()
+    assert swapped.startswith(f"ward.db: BROKEN: the recording {first.name} of cycle 1 of")
+    assert f"was swapped: the file there is the recording {second.name} of cycle 2" in swapped
+    assert f"{second.name} of cycle 2 of machine M-1 is missing in " in missing
+    ran = opensuction("audit", "--database", "ward.db", "--json", cwd=tmp_path)
+    data = json.loads(ran.stdout)
+    assert data["broken"] == data["recordings"]["faults"][0]
+    assert len(data["recordings"]["faults"]) == 2
+    ran = opensuction("audit", "--database", "ward.db", "--trail-only", cwd=tmp_path)
+    assert (ran.returncode, len(ran.stdout.splitlines())) == (0, 1)
+
+
 BAD = [
+    (("--database", "ward.db", "--recordings", "nowhere"), "--recordings nowhere: no such folder"),
     (("--database", "nowhere.db"), "no such file"),
     (("--database", "mysql://anna:secret@host/records"), "no kind of database"),
     (("--database", "postgresql://anna:secret@127.0.0.1:1/records"), "the server is not there"),

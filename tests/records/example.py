@@ -10,6 +10,7 @@ from opensuction.records.account_rows import AccessToken, AccountState, store_st
 from opensuction.records.entry import (
     Action,
     Alarm,
+    BoundFile,
     Catheter,
     CycleEnd,
     CycleStart,
@@ -25,6 +26,7 @@ MACHINE = Machine("M-1", "clinical", True)
 CATHETER = Catheter("C-1", 12, 86_400)
 PROTOCOL = SettingsFile("adult", "depth_mm = 90\n")
 NOON = datetime(2026, 11, 23, 12, 0, 0, 7, tzinfo=UTC)
+RECORDING = BoundFile("a.mcap", "a.mcap", 1, "/nowhere", 7, "0f" * 32, True)
 COMPLETED = CycleEnd(Outcome.COMPLETED, "", False)
 CLOGGED = Alarm("LINE_CLOGGED", "high", "nothing came")
 

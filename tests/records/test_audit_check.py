@@ -17,16 +17,20 @@ from opensuction.records.records import Records
 from opensuction.records.trail import check
 from opensuction.records.trail.chain import BEGINNING, to_canonical, to_hash
 from tests.cli.command import opensuction
-from tests.records.example import COMPLETED, Clock, fill, fill_accounts, start, unguarded
+from tests.records import recorded
+from tests.records.example import COMPLETED, MACHINE, Clock, fill, fill_accounts, start, unguarded
 
 EVERY = (*schema.KEPT, schema.audit_head)
 
 
 @pytest.fixture
-def filled(url: str) -> Iterator[Records]:
+def filled(url: str, tmp_path: Path) -> Iterator[Records]:
     with Records.open(url, clock=Clock()) as records:
         fill(records)
         fill_accounts(records)
+        path = tmp_path / recorded.name_of(1)
+        path.write_bytes(b"no more than a hash is asked of it")
+        records.bind_recording(MACHINE, recorded.bound(path, 1))
         yield records
 
 

@@ -21,7 +21,7 @@ from tests.records.example import COMPLETED, fill, start
 
 HERE = Path(__file__).parent
 SHIPPED = upgrade.STEPS
-NEWEST = "0002"
+NEWEST = "0003"
 
 
 def step(monkeypatch: pytest.MonkeyPatch, *folders: str) -> None:

@@ -55,6 +55,9 @@ def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path:
         last = records.history.list_cycles("twin-1", 1)[0]
         assert last.recording == path.name
         assert (last.outcome, last.requested_by) == (Outcome.COMPLETED, "nurse")
+        (bound,) = records.history.list_recordings([last])
+        assert (bound.file.name, bound.file.is_closed) == (path.name, True)
+        assert records.audit().recordings == len(list((tmp_path / "kept").glob("*.mcap")))
         assert records.audit().broken is None
 
 
@@ -85,6 +88,16 @@ def test_killed_it_is_missed_and_another_goes_on_where_it_was(apart: Room, tmp_p
         assert cycles[0].recording == first.name
         assert cycles[0].outcome in (Outcome.COMPLETED, Outcome.ABORTED)
         assert records.unfinished_cycles() == []
+        bound = [one.file for one in records.history.list_recordings(cycles[:1])]
+        assert [(one.name, one.is_closed) for one in bound] == [
+            (first.name, False),
+            (second.name, True),
+        ]
+        assert records.audit().broken is None
+        first.write_bytes(first.read_bytes()[:-1000])
+        assert f"the recording {first.name} of cycle {cycles[0].number} of" in str(
+            records.audit().broken
+        )
 
 
 @pytest.mark.sweep

@@ -275,6 +275,12 @@ OPTIONS: dict[str, Any] = {
         metavar="HASH",
         show_default=False,
     ),
+    "recordings": typer.Option(
+        help="Folder where the recordings lie by now. Default: where each was written.",
+        metavar="DIR",
+        show_default=False,
+    ),
+    "trail_only": typer.Option("--trail-only", help="Read no recordings."),
     "folder": typer.Argument(
         metavar="NAME|DIR",
         help="The machine, by its name or the folder that its processes share.",

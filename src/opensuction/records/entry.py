@@ -95,6 +95,22 @@ class Action(NamedTuple):
     cycle_id: str | None = None
 
 
+class BoundFile(NamedTuple):
+    """A file of a recording, and what it held when its recorder had done with it."""
+
+    name: str
+    cycle_recording: str
+    """Name of its first part, as the cycle has it; its own where it is that."""
+    part: int
+    """From 1 on; each recorder that begins anew makes one."""
+    folder: str
+    """Where it was written."""
+    size_bytes: int
+    sha256: str
+    is_closed: bool
+    """Its recorder finished it; otherwise it died, and the file ends where it stopped."""
+
+
 class Unfinished(NamedTuple):
     """A cycle on record that has no end."""
 

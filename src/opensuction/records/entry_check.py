@@ -4,7 +4,15 @@ import re
 
 from opensuction.kernel.errors import InputError
 from opensuction.records.database import column, schema
-from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Machine, SettingsFile
+from opensuction.records.entry import (
+    Action,
+    Alarm,
+    BoundFile,
+    CycleEnd,
+    CycleStart,
+    Machine,
+    SettingsFile,
+)
 from opensuction.settings.wording import show
 
 PSEUDONYM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -142,3 +150,17 @@ def check_action(action: Action) -> None:
         check_name("the machine's serial", action.machine)
     if action.cycle_id is not None:
         check_name("the cycle's id", action.cycle_id)
+
+
+def check_recording(file: BoundFile) -> None:
+    """Raises InputError for what is no file of a recording."""
+    for what, name in (("recording", file.name), ("cycle's recording", file.cycle_recording)):
+        check_name(f"the name of the {what}", name)
+        if "/" in name:
+            raise InputError(f"the name of the {what} {show(name)} is no name of a file")
+    _check_text("the folder of the recording", file.folder, column.LONGEST_TEXT, 1)
+    check_hash("the recording's hash", file.sha256)
+    check_whole("the recording's part", file.part, schema.LARGEST_PART, "")
+    check_whole("the recording's size + 1", file.size_bytes + 1, schema.LARGEST_FILE, "bytes")
+    if not isinstance(file.is_closed, bool):
+        raise InputError("whether the recording was closed must be true or false")

@@ -10,7 +10,8 @@ from opensuction.records import entry_check
 from opensuction.records.database import schema
 from opensuction.records.database.database import Database
 from opensuction.records.database.utc_time import to_utc
-from opensuction.records.entry import Machine, Outcome
+from opensuction.records.entry import BoundFile, Machine, Outcome
+from opensuction.records.recording_check import BoundRecording
 
 PAGE = 50
 """Rows that are listed where nobody says how many."""
@@ -142,6 +143,38 @@ class History:
         found = self._read(_select_cycles().where(schema.cycle.c.id == cycle_id))
         return _to_cycle(found[0]) if found else None
 
+    def list_recordings(self, cycles: Sequence[PastCycle]) -> list[BoundRecording]:
+        """The files on record of the recordings of these cycles, part by part."""
+        numbers = {(one.machine, one.recording): one.number for one in cycles if one.recording}
+        table = schema.recording
+        query = (
+            select(table)
+            .where(table.c.cycle_recording.in_([name for _, name in numbers]))
+            .order_by(table.c.cycle_recording, table.c.part)
+        )
+        return [
+            one._replace(cycle=numbers[one.machine, one.file.cycle_recording])
+            for one in map(to_recording, self._read(query) if numbers else [])
+            if (one.machine, one.file.cycle_recording) in numbers
+        ]
+
+    def find_recording(
+        self, name: str | None = None, sha256: str | None = None
+    ) -> BoundRecording | None:
+        """A file on record, by its name or by its hash; None: there is none."""
+        table, cycle = schema.recording, schema.cycle
+        query = select(table).order_by(table.c.name).limit(1)
+        query = query if name is None else query.where(table.c.name == name)
+        query = query if sha256 is None else query.where(table.c.sha256 == sha256)
+        for one in map(to_recording, self._read(query)):
+            number = select(cycle.c.number).where(
+                cycle.c.machine_serial == one.machine,
+                cycle.c.recording == one.file.cycle_recording,
+            )
+            found = self._read(number.order_by(cycle.c.number).limit(1))
+            return one._replace(cycle=found[0].number if found else None)
+        return None
+
     def list_alarms(
         self,
         machine: str,
@@ -220,6 +253,12 @@ class History:
     def _read(self, query: Select[Any]) -> Sequence[Any]:
         with self._database.reading() as connection:
             return connection.execute(query).all()
+
+
+def to_recording(row: Any) -> BoundRecording:
+    """Of a row of its table; its cycle is left open."""
+    file = BoundFile(*(getattr(row, name) for name in BoundFile._fields))
+    return BoundRecording(file, row.machine_serial, None)
 
 
 def _select_cycles() -> Select[Any]:

@@ -21,6 +21,7 @@ from opensuction.records.database.utc_time import to_utc
 from opensuction.records.entry import (
     Action,
     Alarm,
+    BoundFile,
     CycleEnd,
     CycleStart,
     Machine,
@@ -34,6 +35,7 @@ from opensuction.records.request import (
     act,
     add_alarm,
     begin_cycle,
+    bind_recording,
     end_cycle,
     note_machine,
     store_one_each,
@@ -174,6 +176,21 @@ class Records:
 
         return self._store("add-alarm", (machine, alarm, cycle_id), key, at, work)
 
+    def bind_recording(
+        self, machine: Machine, file: BoundFile, key: str | None = None, at: datetime | None = None
+    ) -> None:
+        """Put on record what a file of a recording holds, and the machine where it is new.
+
+        Raises InputError where a file of that name is on record with something else.
+        """
+        entry_check.check_machine(machine)
+        entry_check.check_recording(file)
+
+        def work(request: Request) -> str:
+            return bind_recording(request, machine, file)
+
+        self._store("bind-recording", (machine, file), key, at, work)
+
     def act(self, action: Action, key: str | None = None, at: datetime | None = None) -> str:
         """Put on record what a person did; returns its id."""
         entry_check.check_action(action)
@@ -278,5 +295,8 @@ class Records:
             return read_head(connection)
 
     def audit(self, expected: str | None = None) -> AuditReport:
-        """Read the whole trail (`trail/check.py`). expected: the hash of a head noted before."""
-        return audit.audit(self.database, expected)
+        """Read the whole trail and the recordings that it binds, where each was written.
+
+        expected: the hash of a head noted before.
+        """
+        return audit.audit(self.database, audit.Asked(expected))

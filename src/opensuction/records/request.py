@@ -12,6 +12,7 @@ from opensuction.records.database import schema
 from opensuction.records.entry import (
     Action,
     Alarm,
+    BoundFile,
     Catheter,
     CycleEnd,
     CycleStart,
@@ -148,6 +149,14 @@ def add_alarm(request: Request, machine: Machine, alarm: Alarm, cycle_id: str | 
     return name
 
 
+def bind_recording(request: Request, machine: Machine, file: BoundFile) -> str:
+    """Store what a file of a recording holds; one that is on record as it is stays."""
+    serial = note_machine(request, machine)
+    row = {"machine_serial": serial, **file._asdict()}
+    request.note(schema.recording, "name", "bound_at", row)
+    return file.name
+
+
 def act(request: Request, action: Action) -> str:
     """Store what a person did; in a cycle it was done on that cycle's machine."""
     machine = action.machine
@@ -194,5 +203,7 @@ def store_one_each(request: Request, name: str) -> None:
     cycle = begin_cycle(request, start)
     add_alarm(request, machine, Alarm(name, schema.PRIORITIES[0]), cycle)
     act(request, Action(name, "trial", cycle_id=cycle))
+    recorded = BoundFile(name, name, 1, name, 1, to_hash(name), is_closed=True)
+    bind_recording(request, machine, recorded)
     end_cycle(request, cycle, CycleEnd(Outcome.INTERRUPTED))
     request.remember(name, to_hash(name), cycle)

@@ -8,15 +8,18 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import NamedTuple
 
 from opensuction import __version__
 from opensuction.kernel.errors import InputError
 from opensuction.records.database.failure import RecordsError
-from opensuction.records.entry import Alarm, CycleEnd, CycleStart, Outcome
+from opensuction.records.entry import Alarm, CycleEnd, CycleStart, Machine, Outcome
 from opensuction.records.records import Records
+from opensuction.runtime import flushed
 from opensuction.runtime.about import About
+from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import SUPERVISOR, Begun, Entry
 
 AGAIN_S = 1.0
@@ -56,6 +59,11 @@ class Clerk:
     def put(self, entry: Entry, context: Context) -> None:
         """Store an entry some time soon."""
         self._hand(lambda records: self._store(records, entry, context))
+
+    def bind(self, names: Iterable[str], notes: Flushed, machine: Machine) -> None:
+        """Put on record what these recordings hold, by their notes, and drop the notes."""
+        for name in names:
+            self._hand(partial(_bind, name=name, notes=notes, machine=machine))
 
     @property
     def is_idle(self) -> bool:
@@ -183,6 +191,20 @@ class Clerk:
                 self._cycle = one.id
             else:
                 records.end_cycle(one.id, UNSEEN)
+
+
+def _bind(records: Records, name: str, notes: Flushed, machine: Machine) -> None:
+    note = notes.left().get(name)
+    if note is None:
+        return
+    try:
+        records.bind_recording(machine, flushed.bind(name, note))
+    except RecordsError:
+        raise  # it is tried again
+    except InputError:
+        notes.drop(name)
+        raise
+    notes.drop(name)
 
 
 def _start_of(begun: Begun, context: Context) -> CycleStart:

@@ -22,11 +22,13 @@ from opensuction.kernel.record import Array
 from opensuction.recording.cycle_file import tick_table
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.extent import Extent
 from opensuction.recording.cycle_file.heading import Heading
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import STARTS, STATE_PART, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.runtime import row_event
+from opensuction.runtime.flushed import Flushed, Note
 from opensuction.runtime.loop import AT_REST, CONFIGURED, ROW_COLUMNS, TIMING_COLUMNS
 
 AROUND_S = 1.0
@@ -66,14 +68,17 @@ class Recorder:
         describe: Callable[[], Heading],
         state: Array | None,
         after: int = 0,
+        flushed: Flushed | None = None,
     ) -> None:
         """folder: of the recordings. run: name of the controller's.
 
         describe: what each recording says of itself; its ``began_ns`` is the UTC of the monotonic
         clock's zero. state: the controller's before the first row; None where it is not known.
-        after: number of the row before the first.
+        after: number of the row before the first. flushed: where it is noted how far recordings
+        go; None: nowhere.
         """
         self._folder, self._run, self._describe = folder, run, describe
+        self._flushed = flushed
         self._heading = describe()
         self._before: deque[Array] = deque()
         """Rows of the last second at rest, in pieces."""
@@ -102,6 +107,12 @@ class Recorder:
         """The recording that was begun last."""
         self.lost = ""
         """Why rows are not kept; empty where they are."""
+        self._ended: list[str] = []
+
+    def take_ended(self) -> list[str]:
+        """Names of the recordings that have ended since the last call."""
+        ended, self._ended = self._ended, []
+        return ended
 
     @property
     def kept(self) -> int:
@@ -139,10 +150,16 @@ class Recorder:
         if writer is None:
             return
         self._left, self._rested_s = AT_REST, 0.0
+        assert self.path is not None
+        self._ended.append(self.path.name)
         try:
             writer.close()
         except OSError as error:
             self.lost = error.strerror or str(error)
+            return
+        if self._flushed is not None:
+            note = self._flushed.left()[self.path.name]
+            self._flushed.put(self.path.name, note._replace(is_closed=True))
 
     def _skip(self, found: Read) -> None:
         """Rows are missing before these."""
@@ -275,15 +292,38 @@ class Recorder:
 
     def _create(self, name: str, began_ns: int) -> RecordingWriter:
         """The file; where a recorder before this one has begun it, another part of it."""
-        heading = self._heading._replace(began_ns=began_ns)
         stem = name.removesuffix(".mcap")
         for part in range(1, PARTS):
             self.path = self._folder / (name if part == 1 else f"{stem}-{part}.mcap")
+            if self._flushed is not None and self.path.name in self._flushed:
+                continue  # it was written, whether it is there still or not
+            about = {"run": self._run, "recording": name, "file": self.path.name}
+            heading = self._heading._replace(
+                began_ns=began_ns, about={**self._heading.about, **about}
+            )
             try:
-                return RecordingWriter(self.path, heading, tick_table.TABLES, is_private=True)
+                return self._open(heading, Note(name, part, str(self._folder.absolute())))
             except FileExistsError:
                 continue
         raise OSError(f"{PARTS} recordings of {name} are there already")
+
+    def _open(self, heading: Heading, note: Note) -> RecordingWriter:
+        """A new file of which every write is noted. Raises OSError, and leaves none then."""
+        flushed, path = self._flushed, self.path
+        assert path is not None
+        if flushed is None:
+            return RecordingWriter(path, heading, tick_table.TABLES, is_private=True)
+
+        def tell(before: Extent, after: Extent) -> None:
+            flushed.put(path.name, note._replace(before=before, after=after))
+
+        try:
+            return RecordingWriter(
+                path, heading, tick_table.TABLES, is_private=True, flushing=tell
+            )
+        except OSError:
+            flushed.drop(path.name, was_made=False)
+            raise
 
     def _write(self, rows: Array) -> None:
         writer, times = self._writer, self._utc_ns(rows)

@@ -12,6 +12,7 @@ import signal
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from opensuction.controller import configuration
 from opensuction.exchange.event_ring import COLUMNS, Event, EventReader
@@ -25,6 +26,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.recording.cycle_file.heading import NOTICE, Heading
 from opensuction.runtime import about, recorder
 from opensuction.runtime.clerk import Clerk, Context
+from opensuction.runtime.flushed import Flushed
 from opensuction.runtime.journal import Journal
 from opensuction.runtime.loop import AT_REST, ROW_COLUMNS
 from opensuction.runtime.recorder import Recorder
@@ -33,6 +35,7 @@ from opensuction.runtime.room import (
     CONTROLS,
     EVENTS,
     EVENTS_BEFORE,
+    FLUSHED,
     MARK,
     RECORDS,
     RING,
@@ -51,15 +54,27 @@ _LEFT, _TICK = (ROW_COLUMNS.index(name) for name in ("loop.left_rest", "inputs.t
 _STATE = [i for i, name in enumerate(ROW_COLUMNS) if name.startswith("state.")]
 
 
+class Keeping(NamedTuple):
+    """Where it is put on record, and noted how far."""
+
+    clerk: Clerk
+    mark: Mark
+    flushed: Flushed
+
+
 class Desk:
     """Where everything goes that one controller publishes."""
 
-    def __init__(self, folder: Path, out: Path, source: Source, clerk: Clerk, mark: Mark) -> None:
-        self._folder, self._source, self._clerk, self._mark = folder, source, clerk, mark
+    def __init__(self, folder: Path, out: Path, source: Source, keeping: Keeping) -> None:
+        self._folder, self._source = folder, source
+        self._clerk, mark, self._flushed = keeping
+        self._mark, clerk = mark, self._clerk
         run = source.run.name
         self._place = mark.find(run) or Place(0, 0)
         left = source.begin(self._place)
-        self._recorder = Recorder(out, run, self._describe, left.state, self._place.row)
+        self._recorder = Recorder(
+            out, run, self._describe, left.state, self._place.row, self._flushed
+        )
         goes_on = None if left.goes_on == AT_REST else recorder.name_of(run, left.goes_on)
         clerk.follow(self._place.row)
         # Where rows are missing nobody knows what comes again.
@@ -110,11 +125,16 @@ class Desk:
         new = found.rows[max(self._followed - found.first + 1, 0) :]
         for entry in self._journal.follow(new, happened):
             self._clerk.put(entry, self._context)
+        self._bind()
         self._followed = max(self._followed, last)
         self._clerk.reach(kept)
         event = self._source.event if self._clerk.is_idle else self._place.event
         self._place = Place(min(kept, self._clerk.stored), event)
         self._mark.set(self._source.run.name, self._place)
+
+    def _bind(self) -> None:
+        """After the cycles that the recordings are of: what they hold."""
+        self._clerk.bind(self._recorder.take_ended(), self._flushed, self._about.machine)
 
     def end(self, died: bool) -> None:
         """No more comes. died: its writer is dead."""
@@ -122,6 +142,7 @@ class Desk:
         if died:
             for entry in self._journal.end():
                 self._clerk.put(entry, self._context)
+        self._bind()
 
 
 class Office:
@@ -129,8 +150,12 @@ class Office:
 
     def __init__(self, folder: Path, out: Path) -> None:
         self._folder, self._out = folder, out
-        self._heartbeat, self._mark = Heartbeat(folder), Mark(folder / MARK)
-        self._clerk = Clerk(about.read(folder).database)
+        self._heartbeat, told = Heartbeat(folder), about.read(folder)
+        self._clerk = Clerk(told.database)
+        self._keeping = Keeping(self._clerk, Mark(folder / MARK), Flushed(folder / FLUSHED))
+        # Before anything else is written: what a recorder that died had written is as it was.
+        notes = self._keeping.flushed
+        self._clerk.bind(notes.left(), notes, told.machine)
         self._watch = FollowedRing(folder / WATCH_EVENTS, lambda columns: columns == COLUMNS)
         self._watched: EventReader | None = None
         self._said = ""
@@ -145,7 +170,7 @@ class Office:
         self._heartbeat.beat(Process.KEEPING)
         self._finish_before()
         while (source := self._wait()) is not None:
-            desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
+            desk = Desk(self._folder, self._out, source, self._keeping)
             self._follow(desk, source)
             desk.take(*source.drain())
             desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
@@ -161,8 +186,8 @@ class Office:
         """What a controller left whose recorder died, too."""
         with contextlib.suppress(InputError, OSError):
             source = Source(self._folder / RING_BEFORE, self._folder / EVENTS_BEFORE)
-            if self._mark.find(source.run.name) is not None:
-                desk = Desk(self._folder, self._out, source, self._clerk, self._mark)
+            if self._keeping.mark.find(source.run.name) is not None:
+                desk = Desk(self._folder, self._out, source, self._keeping)
                 desk.take(*source.drain())
                 desk.end(died=True)
 

@@ -45,6 +45,8 @@ BEFORE = "before.json"
 """What a controller is to remember of one whose machine is gone (`control_process.hand_on`)."""
 MARK = "recorder.mark"
 """How far everything is kept."""
+FLUSHED = "recorder.flushed"
+"""How far recordings that are not on record yet were written, and what they hold."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")
 """Of a machine: sockets lie in its folder, and their paths are short."""
 SECRET_BYTES = 8

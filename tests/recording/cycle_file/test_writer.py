@@ -1,4 +1,5 @@
 import errno
+import hashlib
 import signal
 import subprocess
 import sys
@@ -12,8 +13,9 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 from mcap.reader import NonSeekingReader, SeekingReader
 
-from opensuction.recording.cycle_file import writer
+from opensuction.recording.cycle_file import extent, writer
 from opensuction.recording.cycle_file.chunk_content import Rows
+from opensuction.recording.cycle_file.extent import Extent
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.writer import RecordingWriter
 from tests.recording.cycle_file import example
@@ -173,7 +175,7 @@ def test_a_full_disk_loses_a_chunk_and_nothing_that_was_written(
     assert summary.statistics.message_count == 100
 
 
-def test_a_disk_that_is_full_from_the_start_is_said_and_the_file_let_go(
+def test_a_disk_that_is_full_from_the_start_is_said_and_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(writer, "FileIO", _SmallDisk)
@@ -181,7 +183,34 @@ def test_a_disk_that_is_full_from_the_start_is_said_and_the_file_let_go(
     path = tmp_path / "a.mcap"
     with pytest.raises(OSError, match=r"No space left on device.*a\.mcap"):
         RecordingWriter(path, example.HEADING, {"/tick": example.COLUMNS})
-    assert path.stat().st_size == 0
+    assert not path.exists(), "or each try would leave one"
+
+
+def test_each_write_is_told_before_it_is_made_and_taken_back_where_it_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever kills the writer, the file is what was told, or ends within the last write."""
+    path, told = tmp_path / "a.mcap", list[tuple[Extent, Extent]]()
+
+    def tell(before: Extent, after: Extent) -> None:
+        assert extent.measure(path) == [before], "it is as it was"
+        told.append((before, after))
+
+    monkeypatch.setattr(writer, "FileIO", _SmallDisk)
+    _SmallDisk.room = 20_000
+    with RecordingWriter(
+        path, example.HEADING, {"/tick": example.COLUMNS}, 50, flushing=tell
+    ) as file:
+        file.add_rows("/tick", example.times_ns(100), example.rows(100))
+        assert extent.measure(path) == [file.extent]
+        _SmallDisk.room = 10
+        with pytest.raises(OSError, match="No space"):
+            file.add_rows("/tick", example.times_ns(50), example.rows(50))
+        assert told[-1] == (file.extent, file.extent)
+        assert extent.measure(path) == [file.extent]
+        _SmallDisk.room = 20_000
+    assert extent.measure(path) == [file.extent] == [told[-1][1]]
+    assert told[-1][1].sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
-"""``audit``: whether the records and their trail are whole."""
+"""``audit``: whether the records, their trail and their recordings are whole."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from opensuction.cli import exit_status
@@ -16,19 +17,27 @@ class AuditOptions(NamedTuple):
 
     database: str | None = None
     expect_head: str | None = None
+    recordings: Path | None = None
+    trail_only: bool = False
     as_json: bool = False
 
 
 def run(options: AuditOptions) -> int:
-    """Read the whole trail; returns the exit status. Raises InputError where it cannot be read."""
+    """Read the whole trail and the recordings; returns the exit status.
+
+    Raises InputError where the trail cannot be read, or the folder of recordings is none.
+    """
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.kernel.errors import InputError
     from opensuction.records import audit
 
+    folder = options.recordings
+    if folder is not None and not folder.is_dir():
+        raise InputError(f"--recordings {folder}: no such folder")
+    asked = audit.Asked(options.expect_head, folder, not options.trail_only)
     database = audit.open_for_audit(options.database)
     try:
-        report = ProgressTeller().wait(
-            lambda: audit.audit(database, options.expect_head), "Reading the trail"
-        )
+        report = ProgressTeller().wait(lambda: audit.audit(database, asked), "Reading the trail")
     finally:
         database.engine.dispose()
     data: Json = {
@@ -39,28 +48,48 @@ def run(options: AuditOptions) -> int:
         "broken": report.broken,
         "broken_at": report.broken_at,
         "expected_head": options.expect_head,
+        "recordings": {
+            "read": report.recordings,
+            "faults": list(report.faults),
+            "unbound": report.unbound,
+            "unbound_since": list(report.unbound_since),
+        },
     }
     show(options.as_json, data, lambda console: _summarise(console, data))
     return exit_status.DONE if data["ok"] else exit_status.FAILED
 
 
 def _summarise(console: "Console", data: Json) -> None:
+    recordings = data["recordings"]
+    lines = [f"BROKEN: {one}" for one in recordings["faults"] or filter(None, [data["broken"]])]
     if data["ok"]:
         entries = "1 entry" if data["entries"] == 1 else f"{data['entries']} entries"
-        line = f"OK: {entries}, last hash {data['last_hash']}"
-    else:
-        line = f"BROKEN: {data['broken']}"
-    console.print(f"{data['database']}: {line}", soft_wrap=True)
+        lines.append(f"OK: {entries}, last hash {data['last_hash']}")
+        if recordings["read"]:
+            lines.append(f"OK: {_count(recordings['read'])} as their recorders left them")
+    if recordings["unbound"]:
+        lines.append(f"{_count(recordings['unbound'])} unbound: no hash on record")
+    lines += [
+        f"unbound although others before it are not: {one}" for one in recordings["unbound_since"]
+    ]
+    for line in lines:
+        console.print(f"{data['database']}: {line}", soft_wrap=True)
+
+
+def _count(recordings: int) -> str:
+    return "1 recording" if recordings == 1 else f"{recordings} recordings"
 
 
 COMMAND = Command(
     name="audit",
     options=AuditOptions,
     run=run,
-    sentence="Whether the records are whole: nothing changed, removed, added.",
+    sentence="Whether the records are whole: nothing changed, removed, added or swapped.",
     details="Reads the trail of a database of records from its first entry to its last, each "
-    "chained to the one before by its hash, and holds every stored row against it. It says OK "
-    "with the number of entries and the last hash, or what is wrong first. It writes nothing. "
+    "chained to the one before by its hash, and holds every stored row against it; then every "
+    "recording against its size and hash on record. It says OK with the number of entries and the "
+    "last hash, or what is wrong: of the trail first, of the recordings each. It writes nothing. "
+    "Recordings of earlier releases have no hash on record and are said to be unbound. "
     "Without --expect-head nobody can tell a trail that was written anew as a whole, or whose end "
     "was cut off together with its head: note the last hash elsewhere, now and then.",
     examples="""\b
@@ -68,6 +97,7 @@ Examples:
   opensuction audit                           your own records
   opensuction audit --database ward.db        of a file
   opensuction audit --database postgresql://auditor@host/records
+  opensuction audit --recordings /mnt/archive  recordings that were moved there
   opensuction audit --json | jq -r .last_hash
   opensuction audit --expect-head $(cat noted)  also: what was noted then
 
@@ -75,5 +105,5 @@ Examples:
 Environment:
   OPENSUCTION_DATABASE  the database where --database names none
   PGPASSWORD            of a server; or use ~/.pgpass, not the command line""",
-    ends="0 whole, 1 broken or without the expected head",
+    ends="0 whole, 1 broken, without the expected head, or a recording is not as it was",
 )

@@ -4,8 +4,10 @@ A chunk goes to the system in one piece and is whole by itself. A disk that is f
 as it was after the last whole chunk; what could not be written is the caller's to tell.
 """
 
+import hashlib
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from io import BytesIO, FileIO
 from pathlib import Path
 from types import TracebackType
@@ -31,6 +33,7 @@ from opensuction.kernel import private_file
 from opensuction.recording.cycle_file import event as events
 from opensuction.recording.cycle_file import frame, row_layout, row_schema
 from opensuction.recording.cycle_file.event import Event
+from opensuction.recording.cycle_file.extent import EMPTY, Extent
 from opensuction.recording.cycle_file.frame import Batch
 from opensuction.recording.cycle_file.heading import PROFILE, Heading, to_metadata
 from opensuction.recording.cycle_file.row_layout import Table
@@ -49,6 +52,10 @@ PACKED_ROWS = 250
 """Rows that are packed at once: table and messages fit into a processor's second cache."""
 
 
+Flushing = Callable[[Extent, Extent], None]
+"""Told before each write how far the file goes, and how far it will; after it that it does."""
+
+
 def message_name(topic: str) -> str:
     """Name of a topic's messages: ``/tick`` has ``Tick``."""
     return topic.strip("/").replace("/", "_").capitalize()
@@ -64,13 +71,16 @@ class RecordingWriter:
         tables: Mapping[str, Sequence[Column]],
         chunk_rows: int = FLUSHED_ROWS,
         is_private: bool = False,
+        flushing: Flushing | None = None,
     ) -> None:
         """Create the file and write its heading.
 
         target: a path, or a file in memory, which stays open. tables: columns of the rows of each
         topic. chunk_rows: a chunk is written as soon as it has so many; fewer lose less when power
         fails, more make a smaller file. is_private: for this user alone, whatever the
-        umask. Raises OSError where the file cannot be written, FileExistsError where there is one.
+        umask. flushing: told of each write, before and after it; a write that failed is taken
+        back the same way. Raises OSError where the file cannot be written, and leaves none then;
+        FileExistsError where there is one.
         """
         opener = private_file.opener if is_private else None
         self._file = target if isinstance(target, BytesIO) else FileIO(target, "xb", opener=opener)
@@ -79,6 +89,9 @@ class RecordingWriter:
         self.began_ns = heading.began_ns
         self._chunk_rows = chunk_rows
         self._offset = self._crc = 0
+        self._flushing, self._sha256 = flushing, hashlib.sha256()
+        self.extent = EMPTY
+        """What the file holds so far; kept up only where `flushing` is given."""
         self._pending: list[Batch] = []
         self._pending_rows = 0
         self.written_rows = 0
@@ -108,6 +121,9 @@ class RecordingWriter:
             self._begin(heading)
         except OSError:
             self._let_go()
+            if isinstance(target, Path):
+                with suppress(OSError):  # each try would leave an empty file
+                    target.unlink()
             raise
 
     def _begin(self, heading: Heading) -> None:
@@ -123,15 +139,33 @@ class RecordingWriter:
     def _write(self, data: bytes) -> None:
         """Append to the file, or leave it as it was; raises OSError."""
         rest = memoryview(data)
+        before, hashed = self.extent, self._hash(data)
         try:
             while rest:
                 rest = rest[self._file.write(rest) :]
         except OSError as error:
             self._file.seek(self._offset)
             self._file.truncate()
+            self._tell(before, before)
             raise OSError(error.errno, error.strerror, self._name) from None
+        self._sha256 = hashed
         self._offset += len(data)
+        self._tell(self.extent, self.extent)
         self._crc = zlib.crc32(data, self._crc)
+
+    def _hash(self, data: bytes) -> "hashlib._Hash":
+        """The hash of the file with these bytes, which are announced."""
+        if self._flushing is None:
+            return self._sha256
+        hashed = self._sha256.copy()
+        hashed.update(data)
+        self._tell(self.extent, Extent(self._offset + len(data), hashed.hexdigest()))
+        return hashed
+
+    def _tell(self, before: Extent, after: Extent) -> None:
+        if self._flushing is not None:
+            self._flushing(before, after)
+            self.extent = after
 
     def _write_chunk(self, before: bytes, batches: list[Batch]) -> None:
         data, index = frame.chunk(before, batches, self._offset)

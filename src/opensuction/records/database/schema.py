@@ -29,6 +29,10 @@ LONGEST_FILE = 1_000_000
 LONGEST_LIFE_S = 86_400
 """A catheter is never used for longer. Source: [paper] II-A."""
 LARGEST_FR = 30
+LARGEST_PART = 1000
+"""As many files a recorder makes of one recording."""
+LARGEST_FILE = 2**62
+"""Bytes of a recording."""
 OUTCOMES = ("completed", "aborted", "interrupted")
 """Interrupted: found without an end after a crash."""
 PRIORITIES = ("low", "medium", "high")
@@ -156,6 +160,28 @@ action = Table(
     UniqueConstraint("number"),
     Index(None, "machine_serial"),
 )
+recording = Table(
+    "recording",
+    METADATA,
+    Column("name", Text, primary_key=True),
+    Column("machine_serial", ForeignKey("machine.serial"), nullable=False),
+    Column("cycle_recording", Text, nullable=False),
+    Column("part", Integer, nullable=False),
+    Column("folder", Text, nullable=False),
+    Column("size_bytes", SEQUENCE, nullable=False),
+    Column("sha256", Text, nullable=False),
+    Column("is_closed", Boolean, nullable=False),
+    Column("bound_at", UtcTime, nullable=False),
+    bound("name", LONGEST_NAME),
+    bound("cycle_recording", LONGEST_NAME),
+    CheckConstraint("part >= 1", name="part"),
+    bound("folder", LONGEST_TEXT),
+    CheckConstraint("size_bytes >= 0", name="size_bytes"),
+    bound("sha256", HASH_DIGITS, HASH_DIGITS),
+    one_of("is_closed", (True, False)),
+    Index(None, "cycle_recording"),
+)
+"""A file that a recorder has written; the cycle is the one that names `cycle_recording`."""
 request = Table(
     "request",
     METADATA,
@@ -177,6 +203,7 @@ AUDITED = (
     cycle_end,
     alarm,
     action,
+    recording,
     request,
     account_schema.account_state,
     account_schema.access_token,

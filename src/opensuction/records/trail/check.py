@@ -38,6 +38,14 @@ class AuditReport(NamedTuple):
     """What is wrong first; None: nothing is."""
     broken_at: int | None = None
     """The entry where it is, where it is in one."""
+    recordings: int = 0
+    """Files that were held against the hashes on record, once the trail was found whole."""
+    faults: tuple[str, ...] = ()
+    """What is wrong with them, a sentence each."""
+    unbound: int = 0
+    """Cycles that have ended whose recording has no hash on record."""
+    unbound_since: tuple[str, ...] = ()
+    """Which of them came after the first of their machine that has one."""
 
 
 class _BrokenError(Exception):

@@ -1,0 +1,124 @@
+"""How far recordings were flushed and what they hold until there, for after a recorder's death.
+
+It lies in the machine's folder, in memory, and outlives the recorder: the one that begins anew puts
+on record what the one before had written. Each write of a recording is noted before it is made and
+once it is made, so that a file is as it is noted, or its recorder died in a write: then it is as
+before that, or as after it, or ends within it.
+"""
+
+import contextlib
+import json
+import sys
+import threading
+from pathlib import Path
+from typing import NamedTuple
+
+from opensuction.recording.cycle_file import extent
+from opensuction.recording.cycle_file.extent import EMPTY, Extent
+from opensuction.records.entry import BoundFile
+
+
+class Note(NamedTuple):
+    """What is known of a recording that is being written."""
+
+    cycle_recording: str
+    """Name of its first part."""
+    part: int
+    folder: str
+    before: Extent = EMPTY
+    """What it held before the last write."""
+    after: Extent = EMPTY
+    """What it holds after it."""
+    is_closed: bool = False
+
+
+class Flushed:
+    """The notes of a machine's recorder, by the names of the files. Several threads may ask."""
+
+    def __init__(self, path: Path) -> None:
+        """Takes up what a recorder before has left there."""
+        self._path, self._lock, self._failed = path, threading.Lock(), False
+        self._notes = _read(path)
+        self._used = set(self._notes)
+        """Names that were written to, whether the files are still there or not."""
+
+    def __contains__(self, name: str) -> bool:
+        with self._lock:
+            return name in self._used
+
+    def left(self) -> dict[str, Note]:
+        """All that are kept."""
+        with self._lock:
+            return dict(self._notes)
+
+    def put(self, name: str, note: Note) -> None:
+        """Keep a note, in place of the one before."""
+        with self._lock:
+            self._notes[name] = note
+            self._used.add(name)
+            self._write()
+
+    def drop(self, name: str, was_made: bool = True) -> None:
+        """Forget a file: it is on record, or was never made, and the name is free again."""
+        with self._lock:
+            if not was_made:
+                self._used.discard(name)
+            if self._notes.pop(name, None) is not None:
+                self._write()
+
+    def _write(self) -> None:
+        """Whole or not at all. Where it cannot be, recordings go on, and are bound as they end."""
+        new = self._path.with_name(f"{self._path.name}.new")
+        try:
+            new.write_text(json.dumps(self._notes), encoding="utf-8")
+            new.replace(self._path)
+        except OSError as error:
+            if not self._failed:
+                sys.stderr.write(f"opensuction: {self._path} cannot be written: {error.strerror}\n")
+            self._failed = True
+
+
+def _read(path: Path) -> dict[str, Note]:
+    """What is kept there; nothing where it cannot be read."""
+    with contextlib.suppress(OSError, ValueError, TypeError, AttributeError):
+        told = json.loads(path.read_text(encoding="utf-8"))
+        return {name: _to_note(*fields) for name, fields in told.items()}
+    return {}
+
+
+def _to_note(
+    cycle_recording: str,
+    part: int,
+    folder: str,
+    before: list[int | str],
+    after: list[int | str],
+    is_closed: bool,
+) -> Note:
+    (size, digest), (later_size, later_digest) = before, after
+    return Note(
+        str(cycle_recording),
+        int(part),
+        str(folder),
+        Extent(int(size), str(digest)),
+        Extent(int(later_size), str(later_digest)),
+        bool(is_closed),
+    )
+
+
+def bind(name: str, note: Note) -> BoundFile:
+    """What is to be put on record of a file, by its note and by what lies there.
+
+    A file that is neither as before its last write nor as after it, nor ends within it, was cut or
+    changed: what its recorder wrote goes on record, and an audit finds the file otherwise.
+    """
+    found = note.after
+    if not note.is_closed and note.before != note.after:
+        with contextlib.suppress(OSError):
+            first, whole = extent.measure(Path(note.folder) / name, note.before.size_bytes)
+            if first != note.before:
+                found = note.before
+            elif whole.size_bytes < note.after.size_bytes:
+                found = whole
+    return BoundFile(
+        name, note.cycle_recording, note.part, note.folder, *found, is_closed=note.is_closed
+    )
