@@ -12,11 +12,15 @@ import pyarrow.parquet
 import pytest
 
 from opensuction.kernel import arithmetic_fingerprint
+from opensuction.recording.cycle_file import extent
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.writer import RecordingWriter
+from opensuction.records.entry import BoundFile
+from opensuction.records.records import Records
 from tests.cli.command import PROGRAM, Ran, opensuction, opensuction_process
 from tests.kernel.another_arithmetic import ANOTHER_WAY, takes_another_way
+from tests.records.example import COMPLETED, MACHINE, start
 
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none", "--seed", "5")
 HEAD = "inputs.readings.head_mm"
@@ -308,3 +312,80 @@ def test_a_cycle_can_leave_no_recording_and_none_of_an_older_run(tmp_path: Path)
     ran = opensuction(*CYCLE, *arguments, cwd=tmp_path)
     assert json.loads(ran.stdout)["recording"] is None
     assert not (tmp_path / "run" / "recording.mcap").exists()
+
+
+NAME, OTHER = (f"20261123T120000-0badcafe-00000{tick}.mcap" for tick in (1250, 9250))
+
+
+@pytest.fixture
+def bound(recording: Path) -> Path:
+    """The same under a recorder's name, on record in ward.db as that of cycle 1."""
+    path = recording.rename(recording.with_name(NAME))
+    with Records.open(str(path.with_name("ward.db"))) as records:
+        for name in (NAME, OTHER):
+            cycle = records.begin_cycle(start()._replace(recording=name))
+            records.end_cycle(cycle, COMPLETED)
+        (found,) = extent.measure(path)
+        file = BoundFile(NAME, NAME, 1, str(path.parent), *found, is_closed=True)
+        records.bind_recording(MACHINE, file)
+        digest = "0f" * 32
+        other = file._replace(name=OTHER, cycle_recording=OTHER, sha256=digest)
+        records.bind_recording(MACHINE, other)
+    return path
+
+
+def report(folder: Path, name: str) -> Ran:
+    return opensuction(
+        "report", name, "--database", "ward.db", "--out", "page", "--json", cwd=folder
+    )
+
+
+def test_a_report_says_that_its_file_is_what_was_put_on_record(bound: Path) -> None:
+    ran = report(bound.parent, NAME)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert json.loads(ran.stdout)["on_record"] == {
+        "state": "bound",
+        "sentence": f"the recording {NAME} of cycle 1 of machine M-1, as its recorder left it",
+    }
+    page = (bound.parent / "page" / "report.html").read_text()
+    assert f"the recording {NAME} of cycle 1 of machine M-1" in page
+
+
+def test_under_any_other_name_it_is_known_by_what_it_holds(bound: Path) -> None:
+    shutil.copy(bound, bound.with_name("cycle-1.mcap"))
+    assert json.loads(report(bound.parent, "cycle-1.mcap").stdout)["on_record"]["state"] == "bound"
+
+
+@pytest.mark.parametrize("is_on_record", [True, False])
+def test_no_report_is_made_of_another_cycle_s_file_under_this_one_s_name(
+    bound: Path, is_on_record: bool
+) -> None:
+    name = OTHER if is_on_record else OTHER.replace("9250", "7250")
+    bound.rename(bound.with_name(name))
+    line = one_line(report(bound.parent, name), 2)
+    assert f"the recording {NAME} of cycle 1 of machine M-1" in line
+    assert name in line
+    assert not (bound.parent / "page").exists()
+
+
+def test_one_that_was_cut_is_reported_and_said_to_be_so(bound: Path) -> None:
+    bound.write_bytes(bound.read_bytes()[:-100])
+    ran = report(bound.parent, NAME)
+    assert ran.returncode == 1
+    assert f"the recording {NAME} of cycle 1 of machine M-1 was cut: " in ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["on_record"]["state"] == "cut"
+    assert "was cut: " in (bound.parent / "page" / "report.html").read_text()
+
+
+def test_one_that_nothing_is_on_record_of_is_unbound(bound: Path, folder: Path) -> None:
+    shutil.copy(bound, bound.with_name("a.mcap"))
+    Path(bound.with_name("a.mcap")).write_bytes(bound.read_bytes()[:-1])
+    assert json.loads(report(bound.parent, "a.mcap").stdout)["on_record"] == {
+        "state": "unbound",
+        "sentence": "unbound: no hash of it is on record",
+    }
+    line = one_line(
+        opensuction("report", "run/recording.mcap", "--database", "x.db", cwd=folder), 2
+    )
+    assert "no such file" in line

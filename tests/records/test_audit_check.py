@@ -27,10 +27,10 @@ EVERY = (*schema.KEPT, schema.audit_head)
 def filled(url: str, tmp_path: Path) -> Iterator[Records]:
     with Records.open(url, clock=Clock()) as records:
         fill(records)
-        fill_accounts(records)
         path = tmp_path / recorded.name_of(1)
         path.write_bytes(b"no more than a hash is asked of it")
         records.bind_recording(MACHINE, recorded.bound(path, 1))
+        fill_accounts(records)
         yield records
 
 

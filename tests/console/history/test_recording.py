@@ -3,19 +3,23 @@
 import json
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from opensuction.console.history import recording_file, report_page
+from opensuction.recording.cycle_file import extent
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.recording.cycle_file.tick_table import TABLES, TICK_COLUMNS, TICKS
 from opensuction.recording.cycle_file.writer import RecordingWriter
-from opensuction.records.entry import CycleEnd, Outcome
-from tests.console.history.past import ATTACK, NOON, RECORDING, join, remember, start
+from opensuction.records import recording_check
+from opensuction.records.entry import BoundFile, CycleEnd, Outcome
+from tests.console.history.past import ATTACK, NOON, RECORDING, Past, join, remember, start
 from tests.console.served import Served
+from tests.runtime.identity import ABOUT
 
 V1 = "/api/v1"
 
@@ -253,3 +257,123 @@ def test_names_and_details_stay_text(console: Served, recording: Path) -> None:
     answer = console.client("observer").get(f"{V1}/cycles/{past.completed}/report")
     assert answer.status_code == 200
     assert "<img" not in answer.text
+
+
+OTHER = "20261124T120000-0badcafe-000001250.mcap"
+
+
+def remember_bound(console: Served, recording: Path) -> tuple[Past, str]:
+    """The same past with its recording on record, and a cycle that was aborted with its own."""
+    past = remember(console, recording)
+    records, folder = console.site.records, console.site.recordings
+    reader = RecordingReader(recording)
+    rows = [one for one in reader.contents() if isinstance(one, Rows)]
+    with RecordingWriter(folder / OTHER, reader.heading, TABLES) as file:
+        for one in rows[: len(rows) // 2]:
+            file.add_rows(one.topic, one.times_ns, one.table)
+    records.end_cycle(past.running, CycleEnd(Outcome.INTERRUPTED))
+    aborted = records.begin_cycle(start(OTHER), at=NOON)
+    records.end_cycle(aborted, CycleEnd(Outcome.ABORTED), at=NOON)
+    for name in (RECORDING, OTHER):
+        (found,) = extent.measure(folder / name)
+        file_of = BoundFile(name, name, 1, str(folder), *found, is_closed=True)
+        records.bind_recording(ABOUT.machine, file_of)
+    return past, aborted
+
+
+def test_no_report_is_made_of_another_cycle_s_recording(console: Served, recording: Path) -> None:
+    past, aborted = remember_bound(console, recording)
+    client, folder = console.client("engineer"), console.site.recordings
+    assert client.get(f"{V1}/cycles/{aborted}/report").status_code == 200
+    assert client.get(f"{V1}/cycles/{past.completed}/report").status_code == 200
+    one = client.get(f"{V1}/cycles/{past.completed}").json()
+    assert (one["recording_bound"], one["recording_fault"]) == (True, None)
+    (folder / RECORDING).rename(folder / "aside")
+    (folder / OTHER).rename(folder / RECORDING)
+    (folder / "aside").rename(folder / OTHER)
+    words = (
+        f"the recording {OTHER} of cycle 4 of machine twin-1 was swapped: the file there is the "
+        f"recording {RECORDING} of cycle 1 of machine twin-1"
+    )
+    for path in ("report", "recording", "replay"):
+        answer = client.get(f"{V1}/cycles/{aborted}/{path}")
+        assert (answer.status_code, answer.json()["detail"]) == (422, words), path
+        assert answer.headers["content-type"] == "application/problem+json"
+    assert client.get(f"{V1}/cycles/{aborted}").json()["recording_fault"] == words
+    listed = {one["id"]: one for one in client.get(f"{V1}/cycles").json()["cycles"]}
+    assert "has another length" in listed[aborted]["recording_fault"]
+    client.get(f"{V1}/trends")
+    join("_fill")
+    trends = client.get(f"{V1}/trends").json()
+    assert (trends["pending"], trends["without_recording"]) == (0, trends["cycles"])
+    client.post(f"{V1}/audit", json={})
+    join("_read_trail")
+    verdict = client.get(f"{V1}/audit").json()["verdict"]
+    assert (verdict["is_whole"], len(verdict["faults"])) == (False, 2)
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-1])
+
+
+def change(path: Path) -> None:
+    """One bit, and the file's time is what it was."""
+    facts, data = path.stat(), bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    os.utime(path, ns=(facts.st_atime_ns, facts.st_mtime_ns))
+
+
+def add_part(path: Path) -> None:
+    part = path.with_name(f"{path.stem}-2.mcap")
+    part.write_bytes(path.read_bytes())
+
+
+@pytest.mark.parametrize(
+    ("hand", "status", "words"),
+    [
+        (cut, 422, "was cut: "),
+        (change, 422, "was changed: "),
+        (Path.unlink, 404, "is missing"),
+        (add_part, 422, f"{RECORDING[:-5]}-2.mcap lies beside the recording {RECORDING} of cycle"),
+    ],
+    ids=["cut", "changed", "removed", "a part added"],
+)
+def test_a_recording_that_is_not_as_it_was_is_said_in_words(
+    console: Served,
+    recording: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    hand: Callable[[Path], None],
+    status: int,
+    words: str,
+) -> None:
+    monkeypatch.setattr(recording_check, "RECENT_S", -1.0)
+    past, _ = remember_bound(console, recording)
+    client = console.client("observer")
+    assert client.get(f"{V1}/cycles/{past.completed}/replay").status_code == 200
+    hand(console.site.recordings / RECORDING)
+    answer = client.get(f"{V1}/cycles/{past.completed}/report")
+    assert answer.status_code == status
+    assert words in answer.json()["detail"]
+    assert str(console.site.recordings) not in answer.json()["detail"]
+    assert words in client.get(f"{V1}/cycles/{past.completed}").json()["recording_fault"]
+
+
+def test_one_without_a_hash_on_record_is_unbound_and_shown(
+    console: Served, recording: Path
+) -> None:
+    past = remember(console, recording)
+    client = console.client("observer")
+    one = client.get(f"{V1}/cycles/{past.completed}").json()
+    assert (one["recording_bound"], one["recording_fault"]) == (False, None)
+    assert client.get(f"{V1}/cycles/{past.completed}/report").status_code == 200
+    reader = RecordingReader(recording)
+    about = {**reader.heading.about, "file": OTHER}
+    path = console.site.recordings / RECORDING
+    path.unlink()
+    rows = [one for one in reader.contents() if isinstance(one, Rows)]
+    with RecordingWriter(path, reader.heading._replace(about=about), TABLES) as file:
+        file.add_rows(rows[0].topic, rows[0].times_ns, rows[0].table)
+    detail = client.get(f"{V1}/cycles/{past.completed}/report").json()["detail"]
+    assert detail.startswith(f"{RECORDING} is not what it is called")
+    assert OTHER in detail, "it says so itself"

@@ -41,22 +41,26 @@ class ReportOptions(NamedTuple):
     """What ``report`` takes."""
 
     recording: Path
+    database: str | None = None
     results: OutputChoice = OutputChoice()
 
 
 def _report(options: ReportOptions) -> int:
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         from opensuction.cli.delivery import to_text
-        from opensuction.session.recorded import report_run
+        from opensuction.session.recorded import on_record, report_run
 
-        found = report_run.run([options.recording])
-        data = found.summary
+        known = on_record.find(options.recording, options.database)
+        found = report_run.run([options.recording], known.sentence)
+        data = {**found.summary, "on_record": known.to_json()}
         _tell_flaw(data, progress)
+        if known.is_faulty:
+            progress.tell(known.sentence)
         return CommandResult(
             data,
             {PAGE: found.html, DATA: to_text(data)},
             lambda console, final: _summarise_report(console, data, final),
-            is_good=not data["damaged"],
+            is_good=not data["damaged"] and not known.is_faulty,
         )
 
     return deliver(options.results, "report", work, "Reading")
@@ -232,16 +236,18 @@ REPORT = Command(
     details="Reads what the machine's sensors measured and what its controller decided and "
     "estimated, and writes report.html (open it in a browser) and report.json. There is no sensor "
     "at the tip: where it was is the controller's estimate. What only the twin knows is said to be "
-    "not known.",
+    "not known. The file is held against its hash in the records, where there are some: one that "
+    "is the recording of another cycle is refused, one that was cut or changed is said to be so.",
     examples="""\b
 Examples:
   opensuction report runs/RUN/CYCLE.mcap
   opensuction report run1/recording.mcap --out page
+  opensuction report runs/RUN/CYCLE.mcap --database ward.db
   opensuction report run1/recording.mcap --json | jq .timing
 
 A recording that was not finished, or is damaged, is reported up to there; a line and the page say
 where.""",
-    ends="0 written, 1 the file is damaged: what lies before was reported",
+    ends="0 written, 1 the file is damaged, or is not as on record: what is there was reported",
 )
 EXPORT = Command(
     name="export",

@@ -37,9 +37,15 @@ class Cycle(BaseModel):
     """Its recording lies here, and is finished."""
     recording_bytes: int | None
     recording_parts: int
+    recording_bound: bool
+    """A hash of it is on record."""
+    recording_fault: str | None
+    """How it is not what was put on record; in a list by its presence and length alone."""
 
     @classmethod
-    def of(cls, cycle: PastCycle, parts_bytes: tuple[int, int] | None) -> Self:
+    def of(
+        cls, cycle: PastCycle, parts_bytes: tuple[int, int] | None, bound: bool, fault: str | None
+    ) -> Self:
         """parts_bytes: how many parts its recording has, and their size; None: it is not here."""
         kept = {name: value for name, value in cycle._asdict().items() if name in cls.model_fields}
         kept["outcome"] = None if cycle.outcome is None else str(cycle.outcome)
@@ -50,6 +56,8 @@ class Cycle(BaseModel):
             has_recording=parts_bytes is not None and cycle.outcome is not None,
             recording_bytes=size,
             recording_parts=parts,
+            recording_bound=bound,
+            recording_fault=fault,
         )
 
 
@@ -154,6 +162,14 @@ class AuditVerdict(BaseModel):
     broken: str | None
     broken_at: int | None
     expected: str | None
+    recordings: int
+    """That were held against their hashes."""
+    faults: list[str]
+    """What is wrong with them."""
+    unbound: int
+    """Cycles whose recording has no hash on record."""
+    unbound_since: list[str]
+    """Which of them came after the first that has one."""
 
 
 class Audit(BaseModel):

@@ -3,6 +3,7 @@
 import math
 import threading
 import time
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
@@ -18,14 +19,18 @@ from opensuction.console.history.trend import Day
 from opensuction.console.history.verification import Verification
 from opensuction.console.site import Site
 from opensuction.kernel.errors import InputError
+from opensuction.records import recording_check
 from opensuction.records.entry import Action
 from opensuction.records.history import LONGEST_PAGE, PastCycle, Wanted
+from opensuction.records.recording_check import BoundRecording, Fault, Kind
 
 MOST_CYCLES = 5000
 """That a trend is made of."""
 TAKEN = "take-recording"
 """In the records, of who took one."""
 TAKEN_AGAIN_S = 3600.0
+MOST_CHECKED = 10_000
+"""Recordings of which it is remembered whether they are what was put on record."""
 _MAKING = threading.Lock()
 
 
@@ -50,6 +55,7 @@ class Archive:
         self._lock = threading.Lock()
         self._taken: dict[tuple[str, str, int], float] = {}
         """Who took which part of which cycle's recording within the last hour, and when."""
+        self._checked: dict[tuple[RecordingFile, tuple[BoundRecording, ...]], Fault | None] = {}
 
     def machine(self) -> str:
         """Serial of the machine whose console it is. Raises Problem where there is none."""
@@ -70,14 +76,74 @@ class Archive:
         return recording_file.find(self.site.recordings, cycle.recording)
 
     def finished_file(self, cycle_id: str) -> tuple[PastCycle, RecordingFile]:
-        """A cycle with its recording. Raises Problem where that is not here, or not finished."""
+        """A cycle with its recording.
+
+        Raises Problem where that is not here, not finished, or not what was put on record.
+        """
         cycle = self.cycle(cycle_id)
         if cycle.outcome is None:
             raise Problem(409, "the cycle has not ended: its recording is being written")
         file = self.file(cycle)
+        fault = self.find_fault(file, self.history.list_recordings([cycle]))
+        if fault is not None:
+            raise Problem(404 if fault.kind == Kind.MISSING else 422, fault.sentence)
         if file is None:
             raise Problem(404, "the cycle's recording does not lie in this console's folder")
         return cycle, file
+
+    def recordings_of(self, cycles: Sequence[PastCycle]) -> dict[str, list[BoundRecording]]:
+        """What is on record of the recordings of these cycles, by the cycles' ids."""
+        of: dict[tuple[str, str], list[BoundRecording]] = {}
+        for one in self.history.list_recordings(cycles):
+            of.setdefault((one.machine, one.file.cycle_recording), []).append(one)
+        return {one.id: of.get((one.machine, one.recording or ""), []) for one in cycles}
+
+    def find_size_fault(self, known: Sequence[BoundRecording]) -> Fault | None:
+        """What is wrong with a recording by its presence and length alone."""
+        for one in known:
+            fault = recording_check.check_size(one, self.site.recordings / one.file.name)
+            if fault is not None:
+                return fault
+        return None
+
+    def find_fault(
+        self, file: RecordingFile | None, known: Sequence[BoundRecording]
+    ) -> Fault | None:
+        """What is wrong with a recording; None: it is what was put on record, or nothing was.
+
+        known: what is on record of it. What was read once is read again when it has changed.
+        """
+        if file is None:
+            return self.find_size_fault(known)
+        key = (file, tuple(known))
+        if key in self._checked:
+            return self._checked[key]
+        found = self._check(file, known)
+        # Of one that was written to a moment ago a further part may be let pass.
+        if time.time() - file.changed_ns * 1e-9 > recording_check.RECENT_S:
+            if len(self._checked) >= MOST_CHECKED:
+                self._checked.clear()
+            self._checked[key] = found
+        return found
+
+    def _check(self, file: RecordingFile, known: Sequence[BoundRecording]) -> Fault | None:
+        """See `find_fault`; reads every byte."""
+        for one in known:
+            path = self.site.recordings / one.file.name
+            fault = recording_check.check(one, path, self._find_owner)
+            if fault is not None:
+                return fault
+        if known:
+            by_name = {one.file.name: one for one in known}
+            found = recording_check.find_strange(by_name, self.site.recordings)
+        else:
+            found = [
+                fault for path in file.parts if (fault := recording_check.find_misnaming(path))
+            ]
+        return found[0] if found else None
+
+    def _find_owner(self, sha256: str) -> BoundRecording | None:
+        return self.history.find_recording(sha256=sha256)
 
     def note_taken(self, cycle: PastCycle, part: int, holder: Holder) -> None:
         """Put on record who took a recording: it leaves what guards it.
@@ -104,7 +170,7 @@ class Archive:
     ) -> Trends:
         """Trends of this machine; figures that are not known yet are begun to be worked out."""
         cycles, cut = self._cycles(Wanted(since, until))
-        joined, pending, without = [], [], 0
+        joined, pending, without = [], {}, 0
         for cycle in cycles:
             file = None if cycle.outcome is None else self.file(cycle)
             figures = None if file is None else self.desk.figures(file)
@@ -112,9 +178,14 @@ class Archive:
                 without += 1
                 figures = None
             elif figures is None:
-                pending.append(file)
+                pending[file] = cycle
             joined.append((cycle, figures))
-        self.desk.fill(pending)
+
+        def refuse(file: RecordingFile) -> str | None:
+            fault = self.find_fault(file, self.history.list_recordings([pending[file]]))
+            return None if fault is None else fault.sentence
+
+        self.desk.fill(list(pending), refuse)
         return Trends(trend.days(joined, ahead_of_utc), len(cycles), len(pending), without, cut)
 
     def _cycles(self, wanted: Wanted) -> tuple[list[PastCycle], bool]:

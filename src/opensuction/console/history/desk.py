@@ -5,7 +5,7 @@ import logging
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -158,18 +158,32 @@ class Desk:
             self._figures[file] = found
         return found
 
-    def fill(self, files: Sequence[RecordingFile]) -> None:
-        """Have the figures of recordings worked out, unless that is going on."""
+    def fill(
+        self, files: Sequence[RecordingFile], refuse: Callable[[RecordingFile], str | None]
+    ) -> None:
+        """Have the figures of recordings worked out, unless that is going on.
+
+        refuse: why a file is not what it should be, asked in the thread that works; None: it is.
+        """
         with self._state:
             if self._is_filling or not files:
                 return
             self._is_filling = True
-        threading.Thread(target=self._fill, args=(list(files),), daemon=True).start()
+        threading.Thread(target=self._fill, args=(list(files), refuse), daemon=True).start()
 
-    def _fill(self, files: list[RecordingFile]) -> None:
+    def _fill(
+        self, files: list[RecordingFile], refuse: Callable[[RecordingFile], str | None]
+    ) -> None:
         try:
             for first in range(0, len(files), AT_ONCE):
-                some = files[first : first + AT_ONCE]
+                some = []
+                for file in files[first : first + AT_ONCE]:
+                    refused = refuse(file)
+                    if refused is None:
+                        some.append(file)
+                    else:
+                        answer = {"refused": refused}
+                        self._kept.keep(file, FIGURE_KIND, json.dumps(answer).encode())
                 with self._slow:
                     for file, answer in zip(some, _work(FIGURES, some), strict=False):
                         self._kept.keep(file, FIGURE_KIND, json.dumps(answer).encode())

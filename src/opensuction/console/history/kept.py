@@ -15,7 +15,7 @@ from opensuction.console.history.recording_file import RecordingFile
 from opensuction.kernel import private_file
 
 FOLDER = ".history"
-FORMAT = 2
+FORMAT = 3
 """Of what is kept; the next number makes everything be worked out anew."""
 
 

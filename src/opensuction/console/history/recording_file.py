@@ -18,7 +18,7 @@ class RecordingFile(NamedTuple):
     size: int
     """Bytes of all parts."""
     changed_ns: int
-    """When the last of them was written to."""
+    """When the last of them was written to, or put in its place."""
 
 
 def _is_file(path: Path) -> bool:
@@ -50,5 +50,5 @@ def find(folder: Path, name: str | None) -> RecordingFile | None:
         name,
         tuple(parts),
         sum(one.st_size for one in facts),
-        max(one.st_mtime_ns for one in facts),
+        max(max(one.st_mtime_ns, one.st_ctime_ns) for one in facts),
     )

@@ -16,6 +16,7 @@ from opensuction.console.history import answer, archive, report_page
 from opensuction.console.history.archive import Archive
 from opensuction.records.entry import Outcome
 from opensuction.records.history import LARGEST_NUMBER, LONGEST_SEARCH, PAGE, PastCycle, Wanted
+from opensuction.records.recording_check import BoundRecording
 
 router = APIRouter(tags=["History"])
 LONGEST_PAGE = 200
@@ -61,9 +62,18 @@ def _bounded(instant: datetime | None) -> datetime | None:
 Narrowed = Annotated[Wanted, Depends(wanted)]
 
 
-def _tell(here: Archive, cycle: PastCycle) -> answer.Cycle:
+def _tell(
+    here: Archive, cycle: PastCycle, known: list[BoundRecording], reads_file: bool = False
+) -> answer.Cycle:
+    """A cycle. known: of its recording. reads_file: it is held against its hash, not its length."""
     file = here.file(cycle)
-    return answer.Cycle.of(cycle, None if file is None else (len(file.parts), file.size))
+    fault = here.find_fault(file, known) if reads_file else here.find_size_fault(known)
+    return answer.Cycle.of(
+        cycle,
+        None if file is None else (len(file.parts), file.size),
+        bool(known),
+        None if fault is None or cycle.outcome is None else fault.sentence,
+    )
 
 
 @router.get("/cycles", responses=documented(401, 403, 422, 503))
@@ -79,13 +89,16 @@ def list_cycles(
     found = here.history.list_cycles(here.machine(), limit + 1, before, narrowed, outcome)
     shown = found[:limit]
     following = shown[-1].number if len(found) > limit else None
-    return answer.Cycles(cycles=[_tell(here, one) for one in shown], next=following)
+    known = here.recordings_of(shown)
+    told = [_tell(here, one, known[one.id]) for one in shown]
+    return answer.Cycles(cycles=told, next=following)
 
 
 @router.get("/cycles/{id}", responses=documented(401, 403, 404, 422, 503))
 def read_cycle(here: Here, _: Looks, id: Id) -> answer.Cycle:  # noqa: A002 - its name in the path
     """One cycle."""
-    return _tell(here, here.cycle(id))
+    cycle = here.cycle(id)
+    return _tell(here, cycle, here.recordings_of([cycle])[id], reads_file=True)
 
 
 @router.get(

@@ -17,16 +17,25 @@ class Report(NamedTuple):
     html: str
 
 
-def sections(cycle: RecordedCycle) -> dict[str, Json]:
-    """Tables for the end of the page: what was recorded, and what the controller was set to."""
+def sections(cycle: RecordedCycle, on_record: str | None = None) -> dict[str, Json]:
+    """Tables for the end of the page: what was recorded, and what the controller was set to.
+
+    on_record: what the records say of the file, where it was held against them.
+    """
     settings: Settings = cycle.settings
     recorded = {
         name: value
         for name, value in replay_run.describe(cycle.heading).items()
         if name not in page.RUN and name != "notice"
     }
+    said = {} if on_record is None else {"on_record": on_record}
     return {
-        "Recording": {**recorded, "missing_ticks": cycle.missing, "tick_s": cycle.dt_s},
+        "Recording": {
+            **recorded,
+            **said,
+            "missing_ticks": cycle.missing,
+            "tick_s": cycle.dt_s,
+        },
         "Plan": {
             "preload_s": settings.plan.preload_s,
             "dwell_s": settings.plan.dwell_s,
@@ -43,12 +52,12 @@ def sections(cycle: RecordedCycle) -> dict[str, Json]:
     }
 
 
-def run(paths: list[Path]) -> Report:
+def run(paths: list[Path], on_record: str | None = None) -> Report:
     """The report of a recording.
 
-    paths: its file, or the parts of it in their order. Raises InputError for what is no recording,
-    holds no cycle, or cannot be read so far.
+    paths: its file, or the parts of it in their order. on_record: see `sections`. Raises InputError
+    for what is no recording, holds no cycle, or cannot be read so far.
     """
     cycle = recorded_cycle.read(paths)
     summary = recorded_summary.summary(cycle)
-    return Report(summary, page.render(summary, cycle.columns, sections(cycle)))
+    return Report(summary, page.render(summary, cycle.columns, sections(cycle, on_record)))

@@ -27,12 +27,14 @@ function facts(cycle) {
 function files(cycle) {
   const words = text.history.cycle;
   if (cycle.outcome === null) return make("p", { class: "history-note" }, words.notEnded);
+  if (cycle.recording_fault) return make("p", { class: "verdict bad" }, `\u2715 ${fill(words.fault, { fault: cycle.recording_fault })}`);
   if (!cycle.has_recording) return make("p", { class: "history-note" }, words.noRecording);
   const address = `api/v1/cycles/${encodeURIComponent(cycle.id)}/recording`;
   const links = [make("a", { class: "button primary", href: `${cycleAddress(cycle.id)}/report` }, words.report)];
   links.push(make("a", { class: "button", href: address, download: "" }, fill(words.recording, { size: bytes(cycle.recording_bytes) })));
   for (let n = 2; n <= cycle.recording_parts; n += 1) links.push(make("a", { class: "button", href: `${address}?part=${n}`, download: "" }, fill(words.part, { n })));
-  return make("div", { class: "row" }, links);
+  const row = make("div", { class: "row" }, links);
+  return cycle.recording_bound ? row : make("div", {}, row, make("p", { class: "history-note" }, words.unbound));
 }
 
 /** A section that asks for its own rows. */
@@ -65,7 +67,7 @@ export function mountCycle(root, context, id) {
     const parts = [alarmsOf(context.api, id)];
     if (context.session.may("see-audit")) parts.push(actionsOf(context.api, id));
     ends.push(...parts.map((part) => part.end));
-    const replay = cycle.has_recording ? new Replay(context.api, id) : null;
+    const replay = cycle.has_recording && !cycle.recording_fault ? new Replay(context.api, id) : null;
     if (replay) ends.push(() => replay.close());
     const inside = cycle.inside_at_end ? make("p", { class: "verdict bad" }, `\u2715 ${words.inside}`) : null;
     const title = make("h2", { class: "cycle-title", tabindex: "-1" }, fill(words.title, cycle));
