@@ -13,7 +13,7 @@ from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import BoundFile
 from opensuction.records.records import Records
 from opensuction.records.trail.check import AuditReport
-from opensuction.runtime import flushed
+from opensuction.runtime import flushed, room
 from opensuction.runtime.clerk import Clerk
 from opensuction.runtime.flushed import Flushed, Note
 from opensuction.runtime.recorder import Recorder
@@ -29,12 +29,12 @@ DIES_AT = 600
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory: pytest.TempPathFactory) -> Array:
     """A cycle that is broken off, with the rest before and after it."""
-    room = SteppedRoom(tmp_path_factory.mktemp("room"), *hurried(REST_S))
-    room.run(0.2)
-    broken_off(room)
-    room.run(1.5)
-    room.close()
-    return np.array(room.rows)
+    stepped = SteppedRoom(tmp_path_factory.mktemp("room"), *hurried(REST_S))
+    stepped.run(0.2)
+    broken_off(stepped)
+    stepped.run(1.5)
+    stepped.close()
+    return np.array(stepped.rows)
 
 
 class Kept:
@@ -170,6 +170,17 @@ def test_killed_in_a_write_the_file_is_bound_as_it_was_left(kept: Kept, share: f
     Flushed(kept.notes).put(path.name, Note(path.name, 1, str(kept.out), before, after))
     kept.bind()
     assert (kept.audit().broken, kept.audit().recordings) == (None, 1)
+
+
+def test_notes_outlive_the_machine_until_they_are_on_record(rows: Array, kept: Kept) -> None:
+    """All of its processes were killed, and a new machine begins in its folder."""
+    kept.record_and_die(rows[:DIES_AT])
+    (kept.notes.parent / "control.ring").touch()
+    kept.out.rename(kept.out.parent.parent / f"{kept.out.parent.name}-out")
+    room.clear(kept.notes.parent)
+    assert [path.name for path in kept.notes.parent.iterdir()] == [kept.notes.name]
+    kept.bind()
+    assert not kept.notes.exists(), "then nothing of them is left"
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"a.mcap": [1]}', '{"a.mcap": 7}'])

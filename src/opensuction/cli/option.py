@@ -223,7 +223,7 @@ OPTIONS: dict[str, Any] = {
     "recording": typer.Argument(
         metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
     ),
-    "recordings": typer.Argument(
+    "replayed": typer.Argument(
         metavar="FILE",
         help="Recordings (.mcap) that opensuction wrote: one, or several.",
         show_default=False,

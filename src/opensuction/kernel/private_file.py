@@ -8,7 +8,7 @@ umask leaves (`share`).
 import errno
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -110,12 +110,16 @@ def share(path: Path) -> None:
     path.chmod(full & ~before)
 
 
-def empty_folder(path: Path) -> None:
-    """Remove the files and links in a folder of this user. Raises OSError, for a link, too."""
+def empty_folder(path: Path, kept: Collection[str] = ()) -> None:
+    """Remove the files and links in a folder of this user but those of some names.
+
+    Raises OSError, for a link, too.
+    """
     handle = _open_folder(path)
     try:
         for name in os.listdir(handle):  # noqa: PTH208 - of a handle, which no link can replace
-            os.unlink(name, dir_fd=handle)
+            if name not in kept:
+                os.unlink(name, dir_fd=handle)
     finally:
         os.close(handle)
 

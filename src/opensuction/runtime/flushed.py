@@ -70,6 +70,9 @@ class Flushed:
         """Whole or not at all. Where it cannot be, recordings go on, and are bound as they end."""
         new = self._path.with_name(f"{self._path.name}.new")
         try:
+            if not self._notes:
+                self._path.unlink(missing_ok=True)
+                return
             new.write_text(json.dumps(self._notes), encoding="utf-8")
             new.replace(self._path)
         except OSError as error:

@@ -318,9 +318,7 @@ class Recorder:
             flushed.put(path.name, note._replace(before=before, after=after))
 
         try:
-            return RecordingWriter(
-                path, heading, tick_table.TABLES, is_private=True, flushing=tell
-            )
+            return RecordingWriter(path, heading, tick_table.TABLES, is_private=True, flushing=tell)
         except OSError:
             flushed.drop(path.name, was_made=False)
             raise

@@ -115,8 +115,11 @@ def passed_by(folder: Path) -> str:
 
 
 def clear(folder: Path) -> None:
-    """Nobody needs it any more: what lies in memory is given back. Raises InputError."""
+    """Nobody needs it any more: what lies in memory is given back. Raises InputError.
+
+    But for what is noted of recordings that are not on record yet: the next recorder puts it there.
+    """
     try:
-        private_file.empty_folder(folder)
+        private_file.empty_folder(folder, kept=(FLUSHED,))
     except OSError as error:
         raise InputError(f"{folder} cannot be emptied: {error.strerror}") from None

@@ -24,7 +24,7 @@ HEADING = "recording.json"
 class ReplayOptions(NamedTuple):
     """What ``replay`` takes."""
 
-    recordings: tuple[Path, ...]
+    replayed: tuple[Path, ...]
     as_json: bool = False
 
 
@@ -76,9 +76,9 @@ def _replay(options: ReplayOptions) -> int:
     from opensuction.cli.progress import ProgressTeller
 
     progress = ProgressTeller()
-    if len(options.recordings) > 1:
+    if len(options.replayed) > 1:
         return _replay_each(options, progress)
-    data = _play_again(options.recordings[0], progress)
+    data = _play_again(options.replayed[0], progress)
     show(options.as_json, data, lambda console: _summarise_replay(console, data))
     return _judge(data)
 
@@ -101,7 +101,7 @@ def _replay_each(options: ReplayOptions, progress: "ProgressTeller") -> int:
     """Replay several; one that is refused keeps no other from being replayed."""
     found: list[Json] = []
     statuses: set[int] = set()
-    for path in options.recordings:
+    for path in options.replayed:
         try:
             data = _play_again(path, progress)
             statuses.add(_judge(data))
