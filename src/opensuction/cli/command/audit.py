@@ -97,7 +97,7 @@ Examples:
   opensuction audit                           your own records
   opensuction audit --database ward.db        of a file
   opensuction audit --database postgresql://auditor@host/records
-  opensuction audit --recordings /mnt/archive  recordings that were moved there
+  opensuction audit --recordings /mnt/archive  where they lie by now
   opensuction audit --json | jq -r .last_hash
   opensuction audit --expect-head $(cat noted)  also: what was noted then
 
