@@ -5,6 +5,7 @@ import socket
 import ssl
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import httpx
@@ -12,6 +13,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from opensuction.console import server
 from opensuction.console.app import create_app
 from opensuction.console.guard.limits import UNHURRIED
 from opensuction.console.server import HEADERS_BYTES, HastyProtocol
@@ -69,6 +71,32 @@ def stops(console: Served) -> None:
     headers = {"Origin": console.url}
     answer = httpx.post(f"{console.url}/api/v1/requests", json=body, headers=headers)
     assert answer.json()["verdict"] == "pressed"
+
+
+SAID = {
+    "nothing": "",
+    "half a request": "GET /api/v1/state HTTP/1.1\r\n",
+    "a whole one": "GET /api/v1/state HTTP/1.1\r\nHost: {host}\r\n\r\n",
+    "no body": "POST /api/v1/requests HTTP/1.1\r\nHost: {host}\r\nContent-Length: 99\r\n\r\n",
+}
+
+
+@pytest.mark.parametrize("said", SAID)
+def test_however_many_connections_somebody_holds_a_new_one_stops(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: str
+) -> None:
+    monkeypatch.setattr(server, "CONNECTIONS_HERE", 20)
+    with listening(tmp_path, UNHURRIED) as console, ExitStack() as stack:
+        port = console.site.origin.port
+        page = stack.enter_context(httpx.Client(base_url=console.url))
+        assert page.get("/api/v1/state").status_code == 200
+        held = []
+        for _ in range(60):
+            made = socket.create_connection((HOST, port), timeout=10.0)
+            held.append(stack.enter_context(made))
+            made.sendall(SAID[said].format(host=f"{HOST}:{port}").encode())
+        stops(console)
+        assert page.get("/api/v1/state").status_code == 200
 
 
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: x"])

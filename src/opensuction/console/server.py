@@ -5,7 +5,6 @@ sends a letter a minute.
 """
 
 import asyncio
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ssl import SSLContext
@@ -31,11 +30,15 @@ PING_S = 10.0
 """A page that answers no ping for so long is gone."""
 ENDS_S = 2
 """Within this time what is asked is answered when the console ends."""
+NEEDED = (0, 0.0)
 BAD_REQUEST = 400
 
 
 class HastyProtocol(H11Protocol):
-    """Waits for a whole request, but not for ever; and has not too many of the same address."""
+    """Waits for a whole request, but not for ever; and has not too many of the same address.
+
+    One too many takes the place of the most expendable: a flood costs who makes it.
+    """
 
     headers_s = HEADERS_S
 
@@ -43,19 +46,46 @@ class HastyProtocol(H11Protocol):
         """See `asyncio.Protocol`."""
         super().connection_made(transport)
         self._timer: asyncio.TimerHandle | None = None
+        self._heard = 0
+        self._made_s = self.loop.time()
         peer = self.client[0] if self.client else "unknown"
-        clients = (getattr(one, "client", None) for one in self.connections)
-        peers = Counter(client[0] for client in clients if client)
+        others = [
+            one
+            for one in self.connections
+            if isinstance(one, HastyProtocol) and one is not self and one._is_of(peer)
+        ]
         most = CONNECTIONS_HERE if is_loopback(peer) else CONNECTIONS_ELSEWHERE
-        if peers[peer] > most:
+        if len(others) >= most:
             self.logger.warning("too many connections from %s", peer)
-            transport.abort()
-            return
+            # Or who opens many keeps everybody else of the same address or proxy out.
+            gone = max(others, key=HastyProtocol._expendable)
+            if gone._expendable() == NEEDED:
+                gone = self
+            gone.transport.abort()
+            if gone is self:
+                return
         self._wait()
+
+    def _is_of(self, peer: str) -> bool:
+        """Whether it is a connection of this address that is open."""
+        is_open = not self.transport.is_closing()
+        return is_open and self.client is not None and self.client[0] == peer
+
+    def _expendable(self) -> tuple[int, float]:
+        """How little is lost with it, the least with the highest; `NEEDED` where it is answered.
+
+        First those that have never asked and wait, then those that wait for a body, the oldest of
+        each; then those that have nothing to say now, of them who has asked most.
+        """
+        age_s = self.loop.time() - self._made_s
+        if self._is_waiting():
+            return (3, age_s) if self.cycle is None else (1, self._heard)
+        return (2, age_s) if self.cycle.more_body else NEEDED
 
     def data_received(self, data: bytes) -> None:
         """See `asyncio.Protocol`."""
         super().data_received(data)
+        self._heard += 1
         if self._is_waiting():
             self._wait()
         else:
