@@ -4,10 +4,8 @@ The twin survives all of it. Where the tip is, and whether somebody was told at 
 truth; what the dead had to say is looked for on disk and on record.
 """
 
-import itertools
 import math
 import os
-import random
 import shutil
 import signal
 import subprocess
@@ -33,6 +31,8 @@ from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
 from opensuction.runtime import launch, replay
 from opensuction.runtime.room import CONTROLS, RECORDS, SUPERVISES
+from opensuction.runtime.supervisor import CONTROL_HUNG_S
+from opensuction.runtime.ward import HUNG_S
 from opensuction.safety.condition import Condition
 from opensuction.simulation.closed_loop import DT_S
 from opensuction.simulation.machine_side import SHOWN_COLUMNS
@@ -45,8 +45,12 @@ VICTIMS = {
     "supervisor": (SUPERVISES,),
     "all": (SUPERVISES, RECORDS, CONTROLS),
 }
-CYCLE_S = 10.5
-"""How long the neonate's cycle takes: the kill comes at any instant of it."""
+LOCKS = {"control": CONTROLS, "recorder": RECORDS}
+"""Of what may hang, besides, at the moment of a death."""
+BOUNDS_S = {"control": CONTROL_HUNG_S, "recorder": HUNG_S}
+"""Without a sign of life for so long it is replaced."""
+REPLACED_S = 5.0
+"""So long after its bound another one is there: it is started, and loads its machine code."""
 OUT_WITHIN_S = 12.0
 """From the death of the controller to the tip out of the tube: the drives draw it out at once, with
 suction still on or not, at the speed of a withdrawal."""
@@ -78,6 +82,10 @@ class Fate(NamedTuple):
     outcome: str
     detail: str
     recordings: int
+    hung: str | None
+    """What hung besides from the death on."""
+    replaced_s: float
+    """From then, or from the next supervisor's first sign, until another one was in its place."""
     wrong: tuple[str, ...]
     """What was not as it must be; empty where all was."""
 
@@ -93,6 +101,9 @@ class Ward(Room):
         self.supervisor: subprocess.Popen[bytes] | None = None
         self.seen: list[np.ndarray] = []
         self.database = str(folder / "records.db")
+        self.hung: tuple[str, int] | None = None
+        self.hung_s = self.replaced_s = math.inf
+        """When it did, and when another one was there in its place; monotonic."""
         self.supervise()
 
     def supervise(self) -> None:
@@ -147,6 +158,7 @@ class Ward(Room):
         return holder(self.folder / lock)
 
     def kill(self, victim: str) -> None:
+        self.killed_s = time.monotonic()
         for lock in VICTIMS[victim]:
             pid = self.holder(lock)
             if pid is not None:
@@ -154,6 +166,31 @@ class Ward(Room):
         if victim in ("supervisor", "all"):
             assert self.supervisor is not None
             self.supervisor.wait()
+
+    def hang(self, name: str | None) -> None:
+        """Let a process stand still for good; None: no one."""
+        self.hung, self.hung_s, self.replaced_s = None, math.inf, math.inf
+        if name is None:
+            return
+        pid = self.holder(LOCKS[name])
+        assert pid is not None
+        os.kill(pid, signal.SIGSTOP)
+        self.hung, self.hung_s = (name, pid), time.monotonic()
+
+    def _look_for_its_successor(self) -> None:
+        now_s = time.monotonic()
+        if self.supervisor is None or self.hung is None or self.replaced_s < math.inf:
+            return
+        beats = Heartbeat(self.folder)
+        if beats.age_s(Process.SUPERVISOR) > now_s - self.killed_s:
+            self.hung_s = now_s  # nobody looks after it yet
+        name, pid = self.hung
+        if self.holder(LOCKS[name]) not in (None, pid):
+            self.replaced_s = now_s
+
+    def replacement_s(self) -> float:
+        """How long what hung was in its place; 0 where nothing did."""
+        return 0.0 if self.hung is None else self.replaced_s - self.hung_s
 
     def close(self) -> None:
         for lock in (SUPERVISES, RECORDS, CONTROLS):
@@ -166,14 +203,15 @@ class Ward(Room):
 
     def meanwhile(self) -> None:
         """What the twin has shown since the last call."""
+        self._look_for_its_successor()
         self.witness.look()
         found = self.truths.read()
         assert not found.missed, f"{found.missed} ticks of the twin were not looked at"
         self.seen.append(found.rows[:, [TIP, SAID, FIRED]])
 
 
-def one(ward: Ward, victim: str, at_s: float) -> Fate:
-    """A cycle in which somebody dies."""
+def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
+    """A cycle in which somebody dies. hung: who hangs from then on."""
     for file in ward.out.glob("*.mcap"):
         file.unlink()
     # The cycles of the campaign follow each other faster than any patient's.
@@ -187,24 +225,27 @@ def one(ward: Ward, victim: str, at_s: float) -> Fate:
     phase, depth_mm = ward.phase(), ward.truth("truth.tip_mm")
     in_cycle = phase in CYCLE or phase == Phase.ABORTING
     ward.meanwhile()
-    lit = bool(_shown(np.concatenate(ward.seen), victim)[-1])
+    # A controller that hangs is as good as dead, to drives and people.
+    lost = "control" if hung == "control" else victim
+    lit = bool(_shown(np.concatenate(ward.seen), lost)[-1])
     ward.seen.clear()
+    ward.hang(hung)
     ward.kill(victim)
     if victim in ("supervisor", "all"):
         ward.supervise()
-    bound_s = OUT_WITHIN_S if victim in ("control", "all") else CYCLE_WITHIN_S
+    bound_s = OUT_WITHIN_S if lost in ("control", "all") else CYCLE_WITHIN_S
     ends_s = time.monotonic() + bound_s + TOLD_WITHIN_S
     while time.monotonic() < ends_s:
         ward.meanwhile()
-        told_s = _first_told_s(np.concatenate(ward.seen), victim, lit)
+        told_s = _first_told_s(np.concatenate(ward.seen), lost, lit)
         if told_s < math.inf and ward.is_settled():
             break
         time.sleep(0.05)
     ward.meanwhile()
     rows = np.concatenate(ward.seen)
-    out_s, told_s = _last_inside_s(rows, ward.mouth_mm), _first_told_s(rows, victim, lit)
+    out_s, told_s = _last_inside_s(rows, ward.mouth_mm), _first_told_s(rows, lost, lit)
     with ThreadPoolExecutor(1) as aside:
-        looked = aside.submit(_look_at_what_is_kept, ward, victim, in_cycle, before)
+        looked = aside.submit(_look_at_what_is_kept, ward, lost, in_cycle, before)
         while not looked.done():
             ward.meanwhile()
             time.sleep(0.05)
@@ -216,6 +257,7 @@ def one(ward: Ward, victim: str, at_s: float) -> Fate:
     if told_s > TOLD_WITHIN_S:
         wrong.append("nobody was told")
     wrong.extend(_judged(ward))
+    wrong.extend(_replaced(ward))
     return Fate(
         victim=victim,
         at_s=at_s,
@@ -227,8 +269,18 @@ def one(ward: Ward, victim: str, at_s: float) -> Fate:
         outcome=str(cycle.outcome),
         detail=cycle.detail,
         recordings=recordings,
+        hung=hung,
+        replaced_s=ward.replacement_s(),
         wrong=tuple(wrong),
     )
+
+
+def _replaced(ward: Ward) -> list[str]:
+    """What took too long where a process hung."""
+    took_s = ward.replacement_s()
+    if ward.hung is None or took_s <= BOUNDS_S[ward.hung[0]] + REPLACED_S:
+        return []
+    return [f"{ward.hung[0]} that hung was replaced after {took_s:.1f} s"]
 
 
 def _judged(ward: Ward) -> list[str]:
@@ -313,13 +365,6 @@ def _look_at(file: Path) -> list[str]:
     finally:
         reader.close()
     return []
-
-
-def instants(deaths: int, seed: int) -> list[tuple[str, float]]:
-    """So many deaths, of each in turn, at random instants of a cycle: victim and time, s."""
-    chance = random.Random(seed)
-    victims = itertools.islice(itertools.cycle(VICTIMS), deaths)
-    return [(victim, round(chance.uniform(0.0, CYCLE_S), 3)) for victim in victims]
 
 
 @contextmanager

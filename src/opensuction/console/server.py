@@ -79,7 +79,8 @@ class HastyProtocol(H11Protocol):
         """
         age_s = self.loop.time() - self._made_s
         if self._is_waiting():
-            return (3, age_s) if self.cycle is None else (1, self._heard)
+            cycle: RequestResponseCycle | None = self.cycle  # None before the first request
+            return (3, age_s) if cycle is None else (1, self._heard)
         return (2, age_s) if self.cycle.more_body else NEEDED
 
     def data_received(self, data: bytes) -> None:

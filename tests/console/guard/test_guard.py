@@ -1,16 +1,21 @@
 """What a request meets before any route: refused with a problem, and the machine never notices."""
 
+import asyncio
 import logging
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from starlette.testclient import WebSocketDenialResponse
+from starlette.types import Message, Receive, Scope, Send
 
+from opensuction.console.guard.guard import Guard
 from opensuction.console.guard.header import SECURITY
 from opensuction.console.guard.limits import UNHURRIED, USUAL, Rate
 from opensuction.console.guard.problem import MEDIA_TYPE
+from opensuction.console.guard.rates import PRESSES, Rates
 from opensuction.console.guard.throttle import MOST, Throttle
+from tests.console.play import play
 from tests.console.served import Served, served
 
 STOP = {"ask": "abort", "key": "abcd-0001"}
@@ -217,3 +222,50 @@ def test_a_flood_leaves_few_lines_and_says_how_many_it_left_out() -> None:
     last = logging.LogRecord("x", 30, "", 0, "refused", (), None)
     assert throttle.filter(last)
     assert f"({5000 - len(kept)} lines before it left out)" in last.getMessage()
+
+
+def press_scope(port: int) -> Scope:
+    host = [(b"host", b"127.0.0.1:8080"), (b"content-length", b"2")]
+    return {
+        "type": "http",
+        "method": "POST",
+        "scheme": "http",
+        "path": PRESSES,
+        "headers": host,
+        "client": ("127.0.0.1", port),
+    }
+
+
+async def receive() -> Message:
+    return {"type": "http.request", "body": b"{}", "more_body": False}
+
+
+async def send(_message: Message) -> None:
+    """Nobody looks."""
+
+
+def test_a_first_press_waits_for_nobody_who_presses_often() -> None:
+    """Two of the flood are answered at a time, the others wait."""
+    came: list[int] = []
+
+    async def machine(scope: Scope, _receive: Receive, _send: Send) -> None:
+        came.append(scope["client"][1])
+        await asyncio.Event().wait()
+
+    async def test() -> None:
+        rates = Rates(USUAL)
+        guard = Guard(machine, USUAL, rates, None, "session")
+        flooding = range(1, 41)
+        for port in list(flooding) * (int(USUAL.first_presses) + 1):
+            rates.check("POST", PRESSES, "127.0.0.1", port, None)
+        others = (50, 51, 52)
+        waiting = [
+            asyncio.ensure_future(guard(press_scope(port), receive, send))
+            for port in (*flooding, *others)
+        ]
+        await asyncio.sleep(0.0)
+        assert came == [1, 2, *others]
+        for one in waiting:
+            one.cancel()
+
+    play(test(), 60.0)

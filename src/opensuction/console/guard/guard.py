@@ -4,9 +4,11 @@ Another host or origin, too much, too slow, too often: refused with a problem, a
 anything that is secret. Every answer, also of what fails within, gets the headers of `header`.
 """
 
+import asyncio
 import logging
 import time
 from collections import Counter
+from contextlib import AbstractAsyncContextManager, nullcontext
 from http.cookies import CookieError, SimpleCookie
 
 from starlette.datastructures import Headers
@@ -44,6 +46,7 @@ class Guard:
         self.app, self._limits, self._rates = app, limits, rates
         self._hosts, self._cookie = hosts, cookie
         self._turns = Turns(limits)
+        self._often = asyncio.Semaphore(limits.more_at_once)
         self._sockets: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -98,10 +101,18 @@ class Guard:
             return
         with self._turns.take(self._session(headers)) as turn:
             scope.setdefault("state", {})["turn"] = turn
-            whole = await body.read(self._limits, receive)
-            body.check_keys(whole, is_press=scope["path"] == PRESSES)
-            turn.arrive()
-            await self.app(scope, body.again(whole, receive), send)
+            async with self._place(scope):
+                whole = await body.read(self._limits, receive)
+                body.check_keys(whole, is_press=scope["path"] == PRESSES)
+                turn.arrive()
+                await self.app(scope, body.again(whole, receive), send)
+
+    def _place(self, scope: Scope) -> AbstractAsyncContextManager[None]:
+        """Who presses often waits for others that do; nobody else waits for them."""
+        peer, port = scope.get("client") or ("unknown", 0)
+        if scope["path"] == PRESSES and self._rates.has_pressed_often(peer, port):
+            return self._often
+        return nullcontext()
 
     def _check(self, scope: Scope, headers: Headers) -> None:
         """Raises Problem for what goes no further."""

@@ -35,6 +35,11 @@ class Limits(NamedTuple):
     presses: Rate = Rate(20.0, 60.0)
     """Of one connection, of whatever button, before it is known which: a flood by others, also of
     the same computer or behind the same proxy, leaves a person's first presses to stop theirs."""
+    first_presses: float = 10.0
+    """Of these, so many wait for nobody;"""
+    more_at_once: int = 2
+    """so many of all others are carried out at once, the rest waits: a person's first press does
+    not wait for who presses often. Each connection has one of them on the way at a time."""
     buttons: Rate = Rate(10.0, 40.0)
     """Of one address, of buttons that do not stop."""
     sockets: int = 96

@@ -22,13 +22,14 @@ class Rates:
         self._own_reads, self._changes = make(limits.own_reads), make(limits.changes)
         self._sign_ins, self._presses = make(limits.sign_ins), make(limits.presses)
         self._buttons = make(limits.buttons)
+        self._first_presses = limits.first_presses
 
     def check(self, method: str, path: str, peer: str, port: int, session: str | None) -> None:
         """Raises Problem where somebody asks too often. peer, port: of the connection."""
         if not path.startswith(PREFIX):
             _take(self._files, peer)
         elif method == "POST" and path == PRESSES:
-            _take(self._presses, f"{peer} {port}")
+            _take(self._presses, _connection(peer, port))
         elif method == "POST" and path == SIGN_IN:
             _take(self._sign_ins, peer)
         elif method not in SAFE:
@@ -38,9 +39,17 @@ class Rates:
             if session is not None:
                 _take(self._own_reads, hashlib.sha256(session.encode()).hexdigest())
 
+    def has_pressed_often(self, peer: str, port: int) -> bool:
+        """Whether a connection has had its first presses, within the last few seconds."""
+        return self._presses.taken(_connection(peer, port)) > self._first_presses
+
     def check_button(self, peer: str) -> None:
         """The same for a button, once it is known that it is not to stop."""
         _take(self._buttons, peer)
+
+
+def _connection(peer: str, port: int) -> str:
+    return f"{peer} {port}"
 
 
 def _take(buckets: Buckets, name: str) -> None:

@@ -1,0 +1,98 @@
+"""A stop of a person while others press as often as they can; results in docs/evidence.
+
+Whoever floods is on the same computer and takes both of its cores, too: what is measured is what a
+person waits for.
+"""
+
+import http.client
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.console.load.console_machine import ConsoleMachine, console_machine
+from tests.console.load.flood import BODY, HOST
+
+# Those who flood take the cores from the test that measures.
+pytestmark = pytest.mark.real_time(others_s=0.1)
+
+FOLDER = Path("runs") / "soak"
+RATE_HZ, CONNECTIONS, PROCESSES = 5000.0, 200, 2
+HEARD_S = 0.3
+PAUSE_S = 0.1
+SETTLES_S = 2.0
+
+
+@contextmanager
+def flooded(machine: ConsoleMachine) -> Iterator[None]:
+    """Somebody presses *Stop* `RATE_HZ` times a second by `CONNECTIONS`."""
+    shares = (CONNECTIONS // PROCESSES, RATE_HZ / PROCESSES)
+    command = [sys.executable, "-m", "tests.console.load.flood", str(machine.port)]
+    command += map(str, shares)
+    processes = [subprocess.Popen(command) for _ in range(PROCESSES)]
+    try:
+        time.sleep(SETTLES_S)
+        yield
+        assert [one.poll() for one in processes] == [None] * PROCESSES
+    finally:
+        for one in processes:
+            one.kill()
+            one.wait()
+
+
+def press(machine: ConsoleMachine) -> tuple[float, dict[str, Any]]:
+    """As a page that has just been opened does; how long it took, s, and the answer."""
+    began_s = time.monotonic()
+    connection = http.client.HTTPConnection(HOST, machine.port, timeout=10.0)
+    connection.request("POST", "/api/v1/requests", BODY, {"Content-Type": "application/json"})
+    answer = connection.getresponse()
+    told = json.loads(answer.read())
+    took_s = time.monotonic() - began_s
+    connection.close()
+    return took_s, {"status": answer.status, **told}
+
+
+def press_for(machine: ConsoleMachine, seconds: float) -> list[float]:
+    """Press again and again; how long each took, s. Each must be heard."""
+    took_s, ends_s = [], time.monotonic() + seconds
+    while time.monotonic() < ends_s:
+        took, told = press(machine)
+        assert told.get("verdict") == "pressed", told
+        took_s.append(took)
+        time.sleep(PAUSE_S)
+    return took_s
+
+
+def quantiles_ms(took_s: list[float]) -> dict[str, float]:
+    found = 1e3 * np.quantile(took_s, (0.5, 0.99, 1.0))
+    return dict(zip(("p50", "p99", "most"), found.round(1).tolist(), strict=True))
+
+
+@pytest.mark.sweep
+def test_a_stop_is_heard_while_others_press_five_thousand_times_a_second() -> None:
+    with console_machine() as machine, flooded(machine):
+        took_s = press_for(machine, 10.0)
+    assert len(took_s) > 30
+    assert quantiles_ms(took_s)["p99"] < 1e3 * HEARD_S, quantiles_ms(took_s)
+
+
+@pytest.mark.soak
+def test_five_minutes_of_it() -> None:
+    with console_machine() as machine:
+        quiet_s = press_for(machine, 10.0)
+        with flooded(machine):
+            took_s = press_for(machine, 300.0)
+    told = {"presses": len(took_s), "flooded_ms": quantiles_ms(took_s), "cores": os.cpu_count()}
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    (FOLDER / "console-flood.json").write_text(
+        json.dumps({**told, "quiet_ms": quantiles_ms(quiet_s)}, indent=2)
+    )
+    assert quantiles_ms(took_s)["p99"] < 1e3 * HEARD_S
