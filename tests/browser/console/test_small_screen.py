@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 TOUCH_PX = 44.0
-"""The least width and height of what a finger is to hit [WCAG-2.2] 2.5.5."""
+"""The least width and height of what a finger is to hit [WCAG-2-2] 2.5.5."""
 
 
 class Screen(NamedTuple):
