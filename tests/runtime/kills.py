@@ -212,8 +212,6 @@ class Ward(Room):
 
 def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     """A cycle in which somebody dies. hung: who hangs from then on."""
-    for file in ward.out.glob("*.mcap"):
-        file.unlink()
     # The cycles of the campaign follow each other faster than any patient's.
     ward.witness.begin()
     before = ward.last_on_record()

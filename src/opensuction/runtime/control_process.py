@@ -32,6 +32,7 @@ from opensuction.exchange.mailbox import Mailbox
 from opensuction.exchange.pace import NS_PER_S, Pace, Pacing, harden
 from opensuction.exchange.ring import RingReader, RingWriter
 from opensuction.exchange.sole import Sole
+from opensuction.kernel import private_file
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.generated import plain_row, row
 from opensuction.kernel.readings import Readings
@@ -96,7 +97,7 @@ def hand_on(folder: Path, before: Before) -> None:
         "ended_s": time.monotonic() - before.off_s,
         "phase": int(before.phase),
     }
-    (folder / BEFORE).write_text(json.dumps(told), encoding="ascii")
+    private_file.write(folder / BEFORE, json.dumps(told))
 
 
 def _read_handed_on(folder: Path) -> Before | None:

@@ -13,6 +13,7 @@ import threading
 from pathlib import Path
 from typing import NamedTuple
 
+from opensuction.kernel import private_file
 from opensuction.recording.cycle_file import extent
 from opensuction.recording.cycle_file.extent import EMPTY, Extent
 from opensuction.records.entry import BoundFile
@@ -68,13 +69,11 @@ class Flushed:
 
     def _write(self) -> None:
         """Whole or not at all. Where it cannot be, recordings go on, and are bound as they end."""
-        new = self._path.with_name(f"{self._path.name}.new")
         try:
             if not self._notes:
                 self._path.unlink(missing_ok=True)
                 return
-            new.write_text(json.dumps(self._notes), encoding="utf-8")
-            new.replace(self._path)
+            private_file.write(self._path, json.dumps(self._notes))
         except OSError as error:
             if not self._failed:
                 sys.stderr.write(f"opensuction: {self._path} cannot be written: {error.strerror}\n")

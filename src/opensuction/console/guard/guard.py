@@ -8,7 +8,8 @@ import asyncio
 import logging
 import time
 from collections import Counter
-from contextlib import AbstractAsyncContextManager, nullcontext
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from http.cookies import CookieError, SimpleCookie
 
 from starlette.datastructures import Headers
@@ -107,12 +108,17 @@ class Guard:
                 turn.arrive()
                 await self.app(scope, body.again(whole, receive), send)
 
-    def _place(self, scope: Scope) -> AbstractAsyncContextManager[None]:
+    @asynccontextmanager
+    async def _place(self, scope: Scope) -> AsyncIterator[None]:
         """Who presses often waits for others that do; nobody else waits for them."""
         peer, port = scope.get("client") or ("unknown", 0)
-        if scope["path"] == PRESSES and self._rates.has_pressed_often(peer, port):
-            return self._often
-        return nullcontext()
+        if scope["path"] != PRESSES or not self._rates.has_pressed_often(peer, port):
+            yield
+            return
+        async with self._often:
+            # Or the flood would have all of a core.
+            await asyncio.sleep(self._limits.more_s)
+            yield
 
     def _check(self, scope: Scope, headers: Headers) -> None:
         """Raises Problem for what goes no further."""

@@ -38,8 +38,10 @@ class Limits(NamedTuple):
     first_presses: float = 10.0
     """Of these, so many wait for nobody;"""
     more_at_once: int = 2
-    """so many of all others are carried out at once, the rest waits: a person's first press does
-    not wait for who presses often. Each connection has one of them on the way at a time."""
+    """so many of all others are carried out at once;"""
+    more_s: float = 0.02
+    """each takes so long at least, and the rest waits: a person's first press does not wait for
+    who presses often. Each connection has one of them on the way at a time."""
     buttons: Rate = Rate(10.0, 40.0)
     """Of one address, of buttons that do not stop."""
     sockets: int = 96
