@@ -52,16 +52,3 @@ def test_many_names_take_no_memory_for_ever() -> None:
     for number in range(2 * bucket.KEPT):
         made.take(str(number))
     assert len(made._kept) == bucket.KEPT
-
-
-def test_what_was_taken_comes_back() -> None:
-    clock = Clock()
-    made = Buckets(2.0, 3.0, clock)
-    assert made.taken("a") == 0.0
-    made.take("a")
-    made.take("a")
-    assert made.taken("a") == 2.0
-    clock.now_s = 0.5
-    assert made.taken("a") == 1.0
-    clock.now_s = 60.0
-    assert made.taken("a") == 0.0

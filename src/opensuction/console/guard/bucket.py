@@ -20,12 +20,6 @@ class Buckets:
         self._lock = threading.Lock()
         self._kept: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
-    def taken(self, name: str) -> float:
-        """How many tokens are missing to a full one."""
-        with self._lock:
-            left, since_s = self._kept.get(name, (self.most, 0.0))
-            return max(self.most - left - (self._clock() - since_s) * self.rate_hz, 0.0)
-
     def take(self, name: str) -> float:
         """Take a token. Returns 0, or how long to wait, in s, where there is none."""
         with self._lock:

@@ -112,7 +112,7 @@ class Guard:
     async def _place(self, scope: Scope) -> AsyncIterator[None]:
         """Who presses often waits for others that do; nobody else waits for them."""
         peer, port = scope.get("client") or ("unknown", 0)
-        if scope["path"] != PRESSES or not self._rates.has_pressed_often(peer, port):
+        if scope["path"] != PRESSES or self._rates.is_a_first_press(peer, port):
             yield
             return
         async with self._often:

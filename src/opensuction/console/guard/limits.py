@@ -35,10 +35,10 @@ class Limits(NamedTuple):
     presses: Rate = Rate(20.0, 60.0)
     """Of one connection, of whatever button, before it is known which: a flood by others, also of
     the same computer or behind the same proxy, leaves a person's first presses to stop theirs."""
-    first_presses: float = 10.0
-    """Of these, so many wait for nobody;"""
-    more_at_once: int = 2
-    """so many of all others are carried out at once;"""
+    first_presses: Rate = Rate(2.0, 3.0)
+    """Of these, so many wait for nobody, however much others press;"""
+    more_at_once: int = 4
+    """so many of all that come more often are carried out at once;"""
     more_s: float = 0.02
     """each takes so long at least, and the rest waits: a person's first press does not wait for
     who presses often. Each connection has one of them on the way at a time."""
@@ -61,6 +61,7 @@ UNHURRIED = USUAL._replace(
     changes=NO_RATE,
     sign_ins=NO_RATE,
     presses=NO_RATE,
+    first_presses=NO_RATE,
     buttons=NO_RATE,
 )
 """For tests that ask more often than any person: what else is limited is so still."""

@@ -22,7 +22,7 @@ class Rates:
         self._own_reads, self._changes = make(limits.own_reads), make(limits.changes)
         self._sign_ins, self._presses = make(limits.sign_ins), make(limits.presses)
         self._buttons = make(limits.buttons)
-        self._first_presses = limits.first_presses
+        self._first_presses = make(limits.first_presses)
 
     def check(self, method: str, path: str, peer: str, port: int, session: str | None) -> None:
         """Raises Problem where somebody asks too often. peer, port: of the connection."""
@@ -39,9 +39,9 @@ class Rates:
             if session is not None:
                 _take(self._own_reads, hashlib.sha256(session.encode()).hexdigest())
 
-    def has_pressed_often(self, peer: str, port: int) -> bool:
-        """Whether a connection has had its first presses, within the last few seconds."""
-        return self._presses.taken(_connection(peer, port)) > self._first_presses
+    def is_a_first_press(self, peer: str, port: int) -> bool:
+        """Whether a connection has pressed little lately; to be asked once a press."""
+        return self._first_presses.take(_connection(peer, port)) == 0.0
 
     def check_button(self, peer: str) -> None:
         """The same for a button, once it is known that it is not to stop."""
