@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from opensuction.controller import configuration
+from opensuction.devices.twin_process import SHOWN
+from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import Phase
 from opensuction.runtime import about
 from opensuction.runtime.room import CONFIGURATION
 from opensuction.session.running import basis
+from opensuction.simulation.machine_side import SHOWN_COLUMNS
 from tests.browser.console.conftest import TABLET
 from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
 from tests.console.listening import listening_app
@@ -188,11 +191,15 @@ def test_stop_ends_teaching_at_any_step(page: "Page", at_bed: Bed) -> None:
     sign_in(page, at_bed, "clinician")
     page.click("#part-teaching")
     page.click("[data-step=prepare]")
+    played = RingReader(at_bed.site.folder / SHOWN)
+    played.next = played.newest() + 1
     page.click("[data-step=begin]")
     page.click("[data-step=push]")
     until(lambda: at_bed.room.truth("truth.head_mm") > -40.0 or at_bed.room.phase() == Phase.HALTED)
     page.locator("#stop").click()
     page.get_by_text("It was ended: the drive took the catheter out.").wait_for(timeout=30_000)
+    # A hand that nobody stops pushes on to the carina, and teaching ends then, too.
+    assert played.drain().rows[:, SHOWN_COLUMNS.index("truth.contact_n")].max() == 0.0
     assert at_bed.room.is_out()
     at_bed.settle()
     page.click("[data-step=leave]")
