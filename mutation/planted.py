@@ -113,7 +113,7 @@ FAULTS = (
         "self._greeted or row[_RELEASED] != 0.0",
         "True",
         "tests/conformance/test_port.py"
-        "::test_what_one_controller_has_left_is_not_obeyed_for_the_next",
+        "::test_a_machine_that_was_started_again_is_read_again_and_obeys_who_starts_anew",
     ),
     Fault(
         "a controller that is told to end ends with the tip inside",
