@@ -67,12 +67,12 @@ class HastyProtocol(H11Protocol):
         self._wait()
 
     def _is_of(self, peer: str) -> bool:
-        """Whether it is a connection of this address that is open."""
+        """Tell whether it is an open connection of this address."""
         is_open = not self.transport.is_closing()
         return is_open and self.client is not None and self.client[0] == peer
 
     def _expendable(self) -> tuple[int, float]:
-        """How little is lost with it, the least with the highest; `NEEDED` where it is answered.
+        """Rank of a connection, the highest loses least; `NEEDED` where it is being answered.
 
         First those that have never asked and wait, then those that wait for a body, the oldest of
         each; then those that have nothing to say now, of them who has asked most.

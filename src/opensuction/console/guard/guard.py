@@ -110,7 +110,7 @@ class Guard:
 
     @asynccontextmanager
     async def _place(self, scope: Scope) -> AsyncIterator[None]:
-        """Who presses often waits for others that do; nobody else waits for them."""
+        """Keep a place for a press; a connection that presses often waits for others that do."""
         peer, port = scope.get("client") or ("unknown", 0)
         if scope["path"] != PRESSES or self._rates.is_a_first_press(peer, port):
             yield

@@ -40,7 +40,7 @@ class Rates:
                 _take(self._own_reads, hashlib.sha256(session.encode()).hexdigest())
 
     def is_a_first_press(self, peer: str, port: int) -> bool:
-        """Whether a connection has pressed little lately; to be asked once a press."""
+        """Decide whether a connection has pressed little lately; to be asked once a press."""
         return self._first_presses.take(_connection(peer, port)) == 0.0
 
     def check_button(self, peer: str) -> None:
