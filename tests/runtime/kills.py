@@ -157,7 +157,9 @@ class Ward(Room):
     def holder(self, lock: str) -> int | None:
         return holder(self.folder / lock)
 
-    def kill(self, victim: str) -> None:
+    def kill(self, victim: str, hung: str | None = None) -> None:
+        """hung: who hangs from then on."""
+        self._hang(hung)
         self.killed_s = time.monotonic()
         for lock in VICTIMS[victim]:
             pid = self.holder(lock)
@@ -167,7 +169,7 @@ class Ward(Room):
             assert self.supervisor is not None
             self.supervisor.wait()
 
-    def hang(self, name: str | None) -> None:
+    def _hang(self, name: str | None) -> None:
         """Let a process stand still for good; None: no one."""
         self.hung, self.hung_s, self.replaced_s = None, math.inf, math.inf
         if name is None:
@@ -227,8 +229,7 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
     lost = "control" if hung == "control" else victim
     lit = bool(_shown(np.concatenate(ward.seen), lost)[-1])
     ward.seen.clear()
-    ward.hang(hung)
-    ward.kill(victim)
+    ward.kill(victim, hung)
     if victim in ("supervisor", "all"):
         ward.supervise()
     bound_s = OUT_WITHIN_S if lost in ("control", "all") else CYCLE_WITHIN_S

@@ -61,6 +61,18 @@ def message_name(topic: str) -> str:
     return topic.strip("/").replace("/", "_").capitalize()
 
 
+def _schemas_of(tables: Mapping[str, Sequence[Column]]) -> list[Schema]:
+    """Schemas of the topics, and of the events after them."""
+    described = {
+        topic: row_schema.describe(message_name(topic), columns)
+        for topic, columns in tables.items()
+    }
+    return [
+        Schema(id=i, name=f"{PACKAGE}.{message_name(topic)}", encoding=ENCODING, data=data)
+        for i, (topic, data) in enumerate({**described, EVENTS: events.description()}.items(), 1)
+    ]
+
+
 class RecordingWriter:
     """An open recording."""
 
@@ -103,15 +115,7 @@ class RecordingWriter:
         """Messages of each channel."""
         self._layouts = {topic: row_layout.layout_of(columns) for topic, columns in tables.items()}
         self._topics = [*tables, EVENTS]
-        described = [
-            row_schema.describe(message_name(topic), columns) for topic, columns in tables.items()
-        ]
-        self._schemas = [
-            Schema(id=i, name=f"{PACKAGE}.{message_name(topic)}", encoding=ENCODING, data=data)
-            for i, (topic, data) in enumerate(
-                zip(self._topics, [*described, events.description()], strict=True), start=1
-            )
-        ]
+        self._schemas = _schemas_of(tables)
         self._channels = [
             Channel(id=i, topic=topic, message_encoding=ENCODING, metadata={}, schema_id=i)
             for i, topic in enumerate(self._topics, start=1)
