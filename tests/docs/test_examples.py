@@ -63,6 +63,17 @@ def is_slow(page: Path) -> bool:
     return any(block.language == "sh" and block.runs for block in blocks(page.read_text("utf-8")))
 
 
+def is_live(page: Path) -> bool:
+    """It begins a machine in real time."""
+    shown = [block.text for block in blocks(page.read_text("utf-8")) if block.runs]
+    return any(re.search(r"^\s*opensuction (run|serve)\b", text, re.MULTILINE) for text in shown)
+
+
+def marks(page: Path) -> list[pytest.MarkDecorator]:
+    found = ((pytest.mark.examples, is_slow(page)), (pytest.mark.real_time, is_live(page)))
+    return [mark for mark, holds in found if holds]
+
+
 def run_shell(block: Block, reader: Reader) -> None:
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
     done = subprocess.run(
@@ -113,11 +124,7 @@ def follow(page: Path, folder: Path) -> None:
 
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, marks=pytest.mark.examples if is_slow(page) else ())
-        for page in PAGES
-        if blocks(page.read_text("utf-8"))
-    ],
+    [pytest.param(page, marks=marks(page)) for page in PAGES if blocks(page.read_text("utf-8"))],
     ids=lambda page: str(page.relative_to(ROOT)),
 )
 def test_the_examples_of_a_page_run(
