@@ -39,7 +39,7 @@ docs: $(PACKAGE) ## write anew what the documentation takes from the code, and b
 	@echo "The site: build/site/index.html"
 
 examples: $(PACKAGE) ## run what README, tutorials, guides and notebooks show, and hold the site to its rules
-	@$(BIN)/python -m tests.stage -m examples --dist loadgroup tests/docs $(ARGS)
+	@$(BIN)/python -m tests.stage -m examples tests/docs $(ARGS)
 
 bench: $(PACKAGE) ## speed of the core; ARGS=--benchmark-disable runs all of it once, without times
 	@$(BIN)/python -m pytest benchmarks $(ARGS)

@@ -87,7 +87,14 @@ def test_a_cycle_is_run_recorded_replayed_and_on_record(name: str, tmp_path: Pat
         assert {"control-started", "recorder-started", "controller-ended"} <= did
 
 
-@pytest.mark.parametrize("umask", [0o000, pytest.param(0o077, marks=pytest.mark.sweep)], ids=oct)
+@pytest.mark.parametrize(
+    "umask",
+    [
+        pytest.param(0o000, marks=pytest.mark.sweep),
+        pytest.param(0o077, marks=pytest.mark.soak),
+    ],
+    ids=oct,
+)
 def test_what_a_machine_writes_is_its_user_s_alone_whatever_the_umask(
     name: str, tmp_path: Path, umask: int
 ) -> None:

@@ -55,7 +55,13 @@ class Machine(NamedTuple):
     """It is back, with the head at home."""
 
 
-@pytest.fixture(scope="module", params=[None, PLAUSIBLE], ids=["twin", "twin-on-a-bus"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(None, id="twin"),
+        pytest.param(PLAUSIBLE, id="twin-on-a-bus", marks=pytest.mark.sweep),
+    ],
+)
 def machine(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Machine]:
@@ -206,7 +212,7 @@ def speed_mm_per_s(port: Port, volts: float) -> float:
     return float((readings[place] - from_mm) / ((last - first) * port.facts.period_s))
 
 
-@pytest.mark.parametrize("times", [10.0, pytest.param(1e300, marks=pytest.mark.sweep)])
+@pytest.mark.parametrize("times", [10.0, pytest.param(1e300, marks=pytest.mark.soak)])
 def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: float) -> None:
     most_v = port.facts.most["commands.insertion_v"]
     usual = speed_mm_per_s(port, most_v)

@@ -101,6 +101,7 @@ def served(tmp_path: Path) -> Iterator[Served]:
             made.supervisor.__exit__()
 
 
+@pytest.mark.sweep
 def test_killed_in_a_cycle_nothing_but_the_page_is_gone_for_a_moment(served: Served) -> None:
     """The cycle ends as planned; people are told; another console is there; the page hears on."""
     assert [one.what for one in served.told] == [
@@ -188,15 +189,13 @@ def test_the_console_shows_that_the_controller_died_and_then_the_one_that_came(
 
 
 @pytest.mark.sweep
-def test_a_second_console_is_refused_in_one_line(served: Served) -> None:
+def test_a_second_one_is_refused_in_one_line_and_the_first_told_to_end_is_missed_by_nobody(
+    served: Served,
+) -> None:
     second = launch.spawn(served.room.folder, launch.CONSOLE)
     assert second.wait(60.0) == 1
     words = launch.last_words(served.room.folder, launch.CONSOLE)
     assert words.startswith(f"a console runs already: process {served.pid()}")
-
-
-@pytest.mark.sweep
-def test_told_to_end_it_ends_and_nobody_misses_it(served: Served) -> None:
     beats = Heartbeat(served.room.folder)
     pid = served.pid()
     os.kill(pid, signal.SIGTERM)

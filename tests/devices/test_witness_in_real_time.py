@@ -51,7 +51,7 @@ def cap_mm() -> float:
     return at_bed("neonate")[0].controller.limits.cap_mm
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_a_controller_is_killed_in_the_airway_and_the_next_one_too_and_the_drives_say_so(
     room: Room,
 ) -> None:

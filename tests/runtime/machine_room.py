@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from opensuction.devices import twin_machine
 from opensuction.devices.twin_process import SHOWN
 from opensuction.exchange.mailbox import Sender
@@ -27,6 +29,11 @@ from tests.controller.bedside import hurried
 from tests.runtime.identity import ABOUT
 
 LOCKSTEP = "tests.runtime.lockstep_process"
+PACES = [
+    pytest.param(True, marks=pytest.mark.sweep, id="in step"),
+    pytest.param(False, marks=pytest.mark.soak, id="in time"),
+]
+"""Of a machine whose processes' pace is not the point: whether it is in step, and what runs so."""
 REST_S = 1.0
 """Between passes."""
 INSIDE_MM = 3.0

@@ -11,7 +11,7 @@ import pytest
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.runtime.room import SLOTS_S
 from tests.runtime.kept import replayed, ticks_of, told_of
-from tests.runtime.machine_room import Room, running, wait
+from tests.runtime.machine_room import PACES, Room, running, wait
 
 pytestmark = pytest.mark.real_time
 
@@ -19,9 +19,9 @@ LARGEST_BYTES = 400_000
 """Of a file on the full disk: some seconds of a recording."""
 
 
-@pytest.fixture
-def room(tmp_path: Path) -> Iterator[Room]:
-    with running() as made:
+@pytest.fixture(params=[pytest.param(False, marks=pytest.mark.sweep, id="in time")])
+def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
+    with running(in_step=request.param) as made:
         made.record(tmp_path)
         yield made
 
@@ -31,7 +31,6 @@ def limit(room: Room, largest: int) -> None:
     resource.prlimit(room.recorder.pid, resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
 
 
-@pytest.mark.sweep
 def test_what_a_full_disk_refused_is_written_once_there_is_room(room: Room, tmp_path: Path) -> None:
     limit(room, LARGEST_BYTES)
     room.reach(room.is_recorder_missed)
@@ -46,7 +45,7 @@ def test_what_a_full_disk_refused_is_written_once_there_is_room(room: Room, tmp_
     assert skipped <= 20.0
 
 
-@pytest.mark.sweep
+@pytest.mark.parametrize("room", PACES, indirect=True)
 def test_a_disk_that_does_not_answer_leaves_a_gap_that_is_told(room: Room, tmp_path: Path) -> None:
     """The recorder stands still, as it does in a call to a disk that has gone to sleep."""
     assert room.recorder is not None

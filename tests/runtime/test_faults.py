@@ -12,7 +12,7 @@ from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
 from opensuction.session.cycle import fault_choice
 from tests.runtime.kept import replayed, told_of
-from tests.runtime.machine_room import Room, running, wait
+from tests.runtime.machine_room import PACES, Room, running, wait
 
 pytestmark = pytest.mark.real_time
 
@@ -20,14 +20,13 @@ FAULTS = ("encoder-frozen@inserting+0.2", "power-lost@suctioning", "message-lost
 """Of a sensor, of the drives' energy, of the link."""
 
 
-@pytest.fixture
-def room(tmp_path: Path) -> Iterator[Room]:
-    with running() as made:
+@pytest.fixture(params=PACES)
+def room(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Room]:
+    with running(in_step=request.param) as made:
         made.record(tmp_path)
         yield made
 
 
-@pytest.mark.sweep
 def test_cycles_with_faults_replay_and_the_oracle_finds_no_harm(room: Room, tmp_path: Path) -> None:
     witness = Witness(room.folder, room.cap_mm)
     for fault in FAULTS:

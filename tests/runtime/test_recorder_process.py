@@ -128,7 +128,7 @@ def done(room: Room) -> set[str]:
         return {one.what for one in records.history.list_actions("twin-1", 20)}
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_after_the_death_of_both_nothing_of_either_is_missing(apart: Room, tmp_path: Path) -> None:
     room = apart
     room.record(tmp_path)

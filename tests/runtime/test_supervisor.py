@@ -78,8 +78,13 @@ def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
     assert holder(room.folder / RECORDS) is holder(room.folder / CONTROLS) is None
 
 
-@pytest.mark.sweep
-@pytest.mark.parametrize("lock", [CONTROLS, RECORDS])
+@pytest.mark.parametrize(
+    "lock",
+    [
+        pytest.param(CONTROLS, marks=pytest.mark.sweep),
+        pytest.param(RECORDS, marks=pytest.mark.soak),
+    ],
+)
 def test_what_hangs_when_a_supervisor_begins_is_replaced(
     room: Room, tmp_path: Path, lock: str
 ) -> None:

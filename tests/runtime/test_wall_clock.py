@@ -9,7 +9,7 @@ from opensuction.kernel.phase import RESTING, Phase
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
 from tests.runtime.kept import replayed, ticks_of
-from tests.runtime.machine_room import INSIDE_MM, running, wait
+from tests.runtime.machine_room import INSIDE_MM, PACES, running, wait
 
 pytestmark = pytest.mark.real_time
 
@@ -40,14 +40,14 @@ datetime.datetime = Stepped
 """Read by every interpreter that starts with this in its path: a clock that somebody sets."""
 
 
-@pytest.mark.sweep
+@pytest.mark.parametrize("in_step", PACES)
 def test_a_clock_that_is_set_changes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_step: bool
 ) -> None:
     step = tmp_path / "step"
     (tmp_path / "sitecustomize.py").write_text(STEPPED.format(path=str(step)))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with running() as room:
+    with running(in_step=in_step) as room:
         room.record(tmp_path / "kept")
         room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)
         step.write_text("3600")

@@ -22,7 +22,7 @@ UNCACHED = "PYTHONDONTWRITEBYTECODE"
 STAGES = {
     "1 of 2, on all cores": (
         "not real_time",
-        ("-n", "auto", "--no-loadscope-reorder"),
+        ("-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"),
     ),
     "2 of 2, in real time, one after the other": (REAL_TIME, ("-p", "no:xdist")),
 }
@@ -33,8 +33,6 @@ def main(arguments: list[str]) -> int:
     """Run both; 0 where nothing failed, else pytest's exit status of the first that did."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("-m", dest="expression", default="")
-    # How pytest-xdist shares out the tests of stage one.
-    parser.add_argument("--dist", default="loadfile")
     asked, others = parser.parse_known_args(arguments)
     counts: Counter[str] = Counter()
     failed: list[str] = []
@@ -46,8 +44,6 @@ def main(arguments: list[str]) -> int:
             expression = f"({asked.expression}) and {own}" if asked.expression else own
             result = Path(folder) / "result.json"
             command = [sys.executable, "-m", "pytest", "-m", expression, "-p", "no:benchmark"]
-            if own != REAL_TIME:
-                command += ["--dist", asked.dist]
             command += [*options, *others, *_files(own, others)]
             ran = subprocess.run(command, env=_environment(result), check=False)
             statuses.append(ran.returncode)

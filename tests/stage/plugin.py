@@ -6,12 +6,31 @@ import sys
 from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
 from tests.stage.judge import RealTimeJudge, premise_of
 from tests.stage.standstill import StandstillWatch
 from tests.stage.summary import COUNTED, RESULT
+
+APART = ("tests/docs/test_examples.py", "tests/docs/test_notebooks.py")
+"""Files of which each test is long and shares nothing with the others."""
+
+
+class FileScheduling(LoadFileScheduling):  # type: ignore[misc]  # xdist is not typed
+    """A file's tests go to one process, but for those of `APART`."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file: str = super()._split_scope(nodeid)
+        return nodeid if file in APART else file
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> FileScheduling:
+    """How pytest-xdist shares out the tests of stage one."""
+    return FileScheduling(config, log)
 
 
 def write_result(reporter: pytest.TerminalReporter, file: Path) -> None:

@@ -18,7 +18,7 @@ from tests.browser.console.waiting import drawn
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+pytestmark = pytest.mark.browser
 
 TOUCH_PX = 44.0
 """The least width and height of what a finger is to hit [WCAG-2-2] 2.5.5."""

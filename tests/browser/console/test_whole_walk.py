@@ -30,7 +30,7 @@ from tests.runtime.machine_room import INSIDE_MM, wait
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [pytest.mark.real_time, pytest.mark.browser, pytest.mark.sweep]
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
 ADMIN, CLINICIAN = "a ward at the end of the corridor", "seven swans over still water"
 LONG_MS, LOST_MS = 90_000, 2500
@@ -184,6 +184,7 @@ def come_to_the_bed(page: "Page", ward: Ward) -> None:
     page.get_by_role("link", name="Bedside").click()
 
 
+@pytest.mark.sweep
 def test_a_cycle_from_the_first_password_to_its_report(page: "Page", ward: Ward) -> None:
     """Watched to its end; the console dies in the middle of it and comes back by itself."""
     come_to_the_bed(page, ward)
@@ -212,6 +213,7 @@ def test_a_cycle_from_the_first_password_to_its_report(page: "Page", ward: Ward)
     expect(page.locator("#stop")).to_be_visible()
 
 
+@pytest.mark.soak
 def test_stopped_with_the_tip_inside_it_comes_out_and_waits_for_a_person(
     page: "Page", ward: Ward
 ) -> None:
