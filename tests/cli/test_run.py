@@ -174,6 +174,46 @@ def test_people_ask_a_machine_that_serves_and_a_second_one_is_refused(
         assert ("nurse Kim", "abort") in [(one.done_by, one.what) for one in acts]
 
 
+@pytest.mark.sweep
+def test_a_machine_lost_with_the_tip_inside_is_told_and_the_next_one_waits_for_a_person(
+    name: str, tmp_path: Path
+) -> None:
+    """Its twin dies, and the patient with it: nobody can bring that catheter out."""
+    options = ("serve", *NEONATE, "--name", name, "--database", "ward.db", "--out", "kept")
+    served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
+    assert wait(lambda: phase_of(name) == Phase.PARKED, 240.0)
+    assert wait(lambda: holder(room.find(name) / room.RECORDS) is not None)
+    assert ask(name, "oxygen-skipped", tmp_path)["verdict"] == "pressed"
+    assert ask(name, "start", tmp_path)["verdict"] == "pressed"
+    assert wait(lambda: phase_of(name) == Phase.SUCTIONING, 60.0)
+    twin = holder(room.find(name) / PLAYS)
+    assert twin is not None
+    os.kill(twin, signal.SIGKILL)
+    served.send_signal(signal.SIGTERM)
+    said = served.communicate(timeout=180.0)[1]
+    assert served.returncode == 1, said
+    assert "did not answer any more, and the catheter's tip was last inside" in said
+    assert "ended in order" not in said
+    assert is_gone(name)
+
+    served = begun(*options, "--port", str(free_port()), cwd=tmp_path)
+    # It is at home and knows where the other one was.
+    assert wait(lambda: phase_of(name) == Phase.HALTED, 240.0)
+    url = wait_for("Console: ", served.stderr)
+    assert "another patient with it: that of the earlier run is gone" in url
+    assert "last inside: look at the patient" in url
+    state = state_of(re.search(r"Console: (\S+?)/?[ ,\n]", url)[1])  # type: ignore[index]
+    assert state["phase"] == "halted"
+    assert state["alarms"] != []
+    assert float(str(state["rest_left_s"])) > 60.0
+    assert ask(name, "start", tmp_path)["verdict"] == "pressed"
+    assert phase_of(name) == Phase.HALTED
+    served.send_signal(signal.SIGTERM)
+    said = served.communicate(timeout=120.0)[1]
+    assert served.returncode == 0, said
+    assert "ended in order" in said
+
+
 def state_of(url: str) -> dict[str, object]:
     try:
         return dict(httpx.get(f"{url}/api/v1/state", timeout=10.0).json())
