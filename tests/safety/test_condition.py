@@ -74,6 +74,23 @@ def test_every_condition_says_in_words_what_is_wrong_and_what_to_do() -> None:
         assert remedy.endswith(".")
 
 
+@pytest.mark.parametrize(
+    ("condition", "words"),
+    [
+        (C.RESERVE_ENERGY_USED, ("reserve energy, or none", "if it does not move")),
+        (C.CONTACT_STUCK_CLOSED, ("the tip touches, or the switch sticks",)),
+        (C.WITHDRAWAL_UNSEEN, ("was to be drawn out", "if it is still in the airway")),
+        (C.TIP_DETACHED, ("or may have come off",)),
+        (C.HEAD_SENSORS_DISAGREE, ("may still be inside",)),
+    ],
+    ids=lambda one: getattr(one, "name", None),
+)
+def test_what_is_told_is_no_more_than_is_known(condition: Condition, words: tuple[str]) -> None:
+    """Where one sign stands for either of two things, both are named."""
+    said = f"{condition.row.sentence}. {condition.row.remedy}"
+    assert [one for one in words if one not in said] == []
+
+
 def test_the_matrix_knows_every_pair_and_never_ranks_worse_harm_or_sooner_onset_lower() -> None:
     assert set(PRIORITIES) == set(itertools.product(Severity, Onset))
     for (severity, onset), (worse, sooner) in itertools.product(PRIORITIES, repeat=2):

@@ -143,7 +143,7 @@ class Condition(IntEnum):
     )
     WITHDRAWAL_UNSEEN = (
         17,
-        "the catheter was drawn out without a reading of it",
+        "the catheter was to be drawn out, and no reading shows that it was",
         f"{OUT_FIRST} Check the encoder's cable.",
         trip(DEATH, PROMPT, planned=True, reaction=TORQUE_OFF),
     )
@@ -163,7 +163,8 @@ class Condition(IntEnum):
     )
     CONTACT_STUCK_CLOSED = (
         29,
-        "the contact switch is closed where there is nothing to touch",
+        "the contact switch is closed where no contact was expected: the tip touches, or the "
+        "switch sticks",
         "See whether the patient has been moved: then teach the travel anew. Else clean the tip or "
         "change the catheter; the machine does not start until then.",
         trip(REVERSIBLE, PROMPT, planned=True),
@@ -368,8 +369,9 @@ class Condition(IntEnum):
     )
     RESERVE_ENERGY_USED = (
         44,
-        "the machine runs on its reserve energy",
-        "Restore mains power; the catheter comes out.",
+        "mains power is lost: the drives have their reserve energy, or none",
+        "See that the catheter comes out; if it does not move, draw it out by the handle. Restore "
+        "mains power.",
         alarm(DEATH, PROMPT),
     )
     RECORDER_LOST = (
