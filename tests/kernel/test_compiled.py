@@ -274,6 +274,18 @@ def test_another_root_translates_only_what_it_adds(core: TinyCore) -> None:
     assert core.run("limit_mm(1.0)") == Answer(6.0, "safety.limit.limit_mm", 0)
 
 
+def test_what_calls_something_that_was_cleared_meanwhile_is_translated_anew(
+    core: TinyCore,
+) -> None:
+    core.run("limit_mm(1.0)")
+    (first,) = core.cache.rglob("*.translated")
+    assert core.run("plan(cap)").value == 139.0
+    first.unlink()
+    for machine_code in (*core.cache.rglob("*.nbi"), *core.cache.rglob("*.nbc")):
+        machine_code.unlink()
+    assert core.run("plan(cap)") == Answer(139.0, "controller.cycle.plan", 3)
+
+
 def test_what_another_type_of_argument_asks_for_is_translated(core: TinyCore) -> None:
     core.run("limit_mm(1.0)")
     assert core.run("limit_mm(1)") == Answer(6.0, "safety.limit.limit_mm", 1)

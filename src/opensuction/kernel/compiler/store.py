@@ -98,13 +98,17 @@ class Store:
         self._new = _Contents({}, {})
 
     def find(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Translation | None:
-        """The translation of a function for these types of arguments, if it was kept."""
+        """The translation of a function for these types of arguments, if it was kept whole.
+
+        Somebody may have cleared the cache while others wrote: then a file calls what is gone.
+        """
         if not self._covers(function):
             return None
         for pickled in self._known.functions.get(_name(function), []):
             signature, description, environment, key = pickle.loads(pickled)
-            if tuple(signature.args) == args:
-                return Translation(signature, description, environment, self._restore(key))
+            library = self._restore(key) if tuple(signature.args) == args else None
+            if library is not None:
+                return Translation(signature, description, environment, library)
         return None
 
     def add(self, function: Callable[..., Any], translation: Translation) -> None:
@@ -114,13 +118,18 @@ class Store:
             pickled = dumps((*translation[:-1], key))
             self._new.functions.setdefault(_name(function), []).append(pickled)
 
-    def _restore(self, key: str) -> TranslatedLibrary:
-        """The library of a part, one for each in a process."""
+    def _restore(self, key: str) -> TranslatedLibrary | None:
+        """The library of a part, one for each in a process; None where a part of it is missing."""
         if key not in self._libraries:
-            part = self._known.parts[key]
-            library = TranslatedLibrary(cpu_target.target_context.codegen(), part.name)
+            part = self._known.parts.get(key)
+            if part is None:
+                return None
             callees = [self._restore(callee) for callee in part.callees]
-            library.restore(part.code, callees, pickle.loads(part.environments))
+            found = [callee for callee in callees if callee is not None]
+            if len(found) < len(callees):
+                return None
+            library = TranslatedLibrary(cpu_target.target_context.codegen(), part.name)
+            library.restore(part.code, found, pickle.loads(part.environments))
             self._libraries[key], self._keys[library] = library, key
         return self._libraries[key]
 
