@@ -75,7 +75,7 @@ def test_cursor_reads_output_and_residual_together(compared: Opened) -> None:
     assert "mm" in compared.page.inner_text("#output .u-legend")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.sweep)])
 @pytest.mark.parametrize("alone", [True, False])
 def test_phone_shows_everything_without_sideways_scrolling(
     chromium: "Browser", tmp_path: Path, scheme: str, alone: bool
@@ -90,7 +90,7 @@ def test_phone_shows_everything_without_sideways_scrolling(
     report.page.context.close()
 
 
-@pytest.mark.parametrize("width", [760, 1100])
+@pytest.mark.parametrize("width", [760, pytest.param(1100, marks=pytest.mark.sweep)])
 def test_ranking_is_no_wider_than_the_page(chromium: "Browser", tmp_path: Path, width: int) -> None:
     html = identification_page.render(example.compared(), example.curves())
     report = _open(chromium, tmp_path, html, viewport={"width": width, "height": 900})

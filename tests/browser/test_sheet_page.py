@@ -20,8 +20,15 @@ BLANK = 20
 """Fewer colours than this are an empty frame: curves and their smoothed edges have more."""
 
 
-@pytest.mark.parametrize("width", [1400, 390])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("width", "scheme"),
+    [
+        (1400, "light"),
+        (390, "dark"),
+        pytest.param(1400, "dark", marks=pytest.mark.sweep),
+        pytest.param(390, "light", marks=pytest.mark.sweep),
+    ],
+)
 def test_sheet_draws_and_fits(chromium: "Browser", tmp_path: Path, width: int, scheme: str) -> None:
     sheet_page = opened(
         chromium,

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from tests.browser.console.fake_machine import FakeMachine, serve
+from opensuction.accounts.rule.right import Role
+from tests.browser.console.fake_machine import FakeMachine, FakeServer, serve
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 TABLET = {"width": 1280, "height": 800}
 
@@ -22,18 +23,40 @@ class Bedside(NamedTuple):
     complaints: list[str]
 
 
-@pytest.fixture
-def fake() -> Iterator[tuple[FakeMachine, str]]:
-    machine = FakeMachine()
-    with serve(machine) as url:
-        yield machine, url
+@pytest.fixture(scope="session")
+def fake_server() -> Iterator[FakeServer]:
+    with serve() as server:
+        yield server
 
 
 @pytest.fixture
-def bedside(chromium: "Browser", fake: tuple[FakeMachine, str]) -> Iterator[Bedside]:
-    """The bedside view of somebody who has not signed in."""
-    machine, url = fake
+def fake(fake_server: FakeServer) -> Iterator[tuple[FakeMachine, str]]:
+    with fake_server.playing() as machine:
+        yield machine, fake_server.url
+
+
+@pytest.fixture(scope="session")
+def tablet(chromium: "Browser") -> Iterator["BrowserContext"]:
+    """What these pages share: the files of the console, which are loaded once."""
     context = chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def bedside(tablet: "BrowserContext", fake: tuple[FakeMachine, str]) -> Iterator[Bedside]:
+    """The bedside view of somebody who has not signed in."""
+    yield from _shown(tablet, *fake)
+
+
+@pytest.fixture
+def clinician(tablet: "BrowserContext", fake: tuple[FakeMachine, str]) -> Iterator[Bedside]:
+    """The bedside view of a clinician who has signed in."""
+    fake[0].sign_in(Role.CLINICIAN)
+    yield from _shown(tablet, *fake)
+
+
+def _shown(context: "BrowserContext", machine: FakeMachine, url: str) -> Iterator[Bedside]:
     page = context.new_page()
     shown = Bedside(page, machine, url, [])
     page.on("console", lambda said: shown.complaints.append(said.text))
@@ -42,4 +65,6 @@ def bedside(chromium: "Browser", fake: tuple[FakeMachine, str]) -> Iterator[Beds
     page.get_by_text("Live", exact=True).wait_for()
     page.locator(".live-anatomy").wait_for()
     yield shown
-    context.close()
+    page.evaluate("localStorage.clear()")  # what is kept for longer than a page: its colours
+    page.close()
+    context.clear_permissions()

@@ -18,6 +18,7 @@ from fastapi import FastAPI, Request, WebSocket
 from fastapi.responses import FileResponse, JSONResponse, Response
 from starlette.requests import ClientDisconnect
 from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
 from opensuction.accounts.rule import right
@@ -323,18 +324,42 @@ def refuse(fake: FakeMachine) -> Response:
     return JSONResponse({"status": status, **body}, status, headers, "application/problem+json")
 
 
+class FakeServer:
+    """One address, behind which one fake machine takes the place of another.
+
+    Each has an application of its own: what was asked of one that is gone reaches no other.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        self._app: ASGIApp = create_app(FakeMachine())
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await self._app(scope, receive, send)
+
+    @contextlib.contextmanager
+    def playing(self) -> Iterator[FakeMachine]:
+        """A machine that is new, as long as it is wanted."""
+        fake = FakeMachine()
+        self._app = create_app(fake)
+        try:
+            yield fake
+        finally:
+            fake.down = True
+
+
 @contextlib.contextmanager
-def serve(fake: FakeMachine) -> Iterator[str]:
-    """Its address, as long as it is wanted. Whoever connects before it works waits in the queue."""
-    config = uvicorn.Config(create_app(fake), log_level="error", ws="websockets-sansio")
-    server = uvicorn.Server(config)
+def serve() -> Iterator[FakeServer]:
+    """A server, as long as it is wanted. Whoever connects before it works waits in the queue."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
+        front = FakeServer(f"http://127.0.0.1:{listening.getsockname()[1]}/")
+        config = uvicorn.Config(front, log_level="error", ws="websockets-sansio", lifespan="off")
+        server = uvicorn.Server(config)
         run = {"sockets": [listening]}
         thread = threading.Thread(target=server.run, kwargs=run, daemon=True)
         thread.start()
         try:
-            yield f"http://127.0.0.1:{listening.getsockname()[1]}/"
+            yield front
         finally:
-            fake.down = True
             server.should_exit = True
             thread.join(10.0)

@@ -25,8 +25,12 @@ LOST_MS = 2000
 """Within this time the loss of the connection is shown."""
 
 
-@pytest.mark.parametrize("priority", BY_PRIORITY)
-def test_light_is_that_of_the_priority(bedside: Bedside, priority: Priority) -> None:
+def test_light_is_that_of_the_priority(bedside: Bedside) -> None:
+    for priority in BY_PRIORITY:
+        assert_light(bedside, priority)
+
+
+def assert_light(bedside: Bedside, priority: Priority) -> None:
     page, condition = bedside.page, BY_PRIORITY[priority]
     bedside.machine.show(**alarming(alarm(condition)))
     expect(page.locator(".alarm-bar")).to_have_attribute("data-priority", priority.name.lower())
@@ -43,8 +47,12 @@ def test_light_is_that_of_the_priority(bedside: Bedside, priority: Priority) -> 
         assert told[1:] == []
 
 
-@pytest.mark.parametrize("priority", Priority)
-def test_sound_is_the_machines_own(bedside: Bedside, priority: Priority) -> None:
+def test_sound_is_the_machines_own(bedside: Bedside) -> None:
+    for priority in Priority:
+        assert_sound(bedside, priority)
+
+
+def assert_sound(bedside: Bedside, priority: Priority) -> None:
     rate_hz = 16_000
     made = bedside.page.evaluate(
         """async ([priority, rate_hz]) => {
@@ -105,10 +113,8 @@ def test_what_must_be_done_stands_first_and_the_rest_in_a_list(bedside: Bedside)
     expect(rows.nth(1)).to_contain_text("Acknowledged")
 
 
-def test_alarms_are_answered(bedside: Bedside) -> None:
-    page, machine = bedside.page, bedside.machine
-    machine.sign_in(Role.CLINICIAN)
-    page.reload()
+def test_alarms_are_answered(clinician: Bedside) -> None:
+    page, machine = clinician.page, clinician.machine
     page.get_by_text("kim, clinician").wait_for()
     machine.show(**alarming(alarm(Condition.SPO2_LOW)))
     page.get_by_role("button", name="Acknowledge", exact=True).click()

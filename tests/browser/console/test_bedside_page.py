@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.sync_api import expect
 
-from opensuction.accounts.rule.right import Role
 from opensuction.safety.condition import Condition
 from tests.browser.console.conftest import Bedside
 from tests.browser.console.fake_machine import alarm, alarming
@@ -33,13 +32,6 @@ AT_TWO_METRES_PX = 48.0 / 0.72
 
 def tile(page: "Page", name: str) -> "Locator":
     return page.get_by_role("region", name=name, exact=True)
-
-
-def as_clinician(bedside: Bedside) -> None:
-    bedside.machine.sign_in(Role.CLINICIAN)
-    bedside.page.reload()
-    bedside.page.get_by_text("kim, clinician").wait_for()
-    bedside.page.get_by_text("Live", exact=True).wait_for()
 
 
 def test_secretions_that_come_are_drawn_and_told(bedside: Bedside) -> None:
@@ -133,16 +125,15 @@ def test_what_is_not_measured_is_said_so(bedside: Bedside) -> None:
     expect(tile(page, "SpO₂")).to_contain_text("OUT OF LIMIT")
 
 
-def test_a_rest_counts_down_and_the_start_says_why_not(bedside: Bedside) -> None:
-    as_clinician(bedside)
-    bedside.machine.show(passes=1, rest_left_s=93.0)
-    expect(tile(bedside.page, "Rest").locator(".figure")).to_have_text("1:33")
-    expect(tile(bedside.page, "Passes left").locator(".figure")).to_have_text("2")
-    expect(bedside.page.locator(".start-why")).to_contain_text("the patient rests another 93 s")
-    expect(bedside.page.locator("#start")).to_have_attribute("aria-disabled", "true")
+def test_a_rest_counts_down_and_the_start_says_why_not(clinician: Bedside) -> None:
+    clinician.machine.show(passes=1, rest_left_s=93.0)
+    expect(tile(clinician.page, "Rest").locator(".figure")).to_have_text("1:33")
+    expect(tile(clinician.page, "Passes left").locator(".figure")).to_have_text("2")
+    expect(clinician.page.locator(".start-why")).to_contain_text("the patient rests another 93 s")
+    expect(clinician.page.locator("#start")).to_have_attribute("aria-disabled", "true")
 
 
-WHY = [
+WHY: list[tuple[dict[str, object], str]] = [
     ({"phase": "halted"}, "deal with the cause, then reset"),
     ({"phase": "out-of-service"}, "out of service"),
     ({"locked_out": True, "phase": "halted"}, "locked out"),
@@ -153,13 +144,12 @@ WHY = [
 ]
 
 
-@pytest.mark.parametrize(("state", "why"), WHY)
-def test_start_says_why_it_cannot(bedside: Bedside, state: dict[str, object], why: str) -> None:
-    as_clinician(bedside)
-    bedside.machine.show(**state)
-    expect(bedside.page.locator(".start-why")).to_contain_text(why)
-    hold(bedside.page, 1300)
-    assert bedside.machine.asked == []
+def test_start_says_why_it_cannot(clinician: Bedside) -> None:
+    for state, why in WHY:
+        clinician.machine.show(**state)
+        expect(clinician.page.locator(".start-why")).to_contain_text(why)
+        hold(clinician.page, 1300)
+        assert clinician.machine.asked == [], why
 
 
 def hold(page: "Page", for_ms: float) -> None:
@@ -172,9 +162,8 @@ def hold(page: "Page", for_ms: float) -> None:
 
 
 @pytest.mark.parametrize("gesture", ["slides off", "a second finger lifts"])
-def test_start_ends_when_the_finger_leaves_it(bedside: Bedside, gesture: str) -> None:
-    as_clinician(bedside)
-    page, machine = bedside.page, bedside.machine
+def test_start_ends_when_the_finger_leaves_it(clinician: Bedside, gesture: str) -> None:
+    page, machine = clinician.page, clinician.machine
     box = page.locator("#start").bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 40, box["y"] + 40)
@@ -193,9 +182,8 @@ def test_start_ends_when_the_finger_leaves_it(bedside: Bedside, gesture: str) ->
 
 
 @pytest.mark.real_time
-def test_start_is_held_by_finger_or_key(bedside: Bedside) -> None:
-    as_clinician(bedside)
-    page, machine = bedside.page, bedside.machine
+def test_start_is_held_by_finger_or_key(clinician: Bedside) -> None:
+    page, machine = clinician.page, clinician.machine
     expect(page.locator("#start")).to_contain_text(re.compile("to.88.mm"))
     hold(page, 500)
     expect(page.locator(".start-why")).to_contain_text("Hold it for a whole second")
@@ -218,25 +206,23 @@ def test_start_is_held_by_finger_or_key(bedside: Bedside) -> None:
     assert machine.asked[0]["key"] != machine.asked[1]["key"]
 
 
-def test_start_without_holding_asks_instead(bedside: Bedside) -> None:
-    as_clinician(bedside)
-    page = bedside.page
+def test_start_without_holding_asks_instead(clinician: Bedside) -> None:
+    page = clinician.page
     page.locator("#start").evaluate("one => one.click()")  # as a screen reader does
     dialog = page.get_by_role("dialog", name="START")
     expect(dialog).to_contain_text(re.compile("Start a cycle to.88.mm, 100.mmHg"))
-    assert bedside.machine.asked == []
+    assert clinician.machine.asked == []
     dialog.get_by_role("button", name="Start now").click()
     expect(page.locator(".start-why")).to_contain_text("Started")
-    assert [one["ask"] for one in bedside.machine.asked] == ["start"]
+    assert [one["ask"] for one in clinician.machine.asked] == ["start"]
 
 
 @pytest.mark.real_time
-def test_a_start_that_the_machine_refuses_says_its_sentence(bedside: Bedside) -> None:
-    as_clinician(bedside)
+def test_a_start_that_the_machine_refuses_says_its_sentence(clinician: Bedside) -> None:
     said = {"name": "not-taught", "sentence": "no travel length has been set", "remedy": ""}
-    bedside.machine.answer = {"verdict": "pressed", "refusal": said}
-    hold(bedside.page, 1200)
-    expect(bedside.page.locator(".start-why")).to_contain_text("no travel length has been set")
+    clinician.machine.answer = {"verdict": "pressed", "refusal": said}
+    hold(clinician.page, 1200)
+    expect(clinician.page.locator(".start-why")).to_contain_text("no travel length has been set")
 
 
 BUTTONS = [
@@ -250,15 +236,14 @@ BUTTONS = [
 
 @pytest.mark.parametrize(("state", "name", "ask"), BUTTONS)
 def test_other_buttons_are_there_where_they_mean_something(
-    bedside: Bedside, state: dict[str, object], name: str, ask: str
+    clinician: Bedside, state: dict[str, object], name: str, ask: str
 ) -> None:
-    as_clinician(bedside)
-    button = bedside.page.get_by_role("button", name=name)
+    button = clinician.page.get_by_role("button", name=name)
     expect(button).to_be_hidden()
-    bedside.machine.show(**state)
+    clinician.machine.show(**state)
     button.click()
-    expect(bedside.page.locator(".tell-answer").last).not_to_be_empty()
-    assert [one["ask"] for one in bedside.machine.asked] == [ask]
+    expect(clinician.page.locator(".tell-answer").last).not_to_be_empty()
+    assert [one["ask"] for one in clinician.machine.asked] == [ask]
 
 
 def test_a_catheter_left_inside_stands_first_and_nothing_green_above(bedside: Bedside) -> None:

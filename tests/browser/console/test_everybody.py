@@ -41,12 +41,9 @@ def findings(page: "Page") -> list[str]:
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_the_bedside_view_is_for_everybody(bedside: Bedside, scheme: Any) -> None:
-    page, machine = bedside.page, bedside.machine
+def test_the_bedside_view_is_for_everybody(clinician: Bedside, scheme: Any) -> None:
+    page, machine = clinician.page, clinician.machine
     page.emulate_media(color_scheme=scheme)
-    machine.sign_in(Role.CLINICIAN)
-    page.reload()
-    page.locator(".live-anatomy").wait_for()
     found = {}
     for name, state in STATES.items():
         machine.show(**state)
@@ -107,11 +104,8 @@ def test_what_is_touched_is_as_large_as_a_finger_in_a_glove(bedside: Bedside) ->
     assert found == {name: [] for name in found}
 
 
-def test_a_keyboard_reaches_everything(bedside: Bedside) -> None:
-    page, machine = bedside.page, bedside.machine
-    machine.sign_in(Role.CLINICIAN)
-    page.reload()
-    page.locator(".live-anatomy").wait_for()
+def test_a_keyboard_reaches_everything(clinician: Bedside) -> None:
+    page, machine = clinician.page, clinician.machine
     machine.show(phase="halted", **alarming(alarm(Condition.CONTACT_STUCK_CLOSED)))
     page.get_by_role("button", name="Reset").wait_for()
     reached = []
@@ -146,9 +140,12 @@ def test_nothing_is_fetched_from_elsewhere_and_the_policy_holds(bedside: Bedside
     assert bedside.complaints == []
 
 
-@pytest.mark.parametrize(("wide", "high"), [(1280, 800), (1920, 1080), (768, 1024), (390, 844)])
-def test_the_page_fits(bedside: Bedside, wide: int, high: int) -> None:
-    page = bedside.page
+def test_the_page_fits(bedside: Bedside) -> None:
+    for wide, high in ((1280, 800), (1920, 1080), (768, 1024), (390, 844)):
+        assert_fits(bedside.page, wide, high)
+
+
+def assert_fits(page: "Page", wide: int, high: int) -> None:
     page.set_viewport_size({"width": wide, "height": high})
     page.wait_for_function("wide => document.documentElement.scrollWidth <= wide", arg=wide)
     expect(page.locator("#stop")).to_be_in_viewport(ratio=0.99)
