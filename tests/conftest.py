@@ -15,6 +15,7 @@ import pytest
 from hypothesis import Phase, settings
 
 from opensuction.kernel.compiler.dispatcher import CoreFunction
+from opensuction.records.database import database
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -106,6 +107,21 @@ def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(CoreFunction, "_build", build_or_load)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_disk_awaited() -> Iterator[str]:
+    """No commit of these processes waits for the disk: a computer that dies is no test's point."""
+    shipped = database.DURABLE
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(database, "DURABLE", "PRAGMA synchronous = OFF")
+        yield shipped
+
+
+@pytest.fixture
+def disk_awaited(_no_disk_awaited: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commits as the program makes them."""
+    monkeypatch.setattr(database, "DURABLE", _no_disk_awaited)
 
 
 @pytest.fixture(scope="session")

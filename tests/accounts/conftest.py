@@ -7,9 +7,27 @@ import pytest
 from opensuction.accounts.accounts import Accounts
 from opensuction.records.records import Records
 from tests.accounts.example import CHEAP, Clock
-from tests.records.conftest import new_postgresql_url, postgresql_url, server, url
+from tests.records.conftest import (
+    keeper,
+    new_databases,
+    new_postgresql_url,
+    postgresql_template,
+    postgresql_url,
+    server,
+    sqlite_template,
+    url,
+)
 
-__all__ = ["new_postgresql_url", "postgresql_url", "server", "url"]
+__all__ = [
+    "keeper",
+    "new_databases",
+    "new_postgresql_url",
+    "postgresql_template",
+    "postgresql_url",
+    "server",
+    "sqlite_template",
+    "url",
+]
 
 
 @pytest.fixture

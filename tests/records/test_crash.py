@@ -35,8 +35,8 @@ def kill_before(url: str, statement: int, cycles: int) -> list[str]:
 
 
 @pytest.mark.parametrize("statement", MAKING)
-def test_killed_while_a_database_is_made(url: str, statement: int) -> None:
-    check(url, kill_before(url, statement, 2))
+def test_killed_while_a_database_is_made(empty_url: str, statement: int) -> None:
+    check(empty_url, kill_before(empty_url, statement, 2))
 
 
 def test_killed_while_cycles_are_written(url: str) -> None:

@@ -24,6 +24,11 @@ SHIPPED = upgrade.STEPS
 NEWEST = "0003"
 
 
+@pytest.fixture
+def url(empty_url: str) -> str:
+    return empty_url
+
+
 def step(monkeypatch: pytest.MonkeyPatch, *folders: str) -> None:
     """As if the program were a later one."""
     monkeypatch.setattr(upgrade, "STEPS", (*SHIPPED, *(HERE / folder for folder in folders)))

@@ -27,7 +27,8 @@ def begin_writer(url: str, machine: str, *numbers: int) -> "subprocess.Popen[str
     )
 
 
-def test_two_programs_make_a_new_database_and_one_trail(url: str) -> None:
+def test_two_programs_make_a_new_database_and_one_trail(empty_url: str) -> None:
+    url = empty_url
     writers = [begin_writer(url, machine, CYCLES) for machine in ("M-1", "M-2")]
     said = [writer.communicate(timeout=300)[0].split() for writer in writers]
     assert [writer.returncode for writer in writers] == [0, 0]
@@ -110,6 +111,7 @@ def test_reading_waits_for_nobody(url: str) -> None:
             assert second.audit().broken is None
 
 
+@pytest.mark.usefixtures("disk_awaited")
 def test_no_checkpoint_runs_beside_a_writer(tmp_path: Path) -> None:
     """SQLite's own follow a commit, so the lock is held until that is over."""
     file = tmp_path / "records.db"

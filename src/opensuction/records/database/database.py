@@ -14,6 +14,8 @@ from opensuction.records.database import file_lock
 from opensuction.records.database.address import Address
 from opensuction.records.database.failure import NOTHING, explaining, refused
 
+DURABLE = "PRAGMA synchronous = FULL"
+"""A commit is on the disk before the request is answered."""
 WRITING = "opensuction_writing"
 """Option of a connection whose transaction writes."""
 EXTRA = "pip install 'opensuction[postgresql]'"
@@ -158,8 +160,7 @@ def _sqlite(file: Path, wait_s: float, read_only: bool) -> Engine:
     @event.listens_for(engine, "connect")
     def prepare(connection: Any, _record: Any) -> None:
         connection.execute("PRAGMA foreign_keys = ON")
-        # A commit is on the disk before the request is answered.
-        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute(DURABLE)
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:
