@@ -36,7 +36,7 @@ REQUIRED = "OPENSUCTION_REQUIRE_COMPONENTS"
 
 # No deadline: the first example of a test may compile the core for seconds. The same examples
 # every time: a test that fails for one person fails for all; the long run draws new ones.
-settings.register_profile("suite", deadline=None, derandomize=True, database=None)
+settings.register_profile("suite", deadline=None, derandomize=True, database=None, max_examples=25)
 settings.register_profile("soak", deadline=None, max_examples=5000, print_blob=True)
 # A mutant only has to be noticed: the failing example need not be made small first.
 settings.register_profile(
@@ -47,14 +47,7 @@ settings.register_profile(
     max_examples=50,
     phases=(Phase.explicit, Phase.generate),
 )
-# Where the sweeps are left out: a quarter of the examples.
-settings.register_profile("share", settings.get_profile("suite"), max_examples=25)
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    expression: str = config.option.markexpr
-    few = "share" if "not sweep" in expression else "suite"
-    settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", few))
+settings.load_profile(os.environ.get("OPENSUCTION_HYPOTHESIS", "suite"))
 
 
 ORDER = (
@@ -72,7 +65,9 @@ ORDER = (
     "tests/controller/test_cycle.py",  # the loop with falsified readings
     "tests/controller/test_exploration.py",  # the loop with its links
     "tests/",
+    "tests/kernel/test_tiny.py",
     "tests/controller/",
+    "tests/runtime/test_embedded_controller.py",  # what the call is compiled for elsewhere
 )
 """In which order the first tests of these folders run: no two processes wait for one compilation.
 

@@ -18,6 +18,7 @@ from opensuction.accounts.session import Session, require
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import HERE, PASSWORDS, THERE, Clock, begin, employ, enter
+from tests.records.conftest import on_both
 
 
 def test_the_first_start_makes_an_administrator_who_must_change_the_password(
@@ -52,6 +53,7 @@ def test_each_start_makes_another_password_until_the_first_is_changed(accounts: 
     assert accounts.first_start() is None
 
 
+@on_both
 def test_two_programs_that_start_at_once_make_one_administrator(accounts: Accounts) -> None:
     with ThreadPoolExecutor(4) as threads:
         made = [one for one in threads.map(lambda _: accounts.first_start(), range(4)) if one]
@@ -96,6 +98,7 @@ def test_a_one_time_password_signs_in_once(accounts: Accounts, clock: Clock) -> 
     assert accounts.sign_in("anna", again.one_time_password, HERE).session.must_change_password
 
 
+@on_both
 def test_only_one_of_two_at_once_signs_in_by_a_one_time_password(accounts: Accounts) -> None:
     made = accounts.add(begin(accounts), "anna", "clinician")
 
@@ -110,6 +113,7 @@ def test_only_one_of_two_at_once_signs_in_by_a_one_time_password(accounts: Accou
         assert sum(threads.map(enter_once, range(4))) == 1
 
 
+@on_both
 def test_accounts_are_listed_as_they_are(accounts: Accounts, clock: Clock) -> None:
     admin = begin(accounts)
     employ(accounts, admin, "anna")
@@ -191,6 +195,7 @@ def test_the_first_account_of_a_site_is_an_administrator(accounts: Accounts) -> 
     assert accounts.sign_in("eva", made.one_time_password, HERE)
 
 
+@on_both
 def test_two_administrators_cannot_end_each_other_at_once(accounts: Accounts) -> None:
     admin = begin(accounts)
     accounts.add(admin, "bert", "engineer", True)

@@ -31,6 +31,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.account_rows import Attempt, Bearer
 from opensuction.records.records import Records
 from tests.accounts.example import CHEAP, HERE, THERE, Clock
+from tests.records.conftest import KINDS
 
 NAMES = st.sampled_from(["admin", "anna", "bert", "ghost"])
 STAFF = st.sampled_from(["admin", "anna", "bert"])
@@ -312,12 +313,12 @@ class Life(RuleBasedStateMachine):
             self.records.close()
 
 
-@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_any_life_is_as_the_model_says(kind: str, request: pytest.FixtureRequest) -> None:
     if kind == "sqlite":
         folder = request.getfixturevalue("tmp_path")
         Life.new_url = staticmethod(lambda: str(folder / f"{uuid4().hex}.db"))
     else:
         Life.new_url = staticmethod(request.getfixturevalue("new_postgresql_url"))
-    lives = max(12, settings().max_examples // 20)  # more in the long run
+    lives = max(6, settings().max_examples // 20)  # more in the long run
     run_state_machine_as_test(Life, settings=settings(max_examples=lives, stateful_step_count=40))

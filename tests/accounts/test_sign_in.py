@@ -24,6 +24,7 @@ from opensuction.accounts.session import require
 from opensuction.kernel.errors import InputError
 from opensuction.records.records import Records
 from tests.accounts.example import CHEAP, HERE, PASSWORDS, THERE, Clock, begin, employ
+from tests.records.conftest import on_both
 
 NO_NAMES = ("", "?", "\0", "\ud800", "' OR 1=1 --", "x" * 5000)
 """What no account is called."""
@@ -36,6 +37,7 @@ def wrong(accounts: Accounts, name: str = "anna", origin: str = THERE) -> Refuse
     return refused.value
 
 
+@on_both
 def test_who_signs_in_may_what_the_role_may(accounts: Accounts, clock: Clock) -> None:
     employ(accounts, begin(accounts), "anna")
     signed_in = accounts.sign_in(" Anna ", PASSWORDS["anna"], HERE)
@@ -108,6 +110,7 @@ def test_a_session_ends_when_it_is_not_used_and_after_a_shift(
         accounts.find_session(token)
 
 
+@on_both
 def test_a_session_outlives_the_console(accounts: Accounts, records: Records, url: str) -> None:
     token = employ(accounts, begin(accounts), "anna").session_token
     with Records.open(url) as again:
@@ -248,6 +251,7 @@ def test_a_clock_set_back_keeps_nobody_out(accounts: Accounts, clock: Clock) -> 
     accounts.sign_in("anna", PASSWORDS["anna"], HERE)
 
 
+@on_both
 def test_many_guesses_at_once_gain_nothing(accounts: Accounts) -> None:
     employ(accounts, begin(accounts), "anna")
     with ThreadPoolExecutor(8) as threads:

@@ -252,8 +252,8 @@ def test_contact_stops_at_the_carina_on_the_bench(tmp_path: Path) -> None:
     ("protocol", "patient", "limit_s"),
     [
         ("adult", "adult-icu", 15.0),
-        ("adult", "adult-ards", 15.0),
-        ("paediatric", "child-10kg", 5.0),
+        pytest.param("adult", "adult-ards", 15.0, marks=pytest.mark.sweep),
+        pytest.param("paediatric", "child-10kg", 5.0, marks=pytest.mark.sweep),
         ("paediatric", "neonate", 5.0),
     ],
 )

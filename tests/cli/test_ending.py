@@ -18,7 +18,10 @@ CYCLE = ("cycle", "--machine", "bench", "--compensation", "none")
 
 @pytest.mark.parametrize(
     ("number", "status", "word"),
-    [(signal.SIGINT, 130, "interrupted"), (signal.SIGHUP, 129, "terminal closed")],
+    [
+        (signal.SIGINT, 130, "interrupted"),
+        pytest.param(signal.SIGHUP, 129, "terminal closed", marks=pytest.mark.sweep),
+    ],
 )
 def test_a_signal_ends_a_running_cycle_at_once(
     number: signal.Signals, status: int, word: str, tmp_path: Path
@@ -99,7 +102,7 @@ print(heard)
 """Most signals come while compiled code runs, and are heard as it makes records for Python."""
 
 
-@pytest.mark.parametrize("trials", [15, pytest.param(60, marks=pytest.mark.sweep)])
+@pytest.mark.parametrize("trials", [15, pytest.param(60, marks=pytest.mark.soak)])
 def test_a_signal_within_compiled_code_is_heard_and_breaks_nothing(
     trials: int, tmp_path: Path
 ) -> None:

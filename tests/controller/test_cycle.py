@@ -168,11 +168,17 @@ def moments() -> list[Any]:
     """Which eighths of the instants for which kind: all for the two that people use most.
 
     The others have every other one in turn, so that each phase and each instant is stopped in.
-    One of each kind is no sweep, another one for the next kind.
+    One of each kind is no sweep, another one for the next kind; those of the others are long runs.
     """
+
+    def marks(kind: CompensationKind, part: int) -> tuple[pytest.MarkDecorator, ...]:
+        if part == kind:
+            return ()
+        return (pytest.mark.sweep if kind in often else pytest.mark.soak,)
+
     often = (EXACT, CompensationKind.PREVIEW)
     return [
-        pytest.param(kind, part, marks=() if part == kind else pytest.mark.sweep)
+        pytest.param(kind, part, marks=marks(kind, part))
         for kind in CompensationKind
         for part in range(PARTS)
         if kind in often or (kind + part) % 2 == 0

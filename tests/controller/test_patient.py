@@ -219,7 +219,7 @@ def test_a_desaturation_is_seen_late_and_ends_the_cycle_it_falls_into(name: str)
 
 @pytest.mark.parametrize(
     "seeds",
-    [range(100, 105), pytest.param(range(105, 120), marks=pytest.mark.sweep)],
+    [range(100, 105), pytest.param(range(105, 120), marks=pytest.mark.soak)],
     ids=["five", "more"],
 )
 @pytest.mark.parametrize("name", [*PROTOCOLS, "adult-ards"])

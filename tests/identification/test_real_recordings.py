@@ -71,7 +71,9 @@ def test_units_are_degrees(results: dict[str, list[FittedModel]]) -> None:
     assert found.parameters["slope"].low < 0.9043 < found.parameters["slope"].high
 
 
-@pytest.mark.parametrize(("fitted", "predicted"), [("25", "45"), ("45", "25")])
+@pytest.mark.parametrize(
+    ("fitted", "predicted"), [("25", "45"), pytest.param("45", "25", marks=pytest.mark.sweep)]
+)
 def test_another_speed_is_predicted(fitted: str, predicted: str) -> None:
     """One recording, then the other without its first second, in which the load settles."""
     one, other = load(fitted, SETTLED), load(predicted, 2 * SETTLED)
@@ -83,7 +85,13 @@ def test_another_speed_is_predicted(fitted: str, predicted: str) -> None:
     assert 100.0 * np.sqrt(np.mean(rest**2)) / np.ptp(other[:, 3]) <= TRANSFER
 
 
-@pytest.mark.parametrize(("run", "limit"), [("00", 0.413), ("25", 0.157), ("45", 0.210)])
+@pytest.mark.parametrize(
+    ("run", "limit"),
+    [
+        ("25", 0.157),
+        *(pytest.param(*one, marks=pytest.mark.sweep) for one in (("00", 0.413), ("45", 0.210))),
+    ],
+)
 def test_motor_to_jaw_is_predicted(run: str, limit: float) -> None:
     """limit: percent of range that the model recommended before left."""
     table = load(run, SETTLED)

@@ -166,7 +166,7 @@ def test_an_output_of_noise_is_said_to_mean_nothing() -> None:
         assert any("its parameters mean nothing" in warning for warning in result.warnings)
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_units_and_origin_change_no_score() -> None:
     one = compare(HEAD, TIP + NOISE, holdout_ratio=0.25)
     other = compare(1e-6 * HEAD + 7.0, 1e3 * (TIP + NOISE) - 50.0, holdout_ratio=0.25)
@@ -192,7 +192,7 @@ COUPLED = TIP - 0.3 * OTHER + NOISE
 NAMED = Labels("head_mm", "tip_mm", other_names=("bend_deg",))
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 def test_several_inputs_are_followed_together_and_what_each_adds_is_told() -> None:
     one, *_ = compare(HEAD, COUPLED, TIME_S, 0.25, NAMED)
     found, *rest = compare(np.array([HEAD, OTHER]), COUPLED, TIME_S, 0.25, NAMED)

@@ -13,7 +13,9 @@ from sqlalchemy import create_engine, make_url, text
 from opensuction.records.records import Records
 from tests.records import postgresql_cluster
 
-KINDS = ("sqlite", "postgresql")
+KINDS = ("sqlite", pytest.param("postgresql", marks=pytest.mark.sweep))
+on_both = pytest.mark.parametrize("url", ["sqlite", "postgresql"], indirect=True)
+"""Where the two kinds differ: locks, triggers, what is made and read. `.ci/run` has all on both."""
 
 
 @pytest.fixture(scope="session")
@@ -120,7 +122,7 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     return found
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(params=("sqlite", "postgresql"))
 def empty_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """Of a database that is empty."""
     if request.param == "sqlite":

@@ -18,6 +18,7 @@ from opensuction.records.trail import check
 from opensuction.records.trail.chain import BEGINNING, to_canonical, to_hash
 from tests.cli.command import opensuction
 from tests.records import recorded
+from tests.records.conftest import on_both
 from tests.records.example import COMPLETED, MACHINE, Clock, fill, fill_accounts, start, unguarded
 
 EVERY = (*schema.KEPT, schema.audit_head)
@@ -44,6 +45,7 @@ def test_an_empty_trail_is_whole(url: str) -> None:
     assert (report.entries, report.last_hash, report.broken) == (0, BEGINNING, None)
 
 
+@on_both
 def test_what_was_stored_as_meant_is_whole(filled: Records) -> None:
     report = filled.audit()
     assert report.broken is None
@@ -263,6 +265,7 @@ def test_what_no_type_holds_is_found(tmp_path: Path) -> None:
     which=st.integers(0, 100),
     said=st.one_of(st.text("a\u00e9 0", max_size=5), st.integers(-3, 3), st.booleans(), st.none()),
 )
+@on_both
 def test_any_change_behind_the_triggers_is_found(
     filled: Records, column: Column[Any], which: int, said: str | float | None
 ) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from opensuction.records.entry import CycleEnd, Outcome
 from opensuction.records.records import Records
+from tests.records.conftest import on_both
 from tests.records.test_two_writers import begin_writer
 
 DEAD = CycleEnd(Outcome.INTERRUPTED, "the program was killed", None)
@@ -34,7 +35,10 @@ def kill_before(url: str, statement: int, cycles: int) -> list[str]:
     return said.split()
 
 
-@pytest.mark.parametrize("statement", MAKING)
+@pytest.mark.parametrize(
+    "statement",
+    [pytest.param(one, marks=() if i % 2 else pytest.mark.sweep) for i, one in enumerate(MAKING)],
+)
 def test_killed_while_a_database_is_made(empty_url: str, statement: int) -> None:
     check(empty_url, kill_before(empty_url, statement, 2))
 
@@ -48,6 +52,7 @@ def test_killed_while_cycles_are_written(url: str) -> None:
     assert answered
 
 
+@on_both
 def test_killed_from_outside(url: str) -> None:
     answered: list[str] = []
     for after in (1, 4, 9):

@@ -19,7 +19,7 @@ from opensuction.records.database import address, schema
 from opensuction.records.database.account_schema import access_token, account_state
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
-from tests.records.conftest import in_server
+from tests.records.conftest import in_server, on_both
 from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, fill, start
 from tests.records.test_two_writers import begin_writer
 
@@ -322,6 +322,7 @@ def test_an_audit_needs_no_right_to_write(postgresql_url: str) -> None:
         in_server(postgresql_url, "DROP ROLE auditor")
 
 
+@on_both
 def test_an_audit_cannot_write(url: str) -> None:
     with Records.open(url) as records:
         fill(records, 1)

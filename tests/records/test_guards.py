@@ -9,6 +9,7 @@ from opensuction.records import audit
 from opensuction.records.database import schema
 from opensuction.records.records import Records
 from opensuction.records.trail.check import AuditReport
+from tests.records.conftest import on_both
 from tests.records.example import MACHINE, RECORDING, fill, fill_accounts
 
 CHANGES = [
@@ -79,6 +80,7 @@ def refuse(records: Records, statement: str) -> str:
     return str(refused.value)
 
 
+@on_both
 def test_nothing_is_changed_or_removed(url: str) -> None:
     with Records.open(url) as records:
         fill(records, 1)
@@ -91,6 +93,7 @@ def test_nothing_is_changed_or_removed(url: str) -> None:
         assert trail_of(records).broken is None
 
 
+@on_both
 def test_what_cannot_be_is_refused(url: str) -> None:
     with Records.open(url) as records:
         fill(records, 1)

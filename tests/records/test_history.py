@@ -9,6 +9,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.history import History, Wanted
 from opensuction.records.records import Records
+from tests.records.conftest import on_both
 from tests.records.example import (
     CLOGGED,
     COMPLETED,
@@ -59,6 +60,7 @@ def test_the_newest_is_the_last_stored_whatever_the_clock_says(records: Records)
     assert [one.what for one in history.list_actions()] == ["act-4", "act-3", "act-5"]
 
 
+@on_both
 def test_a_page_goes_on_where_the_last_one_ended(records: Records) -> None:
     for _ in range(5):
         records.add_alarm(MACHINE, CLOGGED)
@@ -156,6 +158,7 @@ def three_cycles(records: Records) -> list[str]:
     return [first, second, records.begin_cycle(start(patient=None), at=NOON + timedelta(hours=2))]
 
 
+@on_both
 def test_cycles_are_narrowed_by_outcome_time_and_text(records: Records) -> None:
     first, second, third = three_cycles(records)
     list_cycles = records.history.list_cycles
@@ -177,6 +180,7 @@ def test_cycles_are_narrowed_by_outcome_time_and_text(records: Records) -> None:
     assert found(wanted=Wanted(text="nurse-7"), before=3, limit=1) == [second]
 
 
+@on_both
 def test_what_a_search_means_elsewhere_is_only_text_here(records: Records) -> None:
     _, second, _ = three_cycles(records)
 

@@ -19,6 +19,7 @@ from hypothesis.stateful import (
 from opensuction.kernel.errors import InputError
 from opensuction.records.entry import Action, CycleEnd, Outcome
 from opensuction.records.records import Records
+from tests.records.conftest import KINDS
 from tests.records.example import CLOGGED, MACHINE, NOON, start
 
 MACHINES = st.sampled_from(["M-1", "M-2"])
@@ -170,7 +171,7 @@ class Life(RuleBasedStateMachine):
             self.records.close()
 
 
-@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_any_life_is_as_the_model_says(kind: str, request: pytest.FixtureRequest) -> None:
     if kind == "sqlite":
         folder = request.getfixturevalue("tmp_path")
@@ -178,5 +179,5 @@ def test_any_life_is_as_the_model_says(kind: str, request: pytest.FixtureRequest
     else:
         make = request.getfixturevalue("new_postgresql_url")
         Life.new_url = staticmethod(make)
-    lives = max(8, settings().max_examples // 50)  # more in the long run
+    lives = max(4, settings().max_examples // 50)  # more in the long run
     run_state_machine_as_test(Life, settings=settings(max_examples=lives, stateful_step_count=20))

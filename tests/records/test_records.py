@@ -15,6 +15,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.records.database import schema
 from opensuction.records.entry import Action, Alarm, CycleEnd, CycleStart, Outcome
 from opensuction.records.records import Records
+from tests.records.conftest import on_both
 from tests.records.example import (
     CATHETER,
     CLOGGED,
@@ -44,6 +45,7 @@ def rows(records: Records, table: Any) -> list[dict[str, Any]]:
         return [dict(row) for row in connection.execute(select(table)).mappings()]
 
 
+@on_both
 def test_a_cycle_is_on_record_before_it_ends_and_says_what_happened(records: Records) -> None:
     cycle = records.begin_cycle(start())
     (unfinished,) = records.unfinished_cycles()
@@ -69,6 +71,7 @@ def test_what_was_said_of_a_cycle_is_on_record(records: Records) -> None:
     assert machine["is_twin"] is True
 
 
+@on_both
 def test_records_are_there_when_opened_again(url: str) -> None:
     with Records.open(url) as first:
         cycle = first.begin_cycle(start())
@@ -78,6 +81,7 @@ def test_records_are_there_when_opened_again(url: str) -> None:
         assert second.head() == head
 
 
+@on_both
 def test_the_same_key_changes_nothing(records: Records) -> None:
     cycle = records.begin_cycle(start(), key="begin")
     alarm = records.add_alarm(MACHINE, CLOGGED, cycle, key="alarm")
@@ -102,6 +106,7 @@ def test_a_key_is_of_one_request(records: Records) -> None:
     assert records.head() == before
 
 
+@on_both
 def test_a_machine_has_one_cycle_at_a_time(records: Records) -> None:
     cycle = records.begin_cycle(start())
     other = records.begin_cycle(start(machine="M-2", catheter="C-2"))
@@ -181,6 +186,7 @@ def test_a_clock_that_is_set_back_makes_no_catheter_younger(records: Records) ->
     assert records.catheter_age_s("C-1", NOON - timedelta(days=1)) == 20 * 3600.0
 
 
+@on_both
 def test_times_are_kept_in_utc(records: Records) -> None:
     zone = timezone(timedelta(hours=9))
     records.begin_cycle(start(), at=datetime(2026, 11, 23, 21, 0, 0, 7, tzinfo=zone))

@@ -11,6 +11,7 @@ from sqlalchemy import event, text
 from opensuction.records.database import file_lock
 from opensuction.records.database.failure import RecordsError
 from opensuction.records.records import Records
+from tests.records.conftest import on_both
 from tests.records.example import CLOGGED, COMPLETED, MACHINE, count_entries, start
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,6 +43,7 @@ def test_two_programs_make_a_new_database_and_one_trail(empty_url: str) -> None:
             assert records.find_end(cycle) == COMPLETED
 
 
+@on_both
 def test_threads_share_the_records(url: str) -> None:
     with Records.open(url) as records, ThreadPoolExecutor(4) as threads:
         cycle = records.begin_cycle(start())
@@ -60,6 +62,7 @@ def test_threads_share_the_records(url: str) -> None:
         assert records.audit().broken is None
 
 
+@on_both
 def test_who_waits_too_long_is_told_in_a_line_and_nothing_is_stored(url: str) -> None:
     with Records.open(url) as first, Records.open(url, wait_s=0.05) as second:
         with first.database.writing() as connection:
@@ -72,6 +75,7 @@ def test_who_waits_too_long_is_told_in_a_line_and_nothing_is_stored(url: str) ->
         assert first.audit().broken is None
 
 
+@on_both
 def test_what_is_written_during_an_audit_does_not_disturb_it(url: str) -> None:
     with Records.open(url) as reader, Records.open(url) as writer:
         cycle = writer.begin_cycle(start())
@@ -101,6 +105,7 @@ def test_a_foreign_program_that_locks_the_file_is_waited_for(tmp_path: Path) -> 
         records.begin_cycle(start())
 
 
+@on_both
 def test_reading_waits_for_nobody(url: str) -> None:
     with Records.open(url) as first, Records.open(url, wait_s=0.05) as second:
         cycle = first.begin_cycle(start())

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from opensuction.session.choice import CycleChoice, RigChoice
-from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX, findings
+from tests.browser.console.test_everybody import SMALL, TOUCH_PX, findings
 from tests.console.history.past import Past, fill, remember
 from tests.console.listening import listening
 from tests.console.served import Served
@@ -173,8 +173,13 @@ def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: 
     assert past.completed
 
 
-@pytest.mark.sweep
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        pytest.param("dark", marks=pytest.mark.sweep),
+        pytest.param("light", marks=pytest.mark.soak),
+    ],
+)
 def test_the_history_is_for_everybody(
     chromium: "Browser", console: Served, past: Past, scheme: Any
 ) -> None:

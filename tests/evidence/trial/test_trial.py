@@ -56,13 +56,8 @@ def test_no_invariant_breaks_under_faults_nor_a_bound_under_one(faults: str) -> 
     assert counted.count(1) == 96 or (faults == "double" and counted.count(2) > 48)
 
 
-@pytest.mark.parametrize(
-    "faults",
-    [
-        pytest.param("single", marks=pytest.mark.soak),
-        pytest.param("double", marks=pytest.mark.sweep),
-    ],
-)
+@pytest.mark.soak
+@pytest.mark.parametrize("faults", ["single", "double"])
 def test_no_invariant_breaks_in_many_more(faults: str) -> None:
     assert_held(play(SUITE._replace(faults=faults), 97, 400))
 

@@ -60,7 +60,10 @@ def is_let_go(tick: Tick) -> bool:
 
 
 @pytest.mark.requirement("OS-R13")
-@pytest.mark.parametrize(("deep_mm", "back_mm"), [(50.0, 60.0), (50.0, 1.0), (PARK_MM + 1.0, 1.0)])
+@pytest.mark.parametrize(
+    ("deep_mm", "back_mm"),
+    [(50.0, 60.0), (PARK_MM + 1.0, 1.0), pytest.param(50.0, 1.0, marks=pytest.mark.sweep)],
+)
 def test_a_head_of_which_both_sensors_say_for_ever_that_it_comes_is_let_go(
     deep_mm: float, back_mm: float
 ) -> None:

@@ -46,12 +46,16 @@ CHOICES = {
 }
 
 
-SHARE = ("none", "lookup-table", "adult-contact", "child", "neonate", "link", "power", "two")
-"""Tried by `make test`; the rest is a sweep."""
+SHARE = ("none", "lookup-table", "adult-contact", "neonate", "link", "power")
+"""Tried by `make test`; the rest is a sweep, but for other compensations of the same bench."""
 
 
 def _case(name: str) -> object:
-    return pytest.param(name, marks=() if name in SHARE else pytest.mark.sweep)
+    if name in SHARE:
+        return name
+    return pytest.param(
+        name, marks=pytest.mark.soak if name in COMPENSATIONS else pytest.mark.sweep
+    )
 
 
 @pytest.fixture(scope="module", params=[_case(name) for name in CHOICES])

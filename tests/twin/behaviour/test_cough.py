@@ -27,7 +27,10 @@ def starts(pressure: list[float]) -> list[int]:
     return [i for i in range(1, len(pressure)) if pressure[i] > 0.0 >= pressure[i - 1]]
 
 
-@pytest.mark.parametrize(("stimulus", "per_s"), [(0.0, 0.01), (0.5, 0.11), (1.0, 0.21)])
+@pytest.mark.parametrize(
+    ("stimulus", "per_s"),
+    [(0.0, 0.01), pytest.param(0.5, 0.11, marks=pytest.mark.sweep), (1.0, 0.21)],
+)
 def test_a_catheter_provokes_coughs_by_its_stimulus(stimulus: float, per_s: float) -> None:
     """Within four deviations of a Poisson count, for the time that is left between coughs."""
     seconds = 4000.0
