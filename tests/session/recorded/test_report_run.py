@@ -15,6 +15,7 @@ from opensuction.recording.cycle_file.writer import RecordingWriter
 from opensuction.report import series
 from opensuction.session.choice import CycleChoice, RigChoice
 from opensuction.session.recorded import recorded_cycle, report_run
+from opensuction.session.recorded.report_run import Report
 from tests.report.page_data import payload
 from tests.session.recorded import played
 from tests.session.recorded.played import Played
@@ -35,8 +36,13 @@ def real(cycle: Played, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def summary(real: Path) -> dict[str, Any]:
-    return report_run.run([real]).summary
+def report(real: Path) -> Report:
+    return report_run.run([real])
+
+
+@pytest.fixture(scope="module")
+def summary(report: Report) -> dict[str, Any]:
+    return report.summary
 
 
 def test_what_only_the_twin_knows_is_not_known(summary: dict[str, Any]) -> None:
@@ -77,8 +83,8 @@ def test_times_and_outcome_are_those_of_the_cycle(cycle: Played, summary: dict[s
     assert summary["spo2_nadir_percent"] == pytest.approx(lowest, abs=1.0)
 
 
-def test_the_page_says_whose_word_it_is(real: Path) -> None:
-    html = report_run.run([real]).html
+def test_the_page_says_whose_word_it_is(report: Report) -> None:
+    html = report.html
     text = html.split("<script")[0]
     assert "By the truth of the twin" not in text
     assert "by the controller&#39;s estimate" in text
@@ -106,8 +112,8 @@ def test_every_reading_that_is_drawn_is_one_of_a_recording(real: Path) -> None:
     assert drawn <= set(recorded_cycle.read([real]).columns)
 
 
-def test_equal_recordings_give_equal_pages(real: Path) -> None:
-    assert report_run.run([real]) == report_run.run([real])
+def test_equal_recordings_give_equal_pages(real: Path, report: Report) -> None:
+    assert report_run.run([real]) == report
 
 
 @pytest.mark.sweep
@@ -183,7 +189,7 @@ def test_damaged_and_cut_files_end_in_a_page_or_one_line(real: Path, tmp_path: P
     assert pages > 0
 
 
-def test_text_from_a_recording_is_never_markup(real: Path, tmp_path: Path) -> None:
+def test_text_from_a_recording_is_never_markup(real: Path, report: Report, tmp_path: Path) -> None:
     attack = "</script><script>alert(1)</script>"
     reader = RecordingReader(real)
     about = {**reader.heading.about, "patient": attack, "machine": attack, attack: attack}
@@ -194,4 +200,4 @@ def test_text_from_a_recording_is_never_markup(real: Path, tmp_path: Path) -> No
             file.add_rows(TICKS, one.times_ns, one.table)
     html = report_run.run([path]).html
     assert attack not in html
-    assert html.count("<script") == report_run.run([real]).html.count("<script")
+    assert html.count("<script") == report.html.count("<script")

@@ -40,6 +40,8 @@ class Layout(NamedTuple):
     template: Bytes
     """A row of zeros."""
     runs: tuple[_Run, ...]
+    is_number: NDArray[np.bool_]
+    """Of each byte: it belongs to a number, and is no part of the description."""
 
     @property
     def size(self) -> int:
@@ -88,7 +90,10 @@ def layout_of(columns: Sequence[Column]) -> Layout:
                 runs[-1] = last._replace(length=last.length + 1, step=step)
                 continue
         runs.append(_Run(column.kind, index, 1, places[index], 0))
-    return Layout(tuple(columns), np.frombuffer(template, np.uint8), tuple(runs))
+    is_number = np.zeros(len(template), np.bool_)
+    for index, column in enumerate(columns):
+        is_number[places[index] : places[index] + (1 if column.kind is bool else 8)] = True
+    return Layout(tuple(columns), np.frombuffer(template, np.uint8), tuple(runs), is_number)
 
 
 def _view(run: _Run, rows: Bytes, at: int) -> NDArray[np.generic]:
@@ -118,10 +123,8 @@ def pack(layout: Layout, table: Table, rows: Bytes, at: int) -> None:
 
 def unpack(layout: Layout, rows: Bytes, at: int) -> Table:
     """The table that `pack` wrote. Raises ValueError for rows of another layout."""
-    blank = rows[:1].copy()
-    for run in layout.runs:
-        _view(run, blank, at)[:] = 0
-    if not np.array_equal(blank[0, at : at + layout.size], layout.template):
+    described = (rows[0, at : at + layout.size] == layout.template) | layout.is_number
+    if not described.all():
         raise ValueError("a row is not laid out as its description says")
     table = np.empty((len(rows), len(layout.columns)))
     for run in layout.runs:
