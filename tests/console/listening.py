@@ -18,10 +18,10 @@ ENDS_S = 10.0
 
 
 @contextmanager
-def listening(folder: Path, limits: Limits = USUAL) -> Iterator[Served]:
+def listening(folder: Path, limits: Limits = USUAL, name: str = "room") -> Iterator[Served]:
     """The same at a free port of this computer, for browsers: `Served.url`."""
     with (
-        served(folder, free_port(), limits) as made,
+        served(folder, free_port(), limits, name) as made,
         listening_app(made.app, made.site.origin.port),
     ):
         yield made

@@ -13,11 +13,11 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
-from opensuction.console.access import CSRF_HEADER, DEVICE_COOKIE, SESSION_COOKIE
+from opensuction.console.access import CSRF_HEADER
 from opensuction.console.app import create_app
 from opensuction.console.guard.limits import USUAL, Limits
 from opensuction.console.live.hub import Hub
-from opensuction.console.site import Origin, Site
+from opensuction.console.site import Origin, Site, device_cookie, session_cookie
 from opensuction.records.records import Records
 from opensuction.runtime import about
 from tests.accounts.example import CHEAP, PASSWORDS, ROLES, employ, enter
@@ -54,7 +54,11 @@ class Served(NamedTuple):
         if role is None:
             return {}
         found = self.signed_in[role]
-        return {SESSION_COOKIE: found.session_token, DEVICE_COOKIE: found.device_token}
+        folder = self.site.folder
+        return {
+            session_cookie(folder): found.session_token,
+            device_cookie(folder): found.device_token,
+        }
 
     def client(self, role: str | None = None, port: int = 50000) -> TestClient:
         """The application without a network, as somebody of this role; None: nobody.
@@ -134,9 +138,11 @@ def make_site(folder: Path, records: Records, accounts: Accounts, port: int = PO
 
 
 @contextmanager
-def served(folder: Path, port: int = PORT, limits: Limits = USUAL) -> Iterator[Served]:
-    """A console with a machine that is parked, in a folder of the test's own."""
-    room = folder / "room"
+def served(
+    folder: Path, port: int = PORT, limits: Limits = USUAL, name: str = "room"
+) -> Iterator[Served]:
+    """A console with a machine that is parked, in a folder of the test's own. name: its."""
+    room = folder / name
     room.mkdir()
     database = folder / "records.db"
     employed = find_employed()

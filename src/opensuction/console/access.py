@@ -18,11 +18,12 @@ from opensuction.accounts.rule.right import RIGHTS, Right
 from opensuction.accounts.session import AccessToken, Session
 from opensuction.console.guard.problem import FieldError, Problem
 from opensuction.console.guard.turn import Turn
-from opensuction.console.site import Site
+from opensuction.console.site import Site, session_cookie
 from opensuction.kernel.errors import InputError
 
-SESSION_COOKIE, DEVICE_COOKIE = "opensuction_session", "opensuction_device"
 CSRF_HEADER = "X-CSRF-Token"
+UNATTENDED_HEADER = "X-Unattended"
+"""A page looks by itself, again and again: a session does not go on for that."""
 BEARER = "bearer"
 NAMES_KEPT = 1000
 GIVEN_LATER = "in the body"
@@ -68,7 +69,8 @@ OutOfTurn = Annotated[None, Depends(leave_turn)]
 
 def session_token(connection: HTTPConnection) -> str | None:
     """What a browser shows; None where nobody has signed in."""
-    return connection.cookies.get(SESSION_COOKIE) or None
+    site: Site = connection.app.state.site
+    return connection.cookies.get(session_cookie(site.folder)) or None
 
 
 def _bearer_token(connection: HTTPConnection) -> str | None:
@@ -106,9 +108,14 @@ def find_name(connection: HTTPConnection) -> str | None:
 
 
 def find_session(site: Site, connection: HTTPConnection, token: str) -> Session:
-    """Whose session this is. Raises NotSignedInError for one that is over."""
+    """Whose session this is. It goes on from now, unless a page asks by itself.
+
+    Raises NotSignedInError for one that is over.
+    """
+    accounts, is_unattended = site.accounts, UNATTENDED_HEADER in connection.headers
+    find = accounts.check_session if is_unattended else accounts.find_session
     try:
-        holder = site.accounts.find_session(token)
+        holder = find(token)
     except NotSignedInError:
         connection.app.state.names.forget(token)
         raise

@@ -11,7 +11,7 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from opensuction.console.access import SESSION_COOKIE, Names
+from opensuction.console.access import Names
 from opensuction.console.guard import handler, origin
 from opensuction.console.guard.byte_range import Ranges
 from opensuction.console.guard.guard import Guard
@@ -35,7 +35,7 @@ from opensuction.console.route import (
     signals,
     teaching,
 )
-from opensuction.console.site import Site
+from opensuction.console.site import Site, session_cookie
 from opensuction.report import html
 
 PREFIX, VERSION = "/api/v1", "1"
@@ -89,7 +89,7 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
         limits=limits,
         rates=rates,
         hosts=origin.hosts_of(*site.origin),
-        cookie=SESSION_COOKIE,
+        cookie=session_cookie(site.folder),
     )
     return app
 

@@ -158,6 +158,8 @@ class FakeMachine:
         self.person: Json | None = None
         self.asked: list[Json] = []
         self.headers: list[dict[str, str]] = []
+        self.unattended: list[bool] = []
+        """Of each look at the session: whether it says that nobody has asked for it."""
         self.answer: Json = {"verdict": "pressed", "refusal": None}
         self.problem: tuple[int, Json, dict[str, str]] | None = None
         """Every change is refused with it."""
@@ -178,16 +180,21 @@ class FakeMachine:
         self.state = {**PARKED, **changes}
 
     def sign_in(
-        self, role: Role, *, administrator: bool = False, must_change: bool = False
+        self,
+        role: Role,
+        *,
+        name: str = "kim",
+        administrator: bool = False,
+        must_change: bool = False,
     ) -> None:
         rights = right.MUST_CHANGE if must_change else right.rights_of(role, administrator)
         self.person = {
-            "name": "kim",
+            "name": name,
             "role": str(role),
             "is_administrator": administrator,
             "must_change_password": must_change,
             "rights": sorted(map(str, rights)),
-            "csrf": "c" * 16,
+            "csrf": name[0] * 16,
             "expires_at": (datetime.now(UTC) + timedelta(minutes=30)).isoformat(),
         }
 
@@ -220,7 +227,8 @@ def create_app(fake: FakeMachine) -> FastAPI:
 
 def add_session(app: FastAPI, fake: FakeMachine) -> None:
     @app.get("/api/v1/session")
-    def session() -> Json:
+    def session(request: Request) -> Json:
+        fake.unattended.append("x-unattended" in request.headers)
         return fake.person or NOBODY
 
     @app.post("/api/v1/session", response_model=None)

@@ -191,7 +191,7 @@ def test_start_is_held_by_finger_or_key(clinician: Bedside) -> None:
     hold(page, 1200)
     expect(page.locator(".start-why")).to_contain_text("Started")
     assert [one["ask"] for one in machine.asked] == ["start"]
-    assert machine.headers[0]["x-csrf-token"] == "c" * 16
+    assert machine.headers[0]["x-csrf-token"] == "k" * 16
     page.locator("#start").focus()
     page.keyboard.down(" ")
     page.wait_for_timeout(500)

@@ -59,6 +59,7 @@ def test_a_session_that_has_ended_is_said(bedside: Bedside) -> None:
     sign_in(bedside, "clinician")
     page.get_by_role("button", name="kim, clinician").wait_for()
     bedside.machine.show(passes=1)
+    bedside.machine.person = None
     bedside.machine.problem = (401, {"detail": "sign in first"}, {})
     page.get_by_role("button", name="Patient assessed").click()
     expect(page.get_by_role("dialog", name="Sign in")).to_contain_text("Your session has ended")

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.sign_in import SignedIn
-from opensuction.console.access import SESSION_COOKIE
+from opensuction.console.site import session_cookie
 from opensuction.records.records import Records
 from opensuction.runtime import launch
 from opensuction.session.running import console_settings
@@ -38,12 +38,13 @@ class ConsoleMachine(NamedTuple):
 
     def cookie(self, role: str) -> str:
         """As a header has it."""
-        return f"{SESSION_COOKIE}={self.signed_in[role].session_token}"
+        return f"{session_cookie(self.room.folder)}={self.signed_in[role].session_token}"
 
     def browser_cookies(self, role: str) -> list[dict[str, str]]:
         """As Playwright takes them."""
         token = self.signed_in[role].session_token
-        return [{"name": SESSION_COOKIE, "value": token, "url": self.url}]
+        name = session_cookie(self.room.folder)
+        return [{"name": name, "value": token, "url": self.url}]
 
 
 def _answers(url: str) -> bool:

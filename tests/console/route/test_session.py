@@ -3,9 +3,12 @@
 import pytest
 from starlette.testclient import TestClient
 
+from opensuction.accounts.accounts import Accounts
 from opensuction.accounts.rule import right
-from opensuction.console.access import DEVICE_COOKIE, SESSION_COOKIE
-from tests.accounts.example import PASSWORDS
+from opensuction.console.app import create_app
+from opensuction.console.site import device_cookie, session_cookie
+from opensuction.records.database import utc_time
+from tests.accounts.example import CHEAP, PASSWORDS, Clock
 from tests.console.served import Served
 
 SESSION = "/api/v1/session"
@@ -35,20 +38,18 @@ def test_signing_in_gives_cookies_that_no_script_and_no_other_page_gets(console:
     )
     assert "start" in told["rights"]
     cookies = set_cookies(answer)
-    assert set(cookies) == {SESSION_COOKIE, DEVICE_COOKIE}
+    assert set(cookies) == {session_cookie(console.site.folder), device_cookie(console.site.folder)}
     for one in cookies.values():
         assert "HttpOnly" in one
         assert "SameSite=strict" in one
         assert "Path=/" in one
         assert "Secure" not in one  # no certificate here
-    session = cookies[SESSION_COOKIE].split(";")[0].partition("=")[2]
+    session = cookies[session_cookie(console.site.folder)].split(";")[0].partition("=")[2]
     assert session not in answer.text
     assert client.get(SESSION).json()["name"] == "anna"
 
 
 def test_with_a_certificate_cookies_go_nowhere_without_one(console: Served) -> None:
-    from opensuction.console.app import create_app
-
     origin = console.site.origin._replace(has_tls=True)
     app = create_app(console.site._replace(origin=origin))
     url = console.url.replace("http", "https")
@@ -105,11 +106,29 @@ def test_who_signs_in_after_another_leaves_nothing_of_that_session(console: Serv
 
 def test_a_made_up_session_is_nobodys(console: Served) -> None:
     client = console.client()
-    client.cookies.set(SESSION_COOKIE, "made-up")
+    client.cookies.set(session_cookie(console.site.folder), "made-up")
     answer = client.get(SESSION)
     assert answer.json()["name"] is None
-    assert 'opensuction_session=""' in answer.headers["set-cookie"]
+    assert set_cookies(answer) == {}  # it may be late, after somebody has signed in
     assert client.get("/api/v1/accounts").status_code == 401
+
+
+def test_a_page_that_looks_by_itself_keeps_no_session_alive(console: Served) -> None:
+    clock = Clock()
+    clock.at = utc_time.now()
+    accounts = Accounts(console.site.records.database, clock, CHEAP)
+    client = TestClient(create_app(console.site._replace(accounts=accounts)), console.url)
+    client.headers["Origin"] = console.url
+    ends_at = client.post(SESSION, json=ANNA).json()["expires_at"]
+    for minutes in (20.0, 9.0):  # by the page alone
+        clock.go_on(minutes=minutes)
+        told = client.get(SESSION, headers={"X-Unattended": "1"}).json()
+        assert (told["name"], told["expires_at"]) == ("anna", ends_at)
+    assert client.get("/api/v1/cycles").status_code != 401
+    clock.go_on(minutes=29.0)
+    assert client.get(SESSION, headers={"X-Unattended": "1"}).json()["name"] == "anna"
+    clock.go_on(minutes=2.0)
+    assert client.get(SESSION, headers={"X-Unattended": "1"}).json()["name"] is None
 
 
 def test_a_one_time_password_must_be_changed_first(console: Served) -> None:

@@ -13,9 +13,9 @@ from opensuction.accounts.rule.password import LONGEST_TYPED
 from opensuction.accounts.rule.right import Right
 from opensuction.accounts.session import Session
 from opensuction.console import access
-from opensuction.console.access import DEVICE_COOKIE, SESSION_COOKIE, Here, OutOfTurn, may_change
+from opensuction.console.access import Here, OutOfTurn, may_change
 from opensuction.console.guard.problem import FieldError, Problem, documented
-from opensuction.console.site import Site
+from opensuction.console.site import Site, device_cookie, session_cookie
 from opensuction.kernel.errors import InputError
 
 router = APIRouter(tags=["Session"])
@@ -84,20 +84,26 @@ def _set_cookie(response: Response, site: Site, name: str, value: str, lasts_s: 
 
 def _drop_cookie(response: Response, site: Site) -> None:
     response.delete_cookie(
-        SESSION_COOKIE, path="/", secure=site.origin.has_tls, httponly=True, samesite="strict"
+        session_cookie(site.folder),
+        path="/",
+        secure=site.origin.has_tls,
+        httponly=True,
+        samesite="strict",
     )
 
 
 @router.get("/session", responses=documented(503))
-def read_session(request: Request, response: Response, site: Here) -> Who:
-    """Who is signed in. A session that is over is nobody's, and its cookie goes."""
+def read_session(request: Request, site: Here) -> Who:
+    """Who is signed in. A session that is over is nobody's.
+
+    Its cookie stays: an answer that is slower than a sign-in would take the new one away.
+    """
     token = access.session_token(request)
     if token is None:
         return _describe(None, None)
     try:
         holder = access.find_session(site, request, token)
     except NotSignedInError:
-        _drop_cookie(response, site)
         return _describe(None, None)
     return _describe(holder, secret.csrf_token(token))
 
@@ -109,7 +115,7 @@ def sign_in(request: Request, response: Response, site: Here, _: OutOfTurn, aske
     Whoever comes waits for nothing that whoever sat here before has asked for.
     """
     origin = "unknown" if request.client is None else request.client.host
-    device = request.cookies.get(DEVICE_COOKIE) or None
+    device = request.cookies.get(device_cookie(site.folder)) or None
     before = access.session_token(request)
     found = site.accounts.sign_in(asked.name, asked.password, origin, device)
     if before is not None:
@@ -117,9 +123,9 @@ def sign_in(request: Request, response: Response, site: Here, _: OutOfTurn, aske
         request.app.state.names.forget(before)
     request.app.state.names.keep(found.session_token, found.session.account)
     lasts_s = lifetime.ABSOLUTE.total_seconds()
-    _set_cookie(response, site, SESSION_COOKIE, found.session_token, lasts_s)
+    _set_cookie(response, site, session_cookie(site.folder), found.session_token, lasts_s)
     lasts_s = lifetime.DEVICE.total_seconds()
-    _set_cookie(response, site, DEVICE_COOKIE, found.device_token, lasts_s)
+    _set_cookie(response, site, device_cookie(site.folder), found.device_token, lasts_s)
     return _describe(found.session, found.csrf_token)
 
 

@@ -48,13 +48,17 @@ export class Api {
     this.csrf = null;
     this.under_way = 0;
     this.waiting = [];
-    this.onended = () => {};
-    this.onused = () => {};
+    this.ondenied = () => {}; // the session may be over, or somebody else's
   }
 
   /** Ask; the answer's JSON, or null where there is none. Raises Refused. */
   async ask(method, path, body, patience_ms = PATIENCE_MS) {
     return contentOf(await this.fetch(method, path, body, patience_ms));
+  }
+
+  /** GET what the page looks at by itself, again and again: a session does not go on for that. */
+  async watch(path) {
+    return contentOf(await this.look("GET", path, undefined, PATIENCE_MS, { "X-Unattended": "1" }));
   }
 
   /** POST what changes nothing, as a question is asked: no button waits for it. */
@@ -70,11 +74,11 @@ export class Api {
   }
 
   /** Ask for something that changes nothing. Waits where too many others are under way. */
-  async look(method, path, body, patience_ms) {
+  async look(method, path, body, patience_ms, more = {}) {
     while (this.under_way >= MOST) await new Promise((done) => { this.waiting.push(done); });
     this.under_way += 1;
     try {
-      return await this.send(method, path, body, patience_ms);
+      return await this.send(method, path, body, patience_ms, more);
     } finally {
       this.under_way -= 1;
       this.waiting.shift()?.();
@@ -88,8 +92,8 @@ export class Api {
     return (await this.send("POST", path, body, patience_ms)).json();
   }
 
-  async send(method, path, body, patience_ms) {
-    const headers = { Accept: "application/json" };
+  async send(method, path, body, patience_ms, more = {}) {
+    const headers = { Accept: "application/json", ...more };
     if (body !== undefined) headers["Content-Type"] = "application/json";
     if (method !== "GET" && this.csrf) headers["X-CSRF-Token"] = this.csrf;
     let answer;
@@ -107,12 +111,9 @@ export class Api {
     } catch {
       throw new Refused(0, this.words.unanswered);
     }
-    if (answer.ok) {
-      this.onused();
-      return answer;
-    }
+    if (answer.ok) return answer;
     const refused = await refusalOf(answer);
-    if (refused.status === 401) this.onended(path);
+    if (refused.status === 401 || refused.status === 403) this.ondenied();
     throw refused;
   }
 

@@ -10,6 +10,9 @@ let open = null;
 /** Whether a dialog is open. */
 export const isOpen = () => open !== null;
 
+/** Close what is open. */
+export const closeDialog = () => open?.close();
+
 /** Open a dialog with a title and content; gives {element, close}. Another that is open is closed.
 
     onclose: called once it is gone, whoever closed it. isFirm: Esc does not close it. */

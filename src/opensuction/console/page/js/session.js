@@ -1,20 +1,26 @@
-// Who is signed in on this page, and until when.
+// Who is signed in on this page, as the console says: it is looked at by a timer of its own, for a
+// session may be ended, or be another person's, without anything being done on this page.
 
-const NOBODY = { name: null, role: null, is_administrator: false, must_change_password: false, rights: ["stop", "see-bedside", "sign-in"], csrf: null, expires_at: null };
-const GRACE_MS = 1500;
-const LONGEST_TIMER_MS = 2 ** 31 - 1;
+const NOBODY = { name: null, role: null, is_administrator: false, must_change_password: false, rights: ["stop", "see-bedside", "sign-in"], csrf: null };
+const SHOWN = ["name", "role", "is_administrator", "must_change_password", "rights"];
+const LOOK_MS = 10000;
+const OVER = 401;
 
 export class Session {
   constructor(api) {
     this.api = api;
     this.listeners = new Set();
     this.hasEnded = false; // somebody was signed in, and is not any more without having said so
-    this.timer = null;
+    this.changes = 0; // under way, from this page
+    this.version = 0; // of what is known
+    this.isLooking = false;
     this.take(NOBODY);
-    api.onended = (path) => {
-      if (this.name !== null && path !== "/session") this.end();
-    };
-    api.onused = () => this.watch();
+    api.ondenied = () => this.look();
+    setInterval(() => this.look(), LOOK_MS);
+    addEventListener("focus", () => this.look());
+    document.addEventListener("visibilitychange", () => {
+      if (!document.hidden) this.look();
+    });
   }
 
   /** Whether the person at this page may do something. */
@@ -28,51 +34,63 @@ export class Session {
   }
 
   take(told) {
-    const { name, role, is_administrator, must_change_password, rights, csrf, expires_at } = { ...NOBODY, ...told };
-    Object.assign(this, { name, role, is_administrator, must_change_password, rights, expires_at });
-    this.api.csrf = csrf;
-    this.idle_ms = expires_at ? Math.max(Date.parse(expires_at) - Date.now(), 0) : null;
-    this.watch();
+    const known = { ...NOBODY, ...told };
+    for (const name of SHOWN) this[name] = known[name];
+    if (this.name !== null) this.hasEnded = false;
+    this.api.csrf = known.csrf;
+    this.version += 1;
     for (const fn of this.listeners) fn(this);
   }
 
-  /** Ask the console who is signed in. */
-  async load() {
-    const before = this.name;
-    const told = await this.api.get("/session");
-    if (before !== null && told.name === null) this.end();
-    else if (JSON.stringify(told.rights) !== JSON.stringify(this.rights) || told.name !== before) this.take(told);
-    else {
-      this.api.csrf = told.csrf ?? this.api.csrf;
-      this.idle_ms = told.expires_at ? Math.max(Date.parse(told.expires_at) - Date.now(), 0) : null;
-      this.watch();
+  /** Ask the console who is signed in; what it does not answer stays as it is. Uses no session. */
+  async look() {
+    if (this.isLooking || this.changes > 0) return;
+    this.isLooking = true;
+    const { version } = this;
+    try {
+      const told = { ...NOBODY, ...(await this.api.watch("/session")) };
+      if (this.changes > 0 || version !== this.version) return; // it says what was before
+      if (this.name !== null && told.name === null) this.end();
+      else if (SHOWN.some((name) => JSON.stringify(told[name]) !== JSON.stringify(this[name]))) this.take(told);
+      else this.api.csrf = told.csrf; // the same person may have signed in anew, in another tab
+    } catch {
+      // The connection is shown elsewhere.
+    } finally {
+      this.isLooking = false;
     }
   }
 
-  /** A session ends when nothing is asked for a while: look then, and say so. */
-  watch() {
-    clearTimeout(this.timer);
-    if (this.name === null || this.idle_ms === null) return;
-    const wait_ms = Math.min(this.idle_ms + GRACE_MS, LONGEST_TIMER_MS);
-    this.timer = setTimeout(() => this.load().catch(() => {}), wait_ms);
+  /** Do what makes another session of this one; where that is refused, see whose it is. */
+  async change(act) {
+    this.changes += 1;
+    let isDone = false;
+    try {
+      const told = await act();
+      isDone = true;
+      return told;
+    } finally {
+      this.changes -= 1;
+      if (!isDone) this.look();
+    }
   }
 
   async signIn(name, password) {
     this.hasEnded = false;
-    this.take(await this.api.post("/session", { name, password }));
+    this.take(await this.change(() => this.api.post("/session", { name, password })));
   }
 
   async signOut() {
     try {
-      await this.api.remove("/session");
-    } finally {
-      this.hasEnded = false;
-      this.take(NOBODY);
+      await this.change(() => this.api.remove("/session"));
+    } catch (error) {
+      if (error.status !== OVER) throw error; // nobody knows that it has ended: the name stays
     }
+    this.hasEnded = false;
+    this.take(NOBODY);
   }
 
   async changePassword(present, wanted) {
-    this.take(await this.api.put("/session/password", { present, wanted }));
+    this.take(await this.change(() => this.api.put("/session/password", { present, wanted })));
   }
 
   end() {

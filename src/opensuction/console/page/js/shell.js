@@ -2,7 +2,7 @@
 
 import { AlarmBar } from "./alarm/bar.js";
 import { openPassword, openSignIn } from "./account/sign_in.js";
-import { isOpen } from "./dialog.js";
+import { closeDialog, isOpen } from "./dialog.js";
 import { make, mark, say, show } from "./dom.js";
 import { GOOD } from "./live.js";
 import { NowPanel } from "./now.js";
@@ -22,6 +22,7 @@ class Shell {
     this.context = context;
     this.unmount = () => {};
     this.opening = 0;
+    this.person = null;
     context.askSignIn = () => openSignIn(context.session);
     context.machineChanged = new Set();
     this.alarm = new AlarmBar(context);
@@ -67,11 +68,7 @@ class Shell {
 
   async begin() {
     this.refreshMachine();
-    try {
-      await this.context.session.load();
-    } catch {
-      // Nobody is signed in as far as this page knows; the connection says the rest.
-    }
+    await this.context.session.look();
     this.showSession();
     this.open();
   }
@@ -140,6 +137,8 @@ class Shell {
       mark(this.you, "title", text.account.password.open);
     }
     say(this.sign, isKnown ? words.signOut : words.signIn);
+    if (this.person !== null && isKnown && session.name !== this.person) closeDialog(); // it was another person's
+    this.person = session.name;
     if (session.must_change_password && !isOpen()) openPassword(session);
     if (session.hasEnded && !isOpen()) openSignIn(session);
     if (this.shown && this.shown !== this.sessionKey()) this.open();

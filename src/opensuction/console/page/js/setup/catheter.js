@@ -29,7 +29,7 @@ class Catheter {
 
   async look() {
     try {
-      this.show(await this.context.api.get("/catheter"));
+      this.show(await this.context.api.watch("/catheter"));
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
     }

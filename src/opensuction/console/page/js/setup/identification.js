@@ -70,7 +70,7 @@ class Identification {
     if (!this.run || this.run.state !== "running" || this.isAsking) return;
     this.isAsking = true;
     try {
-      this.run = await this.context.api.get(`/identification/${this.run.id}`);
+      this.run = await this.context.api.watch(`/identification/${this.run.id}`);
       this.show();
     } catch {
       // The connection is shown elsewhere.

@@ -50,7 +50,7 @@ class Teaching {
 
   async look() {
     try {
-      const told = await this.context.api.get("/teaching");
+      const told = await this.context.api.watch("/teaching");
       if (!this.isGone) this.show(told);
     } catch {
       // The connection is shown elsewhere; what was known stays, and is looked for again.
