@@ -37,7 +37,7 @@ Json = dict[str, Any]
 PARKED: Json = {
     "number": 1,
     "tick": 1,
-    "utc": "2026-03-01T10:00:00.000+00:00",
+    "utc": "",  # as of when it is told
     "age_s": 0.01,
     "connected": True,
     "last_known": None,
@@ -173,6 +173,8 @@ class FakeMachine:
         """Requests for the machine are never answered."""
         self.down = False
         """Live connections are refused and closed."""
+        self.ahead = timedelta()
+        """Of the clock of the computer that the browser runs on."""
         self.told = 0
         """States that pages were sent."""
 
@@ -287,7 +289,8 @@ async def tell(socket: WebSocket, fake: FakeMachine) -> None:
     """The state, twenty times a second, as long as the machine is up."""
     while not fake.down:
         if not fake.mute:
-            await socket.send_json(fake.state)
+            utc = (datetime.now(UTC) + fake.ahead).isoformat(timespec="milliseconds")
+            await socket.send_json({**fake.state, "utc": utc})
             fake.told += 1
         await asyncio.sleep(0.05)
     await socket.close()

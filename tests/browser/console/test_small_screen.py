@@ -5,6 +5,7 @@ By geometry, of what the browser has drawn: 1024 x 768, 1024 x 600, a tablet, an
 """
 
 from collections.abc import Iterator
+from datetime import timedelta
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -106,7 +107,8 @@ LOOK = """() => {
       words.push({ name, text: node.data, holder: box(holder), rects });
     }
   };
-  for (const name of ["alarm-bar", "header", "navigation", "phase", "anatomy-figure", "footer"])
+  for (const name of
+       ["alarm-bar", "header", "clock-apart", "navigation", "phase", "anatomy-figure", "footer"])
     look(name, `.${name}`);
   for (const name of ["start", "stop"]) {
     look(name, `#${name}`);
@@ -181,10 +183,15 @@ def small(
     context.close()
 
 
+@pytest.mark.parametrize("ahead", [timedelta(), timedelta(hours=-11)])
 def test_nothing_lies_over_anything_and_no_word_leaves_its_tile(
-    small: tuple["Page", FakeMachine, Screen],
+    small: tuple["Page", FakeMachine, Screen], ahead: timedelta
 ) -> None:
     page, machine, screen = small
+    if ahead:
+        machine.ahead = ahead
+        page.reload()
+        page.locator(".clock-apart").get_by_text("11 h ahead").wait_for()
     faults = []
     for name, state in states():
         machine.show(**state)

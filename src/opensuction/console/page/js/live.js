@@ -1,5 +1,7 @@
 // The machine's newest state, 20 times a second, and whether it can be believed.
 
+import { hearTime } from "./clock.js";
+
 const SILENT_MS = 1200; // without a word for so long, the connection is lost (shown within 2 s)
 const STALE_S = 1.0; // what the control wrote last is older than this: it does not answer
 const LOOK_MS = 200;
@@ -71,6 +73,7 @@ export class Live {
     }
     this.heard_ms = performance.now();
     this.tries = 0;
+    hearTime(state);
     this.state = state;
     if (state.connected) this.known = state;
     this.look();

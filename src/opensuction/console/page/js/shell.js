@@ -2,6 +2,7 @@
 
 import { AlarmBar } from "./alarm/bar.js";
 import { openPassword, openSignIn } from "./account/sign_in.js";
+import { deviceAhead, machineNow } from "./clock.js";
 import { closeDialog, isOpen } from "./dialog.js";
 import { make, mark, say, show } from "./dom.js";
 import { GOOD } from "./live.js";
@@ -14,6 +15,9 @@ import { VIEWS, viewOf } from "./views.js";
 import { age, clock } from "./words.js";
 
 const MACHINE_MS = 15000; // how often it is asked whose machine this is
+const TIME_MS = 500;
+const APART_S = 5; // so far this device's clock may be from the machine's
+const APART_LOOKS = 6; // so often in a row: a first message may come late
 
 class Shell {
   constructor(root, footer, context) {
@@ -22,6 +26,7 @@ class Shell {
     this.context = context;
     this.unmount = () => {};
     this.opening = 0;
+    this.looks = 0;
     this.person = null;
     context.askSignIn = () => openSignIn(context.session);
     context.machineChanged = new Set();
@@ -33,7 +38,7 @@ class Shell {
     context.session.subscribe(() => this.showSession());
     context.live.follow((link) => this.showLink(link));
     addEventListener("hashchange", () => this.open());
-    setInterval(() => say(this.clock, clock(Date.now(), true)), 500);
+    setInterval(() => this.showTime(), TIME_MS);
     this.showSession();
     this.begin();
   }
@@ -43,7 +48,8 @@ class Shell {
     this.who = make("p", { class: "who" });
     this.what = make("p", { class: "what" }, words.unknownMachine);
     this.link = make("p", { class: "link", role: "status" });
-    this.clock = make("p", { class: "clock" }, clock(Date.now(), true));
+    this.clock = make("p", { class: "clock" }, words.noTime);
+    this.apart = make("p", { class: "clock-apart", role: "status" });
     this.you = make("button", { type: "button", class: "you", onclick: () => openPassword(this.context.session) });
     this.sign = make("button", { type: "button", class: "sign", onclick: () => this.toggleSign() });
     this.theme = make("button", { type: "button", class: "theme", onclick: () => this.showTheme(switchTheme()) });
@@ -56,7 +62,7 @@ class Shell {
     const navigation = make("nav", { class: "navigation", "aria-label": words.navigation, "data-covered": "" }, this.links);
     const stage = make("main", { class: "stage" }, make("div", { class: "stage-scroll", "data-covered": "" }, this.view));
     const skip = make("a", { class: "skip", href: "#view", onclick: (event) => this.skipTo(event) }, words.skip);
-    this.root.replaceChildren(skip, this.alarm.element, this.alarm.list.element, header, navigation, stage,
+    this.root.replaceChildren(skip, this.alarm.element, this.alarm.list.element, header, this.apart, navigation, stage,
       make("aside", { class: "aside", "aria-label": words.stop.label }, this.aside, this.now.element, this.stop.element),
       this.stop.failure);
   }
@@ -117,6 +123,17 @@ class Shell {
     mark(this.link, "data-kind", link.kind);
     mark(document.documentElement, "data-link", link.kind);
     say(this.link, isLive || link.age_s === null ? words : `${words}, ${age(link.age_s)}`);
+  }
+
+  /** The machine's time, and that this device shows another one, once that has lasted for a while. */
+  showTime() {
+    const words = text.shell.apart;
+    const now_ms = machineNow();
+    say(this.clock, now_ms === null ? text.shell.noTime : clock(now_ms, true));
+    const ahead_s = deviceAhead();
+    this.looks = Math.abs(ahead_s) > APART_S ? this.looks + 1 : 0;
+    const told = fill(ahead_s > 0 ? words.ahead : words.behind, { by: age(Math.round(Math.abs(ahead_s))) });
+    say(this.apart, this.looks < APART_LOOKS ? "" : told);
   }
 
   showTheme(now = theme()) {

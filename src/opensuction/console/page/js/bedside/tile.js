@@ -1,5 +1,6 @@
 // Tiles of the bedside view: tip, valve, monitor, passes, last cycle.
 
+import { machineNow } from "../clock.js";
 import { draw, make, mark, say } from "../dom.js";
 import { isLeftInside, isResting } from "../situation.js";
 import { fill, text } from "../text.js";
@@ -139,7 +140,7 @@ export class Rest {
     const words = text.bedside.passes;
     const { figure, notes } = this.next;
     say(figure, at === null ? "–" : clock(at));
-    const left_s = at === null ? null : (Date.parse(at) - Date.now()) / 1000;
+    const left_s = at === null ? null : (Date.parse(at) - machineNow()) / 1000;
     const when = left_s === null ? words.nextNone : left_s > 0 ? fill(words.nextIn, { left: countdown(left_s) }) : words.nextDue;
     say(notes[0], when);
   }

@@ -1,5 +1,6 @@
 // Trends over days: what was done, and what it came to.
 
+import { machineNow } from "../clock.js";
 import { make } from "../dom.js";
 import { field } from "../dialog.js";
 import { fill, text } from "../text.js";
@@ -11,9 +12,9 @@ const DAYS = [7, 30, 90, 365];
 const USUAL = "30";
 const AGAIN_MS = 3000;
 
-/** Where a range of days begins, by this device's clock. */
+/** Where a range of days begins, by the machine's clock and this device's time zone. */
 function since(days) {
-  const now = new Date();
+  const now = new Date(machineNow() ?? Date.now());
   return new Date(now.getFullYear(), now.getMonth(), now.getDate() + 1 - days);
 }
 

@@ -1,5 +1,6 @@
 // Signals at full rate: every tick of the control loop, as it comes.
 
+import { machineNow } from "../clock.js";
 import { make, mark, say, show } from "../dom.js";
 import { fill, text } from "../text.js";
 import { Buffer } from "./buffer.js";
@@ -284,7 +285,7 @@ class Signals {
     const { window, names } = this;
     const buffer = window.buffer(this.buffer);
     const pieces = csv(buffer, names, window.ends(this.buffer), this.offset, aboutOf(this.context, this.facts, buffer, names));
-    const now = new Date().toISOString().replace(/[-:]/g, "").slice(0, 15);
+    const now = new Date(machineNow() ?? Date.now()).toISOString().replace(/[-:]/g, "").slice(0, 15);
     save(pieces, `signals-${this.context.machine?.serial ?? "machine"}-${now}Z.csv`);
   }
 

@@ -26,6 +26,11 @@ export default {
     silent: "Control silent",
   },
   theme: { toDark: "Dark colours", toLight: "Light colours" },
+  noTime: "\u2013",
+  apart: {
+    ahead: "This device's clock is {by} ahead of the machine's. Times here are the machine's.",
+    behind: "This device's clock is {by} behind the machine's. Times here are the machine's.",
+  },
   signIn: "Sign in",
   signOut: "Sign out",
   you: "{name}, {role}",
