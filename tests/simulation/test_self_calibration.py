@@ -6,9 +6,9 @@ import pytest
 
 from opensuction.control.compensation import CompensationKind
 from opensuction.controller import adaptation
-from opensuction.identification.estimator.adaptation import Finding
-from opensuction.identification.estimator.gap_scale import MEASURING_ERROR
-from opensuction.identification.estimator.mouth_passage import AS_IDENTIFIED, Missed, Shift
+from opensuction.identification.estimator.adaptation import Finding, unchanged
+from opensuction.identification.estimator.gap_scale import MEASURING_ERROR, TRUSTED
+from opensuction.identification.estimator.mouth_passage import Missed, Shift
 from opensuction.kernel.requests import START
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.tip_bound import GAP_MOST
@@ -40,7 +40,7 @@ def rmse_mm(seed: int, change: str) -> tuple[list[float], bool]:
     touched: Rig = moved._replace(
         machine=moved.machine._replace(airway=moved.machine.airway._replace(carina_mm=65.0))
     )
-    kind, shift, used, errors = CompensationKind.PREVIEW, AS_IDENTIFIED, identified, []
+    kind, found, used, errors = CompensationKind.PREVIEW, unchanged(TRUSTED), identified, []
     in_range = True
     for contact in range(CONTACTS + 1):
         loop, start = rigs.assemble(moved, TRAVELLING, kind, used, 2)
@@ -55,9 +55,9 @@ def rmse_mm(seed: int, change: str) -> tuple[list[float], bool]:
         seen = self_calibration.seen(
             rig.profile, CompensationKind.PREVIEW, identified, math.inf, columns
         )
-        found = adaptation.learn(identified, shift, seen)
+        found = adaptation.learn(identified, found, seen)
         in_range &= found.in_range
-        shift, used = found.new, adaptation.adapted(identified, found.new)
+        used = adaptation.adapted(identified, found.new)
     return errors, in_range
 
 
@@ -81,7 +81,8 @@ def test_a_cycle_without_contact_or_barrier_changes_nothing() -> None:
     seen = self_calibration.seen(
         rig.profile, CompensationKind.PREVIEW, identified, math.inf, columns
     )
-    change = adaptation.learn(identified, Shift(1.1, 0.2), seen)
+    before = unchanged(TRUSTED)._replace(new=Shift(1.1, 0.2))
+    change = adaptation.learn(identified, before, seen)
     assert (change.new, change.finding) == (Shift(1.1, 0.2), Finding.NOTHING_SEEN)
     assert seen.missed == Missed.NO_BARRIER  # the bench has none
 

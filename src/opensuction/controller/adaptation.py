@@ -14,7 +14,6 @@ from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from opensuction.identification.estimator import adaptation, mouth_passage
 from opensuction.identification.estimator.adaptation import Change, Evidence
-from opensuction.identification.estimator.gap_scale import TRUSTED, ScaleLimits
 from opensuction.identification.estimator.mouth_passage import (
     UNKNOWN,
     Missed,
@@ -91,9 +90,6 @@ def passed(
     return Evidence(float("nan"), found, Missed.NOTHING)
 
 
-def learn(
-    identified: Calibration, old: Shift, seen: Evidence, limits: ScaleLimits = TRUSTED
-) -> Change:
-    """What to go by after a cycle that showed this; see `adaptation.update`. old: in use."""
-    gap_mm = prandtl_ishlinskii.gap_mm(identified.plays)
-    return adaptation.update(old, seen, gap_mm, limits)
+def learn(identified: Calibration, before: Change, seen: Evidence) -> Change:
+    """What to go by after a cycle that showed this; see `adaptation.update`."""
+    return adaptation.update(before, seen, prandtl_ishlinskii.gap_mm(identified.plays))

@@ -5,7 +5,10 @@ What it shows is in `identification.estimator`: contact and the barrier at the t
 The compensation learns, the governor does not: see docs/decisions/0007.
 """
 
+import math
+
 import numpy as np
+import numpy.typing as npt
 
 from opensuction.control import compensation
 from opensuction.control.compensation import CompensationKind
@@ -14,7 +17,7 @@ from opensuction.controller.calibration import Calibration
 from opensuction.controller.machine_profile import MachineProfile
 from opensuction.controller.record import Settings
 from opensuction.identification.estimator import gap_scale
-from opensuction.identification.estimator.adaptation import Evidence
+from opensuction.identification.estimator.adaptation import Evidence, Spoilt
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.phase import Phase
 from opensuction.kernel.requests import NO_REQUESTS
@@ -29,6 +32,8 @@ from opensuction.twin.machine import transmission
 
 PARKING_S = 1.0
 """Time in which a parked head goes to its new park position; a few mm take .2 s."""
+COUGH_S = 0.5
+"""A cough that began so long before the contact still moves the carina; assumed."""
 PARKING_STEPS = 5
 """Steps towards a park position: the first is exact but for the curvature."""
 PARKED_MM = 0.001
@@ -62,11 +67,12 @@ def seen(
     identified: Calibration,
     mouth_mm: float,
     columns: Columns,
+    cough_cmh2o: float = math.inf,
 ) -> Evidence:
-    """What a recorded cycle shows of the transmission, from switch, barrier and encoder alone.
+    """What a recorded cycle shows of the transmission: switch, barrier, encoder, airway pressure.
 
     kind: whose model the barrier is read by. identified: as the laser found it. mouth_mm: depth of
-    the barrier, infinite where there is none.
+    the barrier, infinite where there is none. cough_cmh2o: a pressure above it is a cough.
     """
     head_mm = columns["readings.head_mm"]
     clear, by_lines = columns["readings.mouth_clear"], kind == CompensationKind.MODEL_PREVIEW
@@ -83,7 +89,19 @@ def seen(
     if touched is None:
         return passed
     scale = gap_scale.estimate_scale(identified.plays, touched, gap_scale.TRUSTED)
-    return passed._replace(contact_scale=scale)
+    spoilt = Spoilt.NOTHING if touched.steady else Spoilt.UNSTEADY
+    if _is_coughing(columns, moving, cough_cmh2o):
+        spoilt = Spoilt.COUGHED
+    return passed._replace(contact_scale=scale, spoilt=spoilt)
+
+
+def _is_coughing(columns: Columns, moving: npt.NDArray[np.bool_], cough_cmh2o: float) -> bool:
+    """Whether the patient coughed around a contact. moving: ticks that are looked at."""
+    touching = np.flatnonzero(moving & (columns["readings.contact_closed"] > 0.0))
+    around = slice(max(int(touching[0]) - round(COUGH_S / DT_S), 0), int(touching[-1]) + 1)
+    known = columns["readings.monitor.airway_pressure_valid"][around] > 0.0
+    pressure = columns["readings.monitor.airway_pressure_cmh2o"][around]
+    return bool(np.any(known & (pressure > cough_cmh2o)))
 
 
 def parking_mm(

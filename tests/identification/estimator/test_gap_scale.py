@@ -55,6 +55,11 @@ def test_a_contact_is_read_with_its_latency_and_through_its_bounce() -> None:
     assert seen is not None
     assert seen.pressed_mm == pytest.approx(10.0 - head[980])
     assert seen.travel_mm == pytest.approx(10.0 - head[1200])
+    assert seen.steady  # a bounce is none of the patient's moves
+    closed[1050:1100] = 0.0
+    moved = gap_scale.find_contact(closed, head, 0.001, 0.004)
+    assert moved is not None
+    assert not moved.steady
 
 
 @pytest.mark.parametrize("part", [slice(0, 900), slice(0, 1100), slice(1000, 1500)])

@@ -11,7 +11,7 @@ from opensuction.procedure.planning.clinical import TEMPLATES
 from opensuction.report import ending, notice, sheet
 from opensuction.report.day import day_page
 from opensuction.safety.tip_bound import GAP_LEAST, GAP_MOST
-from opensuction.session.choice import CycleChoice, DayChoice
+from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, cycle_summary, resolution
 from opensuction.session.cycle.cycle_run import Prepared
 from opensuction.session.day import day_check, day_run, day_summary
@@ -99,6 +99,23 @@ def test_a_gap_out_of_its_range_lets_no_further_cycle_begin() -> None:
     data = cycle_summary.summary(found.last, found.columns, 1.0, 1.0)
     data["day"] = day_summary.plain(found)
     assert not day_page.page(data, found.samples._asdict()).good
+
+
+def test_a_patient_who_moves_at_the_carina_stops_no_day_and_is_told_of() -> None:
+    """The contact of cycle 2 says a gap of .06: the conduit is as it was identified."""
+    choice = CycleChoice(rig=RigChoice(seed=212), approach="contact")
+    asked = DayChoice(CYCLES, every_min=30.0, self_calibrates=True)
+    found = day_run.play(cycle_run.prepare(resolution.resolve(choice)), asked, lambda *_: None)
+    assert found.refusal is None
+    assert len(found.cycles) == CYCLES
+    gap = day_summary.plain(found)["cycles"][1]["gap"]
+    assert gap["contact_scale"] < 0.67
+    assert gap["contact_spoilt"]
+    assert gap["finding"] == "learned"  # by the barrier
+    assert gap["next_scale"] == pytest.approx(1.0, abs=0.1)
+    assert any("the contact told nothing of the gap" in note for note in day_summary.notes(found))
+    (section,) = day_page.gap_sections(day_summary.plain(found)["cycles"])
+    assert gap["contact_spoilt"] in section.tables[0].rows[1]
 
 
 def test_a_gap_that_the_cap_leaves_no_head_for_is_refused_with_the_arithmetic() -> None:

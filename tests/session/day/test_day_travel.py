@@ -169,14 +169,18 @@ def test_a_barrier_that_is_secretly_late_costs_what_it_is_late(
 
 
 @pytest.mark.parametrize("moved_mm", [5.0, -5.0])
-def test_a_barrier_that_was_moved_by_5_mm_ends_the_day(
+def test_a_barrier_that_was_moved_by_5_mm_ends_the_day_when_it_says_so_again(
     unchanged: tuple[Prepared, Columns], moved_mm: float
 ) -> None:
     began, _ = unchanged
     machine = began.rig.machine
     elsewhere = machine._replace(mouth_mm=machine.mouth_mm + moved_mm)
     there = began._replace(loop=began.loop._replace(machine=elsewhere))
-    learning = learn(began, cycle_run.play(there))
+    moved = cycle_run.play(there)
+    once = learn(began, moved)
+    assert (once.change.finding, once.change.new) == (Finding.DOUBTED, AS_IDENTIFIED)
+    assert once.refusal is None
+    learning = day_calibration.learned(once, began, moved)
     assert learning.change.finding == Finding.OUT_OF_RANGE
     assert learning.change.new == AS_IDENTIFIED
     assert learning.refusal is not None
@@ -187,16 +191,20 @@ def test_a_barrier_that_was_moved_by_5_mm_ends_the_day(
 @pytest.mark.parametrize(
     ("contact", "mouth", "old", "words"),
     [
-        (1.4, Shift(1.0, 0.0), AS_IDENTIFIED, "the contact says 1.40 times as wide, and 0.67"),
+        (1.4, UNKNOWN, AS_IDENTIFIED, "the contact says 1.40 times as wide, and 0.67"),
         (NAN, Shift(1.2, 2.5), AS_IDENTIFIED, "the light barrier says 1.20 times as wide and the "
          "tip 2.5 mm deeper; inwards that is where a gap 0.95 times as wide has it, outwards 1.45"),
-        (1.15, UNKNOWN, Shift(1.0, 2.0), "together it is 1.15 times as wide and the tip 2.0 mm"),
+        (1.12, UNKNOWN, Shift(1.0, 2.2), "together it is 1.12 times as wide and the tip 2.2 mm"),
     ],
 )  # fmt: skip
 def test_who_said_what_is_out_of_range_is_named(
     contact: float, mouth: Shift, old: Shift, words: str
 ) -> None:
-    change = adaptation.update(old, Evidence(contact, mouth, Missed.NOTHING), 20.0, TRUSTED)
+    """What one witness says is told the second time that it says so."""
+    seen = Evidence(contact, mouth, Missed.NOTHING)
+    once = adaptation.update(adaptation.unchanged(TRUSTED)._replace(new=old), seen, 20.0)
+    assert (once.finding, once.new) == (Finding.DOUBTED, old)
+    change = adaptation.update(once, seen, 20.0)
     assert change.finding == Finding.OUT_OF_RANGE
     assert words in day_calibration.out_of_range(change, 20.0)
 

@@ -35,7 +35,8 @@ from opensuction.hysteresis.bank.play_lines import PlayLines
 from opensuction.identification.estimator import modified_dahl as estimator
 from opensuction.identification.estimator import prandtl_ishlinskii as play_estimator
 from opensuction.identification.estimator import servo
-from opensuction.identification.estimator.mouth_passage import AS_IDENTIFIED
+from opensuction.identification.estimator.adaptation import unchanged
+from opensuction.identification.estimator.gap_scale import TRUSTED
 from opensuction.identification.judgement import drive_choice
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle import cycle
@@ -214,13 +215,13 @@ def adapt(
 
     Raises InputError where a cycle cannot be planned by what was learned.
     """
-    used, shift, by_lines = identified, AS_IDENTIFIED, kind == CompensationKind.MODEL_PREVIEW
+    used, change, by_lines = identified, unchanged(TRUSTED), kind == CompensationKind.MODEL_PREVIEW
     for _ in range(disturbance.cycles):
         heads, tips = follow(plant, drive_model(kind, used), disturbance)
         dark = tips > BARRIER_MM
         seen = adaptation.passed(identified, ~dark, heads, BARRIER_MM, DT_S, by_lines)
-        shift = adaptation.learn(identified, shift, seen).new
-        used = adaptation.adapted(identified, shift)
+        change = adaptation.learn(identified, change, seen)
+        used = adaptation.adapted(identified, change.new)
     return used
 
 

@@ -1,16 +1,19 @@
 """What is believed of a changed transmission: evidence of a cycle, weighed, bounded and recorded.
 
 Two witnesses: the contact with the carina tells the scale of the gap (`gap_scale`), the passages
-of the light barrier tell scale and offset (`mouth_passage`). They are weighed by their errors. Two
-that contradict each other are both left alone. What is trusted is what the governor's bounds on the
-tip hold for: see docs/decisions/0007 and 0036.
+of the light barrier tell scale and offset (`mouth_passage`). They are weighed by their errors. A
+patient who coughs or is moved while the tip touches spoils the contact, never the barrier: where
+both differ, the one that what was known before bears out is believed. What one witness alone says
+and no move of the patient explains is dropped, and believed when it says so again. What is trusted
+is what the governor's bounds on the tip hold for: see docs/decisions/0007, 0036 and 0037.
 """
 
 import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from opensuction.identification.estimator import gap_scale
+from opensuction.identification.estimator import gap_course, gap_scale
+from opensuction.identification.estimator.gap_course import GapCourse
 from opensuction.identification.estimator.gap_scale import ScaleLimits
 from opensuction.identification.estimator.mouth_passage import (
     AS_IDENTIFIED,
@@ -22,9 +25,11 @@ from opensuction.identification.estimator.mouth_passage import (
 MOUTH_ERROR = 0.01
 """Of a scale from the passages of the barrier: on the twin up to .011, .005 RMS."""
 CONTACT_ERROR = gap_scale.MEASURING_ERROR
-"""Of a scale from a contact, the patient lying still; a cough at the carina makes it .3."""
+"""Of a scale from a contact, the patient lying still; a move at the carina makes it anything."""
 DEVIATIONS = 3.0
 """Two scales so many standard deviations apart contradict each other."""
+SAID_AGAIN_MM = 1.0
+"""Two offsets as near as that say the same: the barrier errs by .08 mm [design]."""
 
 
 class Finding(IntEnum):
@@ -33,9 +38,32 @@ class Finding(IntEnum):
     NOTHING_SEEN = 0
     LEARNED = 1
     CONTRADICTION = 2
-    """Contact and barrier do not tell the same: neither is believed."""
+    """Contact and barrier do not tell the same, and nothing tells who is right: neither is
+    believed."""
     OUT_OF_RANGE = 3
     """An alarm condition: the transmission has left what the bounds hold for, or was misread."""
+    DOUBTED = 4
+    """One witness alone says what no move of the patient explains: dropped, unless it says so
+    again."""
+
+
+class Spoilt(IntEnum):
+    """Why a contact that was felt tells nothing of the gap; `SPOILT` has the words."""
+
+    NOTHING = 0
+    """It tells of the gap."""
+    COUGHED = 1
+    UNSTEADY = 2
+    MOVED = 3
+
+
+SPOILT = {
+    Spoilt.NOTHING: "",
+    Spoilt.COUGHED: "the patient coughed while the tip touched",
+    Spoilt.UNSTEADY: "the switch opened and closed again while the tip touched",
+    Spoilt.MOVED: "the light barrier and the cycles before say otherwise: the patient moved while "
+    "the tip touched",
+}
 
 
 class Evidence(NamedTuple):
@@ -45,6 +73,8 @@ class Evidence(NamedTuple):
     mouth: Shift
     missed: Missed
     """Why the barrier told nothing."""
+    spoilt: Spoilt = Spoilt.NOTHING
+    """Why the contact tells nothing, as far as it shows that by itself."""
 
 
 NO_EVIDENCE = Evidence(float("nan"), UNKNOWN, Missed.NO_BARRIER)
@@ -55,12 +85,16 @@ class Change(NamedTuple):
 
     old: Shift
     seen: Evidence
+    """As it was weighed: `spoilt` also where only the barrier shows it."""
     found: Shift
     """From the evidence, before the bounds; nan where there was none or it contradicts itself."""
     new: Shift
-    """What is used from now on: what was found, or the old where that cannot be believed."""
+    """What is used from now on: by what was found, or the old where that cannot be believed."""
     limits: ScaleLimits
     finding: Finding
+    course: GapCourse = GapCourse()
+    doubted: Shift = UNKNOWN
+    """What was dropped in this cycle and would be believed in the next."""
 
     @property
     def in_range(self) -> bool:
@@ -88,42 +122,91 @@ def is_trusted(shift: Shift, gap_mm: float, limits: ScaleLimits) -> bool:
     return all(limits.least <= one <= limits.most for one in branch_scales(shift, gap_mm))
 
 
+def _is_told(shift: Shift) -> bool:
+    return not math.isnan(shift.scale)
+
+
+def _look_closer(course: GapCourse, seen: Evidence, limits: ScaleLimits) -> Evidence:
+    """The evidence, its contact spoilt where barrier and course of the gap show a move."""
+    contact, mouth = seen.contact_scale, seen.mouth
+    if seen.spoilt != Spoilt.NOTHING or math.isnan(contact) or not _is_told(mouth):
+        return seen
+    if not _contradict(contact, mouth.scale):
+        return seen
+    borne_out = gap_course.is_by_posture(course, mouth.scale)
+    impossible = not limits.least <= contact <= limits.most
+    # A barrier that leaves its course is doubtful itself, unless the contact cannot be either.
+    if borne_out or (impossible and limits.least <= mouth.scale <= limits.most):
+        return seen._replace(spoilt=Spoilt.MOVED)
+    return seen
+
+
+def _contradict(contact_scale: float, mouth_scale: float) -> bool:
+    error = math.sqrt(MOUTH_ERROR * MOUTH_ERROR + CONTACT_ERROR * CONTACT_ERROR)
+    return abs(contact_scale - mouth_scale) > DEVIATIONS * error
+
+
 def weigh(seen: Evidence, old: Shift) -> Shift | None:
     """One shift from all that was seen; None where that contradicts itself.
 
-    old: what is not seen stays as it is. Weights are inverse variances.
+    old: what is not seen stays as it is. Weights are inverse variances. A spoilt contact is left
+    out.
     """
-    if math.isnan(seen.mouth.scale):
-        return old if math.isnan(seen.contact_scale) else old._replace(scale=seen.contact_scale)
-    if math.isnan(seen.contact_scale):
+    contact = math.nan if seen.spoilt != Spoilt.NOTHING else seen.contact_scale
+    if not _is_told(seen.mouth):
+        return UNKNOWN if math.isnan(contact) else old._replace(scale=contact)
+    if math.isnan(contact):
         return seen.mouth
-    error = math.sqrt(MOUTH_ERROR * MOUTH_ERROR + CONTACT_ERROR * CONTACT_ERROR)
-    if abs(seen.contact_scale - seen.mouth.scale) > DEVIATIONS * error:
+    if _contradict(contact, seen.mouth.scale):
         return None
     by_mouth, by_contact = (1.0 / (error * error) for error in (MOUTH_ERROR, CONTACT_ERROR))
-    scale = (by_mouth * seen.mouth.scale + by_contact * seen.contact_scale) / (
-        by_mouth + by_contact
-    )
+    scale = (by_mouth * seen.mouth.scale + by_contact * contact) / (by_mouth + by_contact)
     return seen.mouth._replace(scale=scale)
 
 
-def update(old: Shift, seen: Evidence, gap_mm: float, limits: ScaleLimits) -> Change:
+def _is_said_again(before: Shift, now: Shift) -> bool:
+    """Whether a witness says what was dropped a cycle ago, but for what a posture changes."""
+    return (
+        abs(now.scale - before.scale) <= gap_course.POSTURE_MOST
+        and abs(now.offset_mm - before.offset_mm) <= SAID_AGAIN_MM
+    )
+
+
+def _is_plain(before: Change, seen: Evidence, found: Shift, trusted: bool) -> bool:
+    """Whether what was found is believed at once.
+
+    Out of range two witnesses must agree; in range a contact without a barrier must be within what
+    postures do.
+    """
+    limits = before.limits
+    alone = math.isnan(seen.contact_scale) or seen.spoilt != Spoilt.NOTHING
+    if trusted:
+        return _is_told(seen.mouth) or gap_course.is_by_posture(before.course, found.scale)
+    both = not alone and _is_told(seen.mouth)
+    return both and not limits.least <= found.scale <= limits.most
+
+
+def update(before: Change, seen: Evidence, gap_mm: float) -> Change:
     """What to use from now on, and what came of the evidence.
 
-    old: in use. gap_mm: identified, mm of tip. Nothing seen is no alarm. A witness that is out of
-    range by itself is one, whatever another says: neither that nor a bound of the range was
-    measured, so the old stays.
+    before: after the last cycle. gap_mm: identified, mm of tip. Nothing seen is no alarm. What is
+    out of range is not used: neither that nor a bound of the range was measured, so the old stays.
     """
-    alone = [AS_IDENTIFIED._replace(scale=seen.contact_scale), seen.mouth]
-    told = [shift for shift in alone if not math.isnan(shift.scale)]
-    if not told:
-        return Change(old, seen, UNKNOWN, old, limits, Finding.NOTHING_SEEN)
-    for shift in told:
-        if not is_trusted(shift, gap_mm, limits):
-            return Change(old, seen, shift, old, limits, Finding.OUT_OF_RANGE)
+    old, course, limits = before.new, before.course, before.limits
+    seen = _look_closer(course, seen, limits)
     found = weigh(seen, old)
+    change = before._replace(old=old, seen=seen, found=UNKNOWN, doubted=UNKNOWN)
     if found is None:
-        return Change(old, seen, UNKNOWN, old, limits, Finding.CONTRADICTION)
-    if not is_trusted(found, gap_mm, limits):
-        return Change(old, seen, found, old, limits, Finding.OUT_OF_RANGE)
-    return Change(old, seen, found, found, limits, Finding.LEARNED)
+        return change._replace(finding=Finding.CONTRADICTION)
+    if not _is_told(found):
+        return change._replace(finding=Finding.NOTHING_SEEN, doubted=before.doubted)
+    change, trusted = change._replace(found=found), is_trusted(found, gap_mm, limits)
+    if not (_is_plain(before, seen, found, trusted) or _is_said_again(before.doubted, found)):
+        return change._replace(finding=Finding.DOUBTED, doubted=found)
+    if not trusted:
+        return change._replace(finding=Finding.OUT_OF_RANGE)
+    course = gap_course.follow(course, found.scale)
+    used = found._replace(scale=gap_course.expected(course))
+    if not is_trusted(used, gap_mm, limits):
+        used = found
+    return change._replace(new=used, finding=Finding.LEARNED, course=course)

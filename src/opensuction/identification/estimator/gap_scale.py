@@ -26,6 +26,8 @@ class ContactEpisode(NamedTuple):
     """d: from the reversal to the opening of the switch."""
     pressed_mm: float
     """From the closing of the switch to the reversal."""
+    steady: bool = True
+    """The switch stayed closed but for its bounces: nothing moved against the tip."""
 
 
 class ScaleLimits(NamedTuple):
@@ -36,6 +38,9 @@ class ScaleLimits(NamedTuple):
     release_mm: float
     """Tip travel from the force that closes the switch to the smaller one that opens it."""
 
+
+BOUNCING_S = 0.02
+"""For how long a closed switch is open while it bounces: twice the 10 ms that are assumed."""
 
 MEASURING_ERROR = 0.03
 """Of a scale from one contact: on the twin up to .025, on a neonate with gaps x 0.7."""
@@ -63,13 +68,15 @@ def find_contact(
         return None
     first, opened = int(ticks[0]), int(ticks[-1]) + 1
     turn = first + int(np.argmax(head[first:opened]))
+    longest_break = int(np.diff(ticks).max(initial=1)) - 1
     delay = round(latency_s / period_s)
     # The head at the instants that a delayed line reports.
     closing_mm, opening_mm = (head[max(tick - delay, 0)] for tick in (first, opened))
     travel_mm, pressed_mm = head[turn] - opening_mm, head[turn] - closing_mm
     if not (travel_mm > 0.0 and pressed_mm >= 0.0):
         return None
-    return ContactEpisode(travel_mm=float(travel_mm), pressed_mm=float(pressed_mm))
+    steady = longest_break * period_s <= BOUNCING_S
+    return ContactEpisode(float(travel_mm), float(pressed_mm), steady)
 
 
 def estimate_scale(model: PrandtlIshlinskii, seen: ContactEpisode, limits: ScaleLimits) -> float:

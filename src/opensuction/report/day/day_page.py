@@ -125,10 +125,19 @@ def gap_sections(cycles: list[dict[str, Any]]) -> tuple[Section, ...]:
             *_learned(cycle, OFFSETS),
             cycle["gap"]["finding"],
             cycle["gap"]["mouth_missed"] or "",
+            cycle["gap"]["contact_spoilt"] or "",
         )
         for cycle in learned
     )
-    headings = ("cycle", "tracking, mm", *SCALES, *OFFSETS, "finding", "barrier not used")
+    headings = (
+        "cycle",
+        "tracking, mm",
+        *SCALES,
+        *OFFSETS,
+        "finding",
+        "barrier not used",
+        "contact not used",
+    )
     table = Table("Gap and offset", headings, rows)
     text = (
         "The tip passes the light barrier at the tube's mouth on its way in and on its way out: "

@@ -4,6 +4,7 @@ The governor's bounds stay those of the identified gap (docs/decisions/0007). A 
 what they hold for, or one that the protocol cannot be done with, lets no further cycle begin.
 """
 
+import math
 from typing import NamedTuple
 
 from opensuction.controller import adaptation, setup
@@ -47,8 +48,10 @@ def learned(learning: Learning, prepared: Prepared, columns: Columns) -> Learnin
     """After a completed cycle: what it showed, and whether another may begin."""
     mouth_mm = learning.settings.limits.mouth_mm
     profile, kind = prepared.rig.profile, prepared.resolved.compensation
-    seen = self_calibration.seen(profile, kind, learning.identified, mouth_mm, columns)
-    change = adaptation.learn(learning.identified, learning.change.new, seen)
+    # The governor's limit of the pressure at the connector: no ventilator's breath goes there.
+    cough_cmh2o = learning.settings.limits.patient.airway_most_cmh2o
+    seen = self_calibration.seen(profile, kind, learning.identified, mouth_mm, columns, cough_cmh2o)
+    change = adaptation.learn(learning.identified, learning.change, seen)
     gap_mm = prandtl_ishlinskii.gap_mm(learning.identified.plays)
     refusal = None if change.in_range else out_of_range(change, gap_mm)
     return learning._replace(change=change, refusal=refusal)
@@ -59,7 +62,7 @@ def out_of_range(change: Change, gap_mm: float) -> str:
     sentence, limits = Condition.CALIBRATION_OUT_OF_RANGE.row.sentence, change.limits
     scale, deeper_mm = change.found
     holds = f"{limits.least:g} to {limits.most:g} is what the tip's bounds hold for"
-    if scale == change.seen.contact_scale and deeper_mm == 0.0:
+    if math.isnan(change.seen.mouth.scale) and deeper_mm == 0.0:
         return f"{sentence}: the contact says {scale:.2f} times as wide, and {holds}"
     inwards, outwards = branch_scales(change.found, gap_mm)
     witness = "the light barrier says" if change.found == change.seen.mouth else "together it is"
@@ -82,6 +85,23 @@ def _refused(shift: Shift, why: InputError) -> str:
     )
 
 
+def _replanned(
+    learning: Learning, prepared: Prepared, shift: Shift
+) -> tuple[Settings, Calibration]:
+    """Settings that go by a shift, and its calibration; InputError where it cannot be done."""
+    rig, used = prepared.rig, adaptation.adapted(learning.identified, shift)
+    planned = self_calibration.replanned(
+        rig.profile,
+        prepared.protocol,
+        prepared.resolved.compensation,
+        used,
+        prepared.resolved.by_contact,
+        rig.site,
+        learning.settings,
+    )
+    return planned, used
+
+
 def applied(
     learning: Learning, prepared: Prepared, state: LoopState
 ) -> tuple[Prepared, LoopState, Learning]:
@@ -89,23 +109,20 @@ def applied(
 
     Nothing is changed between ticks of a cycle.
     """
-    shift = learning.change.new
-    if shift == learning.change.old:
+    change = learning.change
+    if change.new == change.old:
         return prepared, state, learning
-    rig, kind = prepared.rig, prepared.resolved.compensation
-    used = adaptation.adapted(learning.identified, shift)
     try:
-        planned = self_calibration.replanned(
-            rig.profile,
-            prepared.protocol,
-            kind,
-            used,
-            prepared.resolved.by_contact,
-            rig.site,
-            learning.settings,
-        )
+        planned, used = _replanned(learning, prepared, change.new)
     except InputError as refused:
-        return prepared, state, learning._replace(refusal=_refused(shift, refused))
+        # What a posture makes of the gap is over with the next: the usual gap is gone by then.
+        usual = change.new._replace(scale=change.course.usual)
+        try:
+            planned, used = _replanned(learning, prepared, usual)
+        except InputError:
+            return prepared, state, learning._replace(refusal=_refused(change.new, refused))
+        learning = learning._replace(change=change._replace(new=usual))
+    kind = prepared.resolved.compensation
     planned = setup.with_schedule(planned, prepared.loop.controller.service.schedule)
     loop = prepared.loop._replace(controller=planned, heads_mm=setup.branches(kind, used))
     following = prepared._replace(calibration=used, loop=loop)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from opensuction.identification.estimator.adaptation import Change, Finding
+from opensuction.identification.estimator.adaptation import SPOILT, Change, Finding, Spoilt
 from opensuction.identification.estimator.mouth_passage import SENTENCES, Missed
 from opensuction.kernel.constant import HOUR_S
 from opensuction.kernel.name import name_of
@@ -117,7 +117,9 @@ def _gap(change: Change | None) -> Json | None:
         "used_offset_mm": change.old.offset_mm,
         "mouth_offset_mm": seen.mouth.offset_mm,
         "next_offset_mm": change.new.offset_mm,
+        "usual_scale": change.course.usual,
         "finding": name_of(change.finding),
+        "contact_spoilt": SPOILT[seen.spoilt] or None,
         "mouth_missed": SENTENCES[seen.missed] or None,
         "in_range": change.in_range,
     }
@@ -131,6 +133,8 @@ def gap_words(change: Change | None) -> str:
         return ", nothing to learn of the gap"
     if change.finding == Finding.CONTRADICTION:
         return ", contact and light barrier contradict each other on the gap"
+    if change.finding == Finding.DOUBTED:
+        return ", what was measured of the gap was dropped: one witness alone says it"
     scale, deeper_mm = change.found
     return f", gap {scale:.2f} x the identified one, tip {day_calibration.depth_words(deeper_mm)}"
 
@@ -188,6 +192,16 @@ def _unused_notes(day: Day) -> list[str]:
             f"{_after(against)} contact and light barrier told different widths of the gap: "
             "neither was used. Look at both, unless the patient coughed or was moved."
         )
+    doubted = [n for n, one in changes.items() if one.finding == Finding.DOUBTED]
+    if doubted:
+        said.append(
+            f"{_after(doubted)} one witness alone told of a gap or a depth of the tip that no move "
+            "of the patient explains: it was dropped, and would have been believed a second time."
+        )
+    for spoilt in Spoilt:
+        numbers = [n for n, one in changes.items() if one.seen.spoilt == spoilt]
+        if numbers and spoilt != Spoilt.NOTHING:
+            said.append(f"{_after(numbers)} the contact told nothing of the gap: {SPOILT[spoilt]}.")
     for missed in Missed:
         numbers = [n for n, one in changes.items() if one.seen.missed == missed]
         if numbers and missed not in (Missed.NOTHING, Missed.NO_BARRIER):
