@@ -31,6 +31,9 @@ COMPONENTS = {
 }
 """Programs outside the lock that some tests need: by which names each may be found."""
 
+CHROMIUM_OPTIONS = ["--no-sandbox", "--disable-dev-shm-usage"]
+"""Its sandbox refuses root, and /dev/shm is 64 MB in containers. Only local pages here."""
+
 REQUIRED = "OPENSUCTION_REQUIRE_COMPONENTS"
 """Set to 1, a missing component fails its tests instead of skipping them."""
 
@@ -142,9 +145,7 @@ def chromium(component: Component) -> Iterator["Browser"]:
     program = component("chromium")
     from playwright.sync_api import sync_playwright
 
-    # Chromium's sandbox refuses root, and /dev/shm is 64 MB in containers. Only local pages here.
-    arguments = ["--no-sandbox", "--disable-dev-shm-usage"]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=arguments)
+        browser = playwright.chromium.launch(executable_path=program, args=CHROMIUM_OPTIONS)
         yield browser
         browser.close()

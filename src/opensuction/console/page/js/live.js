@@ -1,6 +1,7 @@
 // The machine's newest state, 20 times a second, and whether it can be believed.
 
 import { hearTime } from "./clock.js";
+import { after, every } from "./timer.js";
 
 const SILENT_MS = 1200; // without a word for so long, the connection is lost (shown within 2 s)
 const STALE_S = 1.0; // what the control wrote last is older than this: it does not answer
@@ -22,8 +23,8 @@ export class Live {
     this.heard_ms = performance.now();
     this.tries = 0;
     this.socket = null;
-    this.retry = null;
-    setInterval(() => this.look(), LOOK_MS);
+    this.retry = null; // what calls the next try off
+    every(LOOK_MS, () => this.look());
     addEventListener("online", () => this.hurry());
     document.addEventListener("visibilitychange", () => {
       if (!document.hidden) this.hurry();
@@ -51,7 +52,7 @@ export class Live {
   }
 
   connect() {
-    clearTimeout(this.retry);
+    this.retry?.();
     this.retry = null;
     const url = new URL("api/v1/live", document.baseURI);
     url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
@@ -87,7 +88,7 @@ export class Live {
     socket.close();
     const wait_ms = BACK_OFF_MS[Math.min(this.tries, BACK_OFF_MS.length - 1)];
     this.tries += 1;
-    this.retry = setTimeout(() => this.connect(), wait_ms * (0.8 + 0.4 * Math.random()));
+    this.retry = after(wait_ms * (0.8 + 0.4 * Math.random()), () => this.connect());
   }
 
   hurry() {

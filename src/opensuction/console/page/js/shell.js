@@ -5,7 +5,7 @@ import { openPassword, openSignIn } from "./account/sign_in.js";
 import { deviceAhead, machineNow } from "./clock.js";
 import { closeDialog, isOpen } from "./dialog.js";
 import { make, mark, say, show } from "./dom.js";
-import { GOOD } from "./live.js";
+import { CONNECTING, GOOD } from "./live.js";
 import { NowPanel } from "./now.js";
 import { learnPhases } from "./situation.js";
 import { Stop } from "./stop.js";
@@ -27,6 +27,7 @@ class Shell {
     this.unmount = () => {};
     this.opening = 0;
     this.looks = 0;
+    this.title = text.shell.product;
     this.person = null;
     context.askSignIn = () => openSignIn(context.session);
     context.machineChanged = new Set();
@@ -123,6 +124,15 @@ class Shell {
     mark(this.link, "data-kind", link.kind);
     mark(document.documentElement, "data-link", link.kind);
     say(this.link, isLive || link.age_s === null ? words : `${words}, ${age(link.age_s)}`);
+    this.showTitle();
+  }
+
+  /** All that a hidden tab shows is its title. */
+  showTitle() {
+    const { kind } = this.context.live.link;
+    const isHeard = kind === GOOD || kind === CONNECTING;
+    const title = isHeard ? this.title : `${text.shell.link[kind]} · ${this.title}`;
+    if (document.title !== title) document.title = title;
   }
 
   /** The machine's time, and that this device shows another one, once that has lasted for a while. */
@@ -190,7 +200,8 @@ class Shell {
     this.shown = this.sessionKey();
     for (const link of this.links) mark(link, "aria-current", link.dataset.view === view.name ? "page" : null);
     mark(this.root, "data-view", view.name);
-    document.title = `${title} - ${text.shell.product}`;
+    this.title = `${title} - ${text.shell.product}`;
+    this.showTitle();
     this.aside.replaceChildren();
     show(this.now.element, view.name !== "bedside");
     if (!this.context.session.may(view.right)) {

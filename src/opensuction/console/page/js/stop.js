@@ -6,6 +6,7 @@ import { make, mark, say, show } from "./dom.js";
 import { Pointers } from "./pointers.js";
 import { isResting, phaseWords } from "./situation.js";
 import { fill, text } from "./text.js";
+import { after } from "./timer.js";
 
 const KEY = "F8";
 const PRESSED = "pressed"; // the machine's own word: the button went down
@@ -14,7 +15,7 @@ const TRIES = 8;
 const BETWEEN_MS = 150;
 const SHOWN_MS = 6000;
 
-const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
+const pause = (ms) => new Promise((done) => { after(ms, done); });
 
 export class Stop {
   /** alarm.page(name, priority): sounds what only the page knows. */

@@ -2,6 +2,8 @@
 //
 // What sounds is what the machine says (its `audible`), or that the machine is not heard any more.
 
+import { after } from "../timer.js";
+
 const RATE_HZ = 22050;
 const AHEAD_S = 0.05;
 
@@ -34,7 +36,7 @@ export class Sound {
     this.buffers = {};
     this.playing = "none";
     this.source = null;
-    this.timer = null;
+    this.callOff = () => {};
     this.context = null;
     this.onchange = () => {};
     try {
@@ -77,7 +79,7 @@ export class Sound {
   play(priority) {
     if (priority === this.playing) return;
     this.playing = priority;
-    clearTimeout(this.timer);
+    this.callOff();
     if (this.source) this.source.stop();
     this.source = null;
     if (priority !== "none") this.repeat();
@@ -103,6 +105,6 @@ export class Sound {
     if (!buffer) return;
     this.source = this.begin(buffer);
     const again_s = this.context.state === "running" ? this.signals[this.playing].period_s : 0.25;
-    this.timer = setTimeout(() => this.repeat(), 1000 * again_s);
+    this.callOff = after(1000 * again_s, () => this.repeat());
   }
 }

@@ -1,0 +1,106 @@
+"""A tab that nobody sees: a lost connection is told, and sounds, as soon as in one that is seen."""
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.browser.console.fake_machine import FakeMachine
+from tests.browser.console.hidden_tab import EARLY, HiddenTab, open_tab
+from tests.conftest import Component
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = [pytest.mark.real_time, pytest.mark.browser]
+
+WATCH = """(() => {
+    const now = () => performance.timeOrigin + performance.now();
+    const seen = window.seen = { beats: 0, lost: [], live: [], sounds: [] };
+    setInterval(() => { seen.beats += 1; }, 200);
+    const note = (name, place, words) => new MutationObserver(() => {
+        if (document.querySelector(place).textContent.includes(words)) seen[name].push(now());
+    }).observe(document.querySelector(place), { childList: true });
+    note("lost", ".alarm-kind", "NO CONNECTION");
+    note("live", ".link", "Live");
+    const start = AudioBufferSourceNode.prototype.start;
+    AudioBufferSourceNode.prototype.start = function (...given) {
+        seen.sounds.push(now());
+        return start.apply(this, given);
+    };
+})()"""
+"""Notes when what is said changes, when something sounds, and how often a timer of a page acts."""
+LOST_S = 2.0
+ONCE_MORE_S = 8.0
+SHORT_S, LONG_S = 12.0, 420.0
+A_MINUTE_S = 60.0
+
+
+def wait(tab: HiddenTab, expression: str, within_s: float) -> None:
+    ends_s = time.monotonic() + within_s
+    while not tab.evaluate(expression):
+        assert time.monotonic() < ends_s, f"not within {within_s:g} s: {expression}"
+        time.sleep(0.1)
+
+
+def seen(tab: HiddenTab) -> dict[str, Any]:
+    found: dict[str, Any] = tab.evaluate("window.seen")
+    return found
+
+
+def lose(
+    chromium: "Browser",
+    component: Component,
+    url: str,
+    machine: FakeMachine,
+    *more: str,
+    hidden_s: float,
+    way: str,
+) -> dict[str, list[float]]:
+    """How long after the loss something was told, in s, in a tab hidden for so long before."""
+    with open_tab(chromium, component, url, *more) as tab:
+        wait(tab, "document.querySelector('.link')?.textContent === 'Live'", 30.0)
+        machine.show(phase="inserting", moving="in", tip_mm=49.0, is_inside=True)
+        wait(tab, "document.querySelector('.alarm-bar').dataset.priority === 'none'", 5.0)
+        tab.evaluate(WATCH)
+        tab.hide()
+        wait(tab, "document.visibilityState === 'hidden'", 5.0)
+        time.sleep(hidden_s)
+        beats = seen(tab)["beats"]
+        time.sleep(5.0)
+        assert seen(tab)["beats"] - beats <= 2, "the browser does not throttle: nothing is shown"
+        lost_s = time.time()
+        setattr(machine, way, True)
+        wait(tab, "window.seen.lost.length > 0", A_MINUTE_S + 5.0)
+        wait(tab, "window.seen.sounds.length > 1", A_MINUTE_S + 5.0)
+        assert tab.evaluate("document.visibilityState") == "hidden"
+        assert tab.evaluate("document.title").startswith("No connection")
+        back_s = time.time()
+        setattr(machine, way, False)
+        wait(tab, "window.seen.live.length > 0", A_MINUTE_S + 5.0)
+        found = seen(tab)
+    told = {name: [at_ms / 1e3 - lost_s for at_ms in found[name]] for name in ("lost", "sounds")}
+    return {**told, "live": [at_ms / 1e3 - back_s for at_ms in found["live"]]}
+
+
+def check(told: dict[str, list[float]]) -> None:
+    assert told["lost"][0] < LOST_S
+    assert told["sounds"][0] < LOST_S
+    assert told["live"][0] < ONCE_MORE_S
+
+
+@pytest.mark.parametrize("way", ["mute", "down"])
+def test_a_loss_is_told_and_sounds_within_two_seconds_where_nobody_looks(
+    chromium: "Browser", component: Component, fake: tuple[FakeMachine, str], way: str
+) -> None:
+    machine, url = fake
+    check(lose(chromium, component, url, machine, EARLY, hidden_s=SHORT_S, way=way))
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("way", ["mute", "down"])
+def test_a_loss_is_told_within_two_seconds_after_seven_minutes_behind_another_tab(
+    chromium: "Browser", component: Component, fake: tuple[FakeMachine, str], way: str
+) -> None:
+    machine, url = fake
+    check(lose(chromium, component, url, machine, hidden_s=LONG_S, way=way))
