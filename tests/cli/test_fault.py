@@ -54,6 +54,30 @@ def test_json_says_what_was_injected_and_what_noticed_it(tmp_path: Path) -> None
     assert "Injected fault: pump-runaway at" in report
 
 
+@pytest.mark.parametrize(
+    ("seed", "deeper_mm"),
+    [
+        ("30010", "20"),
+        *(
+            pytest.param(seed, deeper, marks=pytest.mark.sweep)
+            for seed, deeper in (("30010", "13"), ("30001", "13"), ("30003", "20"))
+        ),
+    ],
+)
+def test_a_carina_nearer_than_taught_is_told_while_the_tip_does_no_harm(
+    tmp_path: Path, seed: str, deeper_mm: str
+) -> None:
+    """By travel no carina is expected: whatever was taught, a contact that lasts is told."""
+    adult = ("--patient", "adult-icu", "--approach", "travel", "--seed", seed)
+    taught = ("--fault", f"taught-too-deep={deeper_mm}")
+    ran = opensuction("cycle", *adult, *taught, "--json", "--out", "run", cwd=tmp_path)
+    data = json.loads(ran.stdout)
+    assert data["carina_force_peak_n"] > 0.0
+    assert data["told"][0]["what"] == "contact-time"
+    assert data["harm"] == data["broken_bounds"] == []
+    assert not data["tip"]["inside_at_end"]
+
+
 def test_a_harmless_fault_lets_the_cycle_complete_and_is_still_named(tmp_path: Path) -> None:
     status, data = faulty_cycle(tmp_path, "current-sensor-dead")
     assert status == 0

@@ -68,6 +68,7 @@ LIMITS = Limits(
     negative_pressure_s=0.5,
     in_airway_s=0.8,
     contact_s=0.3,
+    driven_contact_s=INF,
     withdrawal_s=0.4,
     patient=patient_limit.limits_of(AgeGroup.ADULT, 0.0, monitored=False),
 )

@@ -12,6 +12,7 @@ from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.limits import DriveLimits, Limits, LineLimits, ValveLimits, WindowLimits
+from opensuction.safety.watch import contact_window
 from opensuction.safety.watch.vacuum_signature import CLOSED_SHARE
 
 MOUTH_MM = 10.0
@@ -161,6 +162,8 @@ def limits(
         negative_pressure_s=protocol.negative_pressure_budget_s,
         in_airway_s=protocol.in_airway_budget_s,
         contact_s=protocol.negative_pressure_budget_s if stays_on_carina else CONTACT_S,
+        # By travel no carina is to be touched, but by the hand that teaches where it is.
+        driven_contact_s=math.inf if by_contact or on_bench else contact_window.IMPOSSIBLE_S,
         withdrawal_s=farthest_mm / profile.head_planned_mm_per_s + WITHDRAWAL_MARGIN_S,
         patient=patient_limit.limits_of(site.age, site.peep_cmh2o, site.monitored, site.breathes),
     )

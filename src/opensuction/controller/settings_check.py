@@ -13,15 +13,16 @@ from opensuction.kernel.errors import InputError
 
 OPEN = (
     "limits.line.clogged_share",
+    "limits.driven_contact_s",
     "limits.mouth_mm",
     "limits.window.from_mm",
     "limits.window.by_mm",
     "plan.contact.suction_mm",
     "plan.limits_s",
 )
-"""What may be infinite: a line that cannot be told to be clogged, the light barrier of a bench that
-has none, a window as wide as the way, suction where the tip stopped, and phases that wait for a
-person."""
+"""What may be infinite: a line that cannot be told to be clogged, a contact that is searched for,
+the light barrier of a bench that has none, a window as wide as the way, suction where the tip
+stopped, and phases that wait for a person."""
 
 POSITIVE = (
     "limits.drive.mm_per_s_per_v",

@@ -178,7 +178,8 @@ class Condition(IntEnum):
     )
     CONTACT_TIME = (
         9,
-        "the tip has pressed on tissue longer than its limit",
+        "the contact switch has been closed longer than its limit: the tip presses on tissue, or "
+        "the switch sticks",
         "Look at the patient. Check the taught travel before the next cycle.",
         trip(REVERSIBLE, IMMEDIATE, planned=True),
     )

@@ -94,6 +94,8 @@ class Limits(NamedTuple):
     negative_pressure_s: float
     in_airway_s: float
     contact_s: float
+    driven_contact_s: float
+    """Longest contact while the drive holds the head, and no hand moves it."""
     withdrawal_s: float
     """Longest time a forced withdrawal may take before torque is cut."""
     patient: PatientLimits

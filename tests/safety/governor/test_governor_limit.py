@@ -206,6 +206,15 @@ def test_a_contact_with_nothing_to_touch_matters_at_once_away_from_home(
     assert judged(read_at(head_mm, **{"window.impossible_s": seconds})) == trips
 
 
+@pytest.mark.parametrize(("driven_s", "trips"), [(0.2, []), (above(0.2), [Condition.CONTACT_TIME])])
+def test_a_tip_that_its_drive_holds_may_touch_for_less_time_than_one_in_a_hand(
+    driven_s: float, trips: list[Condition]
+) -> None:
+    touching = {"watch.durations.contact_s": 0.3, "watch.durations.driven_contact_s": driven_s}
+    assert judged(changed(AT_REST, touching), LIMITS._replace(driven_contact_s=0.2)) == trips
+    assert judged(changed(AT_REST, touching)) == []
+
+
 def test_a_contact_that_cannot_be_one_does_not_press() -> None:
     for_long = {"window.impossible_s": DT_S, "durations.contact_s": 9.0}
     assert judged(read_at(PARK_MM, **for_long)) == []

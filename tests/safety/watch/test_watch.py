@@ -334,7 +334,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         bus=BusWatch(6, rising=True, restless_share=0.4),
         late_ticks=3,
         invalid=InvalidTicks(1, 5, 2, 3, 4),
-        durations=Durations(*map(float, range(1, 13))),
+        durations=Durations(*map(float, range(1, 14))),
         drive=DriveForce(1.0, 2.0, 3.0, 0.01, 0.0),
         window=ContactWindow(44.0, 0.1, True),
         valve=ValveAxis(1.0, 2.0, 0.3, resting=True),
@@ -361,7 +361,9 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.advance == AdvanceBound(HEAD_MM, 0.0)
     assert not after.parked_closed
     # Valve not closed and contact go on; the rest begins anew.
-    assert after.durations == NO_DURATIONS._replace(sucking_s=1.0, contact_s=3.0)
+    assert after.durations == NO_DURATIONS._replace(
+        sucking_s=1.0, contact_s=3.0, driven_contact_s=4.0
+    )
     # What the current sensor reads at rest is still so.
     assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01, 0.0)
     assert after.vote == head_vote.reset(before.vote)

@@ -151,7 +151,8 @@ def _judge_contact(limits: Limits, seen: Watch) -> int:
         return trips
     away = seen.head_mm > limits.park_head_mm + AWAY_MM
     allowed_s = contact_window.IMPOSSIBLE_S if away else limits.contact_s
-    long = contact_s > limits.contact_s
+    driven_s = seen.durations.driven_contact_s
+    long = contact_s > limits.contact_s or driven_s > limits.driven_contact_s
     stuck = impossible_s > allowed_s or (long and away and impossible_s > 0.0)
     return (
         trips

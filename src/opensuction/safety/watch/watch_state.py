@@ -23,6 +23,8 @@ class Durations(NamedTuple):
     inside_s: float
     """Tip possibly in the airway."""
     contact_s: float
+    driven_contact_s: float
+    """The same while the drive held the head, so that no hand moved it."""
     off_command_s: float
     """Head too far from its command."""
     stalled_s: float
