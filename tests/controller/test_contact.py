@@ -15,6 +15,7 @@ from opensuction.safety.condition import Condition
 from opensuction.simulation import rig as rigs
 from opensuction.simulation.closed_loop import DT_S, Loop, LoopState
 from opensuction.simulation.trace import Columns
+from tests.controller.bedside import at_bed
 from tests.controller.drive import (
     NEVER,
     START,
@@ -132,6 +133,14 @@ def test_only_a_search_that_stays_on_the_carina_may_touch_longer_than_two_second
     assert longest_s(PAPER, by_contact=False) == 2.0
     assert longest_s(BACKING, by_contact=True) == 2.0
     assert longest_s(PAPER, by_contact=True) == PAPER.negative_pressure_budget_s
+
+
+@pytest.mark.parametrize("patient", ["adult-icu", "child-10kg", "neonate"])
+def test_by_travel_a_driven_tip_may_touch_a_patient_no_longer_than_a_cough_does(
+    patient: str,
+) -> None:
+    limits = at_bed(patient)[0].controller.limits
+    assert (limits.driven_contact_s, limits.contact_s) == (0.6, 2.0)
 
 
 def test_the_tip_backs_off_before_suction() -> None:

@@ -98,7 +98,9 @@ def test_no_limit_is_missing(kind: CompensationKind) -> None:
     assert not limits.patient.monitored  # nobody is there
     # Nor is there a tube's mouth with a light barrier.
     assert limits.mouth_mm == math.inf
-    there = limits._replace(mouth_mm=0.0)
+    # Nor anybody whom a driven tip must not touch.
+    assert limits.driven_contact_s == math.inf
+    there = limits._replace(mouth_mm=0.0, driven_contact_s=0.0)
     values = [value for value in there if isinstance(value, float)]
     for value in [*values, *(value for group in groups for value in group)]:
         assert math.isfinite(value)
