@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from tests.console.load.console_machine import ConsoleMachine, console_machine
 from tests.console.load.flood import BODY, HOST
@@ -30,9 +29,9 @@ HEARD_S = 0.3
 PAUSES_S = {False: 0.1, True: 0.5}
 """Between two presses: by a new connection each, and by a kept one, as often as a person does."""
 SETTLES_S = 2.0
-CERTAIN = 0.9999
-LONGEST_S = 2.0
-"""Of any press in the short run; of 2,613 in five minutes the slowest took .6 s."""
+LASTS_S = {False: 24.0, True: 6.0}
+"""How long the short run presses: of two hundred presses the 99th percentile is the third slowest,
+of fifty it was the slowest or nearly so."""
 
 
 @contextmanager
@@ -87,14 +86,9 @@ def quantiles_ms(took_s: list[float]) -> dict[str, float]:
 def test_a_stop_is_heard_while_others_press_five_thousand_times_a_second() -> None:
     with console_machine() as machine, flooded(machine):
         for kept in (False, True):
-            took_s = press_for(machine, 6.0, kept)
+            took_s = press_for(machine, LASTS_S[kept], kept)
             assert len(took_s) > 5
-            # Of some fifty the 99th percentile is the slowest or nearly so: as many may be late as
-            # chance makes of one in a hundred. The five minutes hold the percentile itself.
-            late = sum(one > HEARD_S for one in took_s)
-            allowed = binom.ppf(CERTAIN, len(took_s), 0.01)
-            assert late <= allowed, (kept, late, len(took_s), quantiles_ms(took_s))
-            assert max(took_s) < LONGEST_S, (kept, quantiles_ms(took_s))
+            assert quantiles_ms(took_s)["p99"] < 1e3 * HEARD_S, (kept, quantiles_ms(took_s))
 
 
 @pytest.mark.soak
