@@ -140,7 +140,7 @@ export class Rest {
     const words = text.bedside.passes;
     const { figure, notes } = this.next;
     say(figure, at === null ? "–" : clock(at));
-    const left_s = at === null ? null : (Date.parse(at) - machineNow()) / 1000;
+    const left_s = at === null ? null : (Date.parse(at) - (machineNow() ?? Date.now())) / 1000;
     const when = left_s === null ? words.nextNone : left_s > 0 ? fill(words.nextIn, { left: countdown(left_s) }) : words.nextDue;
     say(notes[0], when);
   }
