@@ -9,6 +9,7 @@ from opensuction.evidence.healthy_cycle import Shows
 from opensuction.evidence.safety_case import hazard
 from opensuction.evidence.safety_case.hazard_claim import (
     ALL,
+    NEEDS_NO_ALARM,
     SAFE_STATES,
     Hazard,
     HazardClaim,
@@ -48,8 +49,10 @@ def _shown(claim: HazardClaim) -> str:
 
 def _bounds(claim: HazardClaim) -> tuple[str, ...]:
     alarms = ", ".join(f"`{name}`" for name in claim.alarm) or "refused"
-    if claim.response == Response.ALARM_OR_LIMITS:
+    if claim.response in NEEDS_NO_ALARM:
         alarms += ", or a whole cycle within every limit"
+    if claim.response == Response.ALARM_LIMITS_OR_REFUSAL:
+        alarms += ", or refused before the start"
     return (
         _shown(claim),
         alarms,

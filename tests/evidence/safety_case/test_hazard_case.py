@@ -3,6 +3,7 @@
 import pytest
 
 from opensuction.evidence.safety_case import hazard, hazard_case
+from opensuction.evidence.safety_case.hazard_claim import Response
 from opensuction.kernel.phase import Phase
 from opensuction.simulation.injection import injection, run_judgement
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
@@ -47,3 +48,32 @@ def test_a_tip_that_a_wider_gap_holds_back_leaves_the_carina_before_suction(pati
     assert found.borne.contact_s < 2.0
     touching = ran.columns["truth.contact_n"] > 0.01
     assert not (touching & (ran.columns["phase"] == Phase.SUCTIONING)).any()
+
+
+def test_a_plan_that_is_refused_answers_only_where_the_row_takes_a_refusal() -> None:
+    (row,) = (one for one in hazard.load() if one.row.id == "OS-H11")
+    deep = next(
+        case
+        for case in hazard_case.cases(row, (1,))
+        if case.claim.name == "taught-too-deep" and case.strength == 60.0
+    )
+    result = hazard_case.run(deep)
+    assert (result.refused, result.problem) == (True, "")
+    owed = deep._replace(claim=deep.claim._replace(response=Response.ALARM_OR_LIMITS))
+    result = hazard_case.run(owed)
+    assert not result.refused
+    assert "cannot be planned" in result.problem
+
+
+def test_what_was_taught_a_little_too_deep_is_run() -> None:
+    (row,) = (one for one in hazard.load() if one.row.id == "OS-H11")
+    adults = [
+        case
+        for case in hazard_case.cases(row, (1,))
+        if case.claim.name == "taught-too-deep"
+        and case.patient == "adult-icu"
+        and case.strength <= 13.0
+    ]
+    runs = [hazard_case.run(case) for case in adults]
+    assert [result.problem for result in runs] == [""] * 3
+    assert not any(result.refused for result in runs)

@@ -70,6 +70,8 @@ class Response(Enum):
     """Alarm and safe state within their bounds."""
     ALARM_OR_LIMITS = "alarm-or-limits"
     """The same, or a whole cycle within every limit as if nothing were wrong."""
+    ALARM_LIMITS_OR_REFUSAL = "alarm-limits-or-refusal"
+    """Any of them, or the cycle is refused before anything moves."""
     NOT_MEASURED = "not-measured"
     """It would be an alarm, but nothing in the twin could raise it: an open gap, and it fails."""
     REFUSAL = "refusal"
@@ -84,6 +86,11 @@ class Raiser(Enum):
     """The drives, their watchdog or the power supply, on the annunciator: the controller is what
     failed."""
 
+
+REFUSES = (Response.REFUSAL, Response.ALARM_LIMITS_OR_REFUSAL)
+"""Where a refusal before the start answers a fault."""
+NEEDS_NO_ALARM = (Response.ALARM_OR_LIMITS, Response.ALARM_LIMITS_OR_REFUSAL)
+"""Where a whole cycle within every limit does."""
 
 BoundMs = Annotated[float, Ge(0), Le(MOST_MS)]
 

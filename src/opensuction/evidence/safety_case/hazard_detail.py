@@ -26,7 +26,7 @@ def detail(verdict: HazardVerdict) -> Json:
         "safe_state_words": SAFE_STATES[claim.safe_state].words,
         "because": list(dict.fromkeys(claim.because for claim in verdict.hazard.claims)),
         "sentence": condition and f"{condition.sentence}. {condition.remedy}",
-        "refusal": claim.response == Response.REFUSAL,
+        "refusal": claim.response == Response.REFUSAL or worst.refused,
         "faults": _faults(verdict),
         "strip": worst.strip,
         "marks": _marks(worst),

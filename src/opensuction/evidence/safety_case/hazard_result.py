@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 from opensuction.evidence.healthy_cycle import HealthyCycle, find_wait_s
 from opensuction.evidence.safety_case.hazard_claim import (
+    NEEDS_NO_ALARM,
+    REFUSES,
     SAFE_STATES,
     SET_UP,
     HazardClaim,
@@ -127,6 +129,11 @@ class HazardResult(NamedTuple):
         return not self.problem
 
     @property
+    def refused(self) -> bool:
+        """Whether nothing ran: the cycle was refused, as the claim has it."""
+        return self.ok and self.exposure is None
+
+    @property
     def answered(self) -> bool:
         """Whether alarm and safe state came within their bounds, as far as they were owed."""
         told = self.detected_ms <= self.detected_bound_ms
@@ -135,7 +142,7 @@ class HazardResult(NamedTuple):
 
 def refused(case: HazardCase, message: str) -> HazardResult:
     """HazardResult of a case whose cycle was refused before anything moved."""
-    expected = case.claim.response == Response.REFUSAL
+    expected = case.claim.response in REFUSES
     problem = "" if expected else f"the cycle cannot be planned: {message}"
     return HazardResult(
         case=case,
@@ -253,7 +260,7 @@ def _problem(result: HazardResult, judged: Judgement, at_s: float) -> str:
     found = [_describe(one, left) for one in judged.breaches]
     if claim.response == Response.NOT_MEASURED:
         return "; ".join(["not measured: nothing in the twin tells it", *found])
-    if claim.response == Response.ALARM_OR_LIMITS and result.within_limits:
+    if claim.response in NEEDS_NO_ALARM and result.within_limits:
         return ""
     if math.isnan(result.detected_ms):
         others = {one.condition.name.lower() for one in judged.told if one.at_s >= at_s}

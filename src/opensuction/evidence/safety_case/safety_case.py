@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from opensuction import __version__
 from opensuction.evidence import crew
 from opensuction.evidence.safety_case import hazard_case
-from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard, Response
+from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import NAMES
@@ -161,7 +161,6 @@ def entry(verdict: HazardVerdict) -> dict[str, Any]:
     """One hazard of the JSON object; times are those of its worst run."""
     row, worst, results = verdict.hazard.row, verdict.worst, verdict.results
     claim = worst.case.claim
-    refused = claim.response == Response.REFUSAL
     left = [result.left_inside for result in results if result.left_inside is not None]
     return {
         "id": row.id,
@@ -176,7 +175,7 @@ def entry(verdict: HazardVerdict) -> dict[str, Any]:
         "safe_state": claim.safe_state,
         "safe_ms": _finite(worst.safe_ms),
         "safe_bound_ms": _finite(worst.safe_bound_ms),
-        "refused": refused and worst.ok,
+        "refused": worst.refused,
         "within_limits": worst.ok and not worst.answered and worst.left_inside is None,
         "left_inside": count_left_inside(result.left_inside for result in results),
         "unavoidable": sorted({one.unavoidable for one in left if one.unavoidable}),
