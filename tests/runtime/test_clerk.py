@@ -120,3 +120,33 @@ def test_whether_a_recording_is_of_a_cycle_to_come() -> None:
     assert not recorder.is_after(name, f"{RUN}0", 0)
     assert not recorder.is_after(None, RUN, 0)
     assert not recorder.is_after("somebody's.mcap", RUN, 0)
+
+
+def test_one_that_nobody_saw_begin_is_begun_late_and_one_that_was_seen_is_not_begun_twice(
+    tmp_path: Path,
+) -> None:
+    recording, unseen = recorder.name_of(RUN, 500), (begun(500), CONTEXT)
+
+    def go_on(clerk: Clerk) -> None:
+        clerk.adopt(SERIAL, recording, lambda _: False, unseen)
+        clerk.put(ended(9000), CONTEXT)
+
+    (late,) = stored(tmp_path / "late.db", go_on)
+    assert (late.recording, late.outcome) == (recording, Outcome.COMPLETED)
+
+    stored(tmp_path / "seen.db", lambda clerk: clerk.put(begun(400), CONTEXT))
+    recording = recorder.name_of(RUN, 400)
+    (seen,) = stored(tmp_path / "seen.db", go_on)
+    assert (seen.recording, seen.outcome) == (recording, Outcome.COMPLETED)
+
+
+def test_it_says_when_all_of_the_controllers_before_is_on_record(tmp_path: Path) -> None:
+    (tmp_path / "records.db").mkdir()  # no database can be there
+    clerk = Clerk(str(tmp_path / "records.db"))
+    clerk.follow(0)
+    clerk.put(begun(500), CONTEXT)
+    clerk.follow(0)
+    assert not clerk.has_caught_up
+    (tmp_path / "records.db").rmdir()
+    assert clerk.close(20.0), clerk.lost
+    assert clerk.has_caught_up

@@ -137,6 +137,36 @@ def test_a_cycle_in_which_rows_are_missing_has_its_own_end() -> None:
     assert end.key == follow(rows)[-1].key
 
 
+@pytest.mark.parametrize("phase", CYCLE)
+def test_a_cycle_that_nobody_saw_begin_is_put_on_record_as_soon_as_it_is_seen(phase: Phase) -> None:
+    """Its rows were overwritten before anybody read them: all that is known is which it is."""
+    rows = rows_of((Phase.PARKED, Phase.CHECKING, phase, Phase.PARKED))[6:]
+    begun = Journal(RUN, None, 3.0).find_begun(rows[0])
+    assert begun is not None
+    assert begun.what == Begun("unknown", "20261123T120000-0123abcd-000000003.mcap")
+    late = Journal(RUN, rows_of((Phase.PARKED,))[-1])
+    seen, ended = late.follow(rows, ())
+    assert seen.what == begun.what
+    assert seen.key == begun.key
+    assert ended.what == CycleEnd(Outcome.COMPLETED, inside_at_end=False)
+
+
+@pytest.mark.parametrize("phase", [one for one in Phase if one not in CYCLE])
+def test_what_is_no_cycle_is_not_put_on_record_as_one(phase: Phase) -> None:
+    rows = rows_of((phase,))
+    assert Journal(RUN, None).find_begun(rows[0]) is None
+    assert Journal(RUN, None).find_begun(None) is None
+
+
+def test_rows_that_are_missing_are_on_record() -> None:
+    rows = rows_of((Phase.PARKED,))
+    entry = Journal(RUN, None).miss(rows[2], 4711)
+    assert entry.what == Action(
+        "opensuction", "rows-missed", "4711 ticks: what happened in them is not on record"
+    )
+    assert entry.key == "20261123T120000-0123abcd-2-missed"
+
+
 def stopped(number: int, who: str, after_s: float) -> Event:
     fields = {"kind": "request", "ask": "abort", "who": who, "verdict": "pressed"}
     return Event(number, {**fields, "time_ns": int(after_s * 1e9)})

@@ -8,13 +8,15 @@ import pytest
 
 from opensuction.controller import configuration
 from opensuction.exchange.event_ring import EventReader
+from opensuction.exchange.mark import Mark
+from opensuction.exchange.ring import RingReader
 from opensuction.kernel.phase import RESTING, Phase
 from opensuction.recording.cycle_file.reader import RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.records import Records
 from opensuction.runtime import about
 from opensuction.runtime.control_process import settings_file
-from opensuction.runtime.room import CONFIGURATION, EVENTS
+from opensuction.runtime.room import CONFIGURATION, EVENTS, MARK, RING
 from tests.runtime.identity import ABOUT
 from tests.runtime.kept import replayed, ticks_of, told_of
 from tests.runtime.machine_room import INSIDE_MM, Room, running, wait
@@ -35,8 +37,18 @@ def apart() -> Iterator[Room]:
         yield made
 
 
+def is_followed(room: Room) -> bool:
+    """Whether a recorder has read rows of the controller that lives."""
+    run = RingReader(room.folder / RING).facts.told["run"]
+    return Mark(room.folder / MARK).find(run) is not None
+
+
 def test_a_cycle_is_kept_whole_and_replays_to_the_last_bit(room: Room, tmp_path: Path) -> None:
     room.record(tmp_path / "kept")
+    # A recording is whole where its recorder has followed the second before it.
+    assert wait(lambda: is_followed(room))
+    followed = room.now("inputs.tick")
+    assert wait(lambda: room.now("inputs.tick") > followed + 1500.0)
     room.reach(lambda: room.phase() == Phase.CLOSING)
     assert wait(lambda: room.phase() == Phase.PARKED)
     room.end_recorder()

@@ -51,6 +51,8 @@ class Clerk:
         """Rows up to this one are on record, of the controller that is followed."""
         self._followed = 0
         """How many were followed before it."""
+        self._caught_up = 0
+        """All is on record of those before this one."""
         self.lost = ""
         """Why entries are not stored; empty where they are."""
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -74,6 +76,16 @@ class Clerk:
         """Another controller is followed from now on; what it did until this row is on record."""
         self._followed += 1
         self.stored = row
+        followed = self._followed
+        self._hand(lambda _: self._caught_up_with(followed))
+
+    @property
+    def has_caught_up(self) -> bool:
+        """Whether all is on record of the controllers before the one that is followed."""
+        return self._caught_up == self._followed
+
+    def _caught_up_with(self, followed: int) -> None:
+        self._caught_up = followed
 
     def reach(self, row: int) -> None:
         """Everything until this row has been handed over."""
@@ -89,15 +101,26 @@ class Clerk:
             self.stored = row
 
     def adopt(
-        self, machine: str, recording: str | None, comes: Callable[[str | None], bool]
+        self,
+        machine: str,
+        recording: str | None,
+        comes: Callable[[str | None], bool],
+        unseen: tuple[Entry, Context] | None = None,
     ) -> None:
         """Take up the machine's cycle that has no end.
 
         recording: of the cycle that goes on. comes: whether a recording is of one whose beginning
         will be handed over again, for a recorder that died had stored it and not yet said so. Any
-        other is ended: nobody saw how.
+        other is ended: nobody saw how. unseen: the beginning of the one that goes on, where nobody
+        may have put it on record.
         """
-        self._hand(lambda records: self._adopt(records, machine, recording, comes))
+
+        def take_up(records: Records) -> None:
+            self._adopt(records, machine, recording, comes)
+            if self._cycle is None and unseen is not None:
+                self._store(records, *unseen)
+
+        self._hand(take_up)
 
     def close(self, patience_s: float) -> bool:
         """Store what is left; whether it could be within this time."""

@@ -13,7 +13,7 @@ import numpy as np
 from opensuction.exchange.event_ring import Event
 from opensuction.exchange.mailbox import STOP
 from opensuction.kernel.name import name_of
-from opensuction.kernel.phase import Phase
+from opensuction.kernel.phase import CYCLE, Phase
 from opensuction.kernel.record import Array
 from opensuction.procedure.cycle.transition import Event as Transition
 from opensuction.records.entry import Action, Alarm, CycleEnd, Outcome
@@ -101,6 +101,17 @@ class Journal:
         """Whether a cycle is on record that has not ended."""
         return self._on_record
 
+    def find_begun(self, row: Array | None) -> Entry | None:
+        """The beginning of the cycle that a row is of, for one that nobody saw begin."""
+        if row is None or Phase(int(row[_PHASE])) not in CYCLE:
+            return None
+        return self._begin(row, NOBODY)
+
+    def miss(self, first: Array, ticks: int) -> Entry:
+        """What is on record of rows that are missing. first: the one behind them."""
+        detail = f"{ticks} ticks: what happened in them is not on record"
+        return self._entry("missed", first, Action(MACHINE, "rows-missed", detail))
+
     def follow(self, rows: Array, happened: Iterable[Event]) -> Iterator[Entry]:
         """The entries of rows, in order, and of what was told until then."""
         for event in happened:
@@ -131,6 +142,10 @@ class Journal:
         tick = int(row[_TICK])
         return Entry(f"{self._run.name}-{tick}-{kind}", self._at(row[_TIME] * NS_PER_S), what)
 
+    def _begin(self, row: Array, who: str) -> Entry:
+        left_rest = float(row[_LEFT])
+        return self._entry("begin", row, Begun(who, name_of_file(self._run.name, left_rest)))
+
     def _at(self, monotonic_ns: float) -> datetime:
         return datetime.fromtimestamp((self._run.began_utc_ns + monotonic_ns) / NS_PER_S, tz=UTC)
 
@@ -141,11 +156,9 @@ class Journal:
         if left_rest != self._left_rest and self._left_rest != AT_REST:
             yield from self._rest(row, phase)
         self._left_rest = left_rest
-        if phase == Phase.CHECKING and not self._on_record:
+        if phase in CYCLE and not self._on_record:
             self._on_record, self._why, self._trips = True, "", 0
-            yield self._entry(
-                "begin", row, Begun(self._who, name_of_file(self._run.name, left_rest))
-            )
+            yield self._begin(row, self._who)
         if phase == Phase.ABORTING and row[_CAUSE] >= 0:
             self._why = name_of(Transition(int(row[_CAUSE])))
         for number in condition_mask.decode(mask & ~self._known):

@@ -80,10 +80,14 @@ class Desk:
         # Where rows are missing nobody knows what comes again.
         last = -1.0 if left.before is None else float(left.before[_TICK])
         last = math.inf if left.state is None else last
-        clerk.adopt(
-            self._about.machine.serial, goes_on, lambda name: recorder.is_after(name, run, last)
-        )
         self._journal = Journal(source.run, left.before, left.goes_on)
+        unseen = self._journal.find_begun(left.behind)
+        clerk.adopt(
+            self._about.machine.serial,
+            goes_on,
+            lambda name: recorder.is_after(name, run, last),
+            None if unseen is None else (unseen, self._context),
+        )
         self._followed = self._place.row
 
     @property
@@ -123,6 +127,9 @@ class Desk:
             self._source.go_back(kept)
         # Rows that are given again have been followed before.
         new = found.rows[max(self._followed - found.first + 1, 0) :]
+        missed = found.first - 1 - self._followed
+        if missed > 0 and len(new):
+            self._clerk.put(self._journal.miss(new[0], missed), self._context)
         for entry in self._journal.follow(new, happened):
             self._clerk.put(entry, self._context)
         self._bind()
@@ -130,7 +137,9 @@ class Desk:
         self._clerk.reach(kept)
         event = self._source.event if self._clerk.is_idle else self._place.event
         self._place = Place(min(kept, self._clerk.stored), event)
-        self._mark.set(self._source.run.name, self._place)
+        # Until then another recorder goes on with the controller before.
+        if self._clerk.has_caught_up:
+            self._mark.set(self._source.run.name, self._place)
 
     def _bind(self) -> None:
         """After the cycles that the recordings are of: what they hold."""
@@ -160,6 +169,8 @@ class Office:
         self._watched: EventReader | None = None
         self._said = ""
         """Why something was not kept, as it was said last."""
+        self._finished = ""
+        """The run of the controller that was followed to its end."""
         self._ending: list[int] = []
         signal.signal(signal.SIGTERM, lambda number, _: self._ending.append(number))
 
@@ -168,12 +179,13 @@ class Office:
         self._heartbeat.begin(Process.RECORDER)
         # Or one that has never kept anything since is missed by nobody.
         self._heartbeat.beat(Process.KEEPING)
-        self._finish_before()
         while (source := self._wait()) is not None:
+            self._finish_before(source.run.name)
             desk = Desk(self._folder, self._out, source, self._keeping)
             self._follow(desk, source)
             desk.take(*source.drain())
             desk.end(died=not self._ending or holder(self._folder / CONTROLS) is None)
+            self._finished = source.run.name
             self._beat(desk.lost)
             if self._ending:
                 break
@@ -182,11 +194,16 @@ class Office:
         self._heartbeat.end(Process.RECORDER)
         self._heartbeat.end(Process.KEEPING)
 
-    def _finish_before(self) -> None:
-        """What a controller left whose recorder died, too."""
+    def _finish_before(self, run: str) -> None:
+        """What a controller left whose recorder died, too, maybe before it had read anything.
+
+        run: of the controller after it. Once a row of this one was read, all of it was taken.
+        """
+        if self._keeping.mark.find(run) is not None:
+            return
         with contextlib.suppress(InputError, OSError):
             source = Source(self._folder / RING_BEFORE, self._folder / EVENTS_BEFORE)
-            if self._keeping.mark.find(source.run.name) is not None:
+            if source.run.name != self._finished:
                 desk = Desk(self._folder, self._out, source, self._keeping)
                 desk.take(*source.drain())
                 desk.end(died=True)

@@ -27,6 +27,8 @@ class Left(NamedTuple):
     goes_on: float
     """When the machine left its rest, of what goes on there; `AT_REST` of nothing. Where rows are
     missing, of what goes on behind them."""
+    behind: Array | None = None
+    """The first row behind those that are missing."""
 
 
 class Source:
@@ -55,7 +57,7 @@ class Source:
         goes_on = float(found.rows[0, _LEFT]) if len(found.rows) else AT_REST
         self._rows.next = place.row + 1
         if found.missed:
-            return Left(None, None, goes_on)
+            return Left(None, None, goes_on, found.rows[0] if len(found.rows) else None)
         if place.row == 0:
             return Left(None, self._first, AT_REST)
         if not len(found.rows):
