@@ -114,10 +114,19 @@ def test_a_valve_item_that_finds_vacuum_blames_what_draws() -> None:
 
 def test_a_phase_that_takes_too_long_says_what_did_not_move() -> None:
     late = Event.PHASE_OVERDUE
-    assert C.VALVE_STUCK_CLOSED in found(Phase.OPENING, Phase.ABORTING, late)
+    plan = settings().plan
+    opening = (Phase.OPENING, Phase.ABORTING, late)
+    built = readings(vacuum_mmhg=plan.check.ready_mmhg)
+    assert found(*opening, seen=built) == STOPPED | {C.VALVE_STUCK_CLOSED}
+    half = readings(vacuum_mmhg=0.5 * plan.vacuum_mmhg, cam_rad=0.5 * plan.cam_open_rad)
+    assert found(*opening, seen=half) == STOPPED | {C.VALVE_STUCK_CLOSED}
+    # Behind the closed valve it was the vacuum that did not come.
+    assert found(*opening) == STOPPED | {C.VACUUM_LOST}
+    assert found(Phase.PRELOADING, Phase.ABORTING, late) == STOPPED | {C.VACUUM_LOST}
     assert C.VALVE_STUCK_OPEN in found(Phase.CLOSING, Phase.ABORTING, late)
+    kept = readings(vacuum_mmhg=plan.way_in_mmhg)
     for phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
-        assert found(phase, Phase.ABORTING, late) == STOPPED | {C.HEAD_NOT_FOLLOWING}
+        assert found(phase, Phase.ABORTING, late, seen=kept) == STOPPED | {C.HEAD_NOT_FOLLOWING}
     assert found(Phase.WITHDRAWING, Phase.ABORTING, late) == STOPPED
     aborted = (Phase.ABORTING, Phase.HALTED, late)
     assert found(*aborted, seen=readings(cam_rad=0.5)) == STOPPED | {C.VALVE_STUCK_OPEN}

@@ -52,6 +52,7 @@ LIMITS = Limits(
         rests_open=False,
         open_fall_mmhg_per_s=84.0,
         bore_fall_mmhg_per_s=307.0,
+        bore_fall_mmhg_per_s_per_root=28.0,
         parked_closed_mmhg=190.0,
     ),
     cap_mm=95.0,
@@ -131,7 +132,7 @@ def staying(head_mm: float) -> Setpoints:
         insertion_on=True,
         valve_open=False,
         pump_on=True,
-        vacuum_mmhg=120.0,
+        vacuum_mmhg=10.0,
     )
 
 
