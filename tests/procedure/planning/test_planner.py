@@ -10,7 +10,7 @@ from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.planning import planner
 from opensuction.procedure.planning.check_plan import VACUUM_LIMIT_S
-from opensuction.procedure.planning.planner import Abilities
+from opensuction.procedure.planning.planner import WAY_IN_MMHG, Abilities
 from opensuction.procedure.planning.protocol import PAPER, PROTOCOLS, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE
 
@@ -55,16 +55,23 @@ def test_the_papers_timeline() -> None:
     assert times.stroke == pytest.approx(2.0)
     assert times.preload == 0.0
     assert times.negative_pressure == pytest.approx(9.0 + 10.045 + 2.0)
-    # 285 mmHg/s less as much as of 560 mmHg is there, from 15 to 108.
-    assert times.build == pytest.approx(560.0 / 285.0 * math.log(545.0 / 452.0))
-    assert times.in_airway == pytest.approx(10.045 + times.build + 9.0 + 10.045)
+    assert times.build == 0.0, "the bench has nobody to be drawn at: its line is ready before"
+    assert times.in_airway == pytest.approx(10.045 + 9.0 + 10.045)
 
 
 def test_a_pump_that_is_slow_or_weak_is_given_as_long_as_the_pre_use_test_gives_it() -> None:
-    assert planner.build_s(BENCH, 80.0) < planner.build_s(BENCH, 120.0)
-    assert planner.build_s(BENCH._replace(pump_mmhg_per_s=2.0), 120.0) == VACUUM_LIMIT_S
-    assert planner.build_s(BENCH._replace(pump_occluded_mmhg=108.0), 120.0) == VACUUM_LIMIT_S
-    assert planner.build_s(BENCH, 10.0) == 0.0
+    # 285 mmHg/s less as much as of 560 mmHg is there, from 15 to 108.
+    expected = pytest.approx(560.0 / 285.0 * math.log(545.0 / 452.0))
+    assert planner.build_s(BENCH, WAY_IN_MMHG, 120.0) == expected
+    assert planner.build_s(BENCH, WAY_IN_MMHG, 80.0) < planner.build_s(BENCH, WAY_IN_MMHG, 120.0)
+    assert (
+        planner.build_s(BENCH._replace(pump_mmhg_per_s=2.0), WAY_IN_MMHG, 120.0) == VACUUM_LIMIT_S
+    )
+    assert (
+        planner.build_s(BENCH._replace(pump_occluded_mmhg=108.0), WAY_IN_MMHG, 120.0)
+        == VACUUM_LIMIT_S
+    )
+    assert planner.build_s(BENCH, WAY_IN_MMHG, 10.0) == 0.0
 
 
 def test_a_gap_is_crossed_before_insertion_and_in_the_last_part_of_the_dwell() -> None:

@@ -16,7 +16,6 @@ from opensuction.kernel.requests import Requests
 from opensuction.procedure.cycle import check, demand, progress, teaching, transition
 from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check import CheckState
-from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
@@ -192,8 +191,7 @@ def _extend_limit(plan: Plan, state: ProcedureState, dt_s: float) -> float:
 
     As far as it has been needed, and as long as the pre-use test allows for it at most.
     """
-    most_s = check.item_limit_s(plan.check.limits_s, CheckItem.VACUUM_BUILDS)
-    return state.limit_s + (dt_s if state.phase_ticks * dt_s < most_s else 0.0)
+    return state.limit_s + (dt_s if state.phase_ticks * dt_s < plan.build_most_s else 0.0)
 
 
 @compiled

@@ -89,13 +89,20 @@ def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     return float(profile.duration_s(profile.Profile(0.0, gap_mm, speed, acceleration)))
 
 
-def build_s(abilities: Abilities, vacuum_mmhg: float) -> float:
+def way_in_mmhg(protocol: Protocol) -> float:
+    """Vacuum of the line while the tip goes in; on a bench, where nobody is drawn at, the whole."""
+    if protocol.bench_only:
+        return protocol.vacuum_mmhg
+    return min(WAY_IN_MMHG, protocol.vacuum_mmhg)
+
+
+def build_s(abilities: Abilities, from_mmhg: float, vacuum_mmhg: float) -> float:
     """Time in which the pump brings the line from the way in to a set point that counts as built.
 
     At most what the pre-use test allows for it.
     """
     occluded, ready_mmhg = abilities.pump_occluded_mmhg, VACUUM_READY_SHARE * vacuum_mmhg
-    start_mmhg = min(WAY_IN_MMHG, ready_mmhg)
+    start_mmhg = min(from_mmhg, ready_mmhg)
     if ready_mmhg >= occluded:
         return VACUUM_LIMIT_S
     ratio = (occluded - start_mmhg) / (occluded - ready_mmhg)
@@ -127,7 +134,7 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
         profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
-    build = build_s(abilities, protocol.vacuum_mmhg)
+    build = build_s(abilities, way_in_mmhg(protocol), protocol.vacuum_mmhg)
     back_off = 0.0
     if by_contact:
         back_off = crossing_s(abilities, abilities.turn_mm) + float(
@@ -329,7 +336,8 @@ def plan(
         pace=pace_plan(protocol, abilities, by_contact),
         flow=UNSEEN,
         vacuum_mmhg=protocol.vacuum_mmhg,
-        way_in_mmhg=min(WAY_IN_MMHG, protocol.vacuum_mmhg),
+        build_most_s=VACUUM_LIMIT_S,
+        way_in_mmhg=way_in_mmhg(protocol),
         cam_open_rad=abilities.cam_open_rad,
         pump_rests_open=False,
         bench_only=protocol.bench_only,

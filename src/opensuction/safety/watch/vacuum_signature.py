@@ -17,7 +17,6 @@ What looks alike in the canister's vacuum is named by the table
 in `docs/explanations/alarms.md`.
 """
 
-import math
 from typing import NamedTuple
 
 from opensuction.kernel.bit_mask import flag
@@ -265,8 +264,10 @@ def _judge_rest(limits: LineLimits, state: LineWatch) -> int:
     """What a vacuum that is lost while the pump rests is a sign of."""
     if not state.rest_low_s > REST_LOW_S:
         return 0
-    fall = limits.bore_fall_mmhg_per_s_per_root * math.sqrt(max(state.kept_mmhg, 0.0))
-    if _rate(state) < -fall - REST_NOISE_MMHG_PER_S:
+    beyond = -_rate(state) - REST_NOISE_MMHG_PER_S
+    per_root = limits.bore_fall_mmhg_per_s_per_root
+    # Both squared: the proof of the way out knows no roots.
+    if beyond > 0.0 and beyond * beyond > per_root * per_root * state.kept_mmhg:
         return 1 << Condition.LINE_LEAKING
     return 1 << Condition.VALVE_STUCK_OPEN
 
