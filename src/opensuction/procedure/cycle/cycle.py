@@ -191,7 +191,9 @@ def _extend_limit(plan: Plan, state: ProcedureState, dt_s: float) -> float:
 
     As far as it has been needed, and as long as the pre-use test allows for it at most.
     """
-    return state.limit_s + (dt_s if state.phase_ticks * dt_s < plan.build_most_s else 0.0)
+    if state.phase_ticks * dt_s < plan.build_most_s:
+        return state.limit_s + dt_s
+    return state.limit_s
 
 
 @compiled

@@ -201,7 +201,9 @@ def is_closed(plan: Plan, readings: Readings) -> bool:
 
 @compiled
 def is_built(plan: Plan, readings: Readings) -> bool:
-    """Whether the line has the vacuum of suction."""
+    """Whether the line has the vacuum of suction; not asked again if it went in with that."""
+    if plan.way_in_mmhg >= plan.vacuum_mmhg:
+        return True
     return readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
 
 
