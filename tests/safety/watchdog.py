@@ -125,7 +125,7 @@ def turning(time_s: float, head_mm: float, cam_rad: float = 0.3) -> Readings:
 
 
 def staying(head_mm: float) -> Setpoints:
-    """A proposal to stay there with the valve closed."""
+    """A proposal to stay there with the valve closed, and to pump the line to what it has."""
     return Setpoints(
         head_mm=head_mm,
         head_mm_per_s=0.0,
