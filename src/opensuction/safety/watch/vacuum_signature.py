@@ -41,8 +41,8 @@ BEGUN_S = 0.2
 filter's 20 ms and `RATE_S` to see it; assumed."""
 BUILDING_MMHG = 0.5
 """Above its average over `RATE_S` by so much a line that has not reached its set point still comes
-nearer, 5 mmHg/s: the slowest that the pre-use test lets pass does 24, and noise of 1 mmHg is 0.15
-behind the filter [computed]."""
+nearer, 5 mmHg/s: the slowest that the pre-use test lets pass, of a neonate's line, does 9 at the
+end, and noise of 1 mmHg is 0.14 behind the filter [computed]."""
 RISING_MMHG = 2.0
 """Above its average over `RATE_S` by so much the vacuum is still being built up: 20 mmHg/s, a tenth
 of what a pump gives and ten times what a sensor's noise makes of the average [computed]."""
