@@ -230,8 +230,8 @@ def test_a_withdrawal_ends(guarded: Guarded) -> None:
     "W7",
     "The clock of a phase goes on in every tick in which the phase does not change, and its limit "
     "stays, or grows by a tick: only in OPENING, as long as the valve is asked to be closed, in "
-    "the first `build_most_s` of it. Past its limit, and after a trip, the event is raised that ends the "
-    "phase (T1, W9).",
+    "the first `build_most_s` of it. Past its limit, and after a trip, the event is raised that "
+    "ends the phase (T1, W9).",
     "`cycle.step` and all that it calls, as for T2",
     "every step of the table; a limit that grows up to 1e6 s; everything else any value whatever",
 )

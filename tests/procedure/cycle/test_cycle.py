@@ -8,8 +8,12 @@ from opensuction.kernel.requests import NO_REQUESTS
 from opensuction.procedure.cycle import cycle
 from opensuction.procedure.cycle.demand import Demand
 from opensuction.procedure.cycle.progress import ControlFeedback, ProcedureState
-from tests.procedure.cycle.test_progress import AT_HOME, DT_S, PLAN, QUIET
+from opensuction.procedure.planning.planner import WAY_IN_MMHG
+from tests.procedure.cycle.test_progress import AT_HOME, DT_S, QUIET
+from tests.procedure.cycle.test_progress import PLAN as AT_BENCH
 
+PLAN = AT_BENCH._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG)
+"""At a patient."""
 ADVANCING = (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
 AWAY = QUIET._replace(head_wanted_mm=30.0)
 """The head is still on its way to its command, so that the phase lasts."""
@@ -122,6 +126,20 @@ def test_a_vacuum_that_never_comes_keeps_the_tip_no_longer_than_the_pre_use_test
             break
     assert state.phase == Phase.ABORTING
     assert state.limit_s == PLAN.limits_s[Phase.ABORTING]
+
+
+def test_a_bench_goes_in_with_its_whole_vacuum_and_its_valve_waits_for_nothing() -> None:
+    """Nobody is there to be drawn at, and the paper's times are those of its procedure."""
+    drawn = AT_HOME._replace(line_vacuum_mmhg=0.5 * AT_BENCH.vacuum_mmhg)
+    for phase in ADVANCING:
+        state = cycle.begin(AT_BENCH, phase)._replace(phase_ticks=100)
+        asked = cycle.step(AT_BENCH, state, drawn, NO_REQUESTS, AWAY, DT_S)[1]
+        assert asked.vacuum_mmhg == AT_BENCH.vacuum_mmhg
+    state = cycle.begin(AT_BENCH, Phase.PRELOADING)._replace(phase_ticks=1)
+    after = cycle.step(AT_BENCH, state, drawn, NO_REQUESTS, QUIET, DT_S)[0]
+    assert after.phase == Phase.INSERTING
+    state = cycle.begin(AT_BENCH, Phase.OPENING)._replace(phase_ticks=1)
+    assert cycle.step(AT_BENCH, state, drawn, NO_REQUESTS, QUIET, DT_S)[1].valve_open
 
 
 def test_it_sucks_with_the_valve_open() -> None:

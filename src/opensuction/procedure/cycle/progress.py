@@ -201,8 +201,8 @@ def is_closed(plan: Plan, readings: Readings) -> bool:
 
 @compiled
 def is_built(plan: Plan, readings: Readings) -> bool:
-    """Whether the line has the vacuum of suction; not asked again if it went in with that."""
-    if plan.way_in_mmhg >= plan.vacuum_mmhg:
+    """Whether the line has the vacuum of suction; a bench waits for none."""
+    if plan.bench_only:
         return True
     return readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
 
@@ -283,7 +283,7 @@ def _phase_event(
             passed and settled and home and closed, Event.CHECK_PASSED
         )
     if phase == Phase.PRELOADING:
-        kept = closed and state.kept_ticks * dt_s >= KEPT_S
+        kept = plan.bench_only or (closed and state.kept_ticks * dt_s >= KEPT_S)
         return flag(time_s >= plan.preload_s and settled and kept, Event.PRELOADED)
     if phase == Phase.WITHDRAWING:
         still = state.reference_mm_per_s == 0.0

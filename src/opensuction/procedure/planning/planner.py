@@ -191,11 +191,11 @@ def _refuse_times(protocol: Protocol, times: Timeline, by_contact: bool) -> Iter
         )
     if times.in_airway > protocol.in_airway_budget_s:
         backing = f"back-off {times.back_off:.1f} s + " if by_contact else ""
+        building = f"vacuum {times.build:.1f} s + " if times.build else ""
         yield Refused(
             "in_airway_budget_s",
             f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
-            f"{times.insertion:.1f} s + {backing}vacuum {times.build:.1f} s + dwell "
-            f"{times.dwell:.1f} s + withdrawal "
+            f"{times.insertion:.1f} s + {backing}{building}dwell {times.dwell:.1f} s + withdrawal "
             f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s",
         )
 
