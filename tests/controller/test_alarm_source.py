@@ -16,6 +16,7 @@ from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.refusal import Refusal
 from opensuction.procedure.cycle.schedule import Schedule, ScheduleMode, ScheduleState
 from opensuction.procedure.cycle.transition import TRANSITIONS, Event
+from opensuction.procedure.planning.planner import WAY_IN_MMHG
 from opensuction.procedure.planning.protocol import PAPER
 from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode
@@ -59,9 +60,12 @@ def found(
     held: int = 0,
     seen: Readings | None = None,
     item: CheckItem = CheckItem.NONE,
+    at_patient: bool = False,
 ) -> set[Condition]:
     """Reasons after a change of phase."""
     plan = settings().plan
+    if at_patient:
+        plan = plan._replace(bench_only=False, way_in_mmhg=WAY_IN_MMHG)
     tested = check.UNTESTED._replace(failed=int(item))
     now = cycle.begin(plan, phase)._replace(cause=int(cause), check=tested)
     seen = readings() if seen is None else seen
@@ -114,10 +118,23 @@ def test_a_valve_item_that_finds_vacuum_blames_what_draws() -> None:
 
 def test_a_phase_that_takes_too_long_says_what_did_not_move() -> None:
     late = Event.PHASE_OVERDUE
-    assert C.VALVE_STUCK_CLOSED in found(Phase.OPENING, Phase.ABORTING, late)
+    plan = settings().plan
+    opening = (Phase.OPENING, Phase.ABORTING, late)
+    built = readings(vacuum_mmhg=plan.check.ready_mmhg)
+    half = readings(vacuum_mmhg=0.5 * plan.vacuum_mmhg, cam_rad=0.5 * plan.cam_open_rad)
+    for seen in (built, half):
+        assert found(*opening, seen=seen, at_patient=True) == STOPPED | {C.VALVE_STUCK_CLOSED}
+    # Behind the closed valve it was the vacuum that did not come; a bench waits for none.
+    assert found(*opening, at_patient=True) == STOPPED | {C.VACUUM_LOST}
+    assert found(*opening) == STOPPED | {C.VALVE_STUCK_CLOSED}
+    preloading = (Phase.PRELOADING, Phase.ABORTING, late)
+    assert found(*preloading, at_patient=True) == STOPPED | {C.VACUUM_LOST}
+    assert found(*preloading) == STOPPED | {C.HEAD_NOT_FOLLOWING}
     assert C.VALVE_STUCK_OPEN in found(Phase.CLOSING, Phase.ABORTING, late)
+    kept = readings(vacuum_mmhg=WAY_IN_MMHG)
     for phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
-        assert found(phase, Phase.ABORTING, late) == STOPPED | {C.HEAD_NOT_FOLLOWING}
+        stopped = found(phase, Phase.ABORTING, late, seen=kept, at_patient=True)
+        assert stopped == STOPPED | {C.HEAD_NOT_FOLLOWING}
     assert found(Phase.WITHDRAWING, Phase.ABORTING, late) == STOPPED
     aborted = (Phase.ABORTING, Phase.HALTED, late)
     assert found(*aborted, seen=readings(cam_rad=0.5)) == STOPPED | {C.VALVE_STUCK_OPEN}

@@ -65,6 +65,7 @@ class Tick(NamedTuple):
     """A tick of the cycle on unknowns."""
 
     doubles: AbstractDoubles
+    plan: Plan
     state: ProcedureState
     feedback: ControlFeedback
     events: Any
@@ -118,7 +119,7 @@ def step_cycle(doubles: AbstractDoubles) -> Tick:
     steps |= {(phase, goal) for (phase, _), goal in TRANSITIONS.items()}
     by_table = [z3.And(is_(state.phase, one), is_(now.phase, other)) for one, other in steps]
     assumed = all_of(disjoin(*by_table), is_untested(state))
-    return Tick(doubles, state, feedback, seen[0], now, asked, assumed)
+    return Tick(doubles, plan, state, feedback, seen[0], now, asked, assumed)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,18 @@ from proof.abstract_double import AbstractDoubles
 from proof.logic import as_integer, as_mask, lift_truth
 from proof.translation import Translation
 from proof.unknown import free
-from tests.proof.claim import all_of, assert_holds, at_most, below, bounded, has, implies, is_, plus
+from tests.proof.claim import (
+    all_of,
+    assert_holds,
+    at_most,
+    below,
+    bounded,
+    has,
+    implies,
+    is_,
+    plus,
+    within,
+)
 from tests.proof.duty import unknown_vote
 from tests.proof.span import DT_S, KEPT_SIZES, setting
 from tests.proof.table import proves
@@ -218,20 +229,35 @@ def test_a_withdrawal_ends(guarded: Guarded) -> None:
 @proves(
     "W7",
     "The clock of a phase goes on in every tick in which the phase does not change, and its limit "
-    "stays; past it, and after a trip, the event is raised that ends the phase (T1, W9).",
+    "stays, or grows by a tick: only in OPENING, as long as the valve is asked to be closed, in "
+    "the first `build_most_s` of it. Past its limit, and after a trip, the event is raised that "
+    "ends the phase (T1, W9).",
     "`cycle.step` and all that it calls, as for T2",
-    "every step of the table; everything else any value whatever",
+    "every step of the table; a limit that grows up to 1e6 s; everything else any value whatever",
 )
 def test_the_clock_of_a_phase_goes_on(cycle_tick: Tick) -> None:
     doubles, state, now = cycle_tick.doubles, cycle_tick.state, cycle_tick.now
     stays = as_integer(now.phase) == state.phase
     before, after = parts(state.limit_s), parts(now.limit_s)
     limit = all_of(*(one == other for one, other in zip(before, after, strict=True)))
+    sized = within(doubles, state.limit_s, 1e6)
+    # A tick is added, and rounded.
+    longest = at_most(doubles, now.limit_s, plus(doubles, state.limit_s, 1.001 * DT_S))
+    grown = z3.And(at_most(doubles, state.limit_s, now.limit_s), longest)
     clock = as_integer(now.phase_ticks) == state.phase_ticks + 1
     time_s = doubles.multiply(doubles.from_integer(state.phase_ticks), doubles.make(DT_S))
     over = below(doubles, state.limit_s, time_s)
+    most_s = cycle_tick.plan.build_most_s
+    built = z3.And(
+        within(doubles, most_s, 1e6), at_most(doubles, plus(doubles, most_s, DT_S), time_s)
+    )
+    building = z3.And(
+        is_(state.phase, Phase.OPENING), z3.Not(built), z3.Not(lift_truth(now.valve_open))
+    )
     claim = all_of(
-        implies(stays, z3.And(limit, clock)),
+        implies(stays, clock),
+        implies(z3.And(stays, z3.Not(building)), limit),
+        implies(z3.And(stays, building, sized), z3.Or(limit, grown)),
         implies(over, has(cycle_tick.events, Event.PHASE_OVERDUE)),
         implies(cycle_tick.feedback.tripped, has(cycle_tick.events, Event.TRIPPED)),
     )

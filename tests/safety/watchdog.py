@@ -52,6 +52,7 @@ LIMITS = Limits(
         rests_open=False,
         open_fall_mmhg_per_s=84.0,
         bore_fall_mmhg_per_s=307.0,
+        bore_fall_mmhg_per_s_per_root=28.0,
         parked_closed_mmhg=190.0,
     ),
     cap_mm=95.0,
@@ -124,14 +125,14 @@ def turning(time_s: float, head_mm: float, cam_rad: float = 0.3) -> Readings:
 
 
 def staying(head_mm: float) -> Setpoints:
-    """A proposal to stay there with the valve closed."""
+    """A proposal to stay there with the valve closed, and to pump the line to what it has."""
     return Setpoints(
         head_mm=head_mm,
         head_mm_per_s=0.0,
         insertion_on=True,
         valve_open=False,
         pump_on=True,
-        vacuum_mmhg=120.0,
+        vacuum_mmhg=10.0,
     )
 
 

@@ -32,6 +32,9 @@ AFTER_S = 16.0
 """A cycle that goes on has ended by then, or has its valve closed."""
 BEGUN_S = 0.3
 """The fault comes so long after its phase began."""
+AT_SPEED_S = 0.5
+"""How long after its begin it has that: 17 mm/s of the tip are up to 50 of the head, at 200 mm/s2;
+a head that still gains speed is told to be held up to .1 s later."""
 
 
 @cache
@@ -73,14 +76,15 @@ class Begun(NamedTuple):
 
 @cache
 def begun(machine: str, approach: str, phase: Phase, paced: bool) -> Begun:
-    """A sound cycle up to `BEGUN_S` after a phase began."""
+    """A sound cycle up to the instant of a fault in a phase."""
+    begun_s = BEGUN_S if paced else AT_SPEED_S
     ready = prepared(machine, approach, paced)
     state, requests, table, done = ready.start, START, trace.rows(70.0), 0
     while True:
         state, ticks = closed_loop.run(ready.loop, state, requests, table[done : done + PIECE])
         requests, done = NO_REQUESTS, done + ticks
         now = state.controller.core.procedure
-        if now.phase == phase and now.phase_ticks * DT_S >= BEGUN_S:
+        if now.phase == phase and now.phase_ticks * DT_S >= begun_s:
             return Begun(state, table[:done].copy())
         assert done == PIECE or now.phase not in RESTING
 
@@ -123,7 +127,8 @@ FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Condition, float]] 
     "jam of 2 N on the way out": (
         lambda m: held(m, 2.0), Phase.WITHDRAWING, Condition.CATHETER_JAMMED, 0.25,
     ),
-    # The pump rests on the way in, 8 s long: there it can neither fail nor do harm.
+    # The pump rests on the way in, 8 s long: there it can neither fail nor do harm. Then the vacuum
+    # of suction takes .34 s, and a regulator has nothing to hold before it is there.
     "pump lost at rest": (
         lambda m: line(m, pump_free_ml_per_s=0.0), Phase.INSERTING, Condition.VACUUM_LOST, 9.6,
     ),
@@ -135,15 +140,16 @@ FAULTS: dict[str, tuple[Callable[[Machine], Machine], Phase, Condition, float]] 
     ),
     "regulator shut at rest": (
         lambda m: line(m, regulator_ml_per_s_per_mmhg=0.0),
-        Phase.INSERTING, Condition.VACUUM_EXCEEDED, 8.6,
+        Phase.INSERTING, Condition.VACUUM_EXCEEDED, 8.94,
     ),
+    # Of 15 mmHg a leak falls no faster than a free catheter's; of the whole vacuum it does.
     "leak": (
         lambda m: line(m, leak_ml_per_s_per_mmhg=10.0),
-        Phase.INSERTING, Condition.LINE_LEAKING, 0.3,
-    ),
-    "leak like an open valve": (
-        lambda m: line(m, leak_ml_per_s_per_mmhg=4.0),
         Phase.INSERTING, Condition.VALVE_STUCK_OPEN, 0.3,
+    ),
+    "leak as the pre-use test ends": (
+        lambda m: line(m, leak_ml_per_s_per_mmhg=10.0),
+        Phase.PRELOADING, Condition.VALVE_STUCK_OPEN, 0.4,
     ),
     "clog": (
         lambda m: line(m, bore_ml_per_s_per_root_mmhg=1.5),

@@ -33,6 +33,7 @@ CARINA_MISSED = 1 << Condition.CARINA_MISSED
 NOT_WITHDRAWN = 1 << Condition.WITHDRAWAL_TIME
 """The governor has a trip of this number for a withdrawal of its own."""
 VALVE_STUCK_OPEN = 1 << Condition.VALVE_STUCK_OPEN
+VACUUM_LOST = 1 << Condition.VACUUM_LOST
 PASS_LIMIT_REACHED = 1 << Condition.PASS_LIMIT_REACHED
 LOCKED_OUT = 1 << Condition.LOCKED_OUT
 
@@ -73,6 +74,12 @@ def _found(item: int, readings: Readings) -> int:
 @compiled
 def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
     """What it means that a phase took too long."""
+    closed = progress.is_closed(plan, readings)
+    waits = phase == Phase.PRELOADING and not plan.bench_only
+    if waits and not progress.is_kept(plan, readings):
+        return VACUUM_LOST
+    if phase == Phase.OPENING and closed and not progress.is_built(plan, readings):
+        return VACUUM_LOST
     if phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
         return 1 << Condition.HEAD_NOT_FOLLOWING  # it was kept from getting where it was sent
     if phase == Phase.OPENING:
@@ -80,7 +87,7 @@ def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
     if phase == Phase.CLOSING:
         return VALVE_STUCK_OPEN
     if phase == Phase.ABORTING:
-        stuck = NONE if progress.is_closed(plan, readings) else VALVE_STUCK_OPEN
+        stuck = NONE if closed else VALVE_STUCK_OPEN
         out = progress.is_out(plan.motion, readings)
         return stuck if out else stuck | NOT_WITHDRAWN
     if phase == Phase.CHECKING:

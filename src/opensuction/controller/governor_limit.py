@@ -90,6 +90,7 @@ def line_limits(profile: MachineProfile, catheter_mm: float, vacuum_mmhg: float)
         rests_open=not shows,
         open_fall_mmhg_per_s=per_ml * max(drawn - pumped, 0.0),
         bore_fall_mmhg_per_s=per_ml * drawn,
+        bore_fall_mmhg_per_s_per_root=per_ml * per_root,
         parked_closed_mmhg=profile.relief_mmhg + RELIEF_MARGIN_MMHG,
     )
 

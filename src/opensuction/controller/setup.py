@@ -26,6 +26,7 @@ from opensuction.controller.record import Settings
 from opensuction.hysteresis import modified_dahl, play_sum, prandtl_ishlinskii
 from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.name import name_of
 from opensuction.procedure.cycle.plan import TUBE_END_MM
@@ -202,6 +203,8 @@ def abilities(
         jog_mm=_jog_mm(calibration.model),
         gap_in_mm=ahead_mm,
         gap_out_mm=ahead_mm,
+        pump_mmhg_per_s=profile.pump_l_per_min * ML_PER_S * ATMOSPHERE_MMHG / profile.canister_ml,
+        pump_occluded_mmhg=profile.pump_occluded_mmhg,
         turn_mm=max(turn_mm, ahead_mm),
     )
 

@@ -59,6 +59,8 @@ class LineLimits(NamedTuple):
     """Steepest fall when the valve opens, the pump running."""
     bore_fall_mmhg_per_s: float
     """And with the pump at a standstill."""
+    bore_fall_mmhg_per_s_per_root: float
+    """The same for each root of the vacuum in mmHg, whatever the set point."""
     parked_closed_mmhg: float
     """Highest vacuum behind a closed valve with the tip parked, to test the relief valve."""
 

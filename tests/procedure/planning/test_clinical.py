@@ -24,6 +24,8 @@ BEDSIDE = Abilities(
     gap_out_mm=16.5,
     relief_mmhg=95.0,  # of a neonate: it protects all others, too
     jog_mm=2.0,
+    pump_mmhg_per_s=285.0,
+    pump_occluded_mmhg=560.0,
     turn_mm=16.5,
 )
 PAPER_VALVE = BEDSIDE._replace(cam_rad_per_s=math.radians(15.0))

@@ -9,7 +9,8 @@ from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle.check_item import CheckItem
 from opensuction.procedure.cycle.plan import Excitation, Plan
 from opensuction.procedure.planning import planner
-from opensuction.procedure.planning.planner import Abilities
+from opensuction.procedure.planning.check_plan import VACUUM_LIMIT_S
+from opensuction.procedure.planning.planner import WAY_IN_MMHG, Abilities
 from opensuction.procedure.planning.protocol import PAPER, PROTOCOLS, Protocol
 from opensuction.procedure.planning.site import BENCH_SITE
 
@@ -26,6 +27,8 @@ BENCH = Abilities(
     gap_out_mm=0.0,
     relief_mmhg=150.0,
     jog_mm=2.0,
+    pump_mmhg_per_s=285.0,
+    pump_occluded_mmhg=560.0,
     turn_mm=0.0,
 )
 WITH_GAP = BENCH._replace(gap_in_mm=16.5, gap_out_mm=16.5, turn_mm=16.5)
@@ -52,7 +55,23 @@ def test_the_papers_timeline() -> None:
     assert times.stroke == pytest.approx(2.0)
     assert times.preload == 0.0
     assert times.negative_pressure == pytest.approx(9.0 + 10.045 + 2.0)
+    assert times.build == 0.0, "the bench has nobody to be drawn at: its line is ready before"
     assert times.in_airway == pytest.approx(10.045 + 9.0 + 10.045)
+
+
+def test_a_pump_that_is_slow_or_weak_is_given_as_long_as_the_pre_use_test_gives_it() -> None:
+    # 285 mmHg/s less as much as of 560 mmHg is there, from 15 to 108.
+    expected = pytest.approx(560.0 / 285.0 * math.log(545.0 / 452.0))
+    assert planner.build_s(BENCH, WAY_IN_MMHG, 120.0) == expected
+    assert planner.build_s(BENCH, WAY_IN_MMHG, 80.0) < planner.build_s(BENCH, WAY_IN_MMHG, 120.0)
+    assert (
+        planner.build_s(BENCH._replace(pump_mmhg_per_s=2.0), WAY_IN_MMHG, 120.0) == VACUUM_LIMIT_S
+    )
+    assert (
+        planner.build_s(BENCH._replace(pump_occluded_mmhg=108.0), WAY_IN_MMHG, 120.0)
+        == VACUUM_LIMIT_S
+    )
+    assert planner.build_s(BENCH, WAY_IN_MMHG, 10.0) == 0.0
 
 
 def test_a_gap_is_crossed_before_insertion_and_in_the_last_part_of_the_dwell() -> None:
@@ -88,10 +107,14 @@ def test_a_budget_is_met_exactly_or_not_at_all() -> None:
 
 @pytest.mark.requirement("OS-R05")
 def test_time_in_the_airway_is_refused_with_its_sum() -> None:
-    message = refusal(PAPER._replace(in_airway_budget_s=20.0))
-    assert message == (
+    within = PAPER._replace(in_airway_budget_s=20.0)
+    assert refusal(within) == (
         "the catheter would be in the airway for 29.1 s = insertion 10.0 s + dwell 9.0 s + "
         "withdrawal 10.0 s; the budget is 20 s"
+    )
+    assert refusal(within._replace(bench_only=False)) == (
+        "the catheter would be in the airway for 29.5 s = insertion 10.0 s + vacuum 0.4 s + "
+        "dwell 9.0 s + withdrawal 10.0 s; the budget is 20 s"
     )
 
 

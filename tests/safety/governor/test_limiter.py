@@ -254,7 +254,8 @@ def test_a_cut_closes_vents_and_stops_and_what_keeps_vacuum_leaves_all_three() -
     cut = narrowed(OPENING, SEEN, OPENING, LATE)[0]
     assert (cut.valve_open, cut.pump_on, cut.vacuum_mmhg) == (False, False, 0.0)
     kept = narrowed(OPENING, SEEN, OPENING, CLOGGED)[0]
-    assert (kept.valve_open, kept.pump_on, kept.vacuum_mmhg) == (True, True, 120.0)
+    assert (kept.valve_open, kept.pump_on) == (True, True)
+    assert kept.vacuum_mmhg == OPENING.vacuum_mmhg > 0.0
     unpumped = narrowed(HERE._replace(pump_on=False))[0]
     assert not unpumped.pump_on
 

@@ -17,6 +17,7 @@ LIMITS = LineLimits(
     rests_open=False,
     open_fall_mmhg_per_s=84.0,
     bore_fall_mmhg_per_s=300.0,
+    bore_fall_mmhg_per_s_per_root=30.0,
     parked_closed_mmhg=190.0,
 )
 SET = 120.0
@@ -188,8 +189,35 @@ def test_without_a_pump_an_open_line_is_neither_clogged_nor_empty() -> None:
     assert counting(tick(BUILT, 1.0, pump_on=False, is_closed=True)) == set()
 
 
+def test_a_line_that_is_being_built_must_rise_as_long_as_it_is_pumped() -> None:
+    """By .5 mmHg over its average, from .2 s on: a free catheter keeps it at 77 mmHg."""
+    building = BUILT._replace(built=False, pumping_s=0.2, slow_mmhg=60.0)
+    assert counting(tick(building, 60.0, is_closed=True)) == {"closed_low_s"}
+    assert counting(tick(building, 60.6, is_closed=True)) == set()
+    assert counting(tick(building, 60.0)) == set()
+    begun = building._replace(pumping_s=0.2 - 2.0 * DT_S)
+    assert counting(tick(begun, 60.0, is_closed=True)) == set()
+    assert counting(tick(building, 60.0, pump_on=False, is_closed=True)) == set()
+    # At 94 % nothing is lacking.
+    there = building._replace(slow_mmhg=0.94 * SET)
+    assert counting(tick(there, 0.94 * SET, is_closed=True)) == set()
+
+
+def test_a_line_that_rises_no_more_is_named_by_what_it_has() -> None:
+    stands = {"built": False, "pumping_s": 0.6, "closed_low_s": above(0.3)}
+    least = 0.35 * SET
+    assert found(**stands, vacuum_mmhg=least) == [Condition.VALVE_STUCK_OPEN]
+    assert found(**stands, vacuum_mmhg=below(least)) == [Condition.VACUUM_LOST]
+    assert found(**{**stands, "closed_low_s": 0.3}, vacuum_mmhg=least) == []
+    # With the tip parked the pre-use test says so first, but not for ever.
+    parked = changed(BUILT, {**stands, "vacuum_mmhg": least})
+    assert vacuum_signature.judge(LIMITS, parked, True) == 0
+    late = parked._replace(pumping_s=above(5.0))
+    assert vacuum_signature.judge(LIMITS, late, True) == 1 << Condition.VACUUM_LOST
+
+
 def test_a_line_is_not_judged_before_it_is_built_or_should_be() -> None:
-    building = BUILT._replace(built=False, pumping_s=4.5)
+    building = BUILT._replace(built=False, pumping_s=4.5, slow_mmhg=59.0)
     assert counting(tick(building, 60.0, is_closed=True)) == set()
     assert counting(tick(building, 10.0, is_open=True)) == set()
     overdue = building._replace(pumping_s=5.0)
@@ -227,17 +255,18 @@ def resting(state: LineWatch, vacuum_mmhg: float, set_mmhg: float = SET) -> Line
 
 def test_a_resting_line_may_lose_a_little_a_second() -> None:
     settled = BUILT._replace(rest_s=0.3, kept_mmhg=100.0, slow_mmhg=98.0, vacuum_mmhg=98.0)
-    # While it settles, what it keeps is what it has.
-    early = resting(settled._replace(rest_s=0.1), 98.0)
-    assert (early.kept_mmhg, early.rest_low_s) == (98.0, 0.0)
+    # From the first tick on; what it had over its set point the regulator has taken.
+    pumped = tick(BUILT, SET + 5.0, is_closed=True)
+    assert (pumped.slow_mmhg, pumped.kept_mmhg) == (SET + 5.0, SET)
+    early = resting(settled._replace(rest_s=0.0, kept_mmhg=101.0), 98.0)
+    assert early.kept_mmhg == pytest.approx(101.0 * (1.0 - 0.06 * DT_S))
+    assert early.rest_low_s == DT_S
     # 0.06 of its vacuum a second; what is left is within 2 mmHg of that.
     later = resting(settled, 98.0)
     assert later.kept_mmhg == pytest.approx(100.0 - 0.06 * 100.0 * DT_S)
     assert later.rest_low_s == 0.0
     assert resting(settled._replace(slow_mmhg=97.98), 97.98).rest_low_s == DT_S
-    # From more than 0.3 s on; and at 2 mmHg below nothing is lost yet.
-    assert 0.299 + DT_S == 0.3
-    assert resting(settled._replace(rest_s=0.299), 98.0).kept_mmhg == 98.0
+    # At 2 mmHg below nothing is lost yet.
     edge = later.kept_mmhg - 2.0
     assert resting(settled._replace(slow_mmhg=edge), edge).rest_low_s == 0.0
     assert resting(settled._replace(slow_mmhg=below(edge)), below(edge)).rest_low_s == DT_S
@@ -254,16 +283,23 @@ def test_a_resting_line_may_lose_a_little_a_second() -> None:
 
 
 def test_what_a_resting_line_lost_is_named_by_how_fast_it_falls() -> None:
-    steep = 98.0 - 0.1 * (LIMITS.bore_fall_mmhg_per_s + 20.0)
+    # Of what it had: 100 mmHg, so 10 times as much as at 1.
+    fall = 10.0 * LIMITS.bore_fall_mmhg_per_s_per_root
+    steep = 98.0 - 0.1 * (fall + 20.0)
     assert found(rest_low_s=0.1) == []
     assert found(rest_low_s=above(0.1)) == [Condition.VALVE_STUCK_OPEN]
-    falling = {"rest_low_s": 0.2, "slow_mmhg": 98.0}
+    falling = {"rest_low_s": 0.2, "slow_mmhg": 98.0, "kept_mmhg": 100.0}
     assert found(**falling, vacuum_mmhg=steep + 1e-9) == [Condition.VALVE_STUCK_OPEN]
     assert found(**falling, vacuum_mmhg=steep - 1e-9) == [Condition.LINE_LEAKING]
     # At that rate to the last digit it is still the valve's.
-    last = -0.1 * (-LIMITS.bore_fall_mmhg_per_s - 20.0)
-    assert (0.0 - last) / 0.1 == -LIMITS.bore_fall_mmhg_per_s - 20.0
-    assert found(rest_low_s=0.2, slow_mmhg=last, vacuum_mmhg=0.0) == [Condition.VALVE_STUCK_OPEN]
+    last = -0.1 * (-fall - 20.0)
+    assert (0.0 - last) / 0.1 == -fall - 20.0
+    named = found(rest_low_s=0.2, slow_mmhg=last, vacuum_mmhg=0.0, kept_mmhg=100.0)
+    assert named == [Condition.VALVE_STUCK_OPEN]
+    # What is left of less falls more slowly, however high the set point.
+    less = {"rest_low_s": 0.2, "slow_mmhg": 12.0, "kept_mmhg": 16.0, "vacuum_mmhg": 0.0}
+    assert found(**less) == [Condition.VALVE_STUCK_OPEN]
+    assert found(**{**less, "slow_mmhg": 14.1}) == [Condition.LINE_LEAKING]
     parked = changed(BUILT, {"rest_low_s": 9.0})
     assert vacuum_signature.judge(LIMITS, parked, True) == 0
 

@@ -110,14 +110,14 @@ def test_the_line_is_judged_by_what_it_was_told_and_where_the_cam_is(
         set_mmhg=120.0, vacuum_mmhg=120.0, slow_mmhg=120.0, pumping_s=60.0, built=True
     )
     read = sound(HEAD_MM)._replace(cam_rad=cam_rad)
-    line = observed(seen(line=built), read, valve_open=opened).line
+    line = observed(seen(line=built), read, valve_open=opened, vacuum_mmhg=120.0).line
     assert line.vacuum_mmhg == 10.0
     for each in ("open_low_s", "closed_low_s"):
         assert getattr(line, each) == (DT_S if each == name else 0.0)
     # A cam that is not read is where it was, and not known to have closed.
     where = seen(line=built, cam_rad=cam_rad)
     hidden = read._replace(cam_valid=False, cam_rad=NAN)
-    dark = observed(where, hidden, valve_open=opened).line
+    dark = observed(where, hidden, valve_open=opened, vacuum_mmhg=120.0).line
     assert dark.closed_low_s == 0.0
     assert dark.open_low_s == line.open_low_s
 

@@ -10,8 +10,10 @@ from opensuction.controller.governor_limit import OPEN_LOW_SHARE, VACUUM_MARGIN,
 from opensuction.controller.machine_profile import CLINICAL as PROFILE
 from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.constant import ATMOSPHERE_MMHG, ML_PER_S
+from opensuction.procedure.cycle import progress
 from opensuction.procedure.planning.clinical import ADULT, PAEDIATRIC
 from opensuction.procedure.planning.guideline import GUIDELINES
+from opensuction.procedure.planning.planner import WAY_IN_MMHG
 from opensuction.safety.governor.judgement import PERSISTENCE_S
 from opensuction.safety.watch import line_filter, vacuum_signature
 from opensuction.twin.fault.fault import Fault
@@ -88,6 +90,23 @@ MOST_OPEN = SET * _open_share(1.0 + PUMP, 1.0 - BORE)
 LEAK_PER_S = most("leak_ml_per_s_per_mmhg") * ATMOSPHERE_MMHG / least("canister_ml")
 """Share of its vacuum that the leakiest sound line loses in a second."""
 FALL = SMALL.bore_fall_mmhg_per_s
+"""At the set point, where a thin catheter's flow is asked for."""
+
+
+def _rise(free_l_per_min: float, occluded_mmhg: float, canister_ml: float, leak: float) -> float:
+    """Rise of a closed line that has nearly been built, mmHg/s."""
+    level = vacuum_signature.READY_SHARE * SET
+    ml_per_s = free_l_per_min * ML_PER_S * (1.0 - level / occluded_mmhg) - leak * level
+    return ml_per_s * ATMOSPHERE_MMHG / canister_ml
+
+
+SOUND_RISE = _rise(PROFILE.pump_l_per_min, PROFILE.pump_occluded_mmhg, PROFILE.canister_ml, 0.0)
+LEAST_RISE = _rise(
+    least("pump_free_l_per_min"),
+    least("pump_occluded_mmhg"),
+    most("canister_ml"),
+    most("leak_ml_per_s_per_mmhg"),
+)
 
 
 class Place(NamedTuple):
@@ -144,8 +163,16 @@ def _fall(errors: Errors) -> Borne:
     return Borne(static=model, sigma=RATE.ratio * errors["vacuum_noise_mmhg"])
 
 
+def _building(errors: Errors) -> Borne:
+    """Rise of the weakest pump that is drawn, in the largest canister."""
+    return Borne(
+        static=SOUND_RISE - LEAST_RISE * (1.0 - errors["vacuum_gain"]),
+        sigma=RATE.ratio * errors["vacuum_noise_mmhg"],
+    )
+
+
 def thresholds() -> list[Threshold]:
-    """What the governor watches while a cycle runs."""
+    """What the governor watches while a cycle runs, and what the way in waits for."""
     filter_s, low_s = line_filter.FILTER_S, vacuum_signature.CLOSED_LOW_S
     flow_s = vacuum_signature.NO_FLOW_S + vacuum_signature.REST_SETTLE_S + vacuum_signature.RATE_S
     template = row((), "", Place(0.0, 0.0, 0.0), "", (), 0.0)
@@ -158,6 +185,32 @@ def thresholds() -> list[Threshold]:
             (Fault.LINE_LEAK, Fault.PUMP_LOST),
             low_s + filter_s,
             "closed",
+        ),
+        template._replace(
+            constants=_watch("BUILDING_MMHG", "BEGUN_S"),
+            compared=f"rise of a line that is pumped, nearly at an adult's {SET:g} mmHg",
+            unit="mmHg/s",
+            margin=SOUND_RISE - vacuum_signature.BUILDING_MMHG / vacuum_signature.RATE_S,
+            bear=_building,
+            because="weakest pump, largest canister, leak, gain",
+            behind=RATE,
+            faults=(Fault.VALVE_STUCK_OPEN, Fault.PUMP_LOST, Fault.LINE_LEAK),
+            takes_s=vacuum_signature.BEGUN_S + low_s + filter_s,
+        ),
+        row(
+            (
+                ("procedure.cycle.progress", "KEPT_SHARE"),
+                ("procedure.cycle.progress", "KEPT_S"),
+            ),
+            f"vacuum that the resting line must keep before the way in, {WAY_IN_MMHG:g} mmHg",
+            Place(
+                progress.KEPT_SHARE * WAY_IN_MMHG,
+                WAY_IN_MMHG,
+                LEAK_PER_S * progress.KEPT_S * WAY_IN_MMHG,
+            ),
+            "gain, drift, the leakiest sound line; the insertion waits, it is no trip",
+            (Fault.VALVE_STUCK_OPEN, Fault.REGULATOR_FAILED),
+            progress.KEPT_S + filter_s,
         ),
         row(
             (("controller.governor_limit", "OPEN_LOW_SHARE"), *_watch("OPEN_LOW_S")),

@@ -24,7 +24,9 @@ def left_s(settings: Settings, row: Row) -> float | None:
     elif phase == Phase.INSERTING and not plan.contact.enabled:
         found = _way_in_s(plan.motion, row.number(f"{_PROCEDURE}.reference_mm"))
     elif phase == Phase.OPENING:
-        found = settings.limits.valve.stroke_s - begun_s
+        # How long the vacuum takes to build nobody knows; the phase's limit grows by that.
+        building_s = row.number(f"{_PROCEDURE}.limit_s") - plan.limits_s[Phase.OPENING]
+        found = settings.limits.valve.stroke_s + max(building_s, 0.0) - begun_s
     elif phase == Phase.SUCTIONING:
         found = _dwell_s(settings, row, dt_s)
     elif phase == Phase.WITHDRAWING:

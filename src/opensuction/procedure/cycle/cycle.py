@@ -29,6 +29,9 @@ DRAWN_SHARE = 0.9
 """Share of its set point to which an open line may fall while its pump rests: as the pre-use test
 takes for a line that is ready. A 6 Fr catheter's flow takes half a second for that [computed]."""
 
+VENTED_S = 0.1
+"""How long the pump runs at least before the way in: what the pre-use test has left is let out by
+then, and the reading, 20 ms behind, has forgotten it but for 1 mmHg [computed]."""
 SUCKING = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
 """Phases with the valve open."""
 
@@ -74,6 +77,7 @@ def _enter(
         held_ticks=0,
         valve_open=valve_open,
         line_ready=False,
+        kept_ticks=0,
         flow=NOTHING_SEEN,
         pace=BEGUN,
         check=tested,
@@ -143,31 +147,53 @@ def _follow_switch(plan: Plan, state: ProcedureState, readings: Readings) -> Pro
 
 
 @compiled
-def _valve_wanted(phase: int, was_open: bool, home: bool) -> bool:
+def _valve_wanted(phase: int, was_open: bool, home: bool, built: bool) -> bool:
     """The valve rule: open from A to C; an abort keeps it open on the way out if it was open.
 
-    The pre-use test strokes it too: see `check.is_stroking`.
+    built: the line has the vacuum of suction; the valve waits for that. The pre-use test strokes it
+    too: see `check.is_stroking`.
     """
+    if phase == Phase.OPENING:
+        return was_open or built
     if phase == Phase.ABORTING:
         return was_open and not home
-    return phase in (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
+    return phase in (Phase.SUCTIONING, Phase.WITHDRAWING)
 
 
 @compiled
-def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings) -> bool:
+def _is_ready(plan: Plan, phase: int, was_ready: bool, readings: Readings, time_s: float) -> bool:
     """Whether the line has had its vacuum since the pump was started, and the pump rests.
 
-    On the way in it rests until the valve is asked to open: a valve that lets gas through then
-    shows as a fall of the vacuum, and can draw no more than the canister holds. Where a thin
-    catheter's flow would not show beside a running pump, it rests with the valve open, too, until
-    a part of the vacuum has been drawn.
+    On the way in it has little, and the pump rests until the tip is where it shall suck: a valve
+    that lets gas through then shows as a fall of the vacuum, and draws with no more than that. Only
+    there does the pump build the vacuum of suction, behind the closed valve. Where a thin
+    catheter's flow would not show beside a running pump, it rests with the valve open, too, until a
+    part of the vacuum has been drawn.
     """
     vacuum = readings.line_vacuum_mmhg if readings.vacuum_valid else 0.0
     if phase in SUCKING:
         least_mmhg = DRAWN_SHARE * plan.vacuum_mmhg if was_ready else plan.vacuum_mmhg
         return plan.pump_rests_open and vacuum >= least_mmhg
-    filled = vacuum >= plan.check.ready_mmhg
-    return phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF) and (was_ready or filled)
+    vented = phase != Phase.PRELOADING or time_s >= VENTED_S
+    filled = vented and vacuum >= DRAWN_SHARE * plan.way_in_mmhg
+    return phase in demand.WAY_IN and (was_ready or filled)
+
+
+@compiled
+def _is_building(phase: int, valve_open: bool) -> bool:
+    """Whether the tip waits for the vacuum of suction, behind the closed valve."""
+    return phase == Phase.OPENING and not valve_open
+
+
+@compiled
+def _extend_limit(plan: Plan, state: ProcedureState, dt_s: float) -> float:
+    """Longest duration of a phase that builds the vacuum, which has its time on top.
+
+    As far as it has been needed, and as long as the pre-use test allows for it at most.
+    """
+    if state.phase_ticks * dt_s < plan.build_most_s:
+        return state.limit_s + dt_s
+    return state.limit_s
 
 
 @compiled
@@ -212,7 +238,7 @@ def _see_flow(
 
     state: as the tick began. phase: as it goes on.
     """
-    if plan.flow.window_s == 0.0 or phase not in SUCKING:
+    if plan.flow.window_s == 0.0 or phase not in SUCKING or not state.valve_open:
         return NOTHING_SEEN
     valid = readings.vacuum_valid and is_number(readings.line_vacuum_mmhg)
     pumping = not state.line_ready
@@ -263,6 +289,7 @@ def step(
     if phase != state.phase:
         state = _change_phase(plan, state, checked, taught, events, phase, feedback.contact_tip_mm)
         checked, taught = state.check, state.teaching
+        line_ready = line_ready and phase != Phase.OPENING
         if phase == Phase.WITHDRAWING:
             begun = pace.leave(plan.pace, dwell_left_s)
             state = state._replace(pace=begun, limit_s=state.limit_s + begun.spare_s)
@@ -273,17 +300,24 @@ def step(
         state = _follow_switch(plan, state, readings)
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, _way_time_s(plan, state, dt_s))
-    valve_open = _valve_wanted(phase, state.valve_open, progress.is_home(plan.motion, readings))
+    home, built = progress.is_home(plan.motion, readings), progress.is_built(plan, readings)
+    valve_open = _valve_wanted(phase, state.valve_open, home, built)
     if phase == Phase.CHECKING:
         valve_open = check.is_stroking(checked.item)
+    line_ready = _is_ready(plan, phase, line_ready, readings, time_s)
+    kept = phase == Phase.PRELOADING and line_ready and progress.is_kept(plan, readings)
+    building = _is_building(phase, valve_open)
+    passed_ticks = arrived_ticks if building else arrived_ticks + 1
     now = state._replace(
         phase=phase,
         phase_ticks=state.phase_ticks + 1,
         reference_mm=reference,
         reference_mm_per_s=velocity,
-        arrived_ticks=arrived_ticks + 1 if _is_there(plan, phase, reference) else 0,
+        limit_s=_extend_limit(plan, state, dt_s) if building else state.limit_s,
+        arrived_ticks=passed_ticks if _is_there(plan, phase, reference) else 0,
         valve_open=valve_open,
-        line_ready=_is_ready(plan, phase, line_ready, readings),
+        line_ready=line_ready,
+        kept_ticks=state.kept_ticks + 1 if kept else 0,
         flow=seen,
         check=checked,
         teaching=taught,

@@ -10,6 +10,9 @@ from opensuction.procedure.cycle.plan import Plan
 from opensuction.procedure.cycle.progress import ProcedureState
 from opensuction.procedure.suction import pace
 
+WAY_IN = (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF)
+"""Phases before the tip is where it shall suck: with as little vacuum as shows that the line holds.
+"""
 INWARDS = 1.0
 OUTWARDS = -1.0
 NOT_ANNOUNCED_S = -1.0
@@ -93,6 +96,8 @@ def ask(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
     phase, item, bringing = now.phase, now.check.item, now.teaching.bringing
     pumping = _is_pumping(phase, now.valve_open)
     vacuum_mmhg = plan.vacuum_mmhg if pumping else 0.0
+    if phase in WAY_IN:
+        vacuum_mmhg = plan.way_in_mmhg
     if phase == Phase.CHECKING:
         pumping = check.is_pumping(item)
         vacuum_mmhg = check.set_point_mmhg(plan.check, item)
@@ -108,6 +113,6 @@ def ask(plan: Plan, now: ProcedureState, time_s: float, dt_s: float) -> Demand:
         insertion_on=_is_driven(phase, bringing),
         valve_open=now.valve_open,
         valve_on=not check.is_by_spring(item),
-        pump_on=pumping and not (now.line_ready and phase != Phase.PRELOADING),
+        pump_on=pumping and not now.line_ready,
         vacuum_mmhg=vacuum_mmhg,
     )

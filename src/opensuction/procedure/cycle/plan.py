@@ -84,6 +84,10 @@ class Plan(NamedTuple):
     flow: FreeFlow
     """By what mucus is seen to come."""
     vacuum_mmhg: float
+    build_most_s: float
+    """Longest time that the vacuum of suction may take to build, as the pre-use test allows it."""
+    way_in_mmhg: float
+    """Vacuum of the line while the tip goes in: enough to tell a valve that lets gas through."""
     cam_open_rad: float
     pump_rests_open: bool
     """With the valve open the pump only brings the vacuum back when it has fallen: see

@@ -31,6 +31,12 @@ RESTING_MM_PER_S = 0.5
 """Commanded head speed below which a back-off is over; it rises by 0.2 mm/s in a tick."""
 
 
+KEPT_S = 0.3
+"""How long the resting line must have kept its vacuum before the tip goes in: a free 12 Fr catheter
+takes all of it from 0.8 L meanwhile, and the gap takes longer [computed]."""
+KEPT_SHARE = 0.2
+"""By how much of it the vacuum of the way in may be off: what the pump's last ticks add is let out
+at once, a sound line loses 2 % a second, and a sensor's offset of 1 mmHg is 7 %; assumed."""
 RELEASE_TICKS = 10
 """For how long an open switch may still be chattering: 10 ms, as the governor has it."""
 HELD_S = 0.55
@@ -66,6 +72,8 @@ class ProcedureState(NamedTuple):
     valve_open: bool
     line_ready: bool
     """The line has had its vacuum in this cycle."""
+    kept_ticks: int
+    """For how long it has kept that of the way in, the pump at rest."""
     flow: FlowSeen
     """What the line tells of the mucus."""
     pace: Pace
@@ -192,6 +200,21 @@ def is_closed(plan: Plan, readings: Readings) -> bool:
 
 
 @compiled
+def is_built(plan: Plan, readings: Readings) -> bool:
+    """Whether the line has the vacuum of suction; a bench waits for none."""
+    if plan.bench_only:
+        return True
+    return readings.vacuum_valid and readings.line_vacuum_mmhg >= plan.check.ready_mmhg
+
+
+@compiled
+def is_kept(plan: Plan, readings: Readings) -> bool:
+    """Whether the line has the vacuum of the way in."""
+    off_mmhg = abs(readings.line_vacuum_mmhg - plan.way_in_mmhg)
+    return readings.vacuum_valid and off_mmhg <= KEPT_SHARE * plan.way_in_mmhg
+
+
+@compiled
 def _is_opened(plan: Plan, readings: Readings) -> bool:
     return readings.cam_valid and readings.cam_rad >= OPEN_SHARE * plan.cam_open_rad
 
@@ -260,7 +283,8 @@ def _phase_event(
             passed and settled and home and closed, Event.CHECK_PASSED
         )
     if phase == Phase.PRELOADING:
-        return flag(time_s >= plan.preload_s and settled, Event.PRELOADED)
+        kept = plan.bench_only or (closed and state.kept_ticks * dt_s >= KEPT_S)
+        return flag(time_s >= plan.preload_s and settled and kept, Event.PRELOADED)
     if phase == Phase.WITHDRAWING:
         still = state.reference_mm_per_s == 0.0
         parked = still and state.reference_mm == plan.motion.park_mm

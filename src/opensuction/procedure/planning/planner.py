@@ -11,7 +11,12 @@ from opensuction.procedure.cycle import plan as plans
 from opensuction.procedure.cycle import teaching
 from opensuction.procedure.cycle.check import CheckPlan
 from opensuction.procedure.cycle.plan import ContactSearch, Excitation, Motion, Plan
-from opensuction.procedure.planning.check_plan import plan_check
+from opensuction.procedure.cycle.progress import KEPT_S
+from opensuction.procedure.planning.check_plan import (
+    VACUUM_LIMIT_S,
+    VACUUM_READY_SHARE,
+    plan_check,
+)
 from opensuction.procedure.planning.protocol import Protocol
 from opensuction.procedure.planning.site import Site
 from opensuction.procedure.suction.line_flow import UNSEEN
@@ -25,6 +30,10 @@ OVERDUE_SHARE = 1.5
 """A phase may last this many times its planned duration (and `SETTLE_S`)."""
 SLOW_MM_PER_S = 5.0
 """Speed of the way out where mucus comes [in-silico]: docs/evidence/2026-11-23-suction-ends.md."""
+WAY_IN_MMHG = 15.0
+"""Vacuum in the line while the tip goes in: a valve that opens by itself draws with no more, and a
+free 12 Fr catheter has emptied 0.8 L of it after 0.3 s [computed]; a sensor's noise of 1 mmHg and
+what its offset has drifted since it was learnt are told from that; assumed."""
 PACE_SHARE = 0.5
 """Share of the planned acceleration with which it changes: a head that is still catching up after
 the gap cannot brake as hard as its reference; at all of it the tip ran 2 mm ahead, so .8
@@ -49,6 +58,10 @@ class Abilities(NamedTuple):
     """Mechanical relief valve of the suction line."""
     jog_mm: float
     """Head travel inwards that does not move the parked tip, whatever the gap has become."""
+    pump_mmhg_per_s: float
+    """Rate at which the pump evacuates a vented line."""
+    pump_occluded_mmhg: float
+    """Vacuum at which it moves nothing."""
     turn_mm: float
     """Head travel of a turn whether it is prepared or not; at least ``gap_out_mm``."""
 
@@ -58,6 +71,8 @@ class Timeline(NamedTuple):
 
     preload: float
     insertion: float
+    build: float
+    """Vacuum of the way in to that of suction, behind the closed valve."""
     stroke: float
     dwell: float
     withdrawal: float
@@ -72,6 +87,26 @@ def crossing_s(abilities: Abilities, gap_mm: float) -> float:
     """Time to cross a gap from rest to rest within the head's limits."""
     speed, acceleration = abilities.head_mm_per_s, abilities.acceleration_mm_per_s2
     return float(profile.duration_s(profile.Profile(0.0, gap_mm, speed, acceleration)))
+
+
+def way_in_mmhg(protocol: Protocol) -> float:
+    """Vacuum of the line while the tip goes in; on a bench, where nobody is drawn at, the whole."""
+    if protocol.bench_only:
+        return protocol.vacuum_mmhg
+    return min(WAY_IN_MMHG, protocol.vacuum_mmhg)
+
+
+def build_s(abilities: Abilities, from_mmhg: float, vacuum_mmhg: float) -> float:
+    """Time in which the pump brings the line from the way in to a set point that counts as built.
+
+    At most what the pre-use test allows for it.
+    """
+    occluded, ready_mmhg = abilities.pump_occluded_mmhg, VACUUM_READY_SHARE * vacuum_mmhg
+    start_mmhg = min(from_mmhg, ready_mmhg)
+    if ready_mmhg >= occluded:
+        return VACUUM_LIMIT_S
+    ratio = (occluded - start_mmhg) / (occluded - ready_mmhg)
+    return min(occluded / abilities.pump_mmhg_per_s * math.log(ratio), VACUUM_LIMIT_S)
 
 
 def motion(protocol: Protocol, abilities: Abilities, site: Site) -> Motion:
@@ -99,6 +134,7 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
         profile.duration_s(plans.way_out(moves, deepest_mm, protocol.withdrawal_mm_per_s))
     )
     stroke = abilities.cam_open_rad / abilities.cam_rad_per_s
+    build = build_s(abilities, way_in_mmhg(protocol), protocol.vacuum_mmhg)
     back_off = 0.0
     if by_contact:
         back_off = crossing_s(abilities, abilities.turn_mm) + float(
@@ -107,12 +143,13 @@ def timeline(protocol: Protocol, abilities: Abilities, site: Site, by_contact: b
     return Timeline(
         preload=crossing_s(abilities, abilities.gap_in_mm),
         insertion=insertion,
+        build=build,
         stroke=stroke,
         dwell=protocol.dwell_s,
         withdrawal=withdrawal,
         back_off=back_off,
         negative_pressure=protocol.dwell_s + withdrawal + stroke,
-        in_airway=insertion + back_off + protocol.dwell_s + withdrawal,
+        in_airway=insertion + back_off + build + protocol.dwell_s + withdrawal,
     )
 
 
@@ -154,10 +191,11 @@ def _refuse_times(protocol: Protocol, times: Timeline, by_contact: bool) -> Iter
         )
     if times.in_airway > protocol.in_airway_budget_s:
         backing = f"back-off {times.back_off:.1f} s + " if by_contact else ""
+        building = f"vacuum {times.build:.1f} s + " if times.build else ""
         yield Refused(
             "in_airway_budget_s",
             f"the catheter would be in the airway for {times.in_airway:.1f} s = insertion "
-            f"{times.insertion:.1f} s + {backing}dwell {times.dwell:.1f} s + withdrawal "
+            f"{times.insertion:.1f} s + {backing}{building}dwell {times.dwell:.1f} s + withdrawal "
             f"{times.withdrawal:.1f} s; the budget is {protocol.in_airway_budget_s:g} s",
         )
 
@@ -220,7 +258,7 @@ def phase_limits(
     abort = times.withdrawal + crossing_s(abilities, abilities.gap_out_mm) + times.stroke
     limits_s = {
         Phase.CHECKING: sum(testing.limits_s) + SETTLE_S,
-        Phase.PRELOADING: _overdue_s(times.preload),
+        Phase.PRELOADING: _overdue_s(times.preload + KEPT_S),
         Phase.INSERTING: _overdue_s(times.insertion),
         Phase.BACKING_OFF: _overdue_s(times.back_off),
         Phase.OPENING: _overdue_s(times.stroke),
@@ -298,6 +336,8 @@ def plan(
         pace=pace_plan(protocol, abilities, by_contact),
         flow=UNSEEN,
         vacuum_mmhg=protocol.vacuum_mmhg,
+        build_most_s=VACUUM_LIMIT_S,
+        way_in_mmhg=way_in_mmhg(protocol),
         cam_open_rad=abilities.cam_open_rad,
         pump_rests_open=False,
         bench_only=protocol.bench_only,

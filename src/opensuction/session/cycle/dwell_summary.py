@@ -30,7 +30,8 @@ def measure(columns: Columns, wait_s: float, dt_s: float) -> Json:
     wait_s: how long nothing may come; 0 where nobody asks. dt_s: length of a tick.
     """
     phase = columns["phase"]
-    ticks = np.count_nonzero(np.isin(phase, (Phase.OPENING, Phase.SUCTIONING)))
+    there = np.isin(phase, (Phase.OPENING, Phase.SUCTIONING))
+    ticks = np.count_nonzero(there & (columns["demand.valve_open"] > 0.0))
     leaving = phase == Phase.WITHDRAWING
     ended = None
     if np.any(leaving):

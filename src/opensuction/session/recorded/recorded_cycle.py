@@ -44,6 +44,7 @@ OUTPUTS = (
     "check_failed",
     "counters.preoxygenation",
     "demand.reference_mm",
+    "demand.valve_open",
     "verdict.trips",
     "verdict.deepest_mm",
     *(

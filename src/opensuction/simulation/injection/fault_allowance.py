@@ -82,7 +82,8 @@ UNDETECTED_JUMP_MM = 1.0
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
 UNNOTICED_WAY_MM = 60.0
 """An adult's tip makes 60 mm in the 2 s until the line shows it, at 30 mm/s in the tube; a small
-patient's whole way is 42 mm of tube and 16 mm to the carina [computed]."""
+patient's whole way is 42 mm of tube and 16 mm to the carina [computed]. Under no more than the 15
+mmHg that the line has on the way in."""
 SLIT_SHARE = 0.2
 """Opening of a slide up to which a thin catheter draws less than a resting line may lose: 6 % give
 5 mmHg at a neonate's tip [in-silico]."""

@@ -4,7 +4,7 @@ import { draw, make, say } from "../dom.js";
 import { fill, text } from "../text.js";
 import { fact, shown } from "./part.js";
 
-const PARTS = ["preload", "insertion", "back_off", "dwell", "withdrawal"];
+const PARTS = ["preload", "insertion", "back_off", "build", "dwell", "withdrawal"];
 const WIDTH = 400;
 const HEIGHT = 26;
 

@@ -71,6 +71,7 @@ export default {
       preload: "taking up slack",
       insertion: "way in",
       back_off: "back off",
+      build: "building the vacuum",
       dwell: "suction at rest",
       withdrawal: "way out with suction",
     },
