@@ -10,8 +10,11 @@ from pathlib import Path
 
 import httpx
 import pytest
+from websockets.client import ClientProtocol
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.protocol import State
 from websockets.sync.client import connect
+from websockets.uri import parse_uri
 
 from opensuction.console import server
 from opensuction.console.app import create_app
@@ -53,6 +56,15 @@ def hear(line: socket.socket) -> bytes:
     except ConnectionResetError:
         pass
     return heard
+
+
+def is_open(port: int) -> bool:
+    """Tell whether somebody listens at it."""
+    try:
+        socket.create_connection((HOST, port), timeout=1.0).close()
+    except OSError:
+        return False
+    return True
 
 
 def trickle(line: socket.socket) -> None:
@@ -228,3 +240,29 @@ def test_with_a_certificate_it_speaks_https_and_nothing_else(tmp_path: Path) -> 
             address = f"wss://{HOST}:{port}/api/v1/live"
             with connect(address, ssl=trusting, additional_headers=headers) as page:
                 assert json.loads(page.recv())["connected"] is True
+
+
+def test_the_console_ends_in_order_while_a_page_is_hanging_up(tmp_path: Path) -> None:
+    pair = make_pair(tmp_path)
+    trusting = ssl.create_default_context(cafile=pair[0])
+    trusting.check_hostname = False
+    with served(tmp_path, free_port()) as console, ExitStack() as stack:
+        port = console.site.origin.port
+        site = console.site._replace(origin=console.site.origin._replace(has_tls=True))
+        with listening_app(create_app(site), port, make_context(*pair)) as server:
+            bare = stack.enter_context(socket.create_connection((HOST, port), timeout=10.0))
+            page = stack.enter_context(trusting.wrap_socket(bare))
+            protocol = ClientProtocol(parse_uri(f"wss://{HOST}:{port}/api/v1/live"))
+            request = protocol.connect()
+            request.headers["Origin"] = f"https://{HOST}:{port}"
+            protocol.send_request(request)
+            page.sendall(b"".join(protocol.data_to_send()))
+            while protocol.state is not State.OPEN:
+                protocol.receive_data(page.recv(65536))
+            protocol.send_close()
+            page.sendall(b"".join(protocol.data_to_send()))
+            while protocol.close_rcvd is None:
+                protocol.receive_data(page.recv(65536))
+            server.should_exit = True
+            assert wait(lambda: not is_open(port))
+            page.close()

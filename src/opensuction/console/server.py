@@ -12,6 +12,7 @@ from ssl import SSLContext
 import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from opensuction.console.guard import problem
 from opensuction.console.guard.origin import is_loopback
@@ -133,6 +134,18 @@ class HastyProtocol(H11Protocol):
         self.transport.close()
 
 
+class PageProtocol(WebSocketsSansIOProtocol):
+    """A page's socket, which may hang up in the same moment as the console ends."""
+
+    def shutdown(self) -> None:
+        """See `uvicorn.Server.shutdown`."""
+        if self.transport.is_closing():
+            # Goodbyes are exchanged already; another would be an error that ends the console.
+            self.stop_keepalive()
+        else:
+            super().shutdown()
+
+
 class Server(uvicorn.Server):
     """Ends when it is told to, by whoever runs it: signals are not its business."""
 
@@ -147,7 +160,7 @@ def make_server(app: ASGIApp, context: SSLContext | None = None) -> Server:
     config = uvicorn.Config(
         app,
         http=HastyProtocol,
-        ws="websockets-sansio",
+        ws=PageProtocol,
         loop="asyncio",
         lifespan="on",
         log_config=None,
