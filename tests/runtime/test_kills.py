@@ -13,11 +13,11 @@ from tests.runtime.machine_room import INSIDE_MM
 
 pytestmark = pytest.mark.real_time
 
-CYCLE_S = 10.5
+CYCLE_S = 11.4
 """How long the neonate's cycle takes: the kill comes at any instant of it."""
-SUCTIONS_S = 6.5
+SUCTIONS_S = 7.5
 """After the start's button the tip is at its depth, and suction is on."""
-EDGES_S = (0.0, 3.55, 4.2, 6.25, 6.75, 7.75, 9.65, 10.2)
+EDGES_S = (0.0, 3.6, 4.2, 6.25, 7.0, 8.65, 10.6, 11.1)
 """About where its phases begin, and where it ends, after the start's button [computed]."""
 EDGE_S = 0.1
 """A death at an edge is this much before it at most, or after."""
