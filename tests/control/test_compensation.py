@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from opensuction.control import compensation
 from opensuction.control.compensation import (
     KIND_OF_NAME,
-    ON_CURVES,
     ON_PLAYS,
     Branches,
     Compensation,
@@ -75,21 +74,18 @@ def test_a_parked_head_stays(kind: CompensationKind, starts_in_s: float) -> None
 
 @every_kind
 def test_the_compensators_park_the_modelled_tip_on_the_reference(kind: CompensationKind) -> None:
-    start = parked(kind, 0.0)
-    _, tip = compensation.at_contact(chosen(kind), heads_mm(kind), start, start.head_mm)
+    at = compensation.rest(chosen(kind), heads_mm(kind), 0.0)
+    _, tip = compensation.at_contact(chosen(kind), heads_mm(kind), at, at.head_mm)
     assert tip == pytest.approx(0.0, abs=1e-12)
     if kind == CompensationKind.NONE:
-        assert start.head_mm == 0.0
+        assert at.head_mm == 0.0
 
 
 @every_kind
 def test_a_long_way_in_ends_with_the_modelled_tip_at_its_depth(kind: CompensationKind) -> None:
     head = compensation.head_after_travel_mm(chosen(kind), heads_mm(kind), 80.0, 1.0)
-    state = parked(kind, -60.0)
-    there = compensation.advance(chosen(kind), heads_mm(kind), state, head, 1.0)
-    if kind in ON_CURVES:
-        there = there._replace(lag_mm=-1.0)
-    _, tip = compensation.at_contact(chosen(kind), heads_mm(kind), there, head)
+    at = compensation.rest(chosen(kind), heads_mm(kind), -60.0)
+    _, tip = compensation.at_contact(chosen(kind), heads_mm(kind), at, head)
     # The Dahl model forgets a reversal by e to the -0.077 per mm: 0.01 % is left after 120 mm.
     assert tip == pytest.approx(80.0, abs=1e-2)
 

@@ -100,6 +100,11 @@ def test_contact_in_the_wrong_place_is_told_from_none() -> None:
     way = (Phase.INSERTING, Phase.ABORTING, Event.CONTACT_MISPLACED)
     assert found(*way, seen=readings(contact=True)) == STOPPED | {C.CONTACT_STUCK_CLOSED}
     assert found(*way) == STOPPED | {C.CARINA_MISSED}
+    # A switch that drawing back does not open may chatter.
+    back = (Phase.BACKING_OFF, Phase.ABORTING, Event.CONTACT_MISPLACED)
+    for closed in (False, True):
+        stuck = found(*back, seen=readings(contact=closed))
+        assert stuck == STOPPED | {C.CONTACT_STUCK_CLOSED}
 
 
 @pytest.mark.parametrize("item", CheckItem)

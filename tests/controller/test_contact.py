@@ -190,6 +190,43 @@ def test_the_window_is_held_against_the_tip_not_the_reference(kind: Compensation
     assert Phase.BACKING_OFF in phases(within)
 
 
+@pytest.mark.parametrize("carina_mm", [22.0, 26.0])
+def test_a_carina_that_has_come_nearer_than_the_window_is_sucked_before(carina_mm: float) -> None:
+    _, columns = search(EXACT, BACKING, carina_mm)
+    assert phases(columns) == CYCLE
+    assert trips(columns) == set()
+    sucking = columns["truth.valve_open_ratio"] > 0.0
+    assert columns["truth.tip_mm"][sucking].max() == pytest.approx(carina_mm - 10.0, abs=2.0)
+    touching = columns["truth.contact_n"] > 0.0
+    assert not (touching & sucking).any()
+    assert columns["truth.contact_n"].max() <= 0.3
+    assert touching.sum() * DT_S < 2.0
+
+
+def test_one_that_is_as_near_as_the_back_off_is_long_ends_the_search() -> None:
+    assert halted_by(search(EXACT, BACKING, 16.0)[1]) == Event.CONTACT_MISPLACED
+
+
+@pytest.mark.requirement("OS-R20")
+@pytest.mark.parametrize("fault", [Fault.CONTACT_CLOSED, Fault.CONTACT_BOUNCING])
+@pytest.mark.parametrize("before_s", [0.2, 0.8])
+def test_a_switch_that_sticks_before_the_window_is_told_by_drawing_back(
+    fault: Fault, before_s: float
+) -> None:
+    """The tip is at 28.2 and 22.8 mm then, 9 mm/s before the window."""
+    sound = search(EXACT, BACKING)[1]
+    inserting = sound["phase"] == Phase.INSERTING
+    there = np.argmax(inserting & (sound["truth.tip_mm"] >= BACKING.contact_from_mm))
+    stuck_s = float(sound["time_s"][there]) - before_s
+    _, columns = search(EXACT, BACKING, when=during(fault, stuck_s))
+    aborting_s = start_s(columns, Phase.ABORTING)
+    assert phases(columns)[-4:] == [Phase.INSERTING, Phase.BACKING_OFF, *HALTED[1:]]
+    assert aborting_s - stuck_s < 2.1
+    first = int(np.argmax(columns["phase"] == Phase.ABORTING))
+    assert Event(int(columns["cause"][first])) in (Event.CONTACT_MISPLACED, Event.TRIPPED)
+    assert not (columns["truth.valve_open_ratio"][columns["time_s"] > stuck_s] > 0.0).any()
+
+
 @pytest.mark.parametrize("protocol", [PAPER, BACKING], ids=["stays", "backs off"])
 @pytest.mark.parametrize("seconds", [0.02, 0.2])
 def test_a_bouncing_switch_does_not_confuse_the_phases(protocol: Protocol, seconds: float) -> None:

@@ -337,10 +337,16 @@ def loading_tip_mm(compensation: Compensation, parked_head_mm: float, reading_mm
 
 @compiled
 def at_contact(
-    compensation: Compensation, heads_mm: Branches | None, state: HeadState, reading_mm: float
+    compensation: Compensation, heads_mm: Branches | None, at: Rest, reading_mm: float
 ) -> tuple[HeadState, float]:
-    """State with the head stopped where it was measured, and the tip position this gives, mm."""
-    there = advance(compensation, heads_mm, state, reading_mm, 0.0)
+    """State with the head stopped where it was measured, and the tip position this gives, mm.
+
+    From rest to there the head went in all the way; its command may be further, where it was held.
+    """
+    begun = after_retract(compensation, at, at.head_mm, 0.0)
+    there = advance(compensation, heads_mm, begun, reading_mm, 0.0)
+    if compensation.kind in ON_CURVES and reading_mm > at.head_mm:
+        there = there._replace(lag_mm=-at.lag_mm)
     tip = reading_mm
     if compensation.kind in ON_PLAYS:
         tip = play_sum.output_mm(compensation.plays, there.plays_mm, reading_mm)

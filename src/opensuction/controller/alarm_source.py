@@ -120,7 +120,8 @@ def reasons(
     if cause == Event.CHECK_FAILED:
         return STOPPED | _found(procedure.check.failed, readings)
     if cause == Event.CONTACT_MISPLACED:
-        stuck = readings.contact_closed
+        # Out of a back-off it is the switch, which may chatter.
+        stuck = readings.contact_closed or before == Phase.BACKING_OFF
         return STOPPED | (1 << Condition.CONTACT_STUCK_CLOSED if stuck else CARINA_MISSED)
     return held  # a person's abort, and the end of any
 

@@ -8,7 +8,7 @@ from opensuction.hysteresis.modified_dahl import ModifiedDahl
 from opensuction.kernel.constant import ATMOSPHERE_MMHG, BLASIUS_POWER, ML_PER_S
 from opensuction.procedure.cycle.plan import TUBE_END_MM
 from opensuction.procedure.planning.guideline import GUIDELINES
-from opensuction.procedure.planning.protocol import Protocol
+from opensuction.procedure.planning.protocol import Protocol, nearest_contact_mm
 from opensuction.procedure.planning.site import Site
 from opensuction.safety import patient_limit, tip_bound
 from opensuction.safety.limits import DriveLimits, Limits, LineLimits, ValveLimits, WindowLimits
@@ -102,7 +102,8 @@ def _window(
     if not by_contact:
         return WindowLimits(from_mm=-math.inf if on_bench else TUBE_END_MM, by_mm=math.inf)
     slack_mm = 0.5 * (tip_bound.GAP_MOST - 1.0) * float(modified_dahl.gap_mm(model)) + WINDOW_MM
-    return WindowLimits(from_mm=protocol.contact_from_mm, by_mm=protocol.travel_mm - slack_mm)
+    from_mm = nearest_contact_mm(protocol)
+    return WindowLimits(from_mm=from_mm, by_mm=protocol.travel_mm - slack_mm)
 
 
 def _gaining_most_mm_per_s2(profile: MachineProfile) -> float:

@@ -93,7 +93,7 @@ def feedback(
         )
         if touched:
             here, contact_tip_mm = compensation.at_contact(
-                settings.compensation, heads_mm, head, head_mm
+                settings.compensation, heads_mm, settings.parked, head_mm
             )
     learned = ControlFeedback(
         head_wanted_mm=head.head_mm,

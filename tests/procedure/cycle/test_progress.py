@@ -228,6 +228,51 @@ def test_a_trip_is_seen_in_every_phase() -> None:
     )
 
 
+def test_a_steady_contact_a_little_before_the_window_may_be_the_carina() -> None:
+    search = PLAN.contact._replace(enabled=True, nearest_mm=PLAN.contact.window_start_mm - 10.0)
+    plan, target = PLAN._replace(contact=search), PLAN.motion.target_mm
+    closed = AT_HOME._replace(contact_closed=True, head_mm=target)
+
+    def found(tip_mm: float, held_ticks: int) -> set[Event]:
+        feedback = QUIET._replace(head_wanted_mm=target, tip_mm=tip_mm)
+        return events(
+            Phase.INSERTING,
+            closed,
+            feedback=feedback,
+            plan=plan,
+            reference_mm=target,
+            held_ticks=held_ticks,
+        )
+
+    assert found(search.nearest_mm, 549) == set()
+    assert found(search.nearest_mm, 550) == {Event.CONTACTED}
+    assert found(search.nearest_mm - 0.01, 550) == {Event.CONTACT_MISPLACED}
+
+
+@pytest.mark.parametrize(("nearer", "told"), [(True, {Event.CONTACT_MISPLACED}), (False, set())])
+def test_a_switch_that_drawing_back_does_not_open_is_none_of_a_carina(
+    nearer: bool, told: set[Event]
+) -> None:
+    search = PLAN.contact._replace(enabled=True, backoff_mm=10.0)
+    plan = PLAN._replace(contact=search)
+
+    def found(touched_mm: float) -> set[Event]:
+        return events(
+            Phase.BACKING_OFF,
+            plan=plan,
+            start_mm=25.0,
+            end_mm=15.0,
+            reference_mm=17.0,
+            reference_mm_per_s=-20.0,
+            touched_mm=touched_mm,
+            nearer=nearer,
+        )
+
+    # Three quarters of a back-off are given to press-in and gap.
+    assert found(17.51) == set()
+    assert found(17.5) == told
+
+
 def test_contact_where_none_can_be_is_counted_off_again_once_it_is_over() -> None:
     search = PLAN.contact._replace(enabled=True)
     closed, early_mm = AT_HOME._replace(contact_closed=True), search.window_start_mm - 5.0

@@ -75,6 +75,7 @@ def _enter(
         arrived_ticks=0,
         open_ticks=progress.RELEASE_TICKS,
         held_ticks=0,
+        nearer=False,
         valve_open=valve_open,
         line_ready=False,
         kept_ticks=0,
@@ -293,6 +294,9 @@ def step(
         if phase == Phase.WITHDRAWING:
             begun = pace.leave(plan.pace, dwell_left_s)
             state = state._replace(pace=begun, limit_s=state.limit_s + begun.spare_s)
+        if phase == Phase.BACKING_OFF:
+            nearer = not progress.is_expected(plan.contact, feedback.tip_mm)
+            state = state._replace(nearer=nearer)
     state = state._replace(pace=_keep_pace(plan, state.pace, phase, seen, dwell_left_s, dt_s))
     if phase == Phase.INSERTING:
         state = progress.hold(plan.contact, state, feedback.tip_mm, readings)

@@ -20,6 +20,10 @@ LEAST_OFF_SHARE = 0.5
 """Share of a back-off that the tip must have gone since the contact switch opened. Where the gap is
 wider than it was identified the switch opens late, and the tip still lies on the carina, with less
 force than closes a switch, where the back-off was to end."""
+OPENED_SHARE = 0.75
+"""Share of a back-off, from a contact before the window, at which the switch must have opened. Half
+of it is too little where the gap has grown with a posture; with all of it the longest contact that
+the governor lets pass would be over."""
 TUBE_END_MM = 0.0
 """Lower end of the tube: the origin of every depth."""
 
@@ -47,8 +51,10 @@ class ContactSearch(NamedTuple):
 
     enabled: bool
     window_start_mm: float
-    """Contact with the estimated tip before this is a fault: something is in the way, or the
-    switch is bridged."""
+    """Contact with the estimated tip before this is not the carina as it was taught: it has come
+    nearer, something is in the way, or the switch is bridged."""
+    nearest_mm: float
+    """And before this it is a fault, however steady."""
     backoff_mm: float
     suction_mm: float
     """Suction takes place no deeper, wherever contact came. Contact that comes deep in its window

@@ -69,6 +69,8 @@ class ProcedureState(NamedTuple):
     """Since the switch was last closed on the way in."""
     held_ticks: int
     """Ticks of contact where the carina is not expected; those without take their number off."""
+    nearer: bool
+    """Back-off: from a contact before the window, which the switch must show to be one."""
     valve_open: bool
     line_ready: bool
     """The line has had its vacuum in this cycle."""
@@ -126,6 +128,16 @@ def is_off(search: ContactSearch, state: ProcedureState) -> bool:
 
 
 @compiled
+def is_stuck(search: ContactSearch, state: ProcedureState) -> bool:
+    """Whether the switch has stayed closed, or chatters, while the tip was drawn back.
+
+    Before the window that is no carina which has come nearer.
+    """
+    most_mm = plans.OPENED_SHARE * search.backoff_mm
+    return state.nearer and state.touched_mm <= state.start_mm - most_mm
+
+
+@compiled
 def is_expected(search: ContactSearch, tip_mm: float) -> bool:
     """Whether the estimated tip is where the carina can be."""
     return tip_mm >= search.window_start_mm
@@ -152,11 +164,17 @@ def _contact_event(
     held_ticks: int,
     dt_s: float,
 ) -> int:
-    """Contact, and whether the estimated tip and the switch agree that it can be the carina."""
+    """Contact, and whether the estimated tip and the switch agree that it can be the carina.
+
+    A steady one before the window can be, and drawing back from it tells.
+    """
     if is_contact(readings):
         expected = is_expected(search, tip_mm)
-        misplaced = not expected and held_ticks * dt_s >= HELD_S
-        return flag(expected, Event.CONTACTED) | flag(misplaced, Event.CONTACT_MISPLACED)
+        steady = not expected and held_ticks * dt_s >= HELD_S
+        nearer = steady and tip_mm >= search.nearest_mm
+        return flag(expected or nearer, Event.CONTACTED) | flag(
+            steady and not nearer, Event.CONTACT_MISPLACED
+        )
     return flag(arrived, Event.CONTACT_MISPLACED)
 
 
@@ -182,7 +200,9 @@ def _insertion_event(
         # The reference is there first: the head has the gap to cross before the tip moves.
         there = still and is_off(plan.contact, state)
         resting = abs(feedback.head_wanted_mm_per_s) < RESTING_MM_PER_S
-        return flag(there and resting and settled, Event.BACKED_OFF)
+        return flag(there and resting and settled, Event.BACKED_OFF) | flag(
+            is_stuck(plan.contact, state), Event.CONTACT_MISPLACED
+        )
     if phase == Phase.OPENING:
         return flag(_is_opened(plan, readings), Event.VALVE_OPENED)
     if phase == Phase.SUCTIONING:

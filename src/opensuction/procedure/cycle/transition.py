@@ -22,13 +22,14 @@ class Event(IntEnum):
     PHASE_OVERDUE = 2
     """The phase lasted longer than the plan allows."""
     CONTACT_MISPLACED = 3
-    """Contact before the expected window, or none until its end."""
+    """Contact before the expected window that drawing back does not end, or that is too near to be
+    the carina; or none until the window's end."""
     CHECK_FAILED = 4
     """An item of the pre-use test failed."""
     CHECK_PASSED = 5
     PRELOADED = 6
     CONTACTED = 7
-    """The tip touched something within the expected window."""
+    """The tip touched something within the expected window, or steadily a little before it."""
     BACKED_OFF = 8
     TARGET_REACHED = 9
     VALVE_OPENED = 10
@@ -97,6 +98,7 @@ BROKEN_OFF: dict[tuple[Phase, Event], Phase] = {
         for event in (E.TRIPPED, E.ABORT_REQUESTED, E.PHASE_OVERDUE)
     },
     (P.INSERTING, E.CONTACT_MISPLACED): P.ABORTING,
+    (P.BACKING_OFF, E.CONTACT_MISPLACED): P.ABORTING,
     (P.CHECKING, E.CHECK_FAILED): P.ABORTING,
     (P.PARKED, E.TRIPPED): P.HALTED,
     (P.ABORTING, E.PHASE_OVERDUE): P.HALTED,

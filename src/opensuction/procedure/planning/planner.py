@@ -17,7 +17,7 @@ from opensuction.procedure.planning.check_plan import (
     VACUUM_READY_SHARE,
     plan_check,
 )
-from opensuction.procedure.planning.protocol import Protocol
+from opensuction.procedure.planning.protocol import Protocol, nearest_contact_mm
 from opensuction.procedure.planning.site import Site
 from opensuction.procedure.suction.line_flow import UNSEEN
 from opensuction.procedure.suction.pace import PacePlan
@@ -324,6 +324,7 @@ def plan(
         contact=ContactSearch(
             enabled=by_contact,
             window_start_mm=protocol.contact_from_mm,
+            nearest_mm=nearest_contact_mm(protocol),
             backoff_mm=protocol.backoff_mm,
             suction_mm=suction_mm(protocol, site),
         ),

@@ -6,6 +6,10 @@ from annotated_types import Ge, Gt, Le
 
 from opensuction.kernel.meaning import Meaning
 
+NEARER_MM = 10.0
+"""Approach by contact: by how much before its window a carina may be that has come nearer since it
+was taught, head and neck having been moved; assumed."""
+
 
 class Protocol(NamedTuple):
     """What a person sets; the source of each value of a preset stands in `PAPER_SOURCES`."""
@@ -28,7 +32,8 @@ class Protocol(NamedTuple):
         Ge(0),
         Le(130),
         Meaning(
-            "approach by contact: at a lesser depth it is a fault; `travel_mm` ends the search"
+            "approach by contact: 10 mm before it, or where a back-off does not end it, it is a "
+            "fault; `travel_mm` ends the search"
         ),
     ]
     backoff_mm: Annotated[
@@ -65,6 +70,18 @@ class Protocol(NamedTuple):
     bench_only: Annotated[
         bool, Meaning("breaks a guideline's limit on purpose: never for a patient")
     ]
+
+
+def nearest_contact_mm(protocol: Protocol) -> float:
+    """Least depth at which a steady contact may be a carina that has come nearer.
+
+    Drawing back tells it from a switch that is stuck: a tip that does not back off has no way to,
+    and one that touches nearer than its back-off would suck inside the tube.
+    """
+    window_mm = protocol.contact_from_mm
+    if protocol.backoff_mm == 0.0:
+        return window_mm
+    return min(window_mm, max(window_mm - NEARER_MM, protocol.backoff_mm))
 
 
 PAPER = Protocol(
