@@ -15,6 +15,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from opensuction.console.guard import problem
+from opensuction.console.guard.guard import MADE_S
 from opensuction.console.guard.origin import is_loopback
 from opensuction.console.guard.problem import MEDIA_TYPE, Problem
 
@@ -49,6 +50,8 @@ class HastyProtocol(H11Protocol):
         self._timer: asyncio.TimerHandle | None = None
         self._heard = 0
         self._made_s = self.loop.time()
+        # Each request's state is a copy of this.
+        self.app_state = {**self.app_state, MADE_S: self._made_s}
         peer = self.client[0] if self.client else "unknown"
         others = [
             one

@@ -224,6 +224,10 @@ def test_a_flood_leaves_few_lines_and_says_how_many_it_left_out() -> None:
     assert f"({5000 - len(kept)} lines before it left out)" in last.getMessage()
 
 
+OLD_S = USUAL.new_s
+"""Age of a connection that a page has kept."""
+
+
 def press_scope(port: int) -> Scope:
     host = [(b"host", b"127.0.0.1:8080"), (b"content-length", b"2")]
     return {
@@ -257,7 +261,7 @@ def test_a_first_press_waits_for_nobody_who_presses_often() -> None:
         guard = Guard(machine, USUAL._replace(more_s=0.0), rates, None, "session")
         flooding = range(1, 41)
         for port in list(flooding) * int(USUAL.first_presses.most):
-            assert rates.is_a_first_press("127.0.0.1", port)
+            assert rates.is_a_first_press("127.0.0.1", port, OLD_S)
         others = (50, 51, 52)
         waiting = [
             asyncio.ensure_future(guard(press_scope(port), receive, send))
@@ -268,5 +272,32 @@ def test_a_first_press_waits_for_nobody_who_presses_often() -> None:
         assert came == [*others, 1, 2, 3, 4]
         for one in waiting:
             one.cancel()
+
+    play(test(), 60.0)
+
+
+def test_connections_that_one_address_makes_anew_press_often_together() -> None:
+    rates = Rates(USUAL)
+    most = int(USUAL.new_presses.most)
+    presses = [rates.is_a_first_press("192.0.2.1", port, 0.0) for port in range(most + 5)]
+    assert presses == [True] * most + [False] * 5
+    assert rates.is_a_first_press("192.0.2.1", 999, OLD_S)
+    assert rates.is_a_first_press("192.0.2.2", 1, 0.0)
+
+
+def test_who_asked_too_often_is_told_so_later_and_keeps_nobody_up() -> None:
+    """A refusal at once would be followed by the next request at once."""
+
+    async def machine(_scope: Scope, _receive: Receive, _send: Send) -> None:
+        """Reads nothing and answers nothing."""
+
+    async def test() -> None:
+        few = USUAL._replace(presses=Rate(0.001, 1.0), refused_s=3600.0)
+        guard = Guard(machine, few, Rates(few), None, "session")
+        await guard(press_scope(1), receive, send)
+        often = asyncio.ensure_future(guard(press_scope(1), receive, send))
+        await guard(press_scope(2), receive, send)
+        assert not often.done()
+        often.cancel()
 
     play(test(), 60.0)

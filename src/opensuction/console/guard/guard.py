@@ -6,6 +6,7 @@ anything that is secret. Every answer, also of what fails within, gets the heade
 
 import asyncio
 import logging
+import math
 import time
 from collections import Counter
 from collections.abc import AsyncIterator
@@ -28,7 +29,9 @@ FAILED = "this did not work; the log of the console says why. To stop the machin
 LONGEST_PATH = 200
 REFUSED = 1008
 """Code of a socket that is closed for what it asked."""
-FAILS = 500
+FAILS, TOO_OFTEN = 500, 429
+MADE_S = "made_s"
+"""Of a request's state: when its connection was made, monotonic; without it is an old one."""
 SCHEMES = {"http": "http", "https": "https", "ws": "http", "wss": "https"}
 
 
@@ -82,6 +85,9 @@ class Guard:
             body.check_length(self._limits, headers.get("content-length"))
             await self._pass_on(scope, headers, receive, answer)
         except Problem as refused:
+            if refused.status == TOO_OFTEN:
+                # Or whoever asks again at once would have the event loop refuse and nothing else.
+                await asyncio.sleep(self._limits.refused_s)
             await refuse(refused)
         except body.GoneError:
             pass
@@ -102,17 +108,19 @@ class Guard:
             return
         with self._turns.take(self._session(headers)) as turn:
             scope.setdefault("state", {})["turn"] = turn
+            whole = await body.read(self._limits, receive)
+            body.check_keys(whole, is_press=scope["path"] == PRESSES)
+            turn.arrive()
+            # Not before: a press that is never ended would hold one of the few.
             async with self._place(scope):
-                whole = await body.read(self._limits, receive)
-                body.check_keys(whole, is_press=scope["path"] == PRESSES)
-                turn.arrive()
                 await self.app(scope, body.again(whole, receive), send)
 
     @asynccontextmanager
     async def _place(self, scope: Scope) -> AsyncIterator[None]:
         """Keep a place for a press; a connection that presses often waits for others that do."""
         peer, port = scope.get("client") or ("unknown", 0)
-        if scope["path"] != PRESSES or self._rates.is_a_first_press(peer, port):
+        age_s = time.monotonic() - scope.get("state", {}).get(MADE_S, -math.inf)
+        if scope["path"] != PRESSES or self._rates.is_a_first_press(peer, port, age_s):
             yield
             return
         async with self._often:

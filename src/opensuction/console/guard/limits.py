@@ -37,11 +37,17 @@ class Limits(NamedTuple):
     the same computer or behind the same proxy, leaves a person's first presses to stop theirs."""
     first_presses: Rate = Rate(2.0, 3.0)
     """Of these, so many wait for nobody, however much others press;"""
+    new_s: float = 2.0
+    new_presses: Rate = Rate(10.0, 20.0)
+    """and of one address by connections younger than `new_s`, which a flood can make at will: a
+    page has older ones;"""
     more_at_once: int = 4
     """so many of all that come more often are carried out at once;"""
     more_s: float = 0.02
     """each takes so long at least, and the rest waits: a person's first press does not wait for
     who presses often. Each connection has one of them on the way at a time."""
+    refused_s: float = 0.5
+    """Who asked too often is told so after this time: by one connection nobody asks meanwhile."""
     buttons: Rate = Rate(10.0, 40.0)
     """Of one address, of buttons that do not stop."""
     sockets: int = 96
@@ -62,6 +68,8 @@ UNHURRIED = USUAL._replace(
     sign_ins=NO_RATE,
     presses=NO_RATE,
     first_presses=NO_RATE,
+    new_presses=NO_RATE,
     buttons=NO_RATE,
+    refused_s=0.0,
 )
 """For tests that ask more often than any person: what else is limited is so still."""

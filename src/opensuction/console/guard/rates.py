@@ -23,6 +23,7 @@ class Rates:
         self._sign_ins, self._presses = make(limits.sign_ins), make(limits.presses)
         self._buttons = make(limits.buttons)
         self._first_presses = make(limits.first_presses)
+        self._new_presses, self._new_s = make(limits.new_presses), limits.new_s
 
     def check(self, method: str, path: str, peer: str, port: int, session: str | None) -> None:
         """Raises Problem where somebody asks too often. peer, port: of the connection."""
@@ -39,9 +40,14 @@ class Rates:
             if session is not None:
                 _take(self._own_reads, hashlib.sha256(session.encode()).hexdigest())
 
-    def is_a_first_press(self, peer: str, port: int) -> bool:
-        """Decide whether a connection has pressed little lately; to be asked once a press."""
-        return self._first_presses.take(_connection(peer, port)) == 0.0
+    def is_a_first_press(self, peer: str, port: int, age_s: float) -> bool:
+        """Decide whether a connection has pressed little lately; to be asked once a press.
+
+        age_s: of the connection. As many as one address makes anew have pressed often together.
+        """
+        if self._first_presses.take(_connection(peer, port)) > 0.0:
+            return False
+        return age_s >= self._new_s or self._new_presses.take(peer) == 0.0
 
     def check_button(self, peer: str) -> None:
         """The same for a button, once it is known that it is not to stop."""
