@@ -135,7 +135,5 @@ def test_nor_with_a_line_that_takes_long_to_be_pumped(tmp_path: Path) -> None:
 def test_nor_with_any_line_that_a_machine_file_may_have(
     name: str, patient: str, approach: str, tmp_path: Path
 ) -> None:
-    if name == "slow valve" and patient == "neonate":
-        pytest.skip("its suction does not fit a neonate's budget: such a file is refused")
     machine = sound(patient, approach, write(tmp_path / "m.toml", name, patient))
     assert search(machine, 10) == {}

@@ -16,7 +16,7 @@ AGAIN_S = 0.05
 """After which a connection that was closed is made anew."""
 
 Flooder = Callable[[int, float], Awaitable[None]]
-"""What one connection does until it is closed, by port and rate, Hz."""
+"""One connection until it is closed, by port and rate, Hz."""
 
 
 def press_of(port: int) -> bytes:
@@ -28,7 +28,7 @@ def press_of(port: int) -> bytes:
 
 
 def read_of(port: int) -> bytes:
-    """Asks for all that is known of the machine."""
+    """A request for all that is known of the machine."""
     return f"GET /api/v1/state HTTP/1.1\r\nHost: {HOST}:{port}\r\n\r\n".encode()
 
 

@@ -86,7 +86,7 @@ class Guard:
             await self._pass_on(scope, headers, receive, answer)
         except Problem as refused:
             if refused.status == TOO_OFTEN:
-                # Or whoever asks again at once would have the event loop refuse and nothing else.
+                # Told at once, who floods asks again at once, and the event loop only refuses.
                 await asyncio.sleep(self._limits.refused_s)
             await refuse(refused)
         except body.GoneError:

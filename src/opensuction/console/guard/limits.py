@@ -38,8 +38,8 @@ class Limits(NamedTuple):
     first_presses: Rate = Rate(2.0, 3.0)
     """Of these, so many wait for nobody, however much others press;"""
     new_s: float = 2.0
-    new_presses: Rate = Rate(10.0, 20.0)
-    """and of one address by connections younger than `new_s`, which a flood can make at will: a
+    new_presses: Rate = Rate(20.0, 10.0)
+    """and of one address by connections younger than `new_s`, which a flood can make at will; a
     page has older ones;"""
     more_at_once: int = 4
     """so many of all that come more often are carried out at once;"""
@@ -47,7 +47,7 @@ class Limits(NamedTuple):
     """each takes so long at least, and the rest waits: a person's first press does not wait for
     who presses often. Each connection has one of them on the way at a time."""
     refused_s: float = 0.5
-    """Who asked too often is told so after this time: by one connection nobody asks meanwhile."""
+    """Delay of the answer to who asks too often: its connection asks nothing meanwhile."""
     buttons: Rate = Rate(10.0, 40.0)
     """Of one address, of buttons that do not stop."""
     sockets: int = 96

@@ -129,7 +129,7 @@ def is_off(search: ContactSearch, state: ProcedureState) -> bool:
 
 @compiled
 def is_stuck(search: ContactSearch, state: ProcedureState) -> bool:
-    """Whether the switch has stayed closed, or chatters, while the tip was drawn back.
+    """Tell whether the switch has stayed closed, or chatters, while the tip was drawn back.
 
     Before the window that is no carina which has come nearer.
     """
