@@ -1,5 +1,6 @@
 """One clock on the page, the machine's: the device in front of a person may show any time."""
 
+import re
 from datetime import timedelta
 from typing import Any
 
@@ -17,6 +18,9 @@ SHOWS = """ahead_ms => {
     return [-2000, -1000, 0, 1000, 2000].some((more_ms) => at(more_ms) === shown);
 }"""
 """The header shows the time of a clock so far ahead of the browser's, within two seconds."""
+
+UNTOLD = re.compile("^(Connecting|No connection)$")
+"""The state of a page that nobody has told anything: it waits, and soon it has waited too long."""
 
 SECONDS = """() => new Promise((then) => {
     let seen = 0;
@@ -65,7 +69,7 @@ def test_a_difference_that_is_mended_is_not_said_any_more(bedside: Bedside) -> N
 def test_before_the_machine_has_told_the_time_none_is_shown(bedside: Bedside) -> None:
     bedside.machine.mute = True
     bedside.page.reload()
-    bedside.page.get_by_text("Connecting", exact=True).wait_for()
+    bedside.page.get_by_text(UNTOLD).first.wait_for()
     expect(bedside.page.locator(".clock")).to_have_text("\u2013")
 
 
