@@ -19,8 +19,8 @@ CYCLE = ("cycle", "--machine", "bench", "--compensation", "none")
 @pytest.mark.parametrize(
     ("number", "status", "word"),
     [
-        (signal.SIGINT, 130, "interrupted"),
-        pytest.param(signal.SIGHUP, 129, "terminal closed", marks=pytest.mark.sweep),
+        pytest.param(signal.SIGINT, 130, "interrupted", marks=pytest.mark.sweep),
+        pytest.param(signal.SIGHUP, 129, "terminal closed", marks=pytest.mark.soak),
     ],
 )
 def test_a_signal_ends_a_running_cycle_at_once(

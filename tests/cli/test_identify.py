@@ -141,6 +141,7 @@ def test_compare_ranks_models_and_recommends_one(tmp_path: Path) -> None:
     assert (tmp_path / "found" / "report.html").is_file()
 
 
+@pytest.mark.sweep
 def test_a_purpose_is_taken_and_its_reason_told(tmp_path: Path) -> None:
     arguments = ("compare", str(EXAMPLE), *COLUMNS, "--time", "time_s", "--json")
     ran = opensuction(*arguments, "--purpose", "compensate", cwd=tmp_path)
@@ -274,6 +275,7 @@ def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:
     assert_refused(opensuction(*arguments, cwd=tmp_path), "--force", tmp_path, left=1)
 
 
+@pytest.mark.sweep
 def test_a_second_input_is_asked_for_and_taken(tmp_path: Path) -> None:
     time_s, head, tip = motion()
     bend = 9.0 * np.sin(1.3 * time_s)

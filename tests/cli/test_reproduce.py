@@ -10,6 +10,8 @@ import pytest
 
 from tests.cli.command import opensuction
 
+pytestmark = pytest.mark.sweep
+
 CLAIM_KEYS = {"name", "paper", "measured", "tolerance", "ok"}
 """docs/reference/results.md."""
 

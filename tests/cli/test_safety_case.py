@@ -44,6 +44,7 @@ def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     assert "pump-runaway@inserting" in page
 
 
+@pytest.mark.sweep
 def test_a_bound_that_is_broken_is_shown_and_exits_1(tmp_path: Path) -> None:
     text = ROW.replace("safe_ms = 10000", "safe_ms = 10")
     (tmp_path / "mine.toml").write_text(text + FAULT + ON_ONE)

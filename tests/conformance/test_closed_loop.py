@@ -60,7 +60,10 @@ def linked() -> list[list[float]]:
 
 @pytest.mark.parametrize(
     ("play", "reached"),
-    [(bench, {Phase.SUCTIONING, Phase.PARKED}), (linked, {Phase.INSERTING, Phase.ABORTING})],
+    [
+        pytest.param(bench, {Phase.SUCTIONING, Phase.PARKED}, marks=pytest.mark.sweep),
+        (linked, {Phase.INSERTING, Phase.ABORTING}),
+    ],
 )
 def test_compiled_equals_plain_python(
     play: Callable[[], list[list[float]]], reached: set[Phase]

@@ -114,6 +114,7 @@ def assert_equals_plain(compiled: dict[str, list[list[float]]], function: str) -
         np.testing.assert_allclose(rows, plain[name], rtol=1e-9, atol=1e-9, err_msg=name)
 
 
+@pytest.mark.sweep
 def test_compiled_equals_plain_python(compiled: dict[str, list[list[float]]]) -> None:
     assert_equals_plain(compiled, "results")
 

@@ -74,7 +74,9 @@ def lively_results() -> list[list[float]]:
     return played(twin, preset.park(nobody, values, 25.0, seed=11, run=2))
 
 
-@pytest.mark.parametrize("play", [results, bedside_results, lively_results])
+@pytest.mark.parametrize(
+    "play", [pytest.param(results, marks=pytest.mark.sweep), bedside_results, lively_results]
+)
 def test_compiled_equals_plain_python(play: Callable[[], list[list[float]]]) -> None:
     plain = run_plain("tests.conformance.test_machine_step", play.__name__)
     assert isinstance(plain, list)

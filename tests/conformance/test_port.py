@@ -10,7 +10,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -55,13 +55,21 @@ class Machine(NamedTuple):
     """It is back, with the head at home."""
 
 
-@pytest.fixture(
-    scope="module",
-    params=[
+def machines(on_a_bus: pytest.MarkDecorator) -> list[Any]:
+    """Each machine. on_a_bus: where the one on a bus is tried."""
+    return [
         pytest.param(None, id="twin"),
-        pytest.param(PLAUSIBLE, id="twin-on-a-bus", marks=pytest.mark.sweep),
-    ],
+        pytest.param(PLAUSIBLE, id="twin-on-a-bus", marks=on_a_bus),
+    ]
+
+
+one_kind = pytest.mark.parametrize(
+    "machine", machines(pytest.mark.soak), indirect=True, scope="module"
 )
+"""The bus carries each message alike: where a test takes seconds, one machine is enough."""
+
+
+@pytest.fixture(scope="module", params=machines(pytest.mark.sweep))
 def machine(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Machine]:
@@ -212,6 +220,7 @@ def speed_mm_per_s(port: Port, volts: float) -> float:
     return float((readings[place] - from_mm) / ((last - first) * port.facts.period_s))
 
 
+@one_kind
 @pytest.mark.parametrize("times", [10.0, pytest.param(1e300, marks=pytest.mark.soak)])
 def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: float) -> None:
     most_v = port.facts.most["commands.insertion_v"]
@@ -226,6 +235,8 @@ def test_more_than_it_says_is_cut_to_that(machine: Machine, port: Port, times: f
         assert speed_mm_per_s(again, -times * most_v) == pytest.approx(-usual, rel=0.1)
 
 
+@pytest.mark.sweep
+@one_kind
 @pytest.mark.parametrize(
     "first", [0, *(pytest.param(each, marks=pytest.mark.soak) for each in (1, 2))]
 )

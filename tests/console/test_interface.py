@@ -34,6 +34,8 @@ CHECKS = [
     response_schema_conformance,
 ]
 ROLES = (None, "observer", "clinician", "engineer", "administrator")
+TRIED: dict[str | None, Any] = {None: (), "clinician": pytest.mark.sweep}
+"""Who may do least in `make test`, who may do most at the bed in `.ci/run`; the others ask more."""
 FEW, MANY, MOST = 4, 24, 80
 """Requests of each kind to each route, for each role."""
 LAST = ("DELETE", "/api/v1/session")
@@ -88,10 +90,7 @@ def play(console: Served, role: str | None, examples: int) -> int:
 
 @pytest.mark.parametrize(
     "role",
-    [
-        pytest.param(one, marks=() if one in (None, "clinician") else pytest.mark.sweep)
-        for one in ROLES
-    ],
+    [pytest.param(one, marks=TRIED.get(one, pytest.mark.soak)) for one in ROLES],
 )
 def test_nothing_that_is_asked_fails_within_or_is_answered_as_nobody_said(
     console: Served, role: str | None

@@ -168,13 +168,11 @@ def moments() -> list[Any]:
     """Which eighths of the instants for which kind: all for the two that people use most.
 
     The others have every other one in turn, so that each phase and each instant is stopped in.
-    One of each kind is no sweep, another one for the next kind; those of the others are long runs.
+    One of each kind is in `make test`, another one for the next kind; the others are long runs.
     """
 
     def marks(kind: CompensationKind, part: int) -> tuple[pytest.MarkDecorator, ...]:
-        if part == kind:
-            return ()
-        return (pytest.mark.sweep if kind in often else pytest.mark.soak,)
+        return () if part == kind else (pytest.mark.soak,)
 
     often = (EXACT, CompensationKind.PREVIEW)
     return [

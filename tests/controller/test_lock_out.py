@@ -49,6 +49,7 @@ def alarmed(columns: Columns, code: Condition) -> np.ndarray[tuple[int, ...], np
     return columns["signals.present"].astype(np.int64) >> int(code) & 1
 
 
+@pytest.mark.sweep
 @pytest.mark.requirement("OS-R43")
 def test_56_resets_on_a_jam_are_three_pulls_more() -> None:
     buttons = {0.0: START} | dict.fromkeys(RESETS_S, RESET)

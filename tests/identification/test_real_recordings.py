@@ -24,7 +24,10 @@ SHARE = 0.85
 TRANSFER = 0.16
 """Percent of range that a model of one recording may leave on another at another speed."""
 
-pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="real recordings are not here")
+pytestmark = [
+    pytest.mark.sweep,
+    pytest.mark.skipif(not FOLDER.exists(), reason="real recordings are not here"),
+]
 
 
 def load(run: str, begins: int) -> NDArray[np.float64]:

@@ -83,7 +83,13 @@ NOISE = np.random.default_rng(1).normal(0.0, 0.1, HEAD.size)
 TIME_S = 0.01 * np.arange(HEAD.size)
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "model",
+    [
+        pytest.param(one, marks=pytest.mark.sweep if one == "preisach" else ())  # takes seconds
+        for one in MODELS
+    ],
+)
 def test_every_model_follows_a_backlash_and_repeats_itself(model: str) -> None:
     found = identify(HEAD, TIP + NOISE, TIME_S, model, None, 0.25)
     # A line leaves 8 % of the range; Dahl has no line and does not even reach that.
@@ -95,6 +101,7 @@ def test_every_model_follows_a_backlash_and_repeats_itself(model: str) -> None:
     assert repr(again.parameters) == repr(found.parameters)  # nan is not equal to itself
 
 
+@pytest.mark.sweep
 def test_the_true_model_is_recommended_and_its_intervals_hold() -> None:
     best = compare(HEAD, TIP + NOISE)[0]
     assert best.recommended

@@ -69,6 +69,7 @@ def test_every_model_predicts_what_was_fitted_and_the_same_once_loaded(
         assert loaded.parameters == fit.parameters
 
 
+@pytest.mark.sweep
 def test_several_inputs_are_fitted_predicted_and_loaded(tmp_path: Path) -> None:
     x, y = wrist(240)
     fit = osn.identify(

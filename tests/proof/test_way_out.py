@@ -183,6 +183,7 @@ def test_a_withdrawal_has_torque(guarded: Guarded) -> None:
     assert_holds(guarded.doubles, True, claim)
 
 
+@pytest.mark.sweep
 @proves(
     "W5",
     "As long as it withdraws a head that is not home, the clock of the withdrawal goes on in every "

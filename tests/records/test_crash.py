@@ -43,6 +43,7 @@ def test_killed_while_a_database_is_made(empty_url: str, statement: int) -> None
     check(empty_url, kill_before(empty_url, statement, 2))
 
 
+@pytest.mark.sweep
 def test_killed_while_cycles_are_written(url: str) -> None:
     answered: list[str] = []
     check(url, answered)

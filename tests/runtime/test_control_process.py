@@ -31,6 +31,7 @@ def room(shared: Room) -> Iterator[Room]:
     shared.mend()
 
 
+@pytest.mark.sweep
 def test_a_person_starts_a_cycle_and_it_is_done(room: Room) -> None:
     seen: list[Phase] = []
 

@@ -71,6 +71,7 @@ def cycle(folder: Path, choice: CycleChoice, period: int) -> Cycle:
     )
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("patient", "approach", "compensation"),
     [

@@ -125,6 +125,7 @@ BY_CONTACT = CycleChoice(
 )
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     "fault",
     [Fault.MOTOR_REVERSED, Fault.ENCODER_FROZEN, Fault.READING_LOST],

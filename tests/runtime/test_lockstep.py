@@ -12,6 +12,7 @@ from tests.runtime.machine_room import INSIDE_MM, running, wait
 pytestmark = pytest.mark.real_time(machine_s=0.5)
 
 
+@pytest.mark.sweep
 def test_a_cycle_goes_through_on_a_computer_that_stands_still_now_and_then() -> None:
     with running(in_step=True) as room:
         room.reach(lambda: room.truth("truth.tip_mm") > INSIDE_MM)

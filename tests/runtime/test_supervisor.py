@@ -47,6 +47,7 @@ def look(supervisor: Supervisor, seconds: float, wanted: str) -> Notice:
     raise AssertionError(f"no {wanted} within {seconds:g} s")
 
 
+@pytest.mark.sweep
 def test_what_stands_still_is_replaced_and_the_catheter_comes_out(
     room: Room, tmp_path: Path
 ) -> None:

@@ -5,8 +5,11 @@ cycle begins. Besides the beds' own machines, suction lines at the ends of what 
 say of one whose pre-use test passes.
 """
 
+from collections.abc import Container, Iterable
 from functools import cache
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,6 +47,18 @@ FILES = {
     "slow valve": ("cam_no_load_rad_per_s = 1.0", "cam_rad_per_s = 0.7"),
 }
 """What the twin is, and what its controller knows of it."""
+SWEPT_FILES = {
+    ("slow", "adult-icu", "contact"),
+    ("strong", "neonate", "travel"),
+    ("stiff regulator", "adult-icu", "travel"),
+    ("slow valve", "neonate", "contact"),
+}
+
+
+def _cases(all_of_them: Iterable[tuple[str, ...]], swept: Container[tuple[str, ...]]) -> list[Any]:
+    """Those that `.ci/run` tries, and the others for the long runs."""
+    marks = {True: pytest.mark.sweep, False: pytest.mark.soak}
+    return [pytest.param(*one, marks=marks[one in swept]) for one in all_of_them]
 
 
 @cache
@@ -114,9 +129,9 @@ def test_the_way_in_is_searched_between_its_edges_too() -> None:
         assert way_mm(machine, float(at_s)) <= WAY_MM, at_s
 
 
-@pytest.mark.sweep
-@pytest.mark.parametrize("approach", APPROACHES)
-@pytest.mark.parametrize("patient", PATIENTS)
+@pytest.mark.parametrize(
+    ("patient", "approach"), _cases(product(PATIENTS, APPROACHES), {("adult-icu", "contact")})
+)
 def test_nor_at_any_instant_about_an_edge(patient: str, approach: str) -> None:
     assert search(sound(patient, approach), 5) == {}
 
@@ -128,10 +143,10 @@ def test_nor_with_a_line_that_takes_long_to_be_pumped(tmp_path: Path) -> None:
     assert search(machine, 50) == {}
 
 
-@pytest.mark.sweep
-@pytest.mark.parametrize("approach", APPROACHES)
-@pytest.mark.parametrize("patient", ["adult-icu", "neonate"])
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize(
+    ("name", "patient", "approach"),
+    _cases(product(FILES, ("adult-icu", "neonate"), APPROACHES), SWEPT_FILES),
+)
 def test_nor_with_any_line_that_a_machine_file_may_have(
     name: str, patient: str, approach: str, tmp_path: Path
 ) -> None:

@@ -89,7 +89,10 @@ def check(told: dict[str, list[float]]) -> None:
     assert told["live"][0] < ONCE_MORE_S
 
 
-@pytest.mark.parametrize("way", ["mute", "down"])
+@pytest.mark.parametrize(
+    "way",
+    [pytest.param("mute", marks=pytest.mark.soak), pytest.param("down", marks=pytest.mark.sweep)],
+)
 def test_a_loss_is_told_and_sounds_within_two_seconds_where_nobody_looks(
     chromium: "Browser", component: Component, fake: tuple[FakeMachine, str], way: str
 ) -> None:

@@ -81,6 +81,7 @@ def test_from_the_list_to_a_cycle_and_its_report(
     assert past.completed
 
 
+@pytest.mark.sweep
 def test_a_recording_is_taken_and_played_again_by_keyboard(
     chromium: "Browser", console: Served, past: Past, recording: Path
 ) -> None:
@@ -117,6 +118,7 @@ def test_a_list_is_narrowed_and_says_when_nothing_is_left(
     assert past.lost
 
 
+@pytest.mark.sweep
 def test_older_ones_follow_on_demand(chromium: "Browser", console: Served) -> None:
     fill(console, 60)
     page = Tab(chromium, console, "observer").open("")
@@ -146,6 +148,7 @@ def test_alarms_trends_and_the_trail(chromium: "Browser", console: Served, past:
     assert past.running
 
 
+@pytest.mark.sweep
 def test_what_is_refused_is_said_and_can_be_tried_again(
     chromium: "Browser", console: Served, past: Past
 ) -> None:
@@ -162,6 +165,7 @@ def test_what_is_refused_is_said_and_can_be_tried_again(
     assert past.completed
 
 
+@pytest.mark.sweep
 def test_each_role_sees_what_it_may(chromium: "Browser", console: Served, past: Past) -> None:
     page = Tab(chromium, console, "clinician").open("")
     page.locator(".history-list tbody tr").first.wait_for()

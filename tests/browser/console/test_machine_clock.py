@@ -34,8 +34,16 @@ SECONDS = """() => new Promise((then) => {
     ("ahead", "said"),
     [
         (timedelta(hours=3), "This device's clock is 3 h behind the machine's."),
-        (-timedelta(minutes=61), "This device's clock is 61 min ahead of the machine's."),
-        (timedelta(seconds=7.2), "This device's clock is 7 s behind the machine's."),
+        pytest.param(
+            -timedelta(minutes=61),
+            "This device's clock is 61 min ahead of the machine's.",
+            marks=pytest.mark.sweep,
+        ),
+        pytest.param(
+            timedelta(seconds=7.2),
+            "This device's clock is 7 s behind the machine's.",
+            marks=pytest.mark.sweep,
+        ),
         (timedelta(seconds=2.5), ""),
     ],
 )

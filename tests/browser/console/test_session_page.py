@@ -88,6 +88,7 @@ def test_no_look_says_that_a_person_has_asked(bedside: Bedside) -> None:
     assert all(looks)
 
 
+@pytest.mark.sweep
 def test_what_one_person_has_begun_to_fill_in_is_not_the_next_ones(bedside: Bedside) -> None:
     page = enter(bedside)
     page.get_by_role("button", name="kim, ").click()
@@ -98,6 +99,7 @@ def test_what_one_person_has_begun_to_fill_in_is_not_the_next_ones(bedside: Beds
     expect(page.get_by_role("dialog")).to_be_hidden()
 
 
+@pytest.mark.sweep
 def test_a_slow_look_does_not_undo_a_sign_in(bedside: Bedside) -> None:
     page = bedside.page
     held: list[Route] = []
@@ -126,6 +128,7 @@ def test_a_slow_look_does_not_undo_a_sign_in(bedside: Bedside) -> None:
     expect(page.get_by_role("dialog")).to_be_hidden()
 
 
+@pytest.mark.sweep
 def test_who_could_not_be_signed_out_is_still_named(bedside: Bedside) -> None:
     page = enter(bedside)
     page.route(
@@ -148,6 +151,7 @@ def sign_in(page: "Page", served: Served, role: str) -> None:
     page.get_by_role("button", name=f"{PEOPLE[role]}, ").wait_for()
 
 
+@pytest.mark.sweep
 @pytest.mark.real_time
 def test_two_machines_of_one_computer_sign_nobody_out_of_each_other(
     chromium: "Browser", tmp_path: Path

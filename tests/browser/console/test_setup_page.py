@@ -23,7 +23,7 @@ from tests.console.setup.bed import Bed, bed, until
 if TYPE_CHECKING:
     from typing import Literal
 
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
     Scheme = Literal["dark", "light"]
 
@@ -40,17 +40,25 @@ def at_bed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bed]:
         yield made
 
 
-@pytest.fixture
-def page(chromium: "Browser", at_bed: Bed) -> Iterator["Page"]:
+@pytest.fixture(scope="module")
+def tablet(chromium: "Browser") -> Iterator["BrowserContext"]:
+    """A browser whose pages load the files once."""
     context = chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
-    found = context.new_page()
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def page(tablet: "BrowserContext", at_bed: Bed) -> Iterator["Page"]:
+    found = tablet.new_page()
     broken: list[str] = []
     found.on("pageerror", lambda error: broken.append(str(error)))
     found.goto(f"{at_bed.served.url}/#/setup")
     found.wait_for_selector(".protocol")
     at_bed.settle()
     yield found
-    context.close()
+    found.close()
+    tablet.clear_cookies()  # nobody is signed in any more
     assert not broken
 
 

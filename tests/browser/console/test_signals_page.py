@@ -12,11 +12,11 @@ from playwright.sync_api import expect
 
 from opensuction.runtime import launch
 from tests.browser.console.test_everybody import SCHEMES, SMALL, TOUCH_PX
-from tests.console.load.browser_page import FIGURES, opened
+from tests.console.load.browser_page import FIGURES, show, signed_in
 from tests.console.load.console_machine import CONSOLE, ConsoleMachine, console_machine
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 pytestmark = [pytest.mark.real_time, pytest.mark.browser]
 
@@ -33,11 +33,18 @@ def machine() -> Iterator[ConsoleMachine]:
         yield made
 
 
+@pytest.fixture(scope="module")
+def engineer(chromium: "Browser", machine: ConsoleMachine) -> Iterator["BrowserContext"]:
+    with signed_in(chromium, machine, "engineer") as context:
+        yield context
+
+
 @pytest.fixture
-def page(chromium: "Browser", machine: ConsoleMachine) -> Iterator["Page"]:
-    with opened(chromium, machine, "signals", "engineer") as found:
-        expect(status(found)).to_contain_text("Live:", timeout=SOON_MS)
-        yield found
+def page(engineer: "BrowserContext", machine: ConsoleMachine) -> Iterator["Page"]:
+    found = show(engineer, machine, "signals")
+    expect(status(found)).to_contain_text("Live:", timeout=SOON_MS)
+    yield found
+    found.close()
 
 
 def status(page: "Page"):  # type: ignore[no-untyped-def]

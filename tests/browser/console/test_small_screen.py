@@ -17,7 +17,7 @@ from tests.browser.console.fake_machine import MACHINE, FakeMachine, Json, alarm
 from tests.browser.console.waiting import drawn
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 pytestmark = pytest.mark.browser
 
@@ -41,6 +41,8 @@ SCREENS = {
     "1280 x 800": Screen(1280, 800),
     "1280 x 800 at 200 %": Screen(640, 400, 2.0, scrolls=True),
 }
+WORST_SCREENS = ("1024 x 600", "1280 x 800 at 200 %")
+"""The lowest, and the one that scrolls."""
 WORST: Json = {
     "phase_left_s": 123.0,
     "tip_mm": -88.0,
@@ -164,26 +166,44 @@ def find_faults(found: Any, screen: Screen) -> Iterator[str]:
         yield f"the page is {found['wide']} px wide"
 
 
-@pytest.fixture(params=SCREENS)
-def small(
-    request: pytest.FixtureRequest, chromium: "Browser", fake: tuple[FakeMachine, str]
-) -> Iterator[tuple["Page", FakeMachine, Screen]]:
-    """The bedside view of a clinician on such a screen."""
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(one, marks=() if one in WORST_SCREENS else pytest.mark.sweep)
+        for one in SCREENS
+    ],
+)
+def shown_on(
+    request: pytest.FixtureRequest, chromium: "Browser"
+) -> Iterator[tuple["BrowserContext", Screen]]:
+    """A browser with such a screen, whose pages load the files once."""
     screen = SCREENS[request.param]
-    machine, url = fake
-    machine.sign_in(Role.CLINICIAN)
     context = chromium.new_context(
         viewport={"width": screen.wide, "height": screen.high}, device_scale_factor=screen.scale
     )
+    yield context, screen
+    context.close()
+
+
+@pytest.fixture
+def small(
+    shown_on: tuple["BrowserContext", Screen], fake: tuple[FakeMachine, str]
+) -> Iterator[tuple["Page", FakeMachine, Screen]]:
+    """The bedside view of a clinician on such a screen."""
+    context, screen = shown_on
+    machine, url = fake
+    machine.sign_in(Role.CLINICIAN)
     page = context.new_page()
     page.goto(url)
     page.get_by_text("Live", exact=True).wait_for()
     page.locator(".live-anatomy").wait_for()
     yield page, machine, screen
-    context.close()
+    page.close()
 
 
-@pytest.mark.parametrize("ahead", [timedelta(), timedelta(hours=-11)])
+@pytest.mark.parametrize(
+    "ahead", [pytest.param(timedelta(), marks=pytest.mark.sweep), timedelta(hours=-11)]
+)
 def test_nothing_lies_over_anything_and_no_word_leaves_its_tile(
     small: tuple["Page", FakeMachine, Screen], ahead: timedelta
 ) -> None:

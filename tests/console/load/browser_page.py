@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from tests.console.load.console_machine import ConsoleMachine
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 TABLET = {"width": 1280, "height": 800}
 FIGURES = "({...document.querySelector('.signals').figures})"
@@ -48,17 +48,29 @@ def blank(browser: "Browser") -> float:
 
 
 @contextmanager
-def opened(browser: "Browser", machine: ConsoleMachine, view: str, role: str) -> Iterator["Page"]:
-    """A view of the console, as somebody of a role sees it."""
+def signed_in(browser: "Browser", machine: ConsoleMachine, role: str) -> Iterator["BrowserContext"]:
+    """A browser in which somebody of a role has signed in; its pages load the files once."""
     context = browser.new_context(viewport=TABLET)  # type: ignore[arg-type]
     try:
         context.add_cookies(machine.browser_cookies(role))  # type: ignore[arg-type]
-        page = context.new_page()
-        page.goto(f"{machine.url}/#/{view}")
-        page.locator(f".{view}").wait_for()
-        yield page
+        yield context
     finally:
         context.close()
+
+
+def show(context: "BrowserContext", machine: ConsoleMachine, view: str) -> "Page":
+    """A page of it with a view of the console."""
+    page = context.new_page()
+    page.goto(f"{machine.url}/#/{view}")
+    page.locator(f".{view}").wait_for()
+    return page
+
+
+@contextmanager
+def opened(browser: "Browser", machine: ConsoleMachine, view: str, role: str) -> Iterator["Page"]:
+    """A view of the console, as somebody of a role sees it."""
+    with signed_in(browser, machine, role) as context:
+        yield show(context, machine, view)
 
 
 def drawn(page: "Page", seconds: float, blank_per_s: float) -> Drawn:

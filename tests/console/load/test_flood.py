@@ -97,7 +97,7 @@ def test_a_stop_is_heard_while_others_press_five_thousand_times_a_second() -> No
             assert quantiles_ms(took_s)["p99"] < 1e3 * HEARD_S, (kept, quantiles_ms(took_s))
 
 
-@pytest.mark.sweep
+@pytest.mark.soak
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "unheard"])
 def test_a_stop_is_heard_whatever_else_floods_the_console(kind: str) -> None:
     with console_machine() as machine, flooded(machine, kind):

@@ -63,7 +63,7 @@ def _summary(patient: str, approach: str, fault: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("patient", "approach", "fault"),
-    [pytest.param(*one, marks=pytest.mark.sweep if i % 3 else ()) for i, one in enumerate(RUNS)],
+    [pytest.param(*one, marks=pytest.mark.soak if i % 3 else ()) for i, one in enumerate(RUNS)],
 )
 def test_no_report_denies_what_happened(patient: str, approach: str, fault: str) -> None:
     assert contradictions(_summary(patient, approach, fault)) == []

@@ -27,7 +27,9 @@ def played(seed: int, cycles: int) -> tuple[Prepared, Day, Columns]:
     return begun, day_run.play(begun, DayChoice(cycles, EVERY_MIN), tell), seen[0]
 
 
-@pytest.mark.parametrize(("seed", "cycles"), [(9102, 5), (9105, 13)])
+@pytest.mark.parametrize(
+    ("seed", "cycles"), [(9102, 5), pytest.param(9105, 13, marks=pytest.mark.sweep)]
+)
 def test_a_cycle_goes_on_from_a_carina_that_a_posture_has_brought_nearer(
     seed: int, cycles: int
 ) -> None:

@@ -47,15 +47,14 @@ CHOICES = {
 
 
 SHARE = ("none", "lookup-table", "adult-contact", "neonate", "link", "power")
-"""Tried by `make test`; the rest is a sweep, but for other compensations of the same bench."""
+SWEPT = ("child", "no-oxygen", "sensor-gone", "controller", "no-controller", "two")
+"""Tried by `.ci/run`, too; the rest, more of the same kinds, is for the long runs."""
 
 
 def _case(name: str) -> object:
     if name in SHARE:
         return name
-    return pytest.param(
-        name, marks=pytest.mark.soak if name in COMPENSATIONS else pytest.mark.sweep
-    )
+    return pytest.param(name, marks=pytest.mark.sweep if name in SWEPT else pytest.mark.soak)
 
 
 @pytest.fixture(scope="module", params=[_case(name) for name in CHOICES])

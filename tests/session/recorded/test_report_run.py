@@ -169,6 +169,7 @@ def test_a_recording_without_a_cycle_is_refused(real: Path, tmp_path: Path) -> N
         report_run.run([path])
 
 
+@pytest.mark.sweep
 def test_damaged_and_cut_files_end_in_a_page_or_one_line(real: Path, tmp_path: Path) -> None:
     drawn, whole = random.Random(1), real.read_bytes()
     path = tmp_path / "g.mcap"
@@ -189,6 +190,7 @@ def test_damaged_and_cut_files_end_in_a_page_or_one_line(real: Path, tmp_path: P
     assert pages > 0
 
 
+@pytest.mark.sweep
 def test_text_from_a_recording_is_never_markup(real: Path, report: Report, tmp_path: Path) -> None:
     attack = "</script><script>alert(1)</script>"
     reader = RecordingReader(real)

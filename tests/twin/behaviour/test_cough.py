@@ -29,7 +29,11 @@ def starts(pressure: list[float]) -> list[int]:
 
 @pytest.mark.parametrize(
     ("stimulus", "per_s"),
-    [(0.0, 0.01), pytest.param(0.5, 0.11, marks=pytest.mark.sweep), (1.0, 0.21)],
+    [
+        pytest.param(0.0, 0.01, marks=pytest.mark.sweep),
+        (0.5, 0.11),
+        pytest.param(1.0, 0.21, marks=pytest.mark.sweep),
+    ],
 )
 def test_a_catheter_provokes_coughs_by_its_stimulus(stimulus: float, per_s: float) -> None:
     """Within four deviations of a Poisson count, for the time that is left between coughs."""
