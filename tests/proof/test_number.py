@@ -87,7 +87,7 @@ def test_the_cam_is_commanded_within_its_stroke() -> None:
     check_contract(VALVE)
 
 
-@pytest.mark.soak
+@pytest.mark.sweep
 @proves(
     "F3",
     "Where the head is taken to be, and the motor's speed, stay numbers within bounds from tick to "
