@@ -25,7 +25,7 @@ from opensuction.safety.watch import line_filter
 from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
-from opensuction.safety.watch.patient_watch import PatientWatch
+from opensuction.safety.watch.patient_watch import Breath, PatientWatch, Sag
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch_state import Durations, Watch
@@ -158,10 +158,11 @@ states = st.builds(
         st.floats(0.0, 100.0),
         *[seconds] * 6,
         st.floats(-30.0, 30.0),
-        *[seconds] * 3,
-        st.booleans(),
         seconds,
-        seconds,
+        st.builds(Sag, seconds, seconds, seconds),
+        *[seconds] * 2,
+        st.builds(Breath, st.booleans(), seconds, st.floats(-30.0, 30.0)),
+        *[seconds] * 2,
         st.sampled_from(PATIENT),
     ),
     withdrawal=st.builds(

@@ -10,10 +10,13 @@ come; a breath of the patient's own lowers it for as long as it lasts.
 
 The airway pressure is read at the connector, against the ventilator's settings: every breath must
 cross a line just above PEEP, both ways. Suction that takes more than the ventilator gives empties
-the lung, and the pressure falls below PEEP - 5 cmH2O [design]; a circuit that has come off leaves
-the connector at the pressure of the room, whatever is sucked: with more PEEP than 5 cmH2O volume is
-lost then too. A pressure that no breath moves is
-ventilation that fails, an expiration that is blocked or a reading that is frozen.
+the lung, and the pressure falls below PEEP - 5 cmH2O [design]. After a cough it is as low as that,
+for the cough has emptied the lung and suction takes most of what fills it, but it rises: as long as
+it does, until the next breath, nothing is being lost. A lung that collapses below a high PEEP loses
+volume where the pressure hardly falls: there the time below PEEP adds up. A circuit that has come
+off leaves the connector at the pressure of the room, whatever is sucked: with more PEEP than
+5 cmH2O volume is lost then too. A pressure that no breath moves is ventilation that fails, an
+expiration that is blocked or a reading that is frozen.
 """
 
 import math
@@ -45,6 +48,10 @@ SINKING_LAG_S = 0.2
 SINKING_CMH2O = 0.1
 """It falls where it is lower by so much than behind such a lag: .5 cmH2O/s, twice what a mean over
 that lag leaves of a transducer's noise [computed]."""
+FLUTTER_S = 0.1
+"""A fall below the breaths' line that is shorter ends no breath: noise where it is crossed."""
+RISEN_CMH2O = 0.5
+"""By how much a pressure has risen from its lowest, beyond noise; assumed."""
 JUMP_PERCENT = 4.0
 """Fall of the saturation between two values that no blood makes: at most 2 % in a second [assumed],
 and the display averages several."""
@@ -53,8 +60,37 @@ ARTEFACT_S = 12.0
 hand that moved; assumed."""
 LINK_S = 2.0
 """How long heart rate or pressure may be missing: a monitor repeats itself within a second."""
+FILLED_S = 0.2
+"""Within so long of the end of a fall the pressure of an inspiration crosses the breaths' line;
+assumed."""
 ROOM_CMH2O = 1.0
 """Nearer than this to the atmosphere the connector may be open to the room."""
+
+
+class Breath(NamedTuple):
+    """The last breath or cough, as the pressure shows it."""
+
+    raised: bool
+    """On which side of the line the pressure was last."""
+    lasted_s: float
+    """For how long it is, or was, above it: a cough is shorter than any inspiration."""
+    lowest_cmh2o: float
+    """Lowest pressure since then."""
+
+
+class Sag(NamedTuple):
+    """Pressure that suction leaves below PEEP, since the valve was opened.
+
+    A breath of the patient's own does so too. But what suction took the ventilator fills, and the
+    next inspiration ends such a fall; a breath of one's own ends by itself.
+    """
+
+    in_all_s: float
+    """Of falls that are known to be suction's."""
+    fall_s: float
+    """Of the last one."""
+    over_s: float
+    """Since it ended."""
 
 
 class PatientWatch(NamedTuple):
@@ -74,12 +110,12 @@ class PatientWatch(NamedTuple):
     """Pressure behind a lag, from where it began to be on its way."""
     sinking_s: float
     """Pressure on its way to too low and falling still."""
+    sag: Sag
     open_s: float
     """Connector at the room's pressure."""
     breath_s: float
     """Since the pressure last crossed the line."""
-    raised: bool
-    """On which side of it the pressure was last."""
+    breath: Breath
     missing_s: float
     """Since heart rate and pressure were there."""
     unsaturated_s: float
@@ -88,6 +124,7 @@ class PatientWatch(NamedTuple):
     """Bit mask of what holds now, of `condition.Condition`."""
 
 
+NO_SAG = Sag(0.0, 0.0, 0.0)
 UNSEEN = make_zero(PatientWatch)
 """At power-up."""
 
@@ -132,6 +169,47 @@ def _sink(
 
 
 @compiled
+def _follow_sag(limits: PatientLimits, sag: Sag, pressure: float, dt_s: float) -> Sag:
+    """Falls below PEEP after another tick of suction."""
+    if pressure < limits.airway_sagging_cmh2o and not abs(pressure) <= ROOM_CMH2O:
+        return Sag(sag.in_all_s, sag.fall_s + dt_s, 0.0)
+    over_s = sag.over_s + dt_s
+    is_filled = pressure > limits.breath_cmh2o
+    if not is_filled and over_s <= FILLED_S:
+        return Sag(sag.in_all_s, sag.fall_s, over_s)
+    counts = is_filled or sag.fall_s > limits.effort_s
+    return Sag(sag.in_all_s + (sag.fall_s if counts else 0.0), 0.0, over_s)
+
+
+@compiled
+def _has_sagged(limits: PatientLimits, sag: Sag) -> bool:
+    """Whether suction has left the pressure below PEEP for too long in all."""
+    going_on_s = sag.fall_s if sag.fall_s > limits.effort_s else 0.0
+    return sag.in_all_s + going_on_s > limits.sagging_s
+
+
+@compiled
+def _follow_breath(
+    limits: PatientLimits, watch: PatientWatch, known: bool, pressure: float, dt_s: float
+) -> Breath:
+    """The last breath or cough after another tick."""
+    before = watch.breath
+    if not known:
+        return before
+    if pressure <= limits.breath_cmh2o:
+        return Breath(False, before.lasted_s, min(before.lowest_cmh2o, pressure))
+    goes_on = before.raised or watch.breath_s < FLUTTER_S
+    return Breath(True, before.lasted_s + dt_s if goes_on else dt_s, pressure)
+
+
+@compiled
+def _is_recoiling(limits: PatientLimits, breath: Breath, pressure: float) -> bool:
+    """Whether a cough has emptied the lung and it fills again: the pressure has risen since."""
+    coughed = not breath.raised and 0.0 < breath.lasted_s < limits.cough_s
+    return coughed and pressure > breath.lowest_cmh2o + RISEN_CMH2O
+
+
+@compiled
 def step(
     limits: PatientLimits, watch: PatientWatch, monitor: Monitor, sucking: bool, dt_s: float
 ) -> PatientWatch:
@@ -148,7 +226,7 @@ def step(
         monitor.connected and monitor.heart_rate_valid and math.isfinite(monitor.heart_rate_per_min)
     )
     has_pressure = monitor.connected and monitor.airway_pressure_valid and math.isfinite(pressure)
-    raised = pressure > limits.breath_cmh2o if has_pressure else watch.raised
+    breath = _follow_breath(limits, watch, has_pressure, pressure, dt_s)
     spo2, doubted_s = _believe(watch, has_spo2, monitor.spo2_percent, dt_s)
     believed = has_spo2 and doubted_s == 0.0
     spo2_low_s = _extend(watch.spo2_low_s, believed, spo2 < limits.spo2_percent, dt_s)
@@ -157,22 +235,30 @@ def step(
     high_s = _add_up(
         watch.high_s, has_pressure, pressure > limits.airway_most_cmh2o, HIGH_FADE, dt_s
     )
-    low_s = _add_up(watch.low_s, has_pressure, pressure < limits.airway_least_cmh2o, LOW_FADE, dt_s)
-    if has_pressure and pressure < limits.airway_least_cmh2o - DEEP_CMH2O:
+    # Without suction nothing takes what fills it: then a pressure that stays low is a fault.
+    recoiling = sucking and _is_recoiling(limits, breath, pressure)
+    counts = has_pressure and not recoiling
+    low_s = _add_up(watch.low_s, counts, pressure < limits.airway_least_cmh2o, LOW_FADE, dt_s)
+    if counts and pressure < limits.airway_least_cmh2o - DEEP_CMH2O:
         # No breath of the patient's own goes so deep: as soon as of one who does not breathe.
         low_s += dt_s * (limits.low_s / SHAKEN_S - 1.0)
     losing = pressure < limits.airway_losing_cmh2o and not abs(pressure) <= ROOM_CMH2O
-    losing_s = _add_up(watch.losing_s, has_pressure, losing, LOW_FADE, dt_s)
+    losing_s = _add_up(watch.losing_s, counts, losing, LOW_FADE, dt_s)
     lagged_cmh2o, sinking_s = _sink(limits, watch, has_pressure, pressure, dt_s)
+    sag = watch.sag if sucking else NO_SAG
+    if sucking and has_pressure:
+        sag = _follow_sag(limits, sag, pressure, dt_s)
     open_s = _extend(watch.open_s, has_pressure, abs(pressure) <= ROOM_CMH2O, dt_s)
-    breath_s = _extend(watch.breath_s, has_pressure, raised == watch.raised, dt_s)
+    breath_s = _extend(watch.breath_s, has_pressure, breath.raised == watch.breath.raised, dt_s)
     missing_s = extend(watch.missing_s, not (has_rate and has_pressure), dt_s)
     unsaturated_s = extend(watch.unsaturated_s, not has_spo2, dt_s)
     going = losing_s > limits.low_s + LOSING_MORE_S or sinking_s > limits.sinking_s
-    low = low_s > limits.low_s or (going and sucking)
+    sagged = _has_sagged(limits, sag)
+    low = low_s > limits.low_s or ((going or sagged) and sucking)
     lost = missing_s > LINK_S or unsaturated_s > ARTEFACT_S
     # What suction took stays its doing while the valve closes.
     taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
+    lost_volume = low and taken
     unsafe = high_s > limits.cough_s or breath_s > limits.breath_s or (low and not taken)
     return PatientWatch(
         spo2_percent=spo2,
@@ -184,15 +270,16 @@ def step(
         losing_s=losing_s,
         lagged_cmh2o=lagged_cmh2o,
         sinking_s=sinking_s,
+        sag=sag,
         open_s=open_s,
         breath_s=breath_s,
-        raised=raised,
+        breath=breath,
         missing_s=missing_s,
         unsaturated_s=unsaturated_s,
         conditions=flag(spo2_low_s > SPO2_S, Condition.SPO2_LOW)
         | flag(heart_rate_low_s > HEART_RATE_S, Condition.HEART_RATE_LOW)
         | flag(unsafe, Condition.AIRWAY_PRESSURE_UNSAFE)
-        | flag(low and taken, Condition.LUNG_VOLUME_LOST)
+        | flag(lost_volume, Condition.LUNG_VOLUME_LOST)
         | flag(open_s > limits.open_s, Condition.CIRCUIT_DISCONNECTED)
         | flag(lost, Condition.MONITOR_LINK_LOST),
     )
