@@ -1,6 +1,5 @@
 """The console on a real port: who is slow, says nonsense or too much, and who hangs."""
 
-import asyncio
 import json
 import socket
 import ssl
@@ -11,9 +10,9 @@ from pathlib import Path
 
 import httpx
 import pytest
-from websockets.asyncio import client as asyncio_client
 from websockets.client import ClientProtocol
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.frames import Frame
 from websockets.protocol import State
 from websockets.sync.client import connect
 from websockets.uri import parse_uri
@@ -238,22 +237,40 @@ def test_with_a_certificate_it_speaks_https_and_nothing_else(tmp_path: Path) -> 
             assert answer.headers["strict-transport-security"]
             with pytest.raises(httpx.TransportError):
                 httpx.get(f"http://{HOST}:{port}/api/v1/session")
-            headers = {"Origin": f"https://{HOST}:{port}"}
-            address = f"wss://{HOST}:{port}/api/v1/live"
-            told = asyncio.run(hear_first(address, trusting, headers))
-            assert json.loads(told)["connected"] is True
+            with ExitStack() as stack:
+                page, protocol = open_page(stack, port, trusting)
+                frames = [one for one in protocol.events_received() if isinstance(one, Frame)]
+                while not frames:
+                    protocol.receive_data(received(page))
+                    frames = [one for one in protocol.events_received() if isinstance(one, Frame)]
+                assert json.loads(bytes(frames[0].data))["connected"] is True
 
 
-async def hear_first(
-    address: str, trusting: ssl.SSLContext, headers: dict[str, str]
-) -> str | bytes:
-    """What a page is told first by TLS.
+def received(page: ssl.SSLSocket) -> bytes:
+    """What came, once there is something."""
+    found = page.recv(65536)
+    assert found, "the console hung up"
+    return found
 
-    In one thread: the other client reads in a thread of its own, and Python 3.11 does not bear that
+
+def open_page(
+    stack: ExitStack, port: int, trusting: ssl.SSLContext
+) -> tuple[ssl.SSLSocket, ClientProtocol]:
+    """A page that is shown the machine by TLS.
+
+    In one thread: the usual client reads in a thread of its own, and Python 3.11 does not bear that
     one reads and another writes by the same TLS connection ("[SSL] internal error").
     """
-    async with asyncio_client.connect(address, ssl=trusting, additional_headers=headers) as page:
-        return await page.recv()
+    bare = stack.enter_context(socket.create_connection((HOST, port), timeout=10.0))
+    page = stack.enter_context(trusting.wrap_socket(bare))
+    protocol = ClientProtocol(parse_uri(f"wss://{HOST}:{port}/api/v1/live"))
+    request = protocol.connect()
+    request.headers["Origin"] = f"https://{HOST}:{port}"
+    protocol.send_request(request)
+    page.sendall(b"".join(protocol.data_to_send()))
+    while protocol.state is not State.OPEN:
+        protocol.receive_data(received(page))
+    return page, protocol
 
 
 def test_the_console_ends_in_order_while_a_page_is_hanging_up(tmp_path: Path) -> None:
@@ -264,15 +281,7 @@ def test_the_console_ends_in_order_while_a_page_is_hanging_up(tmp_path: Path) ->
         port = console.site.origin.port
         site = console.site._replace(origin=console.site.origin._replace(has_tls=True))
         with listening_app(create_app(site), port, make_context(*pair)) as server:
-            bare = stack.enter_context(socket.create_connection((HOST, port), timeout=10.0))
-            page = stack.enter_context(trusting.wrap_socket(bare))
-            protocol = ClientProtocol(parse_uri(f"wss://{HOST}:{port}/api/v1/live"))
-            request = protocol.connect()
-            request.headers["Origin"] = f"https://{HOST}:{port}"
-            protocol.send_request(request)
-            page.sendall(b"".join(protocol.data_to_send()))
-            while protocol.state is not State.OPEN:
-                protocol.receive_data(page.recv(65536))
+            page, protocol = open_page(stack, port, trusting)
             protocol.send_close()
             page.sendall(b"".join(protocol.data_to_send()))
             while protocol.close_rcvd is None:
