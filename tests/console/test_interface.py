@@ -35,7 +35,7 @@ CHECKS = [
 ]
 ROLES = (None, "observer", "clinician", "engineer", "administrator")
 TRIED: dict[str | None, Any] = {None: (), "clinician": pytest.mark.sweep}
-"""Who may do least in `make test`, who may do most at the bed in `.ci/run`; the others ask more."""
+"""Who may do least in `make test`, a clinician in `.ci/run`, the others in the long runs."""
 FEW, MANY, MOST = 4, 24, 80
 """Requests of each kind to each route, for each role."""
 LAST = ("DELETE", "/api/v1/session")

@@ -12,6 +12,7 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.condition_mask import decode_trips
 from opensuction.safety.governor import governor
 from opensuction.safety.handling import Reaction
+from tests.safety.watch.monitored import WELL
 from tests.safety.watchdog import LIMITS, PARK_MM, Tick, first, run, sound, staying, tripped
 
 MONITORED = LIMITS._replace(
@@ -19,15 +20,6 @@ MONITORED = LIMITS._replace(
     in_airway_s=60.0,
     negative_pressure_s=60.0,
     withdrawal_s=60.0,
-)
-WELL = Monitor(
-    connected=True,
-    spo2_percent=97.0,
-    spo2_valid=True,
-    heart_rate_per_min=85.0,
-    heart_rate_valid=True,
-    airway_pressure_cmh2o=6.0,
-    airway_pressure_valid=True,
 )
 INSIDE_MM = 60.0
 OPENED_RAD = 0.5

@@ -11,7 +11,7 @@ from opensuction.kernel.age_group import AgeGroup
 from opensuction.kernel.readings import NO_MONITOR, Monitor
 from opensuction.safety import patient_limit
 from opensuction.safety.condition import Condition
-from opensuction.safety.patient_limit import AGE_LIMITS, AgeLimits
+from opensuction.safety.patient_limit import AGE_LIMITS, COLLAPSING_CMH2O, AgeLimits
 from opensuction.safety.watch import patient_watch
 from opensuction.safety.watch.patient_watch import UNSEEN, PatientWatch
 from tests.safety.watch.monitored import (
@@ -300,26 +300,35 @@ def test_a_pull_deeper_than_any_breath_is_told_as_soon_as_of_one_who_does_not_br
 
 
 @pytest.mark.parametrize("age", AgeGroup)
-@pytest.mark.parametrize("sucking", [False, True])
-def test_a_breath_of_ones_own_is_no_lost_volume(age: AgeGroup, sucking: bool) -> None:
+@pytest.mark.parametrize(
+    ("sucking", "peep_cmh2o", "seconds"),
+    [
+        (False, 12.0, 20.0),
+        (True, COLLAPSING_CMH2O - 0.1, 20.0),
+        # Each ends in the ventilator's inspiration, as what suction takes does: they add up.
+        (True, 12.0, 10.0),
+    ],
+)
+def test_a_breath_of_ones_own_is_no_lost_volume(
+    age: AgeGroup, sucking: bool, peep_cmh2o: float, seconds: float
+) -> None:
     alone, sedated = (
-        patient_limit.limits_of(age, 12.0, monitored=True, breathes=breathes)
+        patient_limit.limits_of(age, peep_cmh2o, monitored=True, breathes=breathes)
         for breathes in (True, False)
     )
     effort_s = AGE_LIMITS[age].effort_s
+    pulled = at_pressure(peep_cmh2o - 6.0)._replace(heart_rate_per_min=150.0)
 
     def pulling(time_s: float) -> Monitor:
         pulls = time_s % PERIOD_S > PERIOD_S - 0.95 * effort_s
-        quiet = 24.0 if time_s % PERIOD_S < 1.3 else 12.0
-        return at_pressure(6.0 if pulls else quiet)._replace(heart_rate_per_min=150.0)
+        quiet = peep_cmh2o + (12.0 if time_s % PERIOD_S < 1.3 else 0.0)
+        return pulled if pulls else pulled._replace(airway_pressure_cmh2o=quiet)
 
-    # Each ends in an inspiration, as what suction takes does: with this PEEP they add up.
-    assert seen(watched(pulling, 10.0 if sucking else 20.0, sucking, alone)) == set()
+    assert seen(watched(pulling, seconds, sucking, alone)) == set()
     lost = Condition.LUNG_VOLUME_LOST if sucking else Condition.AIRWAY_PRESSURE_UNSAFE
     assert seen(watched(pulling, 20.0, sucking, sedated)) == {lost}
     # What lasts for longer is told of those who breathe, too.
-    sample = at_pressure(6.0)._replace(heart_rate_per_min=150.0)
-    states = watched(lambda _: sample, 2.0, sucking, alone)
+    states = watched(lambda _: pulled, 2.0, sucking, alone)
     assert on_time(states, lost, effort_s)
 
 

@@ -210,6 +210,27 @@ def _is_recoiling(limits: PatientLimits, breath: Breath, pressure: float) -> boo
 
 
 @compiled
+def _find_conditions(limits: PatientLimits, watch: PatientWatch, sucking: bool) -> int:
+    """What holds by how long each value has been outside; ``watch`` has what held before."""
+    losing = watch.losing_s > limits.low_s + LOSING_MORE_S or watch.sinking_s > limits.sinking_s
+    going = losing or _has_sagged(limits, watch.sag)
+    low = watch.low_s > limits.low_s or (going and sucking)
+    # What suction took stays its doing while the valve closes.
+    taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
+    silent = watch.breath_s > limits.breath_s
+    unsafe = watch.high_s > limits.cough_s or silent or (low and not taken)
+    lost = watch.missing_s > LINK_S or watch.unsaturated_s > ARTEFACT_S
+    return (
+        flag(watch.spo2_low_s > SPO2_S, Condition.SPO2_LOW)
+        | flag(watch.heart_rate_low_s > HEART_RATE_S, Condition.HEART_RATE_LOW)
+        | flag(unsafe, Condition.AIRWAY_PRESSURE_UNSAFE)
+        | flag(low and taken, Condition.LUNG_VOLUME_LOST)
+        | flag(watch.open_s > limits.open_s, Condition.CIRCUIT_DISCONNECTED)
+        | flag(lost, Condition.MONITOR_LINK_LOST)
+    )
+
+
+@compiled
 def step(
     limits: PatientLimits, watch: PatientWatch, monitor: Monitor, sucking: bool, dt_s: float
 ) -> PatientWatch:
@@ -252,15 +273,7 @@ def step(
     breath_s = _extend(watch.breath_s, has_pressure, breath.raised == watch.breath.raised, dt_s)
     missing_s = extend(watch.missing_s, not (has_rate and has_pressure), dt_s)
     unsaturated_s = extend(watch.unsaturated_s, not has_spo2, dt_s)
-    going = losing_s > limits.low_s + LOSING_MORE_S or sinking_s > limits.sinking_s
-    sagged = _has_sagged(limits, sag)
-    low = low_s > limits.low_s or ((going or sagged) and sucking)
-    lost = missing_s > LINK_S or unsaturated_s > ARTEFACT_S
-    # What suction took stays its doing while the valve closes.
-    taken = sucking or watch.conditions >> Condition.LUNG_VOLUME_LOST & 1 == 1
-    lost_volume = low and taken
-    unsafe = high_s > limits.cough_s or breath_s > limits.breath_s or (low and not taken)
-    return PatientWatch(
+    now = PatientWatch(
         spo2_percent=spo2,
         doubted_s=doubted_s,
         spo2_low_s=spo2_low_s,
@@ -276,13 +289,9 @@ def step(
         breath=breath,
         missing_s=missing_s,
         unsaturated_s=unsaturated_s,
-        conditions=flag(spo2_low_s > SPO2_S, Condition.SPO2_LOW)
-        | flag(heart_rate_low_s > HEART_RATE_S, Condition.HEART_RATE_LOW)
-        | flag(unsafe, Condition.AIRWAY_PRESSURE_UNSAFE)
-        | flag(lost_volume, Condition.LUNG_VOLUME_LOST)
-        | flag(open_s > limits.open_s, Condition.CIRCUIT_DISCONNECTED)
-        | flag(lost, Condition.MONITOR_LINK_LOST),
+        conditions=watch.conditions,
     )
+    return now._replace(conditions=_find_conditions(limits, now, sucking))
 
 
 @compiled
