@@ -1,5 +1,7 @@
 """Which bounds of a patient a run broke: the judge's list, empty where nothing was broken.
 
+`measure` says of each bound how near it was, `find` which were broken.
+
 It says what happened, not whose doing it was: a saturation that falls for the patient's own reasons
 is on it as any other.
 """
@@ -14,7 +16,7 @@ from opensuction.twin.machine.machine import Machine
 
 
 class Harm(NamedTuple):
-    """A bound that was broken."""
+    """A bound, and how near to it or how far beyond it a patient came."""
 
     name: str
     """One of `NAMES`."""
@@ -23,7 +25,28 @@ class Harm(NamedTuple):
     unit: str
     """Of both."""
 
+    @property
+    def share(self) -> float:
+        """How much of what may be borne was: above 1 it is broken.
 
+        Of a saturation what is missing to 100 %. Of a catheter that is outside 0, of one that is
+        left inside infinite.
+        """
+        if self.name == LEFT_INSIDE:
+            return math.inf if self.is_broken else 0.0
+        if self.name == SATURATION:
+            return (FULL_PERCENT - self.worst) / (FULL_PERCENT - self.limit)
+        return self.worst / self.limit if self.limit > 0.0 else 0.0
+
+    @property
+    def is_broken(self) -> bool:
+        """Whether it was more than may be borne."""
+        if self.name == SATURATION:
+            return self.worst < self.limit
+        return self.worst > self.limit
+
+
+FULL_PERCENT = 100.0
 LEFT_INSIDE = "left-inside"
 TIP_PAST_CAP = "tip-past-cap"
 FORCE = "force"
@@ -60,34 +83,33 @@ def deepest_mm(machine: Machine, cap_mm: float) -> float:
     return min(cap_mm, machine.airway.carina_mm + FORCE_N / machine.airway.tip.carina_n_per_mm)
 
 
-def _too_deep(machine: Machine, borne: PatientExposure, cap_mm: float) -> list[Harm]:
+def _depth(machine: Machine, borne: PatientExposure, cap_mm: float) -> Harm:
     """Past its cap, or past the carina where that was at the same instant."""
-    limit_mm = deepest_mm(machine, cap_mm)
     if borne.deepest_mm > cap_mm:
-        return [Harm(TIP_PAST_CAP, borne.deepest_mm, limit_mm, "mm")]
+        return Harm(TIP_PAST_CAP, borne.deepest_mm, deepest_mm(machine, cap_mm), "mm")
     reached_mm = machine.airway.carina_mm + borne.past_carina_mm
-    limit_mm = deepest_mm(machine, math.inf)
-    return [Harm(TIP_PAST_CAP, reached_mm, limit_mm, "mm")] if reached_mm > limit_mm else []
+    return Harm(TIP_PAST_CAP, reached_mm, deepest_mm(machine, math.inf), "mm")
 
 
-def _of_machine(machine: Machine, borne: PatientExposure, cap_mm: float) -> list[Harm]:
+def _rest(borne: PatientExposure) -> Harm:
+    """The catheter at the end, or a piece of it."""
+    if borne.piece_mm > 0.0 and not borne.inside_at_end:
+        return Harm(LEFT_INSIDE, borne.piece_mm, 0.0, "mm")
+    worst_mm = borne.end_mm if borne.inside_at_end else min(borne.end_mm, borne.outside_mm)
+    return Harm(LEFT_INSIDE, worst_mm, borne.outside_mm, "mm")
+
+
+def _of_machine(machine: Machine, borne: PatientExposure, cap_mm: float) -> tuple[Harm, ...]:
     """What holds on the bench, too."""
-    found = []
-    if borne.inside_at_end:
-        found.append(Harm(LEFT_INSIDE, borne.end_mm, borne.outside_mm, "mm"))
-    elif borne.piece_mm > 0.0:
-        found.append(Harm(LEFT_INSIDE, borne.piece_mm, 0.0, "mm"))
-    found += _too_deep(machine, borne, cap_mm)
-    if borne.force_peak_n > FORCE_N:
-        found.append(Harm(FORCE, borne.force_peak_n, FORCE_N, "N"))
-    return found
+    force = Harm(FORCE, borne.force_peak_n, FORCE_N, "N")
+    return _rest(borne), _depth(machine, borne, cap_mm), force
 
 
-def _of_patient(machine: Machine, borne: PatientExposure) -> list[Harm]:
+def _of_patient(machine: Machine, borne: PatientExposure) -> tuple[Harm, ...]:
     """What takes somebody to bear it."""
     person = machine.patient
     bounds = BOUNDS[AgeGroup(person.age_group)]
-    most = (
+    return (
         Harm(CONTACT_TIME, borne.contact_s, bounds.contact_s, "s"),
         Harm(VACUUM, borne.vacuum_peak_mmhg, bounds.vacuum_mmhg, "mmHg"),
         Harm(SUCTION_TIME, borne.suction_s, bounds.suction_s + CLOSING_S, "s"),
@@ -100,11 +122,14 @@ def _of_patient(machine: Machine, borne: PatientExposure) -> list[Harm]:
             bounds.lung_loss_ml_per_kg * person.weight_kg,
             "mL",
         ),
+        Harm(SATURATION, borne.spo2_least_percent, bounds.spo2_percent, "%"),
     )
-    found = [one for one in most if one.worst > one.limit]
-    if borne.spo2_least_percent < bounds.spo2_percent:
-        found.append(Harm(SATURATION, borne.spo2_least_percent, bounds.spo2_percent, "%"))
-    return found
+
+
+def measure(machine: Machine, borne: PatientExposure, cap_mm: float) -> tuple[Harm, ...]:
+    """Every bound, broken or not, in the order of `NAMES`; arguments as of `find`."""
+    found = _of_machine(machine, borne, cap_mm)
+    return (*found, *_of_patient(machine, borne)) if machine.has_patient else found
 
 
 def find(machine: Machine, borne: PatientExposure, cap_mm: float) -> tuple[Harm, ...]:
@@ -113,7 +138,4 @@ def find(machine: Machine, borne: PatientExposure, cap_mm: float) -> tuple[Harm,
     machine: as it was built, before any fault. borne: of the whole run. cap_mm: deepest tip
     position that was planned; infinite where none was.
     """
-    found = _of_machine(machine, borne, cap_mm)
-    if machine.has_patient:
-        found += _of_patient(machine, borne)
-    return tuple(found)
+    return tuple(one for one in measure(machine, borne, cap_mm) if one.is_broken)

@@ -107,7 +107,7 @@ def _draw_uniforms(trial: Trial, number: int) -> list[float]:
     return drawn
 
 
-def _strength(fault: Fault, share: float) -> float:
+def find_strength(fault: Fault, share: float) -> float:
     """Anywhere in the fault's range; by ratio where it spans more than a factor of ten."""
     strength = ROWS[fault].strength
     if strength is None:
@@ -125,5 +125,5 @@ def draw_faults(trial: Trial, number: int) -> tuple[DrawnFault, ...]:
     for i in range(FAULT_COUNTS[trial.faults]):
         pick, strong, share = uniform[3 * i : 3 + 3 * i]
         fault = FAULTS[min(int(pick * len(FAULTS)), len(FAULTS) - 1)]
-        faults.append(DrawnFault(fault, _strength(fault, strong), share))
+        faults.append(DrawnFault(fault, find_strength(fault, strong), share))
     return tuple(faults)

@@ -257,18 +257,41 @@ OWN_HARM: tuple[OwnHarm, ...] = (
 )
 
 
-def _is_explained(found: Harm, strengths: Mapping[Fault, float], strictly: Collection[str]) -> bool:
-    """Whether the faults make a harm unavoidable."""
-    if any(one.fault in strengths and found.name in one.bounds for one in OWN_HARM):
-        return True
-    if found.name in strictly:
-        return False
+def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection[str]) -> float:
+    """What faults add to a bound, in its unit: of two the most. Infinite for their own harm."""
+    if any(one.fault in strengths and name in one.bounds for one in OWN_HARM):
+        return math.inf
+    if name in strictly:
+        return 0.0
     more = [
         one.more + (strengths[one.fault] if one.for_strength else 0.0)
         for one in ALLOWANCES
-        if one.bound == found.name and one.fault in strengths and strengths[one.fault] <= one.up_to
+        if one.bound == name and one.fault in strengths and strengths[one.fault] <= one.up_to
     ]
-    return abs(found.worst - found.limit) <= max(more, default=-1.0)
+    return max(more, default=0.0)
+
+
+def _strengths_of(came: Iterable[Injection]) -> dict[Fault, float]:
+    """The greatest strength of each fault."""
+    strengths: dict[Fault, float] = {}
+    for one in came:
+        strengths[one.fault] = max(one.strength, strengths.get(one.fault, 0.0))
+    return strengths
+
+
+def raise_limits(
+    found: Iterable[Harm], came: Iterable[Injection], strictly: Collection[str] = ()
+) -> tuple[Harm, ...]:
+    """The same bounds, each by so much higher as the faults make unavoidable.
+
+    Arguments as of `find_breaches`. The bound of a saturation is lower then.
+    """
+    strengths = _strengths_of(came)
+    raised = []
+    for one in found:
+        more = _find_more(one.name, strengths, strictly)
+        raised.append(one._replace(limit=one.limit + (-more if one.name == SATURATION else more)))
+    return tuple(raised)
 
 
 def find_breaches(
@@ -278,7 +301,9 @@ def find_breaches(
 
     came: the faults whose instant came. strictly: names of bounds to which nothing is added.
     """
-    strengths: dict[Fault, float] = {}
-    for one in came:
-        strengths[one.fault] = max(one.strength, strengths.get(one.fault, 0.0))
-    return tuple(one for one in found if not _is_explained(one, strengths, strictly))
+    strengths = _strengths_of(came)
+    return tuple(
+        one
+        for one in found
+        if abs(one.worst - one.limit) > _find_more(one.name, strengths, strictly)
+    )
