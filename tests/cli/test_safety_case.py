@@ -23,12 +23,13 @@ KEYS = {
     "left_inside",
     "harm",
     "by",
+    "searched",
 }
 
 
 def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(ROW + FAULT + ON_ONE)
-    arguments = ("safety-case", "--table", "mine.toml", "--json", "--out", "s")
+    arguments = ("safety-case", "--table", "mine.toml", "--json", "--out", "s", "--search", "6")
     done = opensuction(*arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)
@@ -42,13 +43,18 @@ def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     page = (tmp_path / "s" / "report.html").read_text()
     assert "1 of 1 hazards answered within their bounds" in page
     assert "pump-runaway@inserting" in page
+    searched = entry["searched"]
+    assert (searched["runs"], searched["broken"]) == (6, 0)
+    assert 0.0 < searched["worst"]["share"] < 1.0
+    assert "Worst of 6 searched runs: pump-runaway@" in page
 
 
 @pytest.mark.sweep
 def test_a_bound_that_is_broken_is_shown_and_exits_1(tmp_path: Path) -> None:
     text = ROW.replace("safe_ms = 10000", "safe_ms = 10")
     (tmp_path / "mine.toml").write_text(text + FAULT + ON_ONE)
-    done = opensuction("safety-case", "--table", "mine.toml", "--out", "s", cwd=tmp_path)
+    asked = ("safety-case", "--table", "mine.toml", "--out", "s", "--search", "0")
+    done = opensuction(*asked, cwd=tmp_path)
     assert done.returncode == 1
     assert "0 of 1 hazards within their bounds" in done.stdout
     assert "bound 10" in done.stderr
@@ -73,6 +79,14 @@ def test_processes_that_die_again_and_again_are_one_line_and_nothing_is_written(
     assert "Traceback" not in done.stderr
     assert list((tmp_path / "s").iterdir()) == []
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.toml", "s"]
+
+
+def test_a_hazard_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
+    done = opensuction("safety-case", "--hazard", "OS-H99", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert "--hazard 'OS-H99'" in done.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -133,6 +133,18 @@ OPTIONS: dict[str, Any] = {
         max=100,
         metavar="N",
     ),
+    "search": typer.Option(
+        help="Runs of a search for harm in each hazard: instants about the edges of phases, "
+        "strengths, machines and patients, towards whatever was worst. 0: no search.",
+        min=0,
+        max=100_000,
+        metavar="N",
+    ),
+    "hazard": typer.Option(
+        help="One hazard of the table alone, by its identifier. Default: all of them.",
+        metavar="ID",
+        show_default=False,
+    ),
     "cycles": typer.Option(
         help="How many cycles. The first ones of a longer trial are those of a shorter one.",
         min=1,

@@ -78,6 +78,14 @@ class SearchedRun(NamedTuple):
     """Whether people were told of anything from the fault on."""
 
     @property
+    def title(self) -> str:
+        """Fault, instant, strength, patient and seed, as the command line writes them."""
+        one, kind = self.injection, self.bed.kind
+        strength = "" if ROWS[one.fault].strength is None else f"={one.strength:g}"
+        fault = f"{one.fault.title}{one.at.title}{strength}"
+        return f"{fault}, {kind.patient} by {kind.approach}, seed {self.bed.seed}"
+
+    @property
     def share(self) -> float:
         """How bad it is: of the nearest bound how much was borne, infinite where one broke."""
         return math.inf if self.breaches else self.nearest.share
@@ -91,6 +99,17 @@ class HarmSearch(NamedTuple):
     """None where no run was possible."""
     broken: tuple[SearchedRun, ...]
     """Runs that broke a bound."""
+
+
+NOT_SEARCHED = HarmSearch(0, None, ())
+
+
+class SearchTask(NamedTuple):
+    """The search of one hazard, for one process."""
+
+    hazard: Hazard
+    runs: int
+    seeds: tuple[int, ...]
 
 
 Play = Callable[[Hazard, Place, Sequence[Bed]], SearchedRun | None]
@@ -258,3 +277,8 @@ def search(
             worst = sorted([*worst, (place, found)], key=lambda one: -one[1].share)[:KEPT]
     broken = tuple(one for one in known.values() if one is not None and one.breaches)
     return HarmSearch(len(known), worst[0][1] if worst else None, broken)
+
+
+def carry_out(task: SearchTask) -> HarmSearch:
+    """`search`, as a process is asked for it."""
+    return search(task.hazard, task.runs, task.seeds)

@@ -88,6 +88,13 @@ def load(path: Path | None = None) -> tuple[Hazard, ...]:
     return hazards
 
 
+def pick(hazards: tuple[Hazard, ...], name: str | None) -> tuple[Hazard, ...]:
+    """The hazard of an identifier alone; all for None. Raises InputError for an unknown one."""
+    if name is None:
+        return hazards
+    return (choose(name, {one.row.id: one for one in hazards}, "--hazard"),)
+
+
 def _check_words(words: HazardRow) -> None:
     """Raises InputError where a row says nothing."""
     for name, said in words._asdict().items():

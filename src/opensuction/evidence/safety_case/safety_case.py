@@ -6,7 +6,13 @@ from typing import Any, NamedTuple
 
 from opensuction import __version__
 from opensuction.evidence import crew
-from opensuction.evidence.safety_case import hazard_case
+from opensuction.evidence.safety_case import harm_search, hazard_case
+from opensuction.evidence.safety_case.harm_search import (
+    NOT_SEARCHED,
+    HarmSearch,
+    SearchedRun,
+    SearchTask,
+)
 from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardResult
 from opensuction.oracle.exposure import PatientExposure
@@ -15,11 +21,16 @@ from opensuction.simulation.injection.run_judgement import count_left_inside
 from opensuction.twin.fault.fault_table import ROWS
 
 FIRST_SEED = 1
+SEARCH_SEEDS = 2
+"""Machines and patients of each kind that a search has: to prepare one takes as long as ten
+runs."""
 LEAST = ("least_cmh2o", "least_percent")
 """Ends of the names of measures of which less is worse."""
 
 Tell = Callable[[int, int, HazardResult], None]
 """Hears of each result: how many are done, of how many, and it."""
+TellSearch = Callable[[int, int, Hazard, HarmSearch], None]
+"""Hears of each hazard that was searched: how many are, of how many, and what was found."""
 
 
 class HazardVerdict(NamedTuple):
@@ -28,11 +39,12 @@ class HazardVerdict(NamedTuple):
     hazard: Hazard
     results: tuple[HazardResult, ...]
     """In the order of the table."""
+    search: HarmSearch = NOT_SEARCHED
 
     @property
     def ok(self) -> bool:
-        """Whether every bound held in every run."""
-        return all(result.ok for result in self.results)
+        """Whether every bound held in every run, those of the search among them."""
+        return all(result.ok for result in self.results) and not self.search.broken
 
     @property
     def worst(self) -> HazardResult:
@@ -78,11 +90,13 @@ def run(
     hazards: Sequence[Hazard],
     seeds: tuple[int, ...],
     tell: Tell = lambda *_: None,
+    search_runs: int = 0,
+    tell_search: TellSearch = lambda *_: None,
 ) -> SafetyCase:
-    """Run every case of every hazard, with a process for each core.
+    """Run every case of every hazard, with a process for each core, and search each for harm.
 
-    tell: called from other threads, one call at a time. Raises WorkerLostError where process after
-    process dies.
+    search_runs: of each hazard; 0 for no search. tell, tell_search: called from other threads, one
+    call at a time. Raises WorkerLostError where process after process dies.
     """
     cases = [case for one in hazards for case in hazard_case.cases(one, seeds)]
     # Neighbours share a prepared cycle.
@@ -105,12 +119,33 @@ def run(
         crew.count_cores(),
         lambda number, result: note(number + 1, result),
     )
+    searches = _search(hazards, seeds, search_runs, tell_search)
     results = [found[i] for i in range(len(cases))]
     verdicts = tuple(
-        HazardVerdict(one, tuple(found for found in results if found.case.hazard == one.row.id))
-        for one in hazards
+        HazardVerdict(
+            one, tuple(found for found in results if found.case.hazard == one.row.id), searched
+        )
+        for one, searched in zip(hazards, searches, strict=True)
     )
     return SafetyCase(seeds, verdicts)
+
+
+def _search(
+    hazards: Sequence[Hazard], seeds: tuple[int, ...], runs: int, tell: TellSearch
+) -> list[HarmSearch]:
+    """A search of each hazard."""
+    found = [NOT_SEARCHED] * len(hazards)
+    done = 0
+
+    def note(number: int, one: HarmSearch) -> None:
+        nonlocal done
+        found[number], done = one, done + 1
+        tell(done, len(hazards), hazards[number], one)
+
+    if runs:
+        tasks = [SearchTask(one, runs, seeds[:SEARCH_SEEDS]) for one in hazards]
+        crew.spread(harm_search.carry_out, tasks, crew.count_cores(), note)
+    return found
 
 
 def _finite(value: float) -> float | None:
@@ -128,6 +163,37 @@ def _bear(results: Sequence[HazardResult]) -> dict[str, float | None]:
         least = name.endswith(LEAST)
         worst[name] = _finite(min(values) if least else max(values)) if values else None
     return worst
+
+
+def _searched(search: HarmSearch) -> dict[str, Any]:
+    """A search in plain data."""
+    worst = search.worst
+    return {
+        "runs": search.runs,
+        "broken": len(search.broken),
+        "worst": None if worst is None else _searched_run(worst),
+        "problems": [_searched_run(one) for one in search.broken],
+    }
+
+
+def _searched_run(run: SearchedRun) -> dict[str, Any]:
+    """One run of a search in plain data."""
+    one, bound = run.injection, run.nearest
+    return {
+        "fault": one.fault.title,
+        "after_s": one.at.after_s,
+        "strength": None if ROWS[one.fault].strength is None else one.strength,
+        "approach": run.bed.kind.approach,
+        "patient": run.bed.kind.patient,
+        "seed": run.bed.seed,
+        "bound": bound.name,
+        "worst": _finite(bound.worst),
+        "limit": _finite(bound.limit),
+        "unit": bound.unit,
+        "share": _finite(bound.share),
+        "told": run.told,
+        "broken": list(run.breaches),
+    }
 
 
 def _run(result: HazardResult) -> dict[str, Any]:
@@ -190,6 +256,7 @@ def entry(verdict: HazardVerdict) -> dict[str, Any]:
             {one.only_because for one in verdict.hazard.claims if one.only_because}
         ),
         "worst": _run(worst),
+        "searched": _searched(verdict.search),
         "problems": [_run(result) for result in results if not result.ok],
     }
 

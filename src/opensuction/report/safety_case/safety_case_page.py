@@ -17,6 +17,11 @@ METHOD = (
     "What the patient bore is judged by age from the truth alone, summed over the whole run, which "
     "is watched for a minute after the machine has come to rest. Bounds of time are for an adult; "
     "a child has two thirds of them.",
+    "Then each hazard is searched for harm: instants from .1 s before to .1 s after each phase "
+    "begins, strengths from the least to the most, two machines of each patient and approach; the "
+    "first runs are spread over all of it, the others are near what was worst. The share is that "
+    "of the bound that is nearest, with what the fault makes unavoidable added to it. Faults that "
+    "are there before the start have no instant, and are not searched.",
     "Times are those of the run that broke a bound, or came nearest to one. A dash means that "
     "it did not happen, or was not needed: some rows accept a whole cycle within every limit.",
 )
@@ -39,6 +44,7 @@ def page(data: Summary, details: Sequence[Summary]) -> Sheet:
             "bound",
             "left inside",
             "broken",
+            "searched",
             "ok",
         ),
         tuple(_overview(hazard) for hazard in details),
@@ -125,7 +131,29 @@ def _overview(hazard: Summary) -> tuple[object, ...]:
         safe_bound,
         f"{left['count']} ({left['unavoidable']} unavoidable)" if left["count"] else "-",
         f"{hazard['broken']} of {hazard['runs']}",
+        describe_search(hazard["searched"]),
         hazard["ok"],
+    )
+
+
+def describe_search(found: Summary) -> str:
+    """How many searched runs broke a bound, or how near the worst of them came to one."""
+    if found["broken"]:
+        return f"{found['broken']} of {found['runs']} broken"
+    worst = found["worst"]
+    return "-" if worst is None else f"{100.0 * worst['share']:.0f} % of {worst['bound']}"
+
+
+def _worst_searched(found: Summary) -> str:
+    """The worst run of a search in a sentence."""
+    worst = (*found["problems"], found["worst"])[0]
+    strength = "" if worst["strength"] is None else f"={worst['strength']:.3g}"
+    end = f"broke {', '.join(worst['broken'])}" if worst["broken"] else "broke none"
+    told = "people were told" if worst["told"] else "nobody was told"
+    return (
+        f"Worst of {found['runs']} searched runs: {worst['fault']}@{worst['after_s']:g}{strength}, "
+        f"{worst['patient']} by {worst['approach']}, seed {worst['seed']}: {worst['bound']} "
+        f"{worst['worst']:.3g} {worst['unit']} of {worst['limit']:.3g}; it {end}, and {told}."
     )
 
 
@@ -147,6 +175,8 @@ def _section(hazard: Summary) -> Section:
         text.append(
             f"Bounds of the patient that were broken in some run: {', '.join(hazard['harm'])}."
         )
+    if hazard["searched"]["worst"] is not None:
+        text.append(_worst_searched(hazard["searched"]))
     faults, plots = (_faults(hazard["faults"]),), _plots(hazard)
     return Section(title, tuple(text), faults, plots, anchor=hazard["id"])
 
