@@ -115,7 +115,7 @@ def find_strength(fault: Fault, share: float) -> float:
     if strength.least > 0.0 and strength.most > 10.0 * strength.least:
         ratio = math.log(strength.most / strength.least)
         return min(strength.least * math.exp(share * ratio), strength.most)
-    return strength.least + share * (strength.most - strength.least)
+    return min(strength.least + share * (strength.most - strength.least), strength.most)
 
 
 def draw_faults(trial: Trial, number: int) -> tuple[DrawnFault, ...]:
