@@ -26,19 +26,6 @@ class Harm(NamedTuple):
     """Of both."""
 
     @property
-    def share(self) -> float:
-        """How much of what may be borne was: above 1 it is broken.
-
-        Of a saturation what is missing to 100 %. Of a catheter that is outside 0, of one that is
-        left inside infinite.
-        """
-        if self.name == LEFT_INSIDE:
-            return math.inf if self.is_broken else 0.0
-        if self.name == SATURATION:
-            return (FULL_PERCENT - self.worst) / (FULL_PERCENT - self.limit)
-        return self.worst / self.limit if self.limit > 0.0 else 0.0
-
-    @property
     def is_broken(self) -> bool:
         """Whether it was more than may be borne."""
         if self.name == SATURATION:
@@ -46,7 +33,6 @@ class Harm(NamedTuple):
         return self.worst > self.limit
 
 
-FULL_PERCENT = 100.0
 LEFT_INSIDE = "left-inside"
 TIP_PAST_CAP = "tip-past-cap"
 FORCE = "force"

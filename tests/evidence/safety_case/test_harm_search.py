@@ -1,27 +1,26 @@
 """The search for harm finds what is narrow, plays what it says, and says nothing else."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
-from opensuction.evidence.safety_case import harm_search, hazard
-from opensuction.evidence.safety_case.harm_search import (
-    EDGE_MS,
-    STEP_MS,
-    Bed,
-    Place,
-    SearchedRun,
-    search,
-)
+from opensuction.evidence.safety_case import hazard
+from opensuction.evidence.safety_case.harm_search import EDGE_MS, STEP_MS, Play, search
 from opensuction.evidence.safety_case.hazard_claim import Hazard
+from opensuction.evidence.safety_case.searched_run import Bed, Place, SearchedRun
 from opensuction.oracle.harm import ADVANCE, Harm
-from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.twin.fault.fault import Fault
 from tests.evidence.safety_case.hazard_example import FAULT, ON_ONE, ROW
 
 RUNS = 200
+SEEDS = tuple(range(1, 9))
+"""Machines and patients of the long search."""
+
+
+WITH_STRENGTH = '[[hazard.fault]]\nname = "pump-weak"\nphases = ["all"]\n' + ON_ONE
 
 
 def one_hazard(folder: Path, faults: str = FAULT + ON_ONE) -> Hazard:
@@ -30,15 +29,16 @@ def one_hazard(folder: Path, faults: str = FAULT + ON_ONE) -> Hazard:
     return hazard.load(table)[0]
 
 
-def weak_spot(phase: str, off_ms: int, width_ms: float) -> harm_search.Play:
+def weak_spot(phase: str, off_ms: int, width_ms: float) -> Play:
     """A machine that is weak about one instant and at great strengths alone."""
 
     def play(_: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun:
         off = (place.off_ms - off_ms) / width_ms
         worst = math.exp(-0.5 * off * off) * place.strength * (place.phase == phase)
-        one = Injection(Fault.PUMP_RUNAWAY, FaultInstant(None, 1.0), place.strength)
+        one = Injection(Fault.PUMP_WEAK, FaultInstant(None, 1.0), place.strength)
         breaches = (ADVANCE,) if worst > 0.95 else ()
-        return SearchedRun(beds[place.bed], one, Harm(ADVANCE, worst, 1.0, "mm"), breaches, False)
+        found = Harm(ADVANCE, worst, 1.0, "mm")
+        return SearchedRun(beds[place.bed], one, found, worst, breaches, False)
 
     return play
 
@@ -48,7 +48,7 @@ def weak_spot(phase: str, off_ms: int, width_ms: float) -> harm_search.Play:
 def test_a_window_of_some_ten_milliseconds_is_found(
     tmp_path: Path, phase: str, off_ms: int
 ) -> None:
-    one = one_hazard(tmp_path)
+    one = one_hazard(tmp_path, WITH_STRENGTH)
     play = weak_spot(phase, off_ms, 20.0)
     found = [search(one, RUNS, (1, 2), seed, play) for seed in range(10)]
     assert sum(bool(each.broken) for each in found) >= 9
@@ -62,7 +62,7 @@ def test_it_goes_no_further_than_it_may(tmp_path: Path) -> None:
         places.append(place)
         return play(one, place, beds)
 
-    found = search(one_hazard(tmp_path), RUNS, (1,), 3, look)
+    found = search(one_hazard(tmp_path, WITH_STRENGTH), RUNS, (1,), 3, look)
     assert found.runs == len(places) == len(set(places)) <= RUNS
     assert all(abs(one.off_ms) <= EDGE_MS and one.off_ms % STEP_MS == 0 for one in places)
     assert all(0.0 <= one.strength <= 1.0 for one in places)
@@ -79,6 +79,23 @@ def test_a_search_is_the_same_again_and_its_worst_run_too(tmp_path: Path) -> Non
     assert first.worst.injection.fault == Fault.PUMP_RUNAWAY
 
 
-def test_what_is_there_before_the_start_is_not_searched(tmp_path: Path) -> None:
-    fault = '[[hazard.fault]]\nname = "taught-too-deep"\nphases = ["set-up"]\n'
-    assert search(one_hazard(tmp_path, fault), RUNS, (1,)) == harm_search.HarmSearch(0, None, ())
+def test_a_fault_of_the_set_up_is_searched_by_strength_and_bed(tmp_path: Path) -> None:
+    """A depth that was taught too deep, on one patient: what it presses grows with it."""
+    fault = '[[hazard.fault]]\nname = "taught-too-deep"\nphases = ["set-up"]\n' + ON_ONE
+    found = search(one_hazard(tmp_path, fault), 12, (1,))
+    assert found.worst is not None
+    assert found.broken == ()
+    assert 0.0 < found.worst.share < 1.0
+    assert found.worst.title.startswith("taught-too-deep=")
+    assert found.worst.injection.at == AT_START
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("one", hazard.load(), ids=lambda one: one.row.id)
+def test_no_bound_is_broken_in_a_long_search(
+    one: Hazard, record_property: Callable[[str, object], None]
+) -> None:
+    found = search(one, 5000, SEEDS, seed=11)
+    worst = "none" if found.worst is None else f"{found.worst.share:.3f} {found.worst.title}"
+    record_property("searched", f"{found.runs} runs, worst {worst}")
+    assert [(each.title, each.breaches) for each in found.broken] == []

@@ -3,29 +3,20 @@
 The rows of the table ask at drawn instants. This asks where a detector may be blind: about the
 edges of phases, at the ends of a fault's strengths, and then near whatever was worst. An evolution
 strategy: a first part of the runs is spread over all of it, each of the others changes a value or
-two of one of the worst so far.
+two of one of the worst so far. Faults of the set-up have strength, machine and patient alone.
 """
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
-from opensuction.evidence.safety_case.hazard_claim import PHASES, Hazard, HazardClaim
-from opensuction.evidence.trial import draw, judged_cycle, sound_machine
+from opensuction.evidence.safety_case import searched_run
+from opensuction.evidence.safety_case.hazard_claim import PHASES, SET_UP, Hazard
+from opensuction.evidence.safety_case.searched_run import Bed, Place, SearchedRun
 from opensuction.evidence.trial.cohort import Kind
-from opensuction.evidence.trial.sound_machine import SoundMachine
 from opensuction.kernel import random_stream
-from opensuction.kernel.errors import InputError
-from opensuction.oracle import harm
-from opensuction.oracle.harm import Harm
-from opensuction.simulation.injection import fault_allowance, invariant, run_judgement
-from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
-from opensuction.simulation.injection.room import Room
 from opensuction.twin.fault.fault_table import ROWS
 
-COMPENSATION = "exact-inverse"
-"""As the rows of the table have it."""
 EDGE_MS, STEP_MS = 100, 5
 """How far about the begin of a phase instants are asked for, and in which steps."""
 OFFSETS_MS = tuple(range(-EDGE_MS, EDGE_MS + 1, STEP_MS))
@@ -33,8 +24,14 @@ SPREAD_SHARE = 0.4
 """Of the runs: spread over everything before anything is followed."""
 ENDS = (1.0, 0.0)
 """Ends of a range of strengths; half of the spread runs have one."""
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Multiples of it, less their whole part, are spread evenly, however many there are."""
 KEPT = 8
 """Worst ones that are followed."""
+FOLLOWED_MS = (-20, -10, -5, 5, 10, 20)
+"""Steps of the instant."""
+TRIES = 5
+"""How often another place is looked for where one was tried before."""
 NEAR = 0.1
 """Standard deviation of a step of the strength, as a share of its range."""
 CHANGED_TWICE = 0.3
@@ -43,52 +40,6 @@ PURPOSE = 73
 """Number of the noise stream of searches."""
 
 Choice = TypeVar("Choice")
-
-
-class Bed(NamedTuple):
-    """A machine and a patient, by which they are drawn."""
-
-    kind: Kind
-    seed: int
-
-
-class Place(NamedTuple):
-    """Where in the space of a hazard a run is."""
-
-    claim: int
-    """Number of the fault in the hazard's row."""
-    bed: int
-    phase: str
-    off_ms: int
-    """From the phase's begin."""
-    strength: float
-    """Share of the fault's range, 0 to 1."""
-
-
-class SearchedRun(NamedTuple):
-    """What a run came to."""
-
-    bed: Bed
-    injection: Injection
-    nearest: Harm
-    """The bound that it came nearest to, with what the fault makes unavoidable added."""
-    breaches: tuple[str, ...]
-    """Bounds of the patient and of the command side that were broken."""
-    told: bool
-    """Whether people were told of anything from the fault on."""
-
-    @property
-    def title(self) -> str:
-        """Fault, instant, strength, patient and seed, as the command line writes them."""
-        one, kind = self.injection, self.bed.kind
-        strength = "" if ROWS[one.fault].strength is None else f"={one.strength:g}"
-        fault = f"{one.fault.title}{one.at.title}{strength}"
-        return f"{fault}, {kind.patient} by {kind.approach}, seed {self.bed.seed}"
-
-    @property
-    def share(self) -> float:
-        """How bad it is: of the nearest bound how much was borne, infinite where one broke."""
-        return math.inf if self.breaches else self.nearest.share
 
 
 class HarmSearch(NamedTuple):
@@ -127,65 +78,6 @@ def beds_of(hazard: Hazard, seeds: Sequence[int]) -> list[Bed]:
     return [Bed(kind, seed) for seed in seeds for kind in kinds]
 
 
-@lru_cache(maxsize=1)
-def _room() -> Room:
-    return judged_cycle.make_room()
-
-
-@lru_cache(maxsize=32)
-def _sound(bed: Bed) -> SoundMachine | None:
-    """The cycle without a fault; None where the machine cannot do it."""
-    try:
-        return sound_machine.play(sound_machine.prepare(bed.kind, bed.seed, COMPENSATION), _room())
-    except InputError:
-        return None
-
-
-def run(hazard: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun | None:
-    """Play a place; None where it has no such instant or no cycle."""
-    claim, bed = hazard.claims[place.claim], beds[place.bed]
-    machine = _sound(bed)
-    if machine is None or place.phase not in machine.healthy.spans:
-        return None
-    at_s = round(machine.healthy.spans[place.phase][0] + 0.001 * place.off_ms, 3)
-    if at_s <= 0.0:
-        return None
-    strength = draw.find_strength(claim.fault, place.strength)
-    one = Injection(claim.fault, FaultInstant(None, at_s), strength)
-    played = judged_cycle.play_faulty(machine, (one,), bed.seed, _room())
-    return _judge(claim, bed, machine, one, played)
-
-
-def _judge(
-    claim: HazardClaim,
-    bed: Bed,
-    machine: SoundMachine,
-    one: Injection,
-    played: judged_cycle.Played,
-) -> SearchedRun:
-    built, settings = machine.prepared.rig.machine, machine.prepared.loop.controller
-    cap_mm, found, strictly = settings.limits.cap_mm, played.run, ()
-    judged = run_judgement.judge(
-        built, cap_mm, found.columns, found.faults, strictly=strictly, alone=played.alone
-    )
-    came = [each.injection for each in found.faults if not math.isnan(each.at_s)]
-    bounds = fault_allowance.raise_limits(harm.measure(built, judged.borne, cap_mm), came, strictly)
-    broken = {each.name for each in judged.breaches}
-    excused = {each.name for each in judged.harm} - broken
-    commands = invariant.command_side(found.sent, settings)
-    return SearchedRun(
-        bed,
-        one,
-        max((each for each in bounds if each.name not in excused), key=_share),
-        (*(each.invariant for each in commands), *(each.name for each in judged.breaches)),
-        any(each.at_s >= one.at.after_s for each in judged.told),
-    )
-
-
-def _share(bound: Harm) -> float:
-    return -1.0 if math.isnan(bound.share) else bound.share
-
-
 class _Chance:
     """Random numbers, the same for the same seed."""
 
@@ -212,26 +104,27 @@ class _Space:
 
     def __init__(self, hazard: Hazard, beds: Sequence[Bed], seed: int) -> None:
         self._chance = _Chance(seed)
-        self._spots = [
-            (claim, bed, phase)
-            for claim, one in enumerate(hazard.claims)
-            if not ROWS[one.fault].is_setup
-            for bed, lies in enumerate(beds)
-            if lies.kind.patient in one.patients and lies.kind.approach in one.approaches
-            for phase in PHASES[lies.kind.approach]
-        ]
-        self._order = sorted(self._spots, key=lambda _: self._chance.uniform())
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing can come to a machine that runs."""
-        return not self._spots
+        self._faults = [ROWS[one.fault] for one in hazard.claims]
+        self._beds: dict[tuple[int, str], list[int]] = {}
+        for claim, one in enumerate(hazard.claims):
+            for bed, (kind, _) in enumerate(beds):
+                if kind.patient not in one.patients or kind.approach not in one.approaches:
+                    continue
+                phases = (SET_UP,) if ROWS[one.fault].is_setup else PHASES[kind.approach]
+                for phase in phases:
+                    self._beds.setdefault((claim, phase), []).append(bed)
+        self._order = sorted(self._beds, key=lambda _: self._chance.uniform())
+        self._from = [self._chance.uniform() for _ in self._order]
 
     def spread(self, number: int) -> Place:
-        """One of those that are spread over everything."""
-        spot = self._order[number % len(self._order)]
-        strength = ENDS[number // 2 % 2] if number % 2 else self._chance.uniform()
-        return Place(*spot, self._chance.one_of(OFFSETS_MS), strength)
+        """One of those that are spread over everything: each fault in each phase takes its turn."""
+        again, turn = divmod(number, len(self._order))
+        claim, phase = self._order[turn]
+        share = (self._from[turn] + GOLDEN * again) % 1.0
+        strength = ENDS[again // 2 % 2] if again % 2 else self._chance.uniform()
+        bed = self._chance.one_of(self._beds[claim, phase])
+        off_ms = 0 if phase == SET_UP else OFFSETS_MS[int(share * len(OFFSETS_MS))]
+        return Place(claim, bed, phase, off_ms, self._strength(claim, strength))
 
     def follow(self, worst: Sequence[Place]) -> Place:
         """One near one of the worst: the first is taken twice as often as the second, and so on."""
@@ -241,36 +134,49 @@ class _Space:
         place = self._change(worst[at])
         return self._change(place) if self._chance.uniform() < CHANGED_TWICE else place
 
+    def _strength(self, claim: int, strength: float) -> float:
+        return 0.0 if self._faults[claim].strength is None else min(max(strength, 0.0), 1.0)
+
     def _change(self, place: Place) -> Place:
-        what = self._chance.one_of(("instant", "strength", "phase", "bed"))
-        if what == "instant":
-            off_ms = place.off_ms + STEP_MS * self._chance.one_of((-4, -2, -1, 1, 2, 4))
+        what = ["bed"]
+        what += [] if self._faults[place.claim].strength is None else ["strength"]
+        what += [] if place.phase == SET_UP else ["instant", "instant", "phase"]
+        chosen = self._chance.one_of(what)
+        if chosen == "instant":
+            off_ms = place.off_ms + self._chance.one_of(FOLLOWED_MS)
             return place._replace(off_ms=min(max(off_ms, -EDGE_MS), EDGE_MS))
-        if what == "strength":
+        if chosen == "strength":
             strength = place.strength + NEAR * self._chance.normal()
-            return place._replace(strength=min(max(strength, 0.0), 1.0))
-        kept = place.bed if what == "phase" else place.phase
-        others = [one for one in self._spots if one[0] == place.claim and kept in one[1:]]
-        return Place(*self._chance.one_of(others), place.off_ms, place.strength)
+            return place._replace(strength=self._strength(place.claim, strength))
+        if chosen == "bed":
+            return place._replace(bed=self._chance.one_of(self._beds[place.claim, place.phase]))
+        phases = [
+            phase
+            for (claim, phase), beds in self._beds.items()
+            if claim == place.claim and place.bed in beds
+        ]
+        return place._replace(phase=self._chance.one_of(phases))
 
 
 def search(
-    hazard: Hazard, runs: int, seeds: Sequence[int], seed: int = 1, play: Play = run
+    hazard: Hazard, runs: int, seeds: Sequence[int], seed: int = 1, play: Play = searched_run.run
 ) -> HarmSearch:
-    """Search the faults of a hazard that come while the machine runs.
+    """Search the faults of a hazard.
 
-    runs: how many. seeds: of the machines and their patients. seed: chance of the search. play: a
-    place. A place that was tried is not tried again, and counts. A hazard whose faults are all
-    there before the start has no instant, and is not searched.
+    runs: how many at most. seeds: of the machines and their patients. seed: chance of the search.
+    play: a place. No place is played twice: the search of a space that is small ends sooner.
     """
     beds = beds_of(hazard, seeds)
     space = _Space(hazard, beds, seed)
     known: dict[Place, SearchedRun | None] = {}
     worst: list[tuple[Place, SearchedRun]] = []
-    for number in range(0 if space.is_empty else runs):
+    for number in range(runs):
         follows = worst and number >= SPREAD_SHARE * runs
-        place = space.follow([one for one, _ in worst]) if follows else space.spread(number)
-        if place in known:
+        for _ in range(TRIES):
+            place = space.follow([one for one, _ in worst]) if follows else space.spread(number)
+            if place not in known:
+                break
+        else:
             continue
         found = known[place] = play(hazard, place, beds)
         if found is not None:

@@ -23,6 +23,7 @@ from opensuction.simulation.injection import injection
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.injection.room import Room
+from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
 
 COMPENSATION = "exact-inverse"
@@ -99,10 +100,9 @@ def cases(one: Hazard, seeds: tuple[int, ...]) -> list[HazardCase]:
     return found
 
 
-def _written(case: HazardCase) -> str:
+def write(fault: Fault, strength: float) -> str:
     """The fault of a set-up as a person writes it."""
-    known = ROWS[case.claim.fault].strength
-    return case.claim.name if known is None else f"{case.claim.name}={case.strength!r}"
+    return fault.title if ROWS[fault].strength is None else f"{fault.title}={strength!r}"
 
 
 @lru_cache(maxsize=4)
@@ -135,7 +135,7 @@ def _place(case: HazardCase, healthy: HealthyCycle) -> HazardCase:
 def run(case: HazardCase) -> HazardResult:
     """Run a case and hold it against its claim."""
     claim = case.claim
-    planned = (_written(case),) if ROWS[claim.fault].is_planned else ()
+    planned = (write(claim.fault, case.strength),) if ROWS[claim.fault].is_planned else ()
     try:
         prepared = prepare(case.approach, case.patient, case.seed, planned)
     except InputError as refusal:

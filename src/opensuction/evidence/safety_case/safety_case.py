@@ -10,11 +10,11 @@ from opensuction.evidence.safety_case import harm_search, hazard_case
 from opensuction.evidence.safety_case.harm_search import (
     NOT_SEARCHED,
     HarmSearch,
-    SearchedRun,
     SearchTask,
 )
 from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
 from opensuction.evidence.safety_case.hazard_result import HazardResult
+from opensuction.evidence.safety_case.searched_run import SearchedRun
 from opensuction.oracle.exposure import PatientExposure
 from opensuction.oracle.harm import NAMES
 from opensuction.simulation.injection.run_judgement import count_left_inside
@@ -181,7 +181,7 @@ def _searched_run(run: SearchedRun) -> dict[str, Any]:
     one, bound = run.injection, run.nearest
     return {
         "fault": one.fault.title,
-        "after_s": one.at.after_s,
+        "after_s": None if ROWS[one.fault].is_setup else one.at.after_s,
         "strength": None if ROWS[one.fault].strength is None else one.strength,
         "approach": run.bed.kind.approach,
         "patient": run.bed.kind.patient,
@@ -190,7 +190,7 @@ def _searched_run(run: SearchedRun) -> dict[str, Any]:
         "worst": _finite(bound.worst),
         "limit": _finite(bound.limit),
         "unit": bound.unit,
-        "share": _finite(bound.share),
+        "share": _finite(run.share),
         "told": run.told,
         "broken": list(run.breaches),
     }

@@ -42,14 +42,20 @@ class SoundMachine(NamedTuple):
     """Every `MARK_S`, the first one before the start."""
 
 
-def prepare(kind: Kind, seed: int, compensation: str, oxygen: str | None = None) -> Prepared:
+def prepare(
+    kind: Kind,
+    seed: int,
+    compensation: str,
+    oxygen: str | None = None,
+    faults: tuple[str, ...] = (),
+) -> Prepared:
     """A machine and a patient of a kind, ready for a cycle.
 
-    oxygen: what a person answers; None: nobody is asked and nothing is given. Raises InputError
-    where the machine cannot do its protocol.
+    oxygen: what a person answers; None: nobody is asked and nothing is given. faults: that are
+    there before the cycle is planned. Raises InputError where the machine cannot do its protocol.
     """
     rig = RigChoice(patient=kind.patient, seed=seed)
-    choice = CycleChoice(rig, approach=kind.approach, compensation=compensation)
+    choice = CycleChoice(rig, approach=kind.approach, compensation=compensation, faults=faults)
     return oxygenate(cycle_run.prepare(resolution.resolve(choice)), oxygen)
 
 

@@ -19,9 +19,9 @@ METHOD = (
     "a child has two thirds of them.",
     "Then each hazard is searched for harm: instants from .1 s before to .1 s after each phase "
     "begins, strengths from the least to the most, two machines of each patient and approach; the "
-    "first runs are spread over all of it, the others are near what was worst. The share is that "
-    "of the bound that is nearest, with what the fault makes unavoidable added to it. Faults that "
-    "are there before the start have no instant, and are not searched.",
+    "first runs are spread over all of it, the others are near what was worst. The share says how "
+    "much of the way from the same cycle without a fault to the nearest bound the worst run went; "
+    "what the fault makes unavoidable is added to the bound.",
     "Times are those of the run that broke a bound, or came nearest to one. A dash means that "
     "it did not happen, or was not needed: some rows accept a whole cycle within every limit.",
 )
@@ -141,17 +141,21 @@ def describe_search(found: Summary) -> str:
     if found["broken"]:
         return f"{found['broken']} of {found['runs']} broken"
     worst = found["worst"]
-    return "-" if worst is None else f"{100.0 * worst['share']:.0f} % of {worst['bound']}"
+    if worst is None:
+        return "-"
+    share = 100.0 * max(worst["share"], 0.0)
+    return f"{share:.0f} % to {worst['bound']}" if share >= 0.5 else "nothing borne"
 
 
 def _worst_searched(found: Summary) -> str:
     """The worst run of a search in a sentence."""
     worst = (*found["problems"], found["worst"])[0]
+    at = "" if worst["after_s"] is None else f"@{worst['after_s']:g}"
     strength = "" if worst["strength"] is None else f"={worst['strength']:.3g}"
     end = f"broke {', '.join(worst['broken'])}" if worst["broken"] else "broke none"
     told = "people were told" if worst["told"] else "nobody was told"
     return (
-        f"Worst of {found['runs']} searched runs: {worst['fault']}@{worst['after_s']:g}{strength}, "
+        f"Worst of {found['runs']} searched runs: {worst['fault']}{at}{strength}, "
         f"{worst['patient']} by {worst['approach']}, seed {worst['seed']}: {worst['bound']} "
         f"{worst['worst']:.3g} {worst['unit']} of {worst['limit']:.3g}; it {end}, and {told}."
     )

@@ -1,0 +1,180 @@
+"""A run of a search for harm: a fault at a place of its hazard's space, played and judged."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+from opensuction.evidence.safety_case import hazard_case
+from opensuction.evidence.safety_case.hazard_case import COMPENSATION
+from opensuction.evidence.safety_case.hazard_claim import SET_UP, Hazard
+from opensuction.evidence.trial import draw, judged_cycle, sound_machine
+from opensuction.evidence.trial.cohort import Kind
+from opensuction.evidence.trial.sound_machine import SoundMachine
+from opensuction.kernel.errors import InputError
+from opensuction.oracle import exposure, harm
+from opensuction.oracle.harm import LEFT_INSIDE, Harm
+from opensuction.session.cycle.cycle_run import Prepared
+from opensuction.simulation.injection import fault_allowance, invariant, run_judgement
+from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
+from opensuction.simulation.injection.injection import Injected
+from opensuction.simulation.injection.room import Room
+from opensuction.twin.fault.fault_table import ROWS
+
+
+class Bed(NamedTuple):
+    """A machine and a patient, by which they are drawn."""
+
+    kind: Kind
+    seed: int
+
+
+class Place(NamedTuple):
+    """Where in the space of a hazard a run is."""
+
+    claim: int
+    """Number of the fault in the hazard's row."""
+    bed: int
+    phase: str
+    """Or before the start."""
+    off_ms: int
+    """From the phase's begin."""
+    strength: float
+    """Share of the fault's range, 0 to 1."""
+
+
+class SearchedRun(NamedTuple):
+    """What a run came to."""
+
+    bed: Bed
+    injection: Injection
+    nearest: Harm
+    """The bound that it came nearest to, with what the fault makes unavoidable added."""
+    share: float
+    """How much of the way from the sound cycle's value to this bound it went, infinite where
+    any bound was broken."""
+    breaches: tuple[str, ...]
+    """Bounds of the patient and of the command side that were broken."""
+    told: bool
+    """Whether people were told of anything from the fault on."""
+
+    @property
+    def title(self) -> str:
+        """Fault, instant, strength, patient and seed, as the command line writes them."""
+        one, kind = self.injection, self.bed.kind
+        strength = "" if ROWS[one.fault].strength is None else f"={one.strength:g}"
+        at = "" if ROWS[one.fault].is_setup else one.at.title
+        fault = f"{one.fault.title}{at}{strength}"
+        return f"{fault}, {kind.patient} by {kind.approach}, seed {self.bed.seed}"
+
+
+class Sound(NamedTuple):
+    """A machine without the fault."""
+
+    machine: SoundMachine
+    bounds: tuple[Harm, ...]
+    """How near its own cycle comes to each."""
+
+
+@lru_cache(maxsize=1)
+def _room() -> Room:
+    return judged_cycle.make_room()
+
+
+@lru_cache(maxsize=64)
+def _sound(bed: Bed) -> Sound | None:
+    """The cycle without a fault; None where the machine cannot do it."""
+    try:
+        machine = sound_machine.play(
+            sound_machine.prepare(bed.kind, bed.seed, COMPENSATION), _room()
+        )
+    except InputError:
+        return None
+    played = judged_cycle.play_sound(machine.prepared, _room())
+    return Sound(machine, _measure(machine.prepared, played))
+
+
+def _measure(prepared: Prepared, played: judged_cycle.Played) -> tuple[Harm, ...]:
+    machine, run = prepared.rig.machine, played.run
+    borne = played.alone.add_to(exposure.measure(machine, run.columns))
+    return harm.measure(machine, borne, prepared.loop.controller.limits.cap_mm)
+
+
+def run(hazard: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun | None:
+    """Play a place; None where it has no such instant or no cycle."""
+    claim, bed = hazard.claims[place.claim], beds[place.bed]
+    sound = _sound(bed)
+    if sound is None:
+        return None
+    one = Injection(claim.fault, AT_START, draw.find_strength(claim.fault, place.strength))
+    if ROWS[one.fault].is_planned:
+        return _run_planned(bed, sound, one)
+    if place.phase != SET_UP:
+        spans = sound.machine.healthy.spans
+        if place.phase not in spans:
+            return None
+        at_s = round(spans[place.phase][0] + 0.001 * place.off_ms, 3)
+        if at_s <= 0.0:
+            return None
+        one = one._replace(at=FaultInstant(None, at_s))
+    played = judged_cycle.play_faulty(sound.machine, (one,), bed.seed, _room())
+    return _judge(bed, sound, sound.machine.prepared, one, played)
+
+
+def _run_planned(bed: Bed, sound: Sound, one: Injection) -> SearchedRun | None:
+    """Play a cycle that is planned with its fault; None where it is refused."""
+    faults = (hazard_case.write(one.fault, one.strength),)
+    try:
+        prepared = sound_machine.prepare(bed.kind, bed.seed, COMPENSATION, faults=faults)
+    except InputError:
+        return None
+    played = judged_cycle.play_sound(prepared, _room())
+    there = Injected(one, 0.0, None)
+    played = played._replace(run=played.run._replace(faults=(there,)))
+    return _judge(bed, sound, prepared, one, played)
+
+
+def _judge(
+    bed: Bed, sound: Sound, prepared: Prepared, one: Injection, played: judged_cycle.Played
+) -> SearchedRun:
+    """Hold a run against every invariant and bound, with the allowances of trials."""
+    settings, found = prepared.loop.controller, played.run
+    judged = run_judgement.judge(
+        prepared.rig.machine,
+        settings.limits.cap_mm,
+        found.columns,
+        found.faults,
+        alone=played.alone,
+    )
+    came = [each.injection for each in found.faults if not math.isnan(each.at_s)]
+    bounds = fault_allowance.raise_limits(_measure(prepared, played), came)
+    broken = {each.name for each in judged.breaches}
+    excused = {each.name for each in judged.harm} - broken
+    commands = invariant.command_side(found.sent, settings)
+    breaches = (
+        *(each.invariant for each in commands),
+        *(each.name for each in judged.breaches),
+    )
+    shares = {
+        each: _find_share(each, before)
+        for each, before in zip(bounds, sound.bounds, strict=True)
+        if each.name not in excused and (each.is_broken or each.name != LEFT_INSIDE)
+    }
+    nearest = max(shares, key=lambda each: shares[each])
+    return SearchedRun(
+        bed,
+        one,
+        nearest,
+        math.inf if breaches else shares[nearest],
+        breaches,
+        any(each.at_s >= one.at.after_s for each in judged.told),
+    )
+
+
+def _find_share(found: Harm, sound: Harm) -> float:
+    """How much of the way from the sound cycle's value to a bound a run went; below 0 for less."""
+    if found.is_broken:
+        return math.inf
+    way = found.limit - sound.worst
+    share = (found.worst - sound.worst) / way if math.isfinite(way) and way != 0.0 else 0.0
+    return 0.0 if math.isnan(share) else share
