@@ -16,7 +16,7 @@ from opensuction.safety.patient_limit import (
     SAGGING_CMH2O,
     SAGGING_S,
 )
-from opensuction.safety.watch.patient_watch import DEEP_SAG_CMH2O
+from opensuction.safety.watch.patient_watch import DEEP_SAG_CMH2O_S
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.day import day_run
@@ -72,15 +72,12 @@ def test_expirations_add_up_in_a_lung_that_collapses_below_its_peep() -> None:
     assert found_s == pytest.approx(PERIOD_S + INSPIRED_S + effort_s, abs=2.0 * DT_S)
 
 
-@pytest.mark.parametrize("deeper_cmh2o", [0.0, 0.3, 0.6])
-def test_a_fall_that_is_deep_on_the_mean_counts_for_longer(deeper_cmh2o: float) -> None:
+@pytest.mark.parametrize("below_cmh2o", [1.6, 1.8, 2.6])
+def test_a_fall_that_is_deep_is_told_of_before_the_next(below_cmh2o: float) -> None:
     """Short of where volume begins to be lost by its depth alone."""
-    found_s = told_s(12.0, SAGGING_CMH2O + DEEP_SAG_CMH2O + deeper_cmh2o)
-    weight = 1.0 + deeper_cmh2o / DEEP_SAG_CMH2O
-    needs_s = SAGGING_S / weight
-    effort_s = AGE_LIMITS[ADULT].effort_s
-    again_s = max((SAGGING_S - SAGS_S * weight) / weight, effort_s)
-    expected_s = needs_s if needs_s < SAGS_S else PERIOD_S + again_s
+    deep_s = DEEP_SAG_CMH2O_S / below_cmh2o
+    expected_s = deep_s if deep_s < SAGS_S else PERIOD_S + AGE_LIMITS[ADULT].effort_s
+    found_s = told_s(12.0, SAGGING_CMH2O + below_cmh2o)
     assert found_s == pytest.approx(INSPIRED_S + expected_s, abs=2.0 * DT_S)
 
 
