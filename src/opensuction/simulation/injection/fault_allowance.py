@@ -135,6 +135,18 @@ ALLOWANCES: tuple[Allowance, ...] = (
         "as its force: what it presses into the carina",
     ),
     Allowance(
+        Fault.CONTACT_INTERMITTENT,
+        FORCE,
+        UNDETECTED_CONTACT_N,
+        "as a switch that never closes, where its contact is away as the tip meets the carina",
+    ),
+    Allowance(
+        Fault.CONTACT_INTERMITTENT,
+        TIP_PAST_CAP,
+        PRESSED_MM,
+        "as its force: what it presses into the carina",
+    ),
+    Allowance(
         Fault.CATHETER_JAMMED,
         CONTACT_TIME,
         CREEPING_S,
