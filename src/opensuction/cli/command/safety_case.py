@@ -87,9 +87,11 @@ def _summarise(console: "Console", data: Json, folder: Path) -> None:
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("hazard", ratio=1)
-    table.add_column("alarm, priority", ratio=1)
-    for column in ("alarm, ms / bound", "safe, ms / bound", "left inside", "broken", "searched"):
+    table.add_column("alarm,\npriority", ratio=1)
+    for column in ("alarm, ms\n/ bound", "safe, ms\n/ bound"):
         table.add_column(column, justify="right", no_wrap=True)
+    for column in ("left\ninside", "broken", "searched"):
+        table.add_column(column, justify="right")
     for entry in data["hazards"]:
         alarm = (entry["alarm"] or "no expected alarm").replace("_", " ")
         if entry["refused"]:
