@@ -184,7 +184,13 @@ BENCH: dict[str, Parameter] = {
         "[computed] PVC 0.13 to 0.26",
         0.03,
     ),
-    "post_buckling_ratio": _p(0.05, "1", (0, 1), "stiffness left after buckling", "[assumed]"),
+    "post_buckling_ratio": _p(
+        0.05,
+        "1",
+        (0, 0.15),
+        "stiffness left after buckling",
+        "[assumed]; most [computed]: P (1 + d / 2 L) by Euler's elastica, .35 N, 10 mm free",
+    ),
     "switch_n": _p(
         0.08017, "N", (0.02, 0.3), "force that closes the contact switch", "[paper]", 0.001
     ),

@@ -106,7 +106,7 @@ watches = st.builds(
     invalid=st.builds(InvalidTicks, *[counts] * len(InvalidTicks._fields)),
     durations=st.builds(Durations, *[seconds] * len(Durations._fields)),
     drive=st.builds(DriveForce, forces, forces, forces, st.floats(-0.1, 0.1), forces),
-    window=st.builds(ContactWindow, plausible, seconds, st.booleans()),
+    window=st.builds(ContactWindow, plausible, seconds, st.booleans(), plausible),
     valve=st.builds(ValveAxis, seconds, seconds, st.floats(-0.1, 0.7), st.booleans()),
     line=st.builds(
         LineWatch,

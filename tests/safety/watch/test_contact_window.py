@@ -46,8 +46,27 @@ def test_contact_must_end_once_the_tip_is_certainly_back_from_where_it_began() -
 @pytest.mark.requirement("OS-R17")
 def test_contact_is_missed_where_even_the_shallowest_tip_has_passed_the_carina() -> None:
     for shallowest, missed in ((80.0, False), (above(80.0), True)):
-        assert contact_window.is_missed(LIMITS, shallowest, False) == missed
-        assert not contact_window.is_missed(LIMITS, shallowest, True)
+        assert contact_window.is_missed(LIMITS, START, shallowest, False) == missed
+        assert not contact_window.is_missed(LIMITS, START, shallowest, True)
+
+
+@pytest.mark.requirement("OS-R17")
+def test_a_carina_that_was_met_is_not_missed_on_the_way_back_from_it() -> None:
+    """One that has moved deeper, to where contact must have come; beyond it is missed again."""
+    state = START
+    for shallowest, touching, missed in (
+        (82.0, False, True),
+        (82.0, True, False),
+        (83.0, True, False),
+        (82.5, True, False),
+        (83.0, False, False),
+        (81.0, False, False),
+        (above(83.0), False, True),
+        (80.0, False, False),
+        (81.0, False, True),
+    ):
+        state = contact_window.step(LIMITS, state, 90.0, shallowest, touching, False, DT_S)
+        assert contact_window.is_missed(LIMITS, state, shallowest, touching) == missed
 
 
 @pytest.mark.requirement("OS-R17")
@@ -105,8 +124,8 @@ def test_a_contact_that_was_impossible_proves_nothing_when_it_ends() -> None:
 
 
 def test_a_reset_forgets_what_was_seen_of_the_switch_but_not_where_contact_is() -> None:
-    known = ContactWindow(touched_mm=58.0, impossible_s=0.04, proven=True)
-    assert contact_window.reset(known) == ContactWindow(58.0, impossible_s=0.0, proven=False)
+    known = ContactWindow(touched_mm=58.0, impossible_s=0.04, proven=True, met_mm=81.0)
+    assert contact_window.reset(known) == START._replace(touched_mm=58.0)
 
 
 @pytest.mark.parametrize(("closed_ticks", "open_ticks", "told"), [(15, 10, True), (9, 10, False)])

@@ -16,7 +16,7 @@ from opensuction.safety.patient_limit import (
     SAGGING_CMH2O,
     SAGGING_S,
 )
-from opensuction.safety.watch.patient_watch import DEEP_SAG_CMH2O_S
+from opensuction.safety.watch.patient_watch import DEEP_SAG_CMH2O
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.day import day_run
@@ -72,10 +72,10 @@ def test_expirations_add_up_in_a_lung_that_collapses_below_its_peep() -> None:
     assert found_s == pytest.approx(PERIOD_S + INSPIRED_S + effort_s, abs=2.0 * DT_S)
 
 
-@pytest.mark.parametrize("below_cmh2o", [1.6, 1.8, 2.6])
+@pytest.mark.parametrize("below_cmh2o", [1.6, 1.9, 2.6])
 def test_a_fall_that_is_deep_is_told_of_before_the_next(below_cmh2o: float) -> None:
     """Short of where volume begins to be lost by its depth alone."""
-    deep_s = DEEP_SAG_CMH2O_S / below_cmh2o
+    deep_s = DEEP_SAG_CMH2O * SAGGING_S / below_cmh2o
     expected_s = deep_s if deep_s < SAGS_S else PERIOD_S + AGE_LIMITS[ADULT].effort_s
     found_s = told_s(12.0, SAGGING_CMH2O + below_cmh2o)
     assert found_s == pytest.approx(INSPIRED_S + expected_s, abs=2.0 * DT_S)
@@ -83,7 +83,8 @@ def test_a_fall_that_is_deep_is_told_of_before_the_next(below_cmh2o: float) -> N
 
 def test_neither_less_than_that_nor_a_lung_that_holds_its_volume() -> None:
     assert told_s(COLLAPSING_CMH2O, SAGGING_CMH2O - 0.05) == float("inf")
-    assert told_s(COLLAPSING_CMH2O - 0.1, SAGGING_CMH2O + 0.05) == float("inf")
+    for below_cmh2o in (0.05, 2.6):
+        assert told_s(COLLAPSING_CMH2O - 0.1, SAGGING_CMH2O + below_cmh2o) == float("inf")
 
 
 @pytest.mark.parametrize("effort_s", [0.4, 0.8, 1.0])

@@ -336,7 +336,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         invalid=InvalidTicks(1, 5, 2, 3, 4),
         durations=Durations(*map(float, range(1, 14))),
         drive=DriveForce(1.0, 2.0, 3.0, 0.01, 0.0),
-        window=ContactWindow(44.0, 0.1, True),
+        window=ContactWindow(44.0, 0.1, True, 44.0),
         valve=ValveAxis(1.0, 2.0, 0.3, resting=True),
         line=LineWatch(
             90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0
@@ -368,7 +368,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.drive == DriveForce(0.0, 0.0, 0.0, 0.01, 0.0)
     assert after.vote == head_vote.reset(before.vote)
     assert after.runaway_ticks == after.overspeed_ticks == 0
-    assert after.window == (44.0, 0.0, False)
+    assert after.window == (44.0, 0.0, False, contact_window.NOWHERE_MM)
     assert after.valve == ValveAxis(0.0, 0.0, 0.3, resting=True)
     assert after.line.vacuum_mmhg == 90.0
     assert after.filter == before.filter

@@ -143,7 +143,7 @@ def _judge_contact(limits: Limits, seen: Watch) -> int:
     """Mask of what is wrong with the contact switch, or with what it has touched."""
     contact_s, impossible_s = seen.durations.contact_s, seen.window.impossible_s
     shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
-    missed = contact_window.is_missed(limits.window, shallowest_mm, contact_s > 0.0)
+    missed = contact_window.is_missed(limits.window, seen.window, shallowest_mm, contact_s > 0.0)
     trips = flag(missed, Condition.CARINA_MISSED) | flag(
         missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN
     )

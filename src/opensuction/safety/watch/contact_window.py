@@ -33,9 +33,11 @@ class ContactWindow(NamedTuple):
     chatters adds up; time without takes as much off."""
     proven: bool
     """The switch has been seen to close where it may and to open again, since the last reset."""
+    met_mm: float
+    """Greatest least depth of the tip with contact beyond where it must have come."""
 
 
-START = ContactWindow(touched_mm=NOWHERE_MM, impossible_s=0.0, proven=False)
+START = ContactWindow(NOWHERE_MM, impossible_s=0.0, proven=False, met_mm=NOWHERE_MM)
 """At power-up."""
 
 
@@ -61,20 +63,31 @@ def step(
         begun_mm = shallowest_mm
     impossible = touching and deepest_mm < max(limits.from_mm, begun_mm - RELEASE_MM)
     released = touched and not touching and state.impossible_s == 0.0
+    met_mm = state.met_mm
+    if shallowest_mm <= limits.by_mm:
+        met_mm = NOWHERE_MM
+    elif touching:
+        met_mm = max(met_mm, shallowest_mm)
     return ContactWindow(
         touched_mm=begun_mm,
         impossible_s=add_up(state.impossible_s, impossible, 1.0, dt_s),
         proven=state.proven or (released and deepest_mm >= limits.from_mm),
+        met_mm=met_mm,
     )
 
 
 @compiled
-def is_missed(limits: WindowLimits, shallowest_mm: float, touching: bool) -> bool:
-    """Whether contact must have come by now and has not."""
-    return not touching and shallowest_mm > limits.by_mm
+def is_missed(
+    limits: WindowLimits, state: ContactWindow, shallowest_mm: float, touching: bool
+) -> bool:
+    """Whether contact must have come by now and has not.
+
+    A carina that was met there is not missed by a tip that goes back from it.
+    """
+    return not touching and shallowest_mm > max(limits.by_mm, state.met_mm)
 
 
 @compiled
 def reset(state: ContactWindow) -> ContactWindow:
     """After a person's reset: the catheter may have been changed unseen."""
-    return state._replace(impossible_s=0.0, proven=False)
+    return state._replace(impossible_s=0.0, proven=False, met_mm=NOWHERE_MM)

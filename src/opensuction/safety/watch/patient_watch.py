@@ -63,11 +63,11 @@ LINK_S = 2.0
 FILLED_S = 0.2
 """Within so long of the end of a fall the pressure of an inspiration crosses the breaths' line;
 assumed."""
-DEEP_SAG_CMH2O_S = 5.0
-"""Depth below where the pressure sags, over its time, of a fall that is told of at once, as soon as
-it is no breath of the patient's own. No fall of 80 sound cycles with ARDS came to more than 3.5;
-without any flow from the ventilator a patient with one of 6 lost 12 mL/kg in the next two breaths
-[in-silico]."""
+DEEP_SAG_CMH2O = 1.6
+"""Depth below where the pressure sags, over all the time for which it may, of a fall that is told
+of at once, as soon as it is no breath of the patient's own: 5.1 cmH2O s. No fall of 80 sound cycles
+with ARDS came to more than 3.5; without any flow from the ventilator a patient with one of 6 lost
+12 mL/kg in the next two breaths [in-silico]."""
 ROOM_CMH2O = 1.0
 """Nearer than this to the atmosphere the connector may be open to the room."""
 
@@ -194,7 +194,7 @@ def _has_sagged(limits: PatientLimits, sag: Sag) -> bool:
     """Whether suction has left the pressure below PEEP for too long in all, or once too deep."""
     is_suction = sag.fall_s > limits.effort_s
     going_on_s = sag.fall_s if is_suction else 0.0
-    is_deep = is_suction and sag.fall_cmh2o_s > DEEP_SAG_CMH2O_S
+    is_deep = is_suction and sag.fall_cmh2o_s > DEEP_SAG_CMH2O * limits.sagging_s
     return sag.in_all_s + going_on_s > limits.sagging_s or is_deep
 
 
