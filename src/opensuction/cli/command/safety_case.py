@@ -141,8 +141,8 @@ COMMAND = Command(
     examples="""\b
 Examples:
   opensuction safety-case                    reports and figures under runs/
-  opensuction safety-case --seeds 1 --search 0   a quick look, one machine each
-  opensuction safety-case --hazard OS-H14 --search 5000   a long search of one hazard
+  opensuction safety-case --seeds 1 --search 0   one machine of each patient
+  opensuction safety-case --hazard OS-H14 --search 5000  one hazard, long
   opensuction safety-case --table mine.toml  hazards of your own
   opensuction safety-case --json | jq '.hazards[] | select(.ok | not)'
   opensuction cycle --fault pump-runaway@suctioning  one of its faults
