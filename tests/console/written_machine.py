@@ -130,7 +130,7 @@ class WrittenMachine:
 
     @property
     def number(self) -> int:
-        """Of the next row's tick."""
+        """Tick of the last row."""
         return int(self._row[ROW_COLUMNS.index("inputs.tick")])
 
     def tick(self) -> None:
@@ -138,7 +138,8 @@ class WrittenMachine:
         with self._lock:
             asked, answers = self._mailbox.receive()
             self._row[0] = time.monotonic()
-            number = self.number
+            # Of the row that follows: the last one is not taken for what came of an answer.
+            number = self.number + 1
             for one in answers:
                 if one.verdict == "pressed":
                     self.pressed.append((one.ask, one.who))
@@ -151,7 +152,7 @@ class WrittenMachine:
                 self._events.write("request", number, **answer(setting, "set")._asdict())
             if asked.start:
                 self._row[ROW_COLUMNS.index("outputs.counters.refusal")] = self.refusal
-            self._row[ROW_COLUMNS.index("inputs.tick")] = number + 1
+            self._row[ROW_COLUMNS.index("inputs.tick")] = number
             self._ring.write(self._row)
         self._heartbeat.beat(Process.CONTROL)
 
