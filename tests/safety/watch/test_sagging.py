@@ -72,7 +72,7 @@ def test_expirations_add_up_in_a_lung_that_collapses_below_its_peep() -> None:
     assert found_s == pytest.approx(PERIOD_S + INSPIRED_S + effort_s, abs=2.0 * DT_S)
 
 
-@pytest.mark.parametrize("below_cmh2o", [1.6, 1.9, 2.6])
+@pytest.mark.parametrize("below_cmh2o", [1.4, 1.6, 2.6])
 def test_a_fall_that_is_deep_is_told_of_before_the_next(below_cmh2o: float) -> None:
     """Short of where volume begins to be lost by its depth alone."""
     deep_s = DEEP_SAG_CMH2O * SAGGING_S / below_cmh2o

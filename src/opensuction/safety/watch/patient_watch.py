@@ -63,9 +63,9 @@ LINK_S = 2.0
 FILLED_S = 0.2
 """Within so long of the end of a fall the pressure of an inspiration crosses the breaths' line;
 assumed."""
-DEEP_SAG_CMH2O = 1.6
+DEEP_SAG_CMH2O = 1.4
 """Depth below where the pressure sags, over all the time for which it may, of a fall that is told
-of at once, as soon as it is no breath of the patient's own: 5.1 cmH2O s. No fall of 80 sound cycles
+of at once, as soon as it is no breath of the patient's own: 4.5 cmH2O s. No fall of 80 sound cycles
 with ARDS came to more than 3.5; without any flow from the ventilator a patient with one of 6 lost
 12 mL/kg in the next two breaths [in-silico]."""
 ROOM_CMH2O = 1.0
