@@ -4,6 +4,7 @@ The twin survives all of it. Where the tip is, and whether somebody was told at 
 truth; what the dead had to say is looked for on disk and on record.
 """
 
+import itertools
 import math
 import os
 import shutil
@@ -13,7 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,7 +26,7 @@ from opensuction.exchange.heartbeat import Heartbeat, Process
 from opensuction.exchange.ring import RingReader
 from opensuction.exchange.sole import holder
 from opensuction.kernel.phase import CYCLE, RESTING, Phase
-from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.records.entry import Outcome
 from opensuction.records.history import PastCycle
 from opensuction.records.records import Records
@@ -345,25 +346,28 @@ def _look_at_what_is_kept(
         wrong.append(f"on record as {cycle.outcome}")
     assert cycle.recording is not None
     files = sorted(ward.out.glob(f"{Path(cycle.recording).stem}*.mcap"))
-    if not files:
-        wrong.append(f"no recording {cycle.recording}")
-    for file in files:
-        wrong.extend(_look_at(file))
-    return cycle, len(files), wrong
+    held = [verdict for file in files if (verdict := _look_at(file)) is not None]
+    if not held:
+        wrong.append(f"no row of the recording {cycle.recording}, in {len(files)} files")
+    if len(held) < len(files) and ward.hung is None and victim not in ("recorder", "all"):
+        wrong.append("a file without a row, whose recorder did not end")
+    return cycle, len(files), [*wrong, *itertools.chain.from_iterable(held)]
 
 
-def _look_at(file: Path) -> list[str]:
-    """What is wrong with a recording: it can be read, and replays to the last bit."""
-    reader = RecordingReader(file)
+def _look_at(file: Path) -> list[str] | None:
+    """What is wrong with a recording: it can be read, and replays to the last bit.
+
+    None of one without a row, which a recorder that ended as it began has left: that is no flaw
+    where the parts after it hold the cycle.
+    """
     try:
-        verdict = replay.replay(reader)
-        if not verdict.identical:
-            return [f"{file.name}: replay differs: {verdict.first}"]
-        if reader.is_damaged:
-            return [f"{file.name}: {reader.flaw}"]
-    finally:
-        reader.close()
-    return []
+        with closing(RecordingReader(file)) as reader:
+            verdict = replay.replay(reader)
+    except NothingRecordedError:
+        return None
+    if not verdict.identical:
+        return [f"{file.name}: replay differs: {verdict.first}"]
+    return [f"{file.name}: {reader.flaw}"] if reader.is_damaged else []
 
 
 @contextmanager

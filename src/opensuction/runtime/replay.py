@@ -216,5 +216,5 @@ def _play_all(reader: RecordingReader) -> _Player:
         elif isinstance(one, Rows) and one.topic == TICKS:
             player.take(one.table)
     if player.ticks == 0:
-        raise InputError(reader.flaw or f"{reader.path}: has no tick that could be replayed")
+        reader.refuse_empty("has no tick that could be replayed")
     return player

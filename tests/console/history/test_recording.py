@@ -20,6 +20,7 @@ from opensuction.records.entry import BoundFile, CycleEnd, Outcome
 from tests.console.history.past import ATTACK, NOON, RECORDING, Past, join, remember, start
 from tests.console.served import Served
 from tests.runtime.identity import ABOUT
+from tests.session.recorded import played
 
 V1 = "/api/v1"
 
@@ -194,6 +195,21 @@ def test_a_replay_is_begun_once_and_its_verdict_kept(console: Served, recording:
     refused = console.client("observer")
     refused.headers.pop("X-CSRF-Token")
     assert refused.post(path).status_code == 403
+
+
+def test_a_first_part_without_a_row_keeps_no_recording_from_its_replay(
+    console: Served, recording: Path
+) -> None:
+    past = remember(console, recording)
+    first = console.site.recordings / RECORDING
+    first.rename(first.with_name(f"{first.stem}-2.mcap"))
+    first.write_bytes(played.without_rows(recording))
+    client, path = console.client("observer"), f"{V1}/cycles/{past.completed}/replay"
+    assert client.post(path).status_code == 202
+    join("_replay")
+    verdict = client.get(path).json()["verdict"]
+    assert (verdict["is_good"], verdict["identical"], verdict["whole"]) == (True, True, False)
+    assert verdict["ticks"] > 0
 
 
 def test_a_replay_that_differs_says_where(console: Served, recording: Path, tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """Simulated runs and their recordings, for the tests of everything that reads one."""
 
+from contextlib import closing
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,6 +68,13 @@ def read(path: Path) -> Contents:
     names = {topic: [one.name for one in columns] for topic, columns in reader.tables.items()}
     tables = {topic: np.concatenate(rows) for topic, rows in parts.items() if rows}
     return Contents(names, tables, told)
+
+
+def without_rows(recording: Path) -> bytes:
+    """What a recorder leaves that stops before it has written a row of it."""
+    with closing(RecordingReader(recording)) as reader, BytesIO() as file:
+        RecordingWriter(file, reader.heading, TABLES)
+        return file.getvalue()
 
 
 def without_truth(recording: Path, to: Path, skip: slice = slice(0)) -> Path:

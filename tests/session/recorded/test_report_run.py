@@ -142,6 +142,26 @@ def test_parts_of_one_recording_are_one_report(real: Path, tmp_path: Path) -> No
         assert np.array_equal(joined.columns[name], values, equal_nan=True), name
 
 
+@pytest.mark.parametrize("held", ["no byte", "a heading"])
+def test_a_part_of_a_recorder_that_died_as_it_began_keeps_no_other_from_its_report(
+    real: Path, tmp_path: Path, held: str
+) -> None:
+    first, second = tmp_path / "h.mcap", tmp_path / "h-2.mcap"
+    second.write_bytes(real.read_bytes())
+    heading = played.without_rows(real)
+    first.write_bytes(heading if held == "a heading" else b"")
+    report = report_run.run([first, second])
+    assert report.summary["outcome"] == report_run.run([real]).summary["outcome"]
+    assert str(first) in report.summary["flaw"]
+    assert report.summary["damaged"] is False
+    with pytest.raises(InputError, match=r"h\.mcap: "):
+        report_run.run([first])
+    # What was written over is told of, whatever lies beside it.
+    first.write_bytes(heading[:-200] + bytes(200))
+    with pytest.raises(InputError, match="damaged"):
+        report_run.run([first, second])
+
+
 def test_a_recording_that_stops_inside_is_not_completed(real: Path, tmp_path: Path) -> None:
     reader = RecordingReader(real)
     rows = [one for one in reader.contents() if isinstance(one, Rows) and one.topic == TICKS]

@@ -48,13 +48,20 @@ def report(paths: list[Path]) -> dict[str, Any]:
 def replay(paths: list[Path]) -> dict[str, Any]:
     """What came of it when a recording was played again; of several parts the first that differs.
 
+    A part that holds nothing, of a recorder that died as it began, leaves the recording not whole.
     Names of files and what their headings say are left out.
     """
+    from opensuction.recording.cycle_file.reader import NothingRecordedError
     from opensuction.session.recorded import replay_run
 
     found: dict[str, Any] = {}
+    empty: list[NothingRecordedError] = []
     for path in paths:
-        data = replay_run.run(path)
+        try:
+            data = replay_run.run(path)
+        except NothingRecordedError as refused:
+            empty.append(refused)
+            continue
         found = {
             **{
                 name: data[name]
@@ -68,6 +75,9 @@ def replay(paths: list[Path]) -> dict[str, Any]:
         }
         if not found["is_good"]:
             break
+    if not found:
+        raise empty[0]
+    found["whole"] = found["whole"] and not empty
     return found
 
 

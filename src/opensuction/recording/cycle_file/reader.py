@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from io import BufferedReader
 from pathlib import Path
 from stat import S_ISREG
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer, Header, Metadata
@@ -32,6 +32,10 @@ FOOTER_BYTES = 20
 WANTED = "give a recording that opensuction wrote (.mcap)"
 
 
+class NothingRecordedError(InputError):
+    """A sound recording that holds no row: its writer stopped before it wrote one."""
+
+
 class _Record(NamedTuple):
     opcode: int
     offset: int
@@ -44,7 +48,8 @@ class RecordingReader:
     def __init__(self, path: Path) -> None:
         """Open the file and read its heading.
 
-        Raises InputError for what is no recording, is of a newer version, or has no heading.
+        Raises InputError for what is no recording, is of a newer version, or has no heading:
+        NothingRecordedError where its writer stopped before it had written that.
         """
         self.path = path
         self._file, self._size = _open(path)
@@ -62,7 +67,8 @@ class RecordingReader:
             self._chunks.read(self._next(Opcode.CHUNK))
         except DamageError as damage:
             self.close()
-            raise InputError(f"{path}: {self._say(damage)}; nothing of it can be read") from None
+            said = f"{path}: {self._say(damage)}; nothing of it can be read"
+            raise (InputError if self.is_damaged else NothingRecordedError)(said) from None
         except InputError:
             self.close()
             raise
@@ -75,7 +81,7 @@ class RecordingReader:
     def _check_magic(self) -> None:
         found = self._file.read(len(MAGIC))
         if not found:
-            raise InputError(f"{self.path}: is empty; {WANTED}")
+            raise NothingRecordedError(f"{self.path}: is empty; {WANTED}")
         if found != MAGIC:
             if found[:VERSION_AT] == MAGIC[:VERSION_AT] and len(found) == len(MAGIC):
                 raise InputError(
@@ -170,6 +176,16 @@ class RecordingReader:
             self.close()
         if said:
             self.flaw = f"{self.path}: {said}; {self._describe_read()}"
+
+    def refuse_empty(self, said: str) -> NoReturn:
+        """Raise InputError for a file read to its end of which no row is of use.
+
+        said: what it lacks, where nothing is wrong with the file; NothingRecordedError where its
+        writer stopped before it had written any.
+        """
+        if self.flaw is None:
+            raise InputError(f"{self.path}: {said}")
+        raise (InputError if self.is_damaged else NothingRecordedError)(self.flaw)
 
     def _note(self, one: Rows | Told) -> None:
         if isinstance(one, Rows) and one.topic == next(iter(self.tables)):

@@ -17,7 +17,7 @@ from opensuction.kernel.name import name_of
 from opensuction.kernel.phase import Phase
 from opensuction.recording.cycle_file.chunk_content import Rows
 from opensuction.recording.cycle_file.heading import Heading
-from opensuction.recording.cycle_file.reader import RecordingReader
+from opensuction.recording.cycle_file.reader import NothingRecordedError, RecordingReader
 from opensuction.recording.cycle_file.row_layout import Table
 from opensuction.recording.cycle_file.tick_table import TICKS
 from opensuction.session.recorded.cycle_recording import TWIN
@@ -161,7 +161,7 @@ def _gather(path: Path) -> _Gathered:
     finally:
         reader.close()
     if not topics[TICKS].rows:
-        raise InputError(reader.flaw or f"{path}: there is no tick in it: nothing to report")
+        reader.refuse_empty("there is no tick in it: nothing to report")
     twin = topics.get(TWIN)
     truth = twin.columns() if twin is not None and twin.rows else None
     return _Gathered(
@@ -169,10 +169,30 @@ def _gather(path: Path) -> _Gathered:
     )
 
 
-def _join(parts: list[_Gathered]) -> _Gathered:
-    """Parts of one recording, which recorders that died have left, in the order of their ticks."""
+def _gather_parts(paths: list[Path]) -> tuple[list[_Gathered], list[str]]:
+    """Of the parts of a recording those that hold ticks, and what is wrong with the others.
+
+    A recorder that died as it began has left a part without any. Raises InputError for other parts
+    that cannot be read, and where no part holds a tick.
+    """
+    parts, flaws = [], []
+    for path in paths:
+        try:
+            parts.append(_gather(path))
+        except NothingRecordedError as refused:
+            flaws.append(str(refused))
+    if not parts:
+        raise NothingRecordedError(flaws[0])
+    return parts, flaws
+
+
+def _join(parts: list[_Gathered], flaws: list[str]) -> _Gathered:
+    """Parts of one recording, which recorders that died have left, in the order of their ticks.
+
+    flaws: what is wrong with parts that are not among them.
+    """
     first = parts[0]
-    if len(parts) == 1:
+    if len(parts) == 1 and not flaws:
         return first
     same = [part for part in parts if part.heading.settings_hash == first.heading.settings_hash]
     times = np.concatenate([part.times_ns for part in same])
@@ -180,7 +200,7 @@ def _join(parts: list[_Gathered]) -> _Gathered:
         name: np.concatenate([part.columns[name] for part in same]) for name in first.columns
     }
     _, kept = np.unique(columns[TICK], return_index=True)
-    flaws = [part.flaw for part in same if part.flaw is not None]
+    flaws = [*flaws, *(part.flaw for part in same if part.flaw is not None)]
     return _Gathered(
         first.heading,
         times[kept],
@@ -230,7 +250,7 @@ def read(paths: list[Path]) -> RecordedCycle:
     paths: its file, or the parts of it. Raises InputError for what is no recording, holds no cycle,
     or cannot be read so far.
     """
-    found = _join([_gather(path) for path in paths])
+    found = _join(*_gather_parts(paths))
     settings = configuration.from_json(found.heading.settings).settings
     begin = _begin(found.flaw or str(paths[0]), found.columns["phase"])
     tick = found.columns[TICK][begin:]
