@@ -8,10 +8,11 @@ from opensuction.safety.head.advance_bound import AdvanceBound
 from opensuction.safety.head.drive_force import DriveForce
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.tip_bound import TipInterval
-from opensuction.safety.watch import contact_window, line_filter, watch
+from opensuction.safety.watch import contact_window, line_filter, tip_force, watch
 from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
+from opensuction.safety.watch.tip_force import Load, TipForce
 from opensuction.safety.watch.vacuum_signature import START, LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
@@ -337,6 +338,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
         durations=Durations(*map(float, range(1, 14))),
         drive=DriveForce(1.0, 2.0, 3.0, 0.01, 0.0),
         window=ContactWindow(44.0, 0.1, True, 44.0),
+        pressed=TipForce(10.0, 2.0, Load(1.1, 0.9), Load(1.6, 1.4), 0.03),
         valve=ValveAxis(1.0, 2.0, 0.3, resting=True),
         line=LineWatch(
             90.0, 95.0, 120.0, 60.0, True, -300.0, 7.0, 80.0, 0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0
@@ -369,6 +371,7 @@ def test_a_reset_forgets_what_is_over_and_keeps_what_can_still_be_seen() -> None
     assert after.vote == head_vote.reset(before.vote)
     assert after.runaway_ticks == after.overspeed_ticks == 0
     assert after.window == (44.0, 0.0, False, contact_window.NOWHERE_MM)
+    assert after.pressed == tip_force.START
     assert after.valve == ValveAxis(0.0, 0.0, 0.3, resting=True)
     assert after.line.vacuum_mmhg == 90.0
     assert after.filter == before.filter

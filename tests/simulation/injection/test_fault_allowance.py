@@ -12,7 +12,7 @@ from opensuction.simulation.injection.fault_instant import FaultInstant, Injecti
 from opensuction.twin.fault.fault import Fault, FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 
-BOTH = (Fault.SWITCH_STIFF, Fault.TUBE_DISPLACED)
+BOTH = (Fault.CONDUIT_REROUTED, Fault.TUBE_DISPLACED)
 
 
 def pressed(newton: float) -> Harm:
@@ -64,6 +64,25 @@ def test_a_motor_without_current_adds_that_time_and_no_other_fault_any(
     for gone_s, breach in ((2.0, True), (2.1, False)):
         gone = came(Fault.MOTOR_INTERMITTENT, strength=gone_s)
         assert (fault_allowance.find_breaches([found], gone) == (found,)) == breach
+
+
+def test_a_drive_that_crosses_its_gap_slowly_adds_what_it_needs_and_a_sound_one_nothing() -> None:
+    jam = came(Fault.CATHETER_JAMMED)
+    for crossing_s, lasted_s, breach in (
+        (0.5, 2.99, False),
+        (0.5, 3.01, True),
+        (3.0, 3.29, False),
+        (3.0, 3.31, True),
+        (math.inf, 1000.0, False),
+    ):
+        found = Harm(harm.CONTACT_TIME, lasted_s, 3.0, "s")
+        broken = (found,) if lasted_s > 3.0 else ()
+        found_broken = fault_allowance.find_breaches(broken, jam, crossing_s=crossing_s)
+        assert (found_broken == (found,)) == breach
+        (raised,) = fault_allowance.raise_limits([found], jam, crossing_s=crossing_s)
+        assert raised.is_broken == breach
+    strict = fault_allowance.find_breaches([found], jam, (harm.CONTACT_TIME,), math.inf)
+    assert strict == (found,)
 
 
 def test_a_slit_of_a_valve_adds_a_small_patients_way_in_to_suction_and_a_wide_one_nothing() -> None:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from opensuction.safety.condition import Condition
@@ -19,6 +20,8 @@ from opensuction.simulation.injection.left_inside import (
 )
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
+from opensuction.twin.machine import dc_axis
+from opensuction.twin.machine.dc_axis import AxisMotion
 
 MACHINE = rigs.rig("clinical", 1, patient="child-10kg").machine
 
@@ -84,6 +87,30 @@ def test_a_jam_is_unavoidable_from_the_force_of_the_drive_on_less_a_hundredth_to
     half = (Fault.CATHETER_JAMMED, 0.6 * force_n)
     assert why(half) is None
     assert why(half, half) == HELD
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
+def test_the_gap_takes_as_long_as_all_of_the_drives_force_needs_for_it(share: float) -> None:
+    """Played on the twin's own axis; the sound one has it behind it in less than half a second.
+
+    share: of what the drive has to spare, that holds the catheter.
+    """
+    axis = MACHINE.insertion_axis
+    jam_n = share * (axis.force_v - axis.friction_v) / MACHINE.load_v_per_n
+    jam = [Injection(Fault.CATHETER_JAMMED, AT_START, jam_n)]
+    faulty = ROWS[Fault.CATHETER_JAMMED].change_machine(MACHINE, jam_n)
+    gap_mm = float(np.mean(MACHINE.transmission.widths_mm)) + MACHINE.transmission.stretch_mm
+    motion, ticks = AxisMotion(gap_mm, 0.0, 0.0), 0
+    while motion.position > 0.0 and ticks < 20_000:
+        motion = dc_axis.step(faulty.insertion_axis, motion, -24.0, True, 0.0, 1e-3)
+        ticks += 1
+    assert left_inside.crossing_s(MACHINE, jam) == pytest.approx(ticks * 1e-3, rel=0.01, abs=0.01)
+    assert left_inside.crossing_s(MACHINE, []) < 0.5
+
+
+def test_a_drive_that_overcomes_nothing_never_crosses_the_gap() -> None:
+    for fault, strength in ((Fault.CATHETER_JAMMED, 30.0), (Fault.MOTOR_LOST, 0.0)):
+        assert left_inside.crossing_s(MACHINE, [Injection(fault, AT_START, strength)]) == math.inf
 
 
 def test_a_motor_that_is_gone_for_as_long_as_a_withdrawal_takes_is_lost() -> None:

@@ -13,7 +13,7 @@ from opensuction.controller.machine_profile import MachineProfile
 from opensuction.procedure.planning.clinical import PAEDIATRIC
 from opensuction.safety.governor import judgement
 from opensuction.safety.head import drive_force, head_vote
-from opensuction.safety.watch import head_watch
+from opensuction.safety.watch import head_watch, tip_force
 from opensuction.twin import parameter
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.parameter import SPREAD_LIMIT
@@ -33,6 +33,7 @@ CURRENT = (
 FORCE = low_pass(head_watch.SPEED_WINDOW_S)
 RESISTANCE = low_pass(head_watch.SPEED_WINDOW_S, drive_force.SETTLING_S)
 LEAD = low_pass(head_vote.FORGET_S)
+PRESSED = low_pass(head_watch.SPEED_WINDOW_S, drive_force.SETTLING_S, tip_force.FORCE_S)
 INSERTION_MM_PER_S = PAEDIATRIC.insertion_mm_per_s
 MM_PER_M = 1000.0
 
@@ -159,6 +160,32 @@ def _drive_rows(drive: _Drive) -> list[Threshold]:
     ]
 
 
+def _pressed(drive: _Drive, errors: Errors) -> Borne:
+    """What the current makes of no force: offset, gain and friction are in what was learnt, too."""
+    per_a = drive.profile.newton_per_a
+    drifting = errors["current_drift_a"] * math.sqrt(2.0 * tip_force.FREE_S / DRIFT_S)
+    random = math.hypot(PRESSED.ratio * errors["current_noise_a"], drifting)
+    return Borne(static=per_a * errors["current_step_a"], sigma=per_a * random)
+
+
+def _pressing(drive: _Drive) -> Threshold:
+    return Threshold(
+        (("safety.watch.tip_force", "PRESSED_N"), ("safety.watch.tip_force", "PRESSED_S")),
+        f"force at the tip by the current, {drive.name}",
+        "N",
+        tip_force.PRESSED_N,
+        lambda errors: _pressed(drive, errors),
+        "a step of the current sensor, its drift over a second; not counted: the motor's volts "
+        "must bear it out",
+        CURRENT,
+        Chance.FILTERED,
+        PRESSED,
+        1,
+        (Fault.SWITCH_STUCK_OPEN, Fault.SWITCH_STIFF),
+        tip_force.PRESSED_S + drive_force.SETTLING_S + tip_force.FORCE_S,
+    )
+
+
 def _motor_lead(drive: _Drive, errors: Errors) -> Borne:
     """What head and motor model are apart by, over `FORGET_S` at the speed of insertion."""
     profile = drive.profile
@@ -192,4 +219,10 @@ def _adrift(drive: _Drive) -> Threshold:
 
 def thresholds() -> list[Threshold]:
     """The motor as a sensor; forces on either machine."""
-    return [_adrift(_BEDSIDE), _adrift(_BENCH), *_drive_rows(_BEDSIDE), *_drive_rows(_BENCH)]
+    return [
+        _adrift(_BEDSIDE),
+        _adrift(_BENCH),
+        *_drive_rows(_BEDSIDE),
+        *_drive_rows(_BENCH),
+        _pressing(_BEDSIDE),
+    ]

@@ -62,6 +62,14 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
         "safety.head.motor_speed": ("SATURATED_SHARE",),
         "safety.patient_limit": ("LEAST_PEEP_CMH2O",),
         "safety.watch.contact_window": ("RELEASE_MM", "NOWHERE_MM"),
+        "safety.watch.tip_force": (
+            "SPEED_S",
+            "STEADY_MM_PER_S",
+            "GOING_MM_PER_S",
+            "SETTLING_S",
+            "FORCE_S",
+            "FREE_S",
+        ),
     },
     "count flags or the host's ticks, which no noise moves": {
         "safety.invalid_ticks": ("INVALID_TICKS", "NEVER_TICKS"),

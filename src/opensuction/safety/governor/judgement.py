@@ -14,7 +14,13 @@ from opensuction.safety.condition import Condition
 from opensuction.safety.head.head_vote import HeadVote
 from opensuction.safety.invalid_ticks import INVALID_TICKS, InvalidTicks
 from opensuction.safety.limits import Limits
-from opensuction.safety.watch import bus_watch, contact_window, vacuum_signature, valve_axis
+from opensuction.safety.watch import (
+    bus_watch,
+    contact_window,
+    tip_force,
+    vacuum_signature,
+    valve_axis,
+)
 from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.watch_state import Durations, Watch
 
@@ -144,9 +150,8 @@ def _judge_contact(limits: Limits, seen: Watch) -> int:
     contact_s, impossible_s = seen.durations.contact_s, seen.window.impossible_s
     shallowest_mm = tip_bound.shallowest_mm(limits.tip, seen.tip)
     missed = contact_window.is_missed(limits.window, seen.window, shallowest_mm, contact_s > 0.0)
-    trips = flag(missed, Condition.CARINA_MISSED) | flag(
-        missed and not seen.window.proven, Condition.CONTACT_STUCK_OPEN
-    )
+    unseen = (missed and not seen.window.proven) or tip_force.is_pressing(seen.pressed)
+    trips = flag(missed, Condition.CARINA_MISSED) | flag(unseen, Condition.CONTACT_STUCK_OPEN)
     if contact_s + impossible_s == 0.0:
         return trips
     away = seen.head_mm > limits.park_head_mm + AWAY_MM

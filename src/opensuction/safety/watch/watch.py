@@ -22,11 +22,13 @@ from opensuction.safety.watch import (
     contact_window,
     head_watch,
     line_filter,
+    tip_force,
     vacuum_signature,
     valve_axis,
 )
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
+from opensuction.safety.watch.tip_force import TipForce
 from opensuction.safety.watch.watch_state import NO_DURATIONS, Durations, Watch
 
 VENTED_MMHG = 1.0
@@ -57,6 +59,7 @@ def start(limits: Limits, head_mm: float, *, read: bool) -> Watch:
         durations=NO_DURATIONS,
         drive=drive_force.REST,
         window=contact_window.START,
+        pressed=tip_force.START,
         valve=valve_axis.START,
         bus=bus_watch.START,
         line=vacuum_signature.START,
@@ -118,6 +121,18 @@ def _watch_contact(
         touching,
         before.durations.contact_s > 0.0,
         dt_s,
+    )
+
+
+@compiled
+def _watch_force(
+    limits: Limits, before: Watch, seen: Watch, touching: bool, dt_s: float
+) -> TipForce:
+    """What the drive tells of the tip's force; by travel there is no carina where the tip goes."""
+    deepest_mm = tip_bound.deepest_mm(limits.tip, seen.tip)
+    may_touch = limits.window.by_mm < math.inf and deepest_mm >= limits.window.from_mm
+    return tip_force.step(
+        before.pressed, seen.drive, seen.speed_mm_per_s, touching, may_touch, dt_s
     )
 
 
@@ -228,7 +243,10 @@ def step(
     seen = seen._replace(parked_closed=_is_parked_closed(limits, seen, last))
     seen = head_watch.move(limits, before, seen, last, readings.insertion_current_a, sucking, dt_s)
     seen = _watch_suction(limits, before, seen, last, valve_command_changed, dt_s)
-    seen = seen._replace(window=_watch_contact(limits, before, seen, touching, dt_s))
+    seen = seen._replace(
+        window=_watch_contact(limits, before, seen, touching, dt_s),
+        pressed=_watch_force(limits, before, seen, touching, dt_s),
+    )
     disagreeing = head_watch.is_disagreeing(readings, vote, invalid, sucking)
     durations = _extend_durations(limits, before, seen, last, sucking, touching, disagreeing, dt_s)
     return seen._replace(
@@ -268,6 +286,7 @@ def reset(limits: Limits, watch: Watch) -> Watch:
         vote=head_vote.reset(watch.vote),
         drive=drive_force.rest(watch.drive),
         window=contact_window.reset(watch.window),
+        pressed=tip_force.START,
         valve=valve_axis.restart(watch.valve),
         line=vacuum_signature.reset(watch.line),
     )

@@ -11,6 +11,7 @@ from opensuction.safety.tip_bound import TipInterval
 from opensuction.safety.watch.bus_watch import BusWatch
 from opensuction.safety.watch.contact_window import ContactWindow
 from opensuction.safety.watch.line_filter import LineFilter
+from opensuction.safety.watch.tip_force import TipForce
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
 
@@ -73,6 +74,8 @@ class Watch(NamedTuple):
     durations: Durations
     drive: DriveForce
     window: ContactWindow
+    pressed: TipForce
+    """By the tip, whatever its switch says."""
     valve: ValveAxis
     line: LineWatch
     filter: LineFilter

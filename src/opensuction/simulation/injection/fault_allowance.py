@@ -54,11 +54,10 @@ class OwnHarm(NamedTuple):
 
 MOST_MM = 100.0
 """A bound of more cannot be broken: no patient's airway is so long beyond it."""
-UNDETECTED_CONTACT_N = 0.25
-"""Contact is not reported: the tip presses until even the rearmost possible tip is 5 mm past the
-carina, 15 mm of overlap at most. It buckles at 0.35 N at most (a neonate's short free end; 0.2 N in
-an adult) and then adds 5 % of 0.1 N/mm (0.3): 0.43 N; the patient's and catheter's spread on top
-[computed]."""
+REROUTED_N = 0.25
+"""The catheter is pushed on by 9 mm at once: it buckles at 0.35 N at most (a neonate's short free
+end; 0.2 N in an adult) and then adds 5 % of 0.1 N/mm (0.3): 0.43 N; the patient's and catheter's
+spread on top [computed]."""
 LIFTED_CARINA_N = 0.9
 """The carina itself comes up against a catheter that stands still: 60 mm of it are 0.2 N to buckle
 and 5 % of 0.3 N/mm over the rest, 1.1 N in an adult [computed]. It is over when the catheter has
@@ -74,6 +73,9 @@ REROUTED_MM = 9.0
 most, narrowed to 0.3 of it [computed]."""
 CAP_MARGIN_MM = 5.0
 """The cap is at least so far beyond where a cycle stops [design]."""
+TURNING_S = 0.3
+"""A head that goes in at the speed of the search is told of a jam and turned within that
+[in-silico]; what else it needs to cross the gap is physics, and computed for each machine."""
 COAST_MM = 1.2
 """A drive that pushes the wrong way is detected by its travel, and then coasts against friction
 alone: 1.7 mm in all with detection after 1 mm [in-silico]; it is 0.3 mm now."""
@@ -105,18 +107,6 @@ ADRIFT_CAP_MM = 6.5
 
 ALLOWANCES: tuple[Allowance, ...] = (
     Allowance(
-        Fault.SWITCH_STUCK_OPEN,
-        FORCE,
-        UNDETECTED_CONTACT_N,
-        "only the travel of the head shows that there must be contact",
-    ),
-    Allowance(
-        Fault.SWITCH_STIFF,
-        FORCE,
-        UNDETECTED_CONTACT_N,
-        "as a switch that never closes, where the catheter buckles before it does",
-    ),
-    Allowance(
         Fault.TUBE_DISPLACED,
         FORCE,
         LIFTED_CARINA_N,
@@ -137,7 +127,7 @@ ALLOWANCES: tuple[Allowance, ...] = (
     Allowance(
         Fault.CONDUIT_REROUTED,
         FORCE,
-        UNDETECTED_CONTACT_N,
+        REROUTED_N,
         "moving the conduit pushes the catheter on before anything can be read of it",
     ),
     Allowance(
@@ -280,7 +270,10 @@ def _strengths_of(came: Iterable[Injection]) -> dict[Fault, float]:
 
 
 def raise_limits(
-    found: Iterable[Harm], came: Iterable[Injection], strictly: Collection[str] = ()
+    found: Iterable[Harm],
+    came: Iterable[Injection],
+    strictly: Collection[str] = (),
+    crossing_s: float = 0.0,
 ) -> tuple[Harm, ...]:
     """The same bounds, each by so much higher as the faults make unavoidable.
 
@@ -290,20 +283,29 @@ def raise_limits(
     raised = []
     for one in found:
         more = _find_more(one.name, strengths, strictly)
+        if one.name == CONTACT_TIME and one.name not in strictly:
+            more = max(more, crossing_s + TURNING_S - one.limit)
         raised.append(one._replace(limit=one.limit + (-more if one.name == SATURATION else more)))
     return tuple(raised)
 
 
 def find_breaches(
-    found: Iterable[Harm], came: Iterable[Injection], strictly: Collection[str] = ()
+    found: Iterable[Harm],
+    came: Iterable[Injection],
+    strictly: Collection[str] = (),
+    crossing_s: float = 0.0,
 ) -> tuple[Harm, ...]:
     """Harm that goes beyond what the faults make unavoidable; of two the one that adds most counts.
 
     came: the faults whose instant came. strictly: names of bounds to which nothing is added.
+    crossing_s: as long as all the force of the faulty drive needs for the gap, see
+    `left_inside.crossing_s`; a tip may be on the carina for that and `TURNING_S`, if it is more
+    than the bound.
     """
-    strengths = _strengths_of(came)
+    found = tuple(found)
+    raised = raise_limits(found, came, strictly, crossing_s)
     return tuple(
         one
-        for one in found
-        if abs(one.worst - one.limit) > _find_more(one.name, strengths, strictly)
+        for one, than in zip(found, raised, strict=True)
+        if abs(one.worst - one.limit) > abs(than.limit - one.limit)
     )

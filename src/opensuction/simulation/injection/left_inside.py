@@ -6,8 +6,11 @@ do what no drive can. Whether a drive is taken is a matter of physics: of the fa
 parameters, not of a list of names.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from opensuction.safety.priority import Priority
 from opensuction.simulation.annunciation import Told
@@ -67,21 +70,43 @@ def _find_of_machine(machine: Machine) -> Unavoidable | None:
     return SLIPPED if machine.clamp_slip_ratio > 0.0 else None
 
 
+def _make_faulty(machine: Machine, came: Sequence[Injection]) -> Machine:
+    """The machine under those of its faults that stay, or last for long enough."""
+    for one in came:
+        row = ROWS[one.fault]
+        gone = row.course == BY_TURNS and one.strength >= GONE_S
+        if isinstance(row.effect, MachineEffect) and (row.course is None or gone):  # else it passes
+            machine = row.change_machine(machine, one.strength)
+    return machine
+
+
+def crossing_s(machine: Machine, came: Sequence[Injection]) -> float:
+    """Least time in which the drive takes its head across the conduit's gap, from rest.
+
+    A tip on the carina stays there for so long, whatever commands its drive. With all the force
+    that is left, ``t = sqrt(2 d / a)``; infinite where it overcomes no friction. Arguments as of
+    `find_unavoidable`.
+    """
+    faulty = _make_faulty(machine, came)
+    axis, conduit = faulty.insertion_axis, faulty.transmission
+    spare_v = axis.force_v - axis.friction_v
+    if spare_v <= 0.0:
+        return math.inf
+    gap_mm = float(np.mean(conduit.widths_mm)) + conduit.stretch_mm
+    return math.sqrt(2.0 * gap_mm * axis.time_constant_s / (axis.speed_per_v * spare_v))
+
+
 def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable | None:
     """Why a catheter must stay inside under these faults; None where something could move it.
 
     machine: as it was built, before any fault. came: the faults whose instant came.
     """
     for one in came:
-        row = ROWS[one.fault]
         if one.fault == Fault.POWER_LOST_WITHOUT_RESERVE:
             return POWERLESS
         if one.fault == Fault.TIP_LEFT_BEHIND:
             return LOOSE
-        gone = row.course == BY_TURNS and one.strength >= GONE_S
-        if isinstance(row.effect, MachineEffect) and (row.course is None or gone):  # else it passes
-            machine = row.change_machine(machine, one.strength)
-    return _find_of_machine(machine)
+    return _find_of_machine(_make_faulty(machine, came))
 
 
 def told_s(told: Sequence[Told], from_s: float) -> float:

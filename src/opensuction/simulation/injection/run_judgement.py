@@ -118,7 +118,9 @@ def judge(
     borne = alone.add_to(exposure.measure(machine, columns))
     found = harm.find(machine, borne, cap_mm)
     told = tuple(annunciation.told(columns))
-    breaches = fault_allowance.find_breaches(found, [one.injection for one in came], strictly)
+    faults = [one.injection for one in came]
+    crossing_s = left_inside.crossing_s(machine, faults)
+    breaches = fault_allowance.find_breaches(found, faults, strictly, crossing_s)
     left = None
     if borne.inside_at_end or borne.piece_mm > 0.0:
         left = _judge_left_inside(machine, told, came, told_within_s)
