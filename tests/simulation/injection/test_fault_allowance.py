@@ -9,6 +9,7 @@ from opensuction.oracle.harm import ADVANCE, FORCE, NAMES, SATURATION, TIP_PAST_
 from opensuction.simulation.injection import fault_allowance
 from opensuction.simulation.injection.fault_allowance import ALLOWANCES, MOST_MM, OWN_HARM
 from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.simulation.injection.left_inside import LeastTimes
 from opensuction.twin.fault.fault import Fault, FaultSite
 from opensuction.twin.fault.fault_table import ROWS
 
@@ -77,12 +78,21 @@ def test_a_drive_that_crosses_its_gap_slowly_adds_what_it_needs_and_a_sound_one_
     ):
         found = Harm(harm.CONTACT_TIME, lasted_s, 3.0, "s")
         broken = (found,) if lasted_s > 3.0 else ()
-        found_broken = fault_allowance.find_breaches(broken, jam, crossing_s=crossing_s)
+        least = LeastTimes(crossing_s)
+        found_broken = fault_allowance.find_breaches(broken, jam, least=least)
         assert (found_broken == (found,)) == breach
-        (raised,) = fault_allowance.raise_limits([found], jam, crossing_s=crossing_s)
+        (raised,) = fault_allowance.raise_limits([found], jam, least=least)
         assert raised.is_broken == breach
-    strict = fault_allowance.find_breaches([found], jam, (harm.CONTACT_TIME,), math.inf)
+    strict = fault_allowance.find_breaches([found], jam, (harm.CONTACT_TIME,), LeastTimes(math.inf))
     assert strict == (found,)
+
+
+def test_a_drive_that_is_slow_all_the_way_out_adds_what_it_is_slower_by() -> None:
+    jam = came(Fault.CATHETER_JAMMED)
+    for lasted_s, breach in ((31.9, False), (32.1, True)):
+        found = Harm(harm.AIRWAY_TIME, lasted_s, 30.0, "s")
+        slow = fault_allowance.find_breaches([found], jam, least=LeastTimes(longer_s=2.0))
+        assert (slow == (found,)) == breach
 
 
 def test_a_slit_of_a_valve_adds_a_small_patients_way_in_to_suction_and_a_wide_one_nothing() -> None:

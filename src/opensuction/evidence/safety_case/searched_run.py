@@ -155,7 +155,7 @@ def _judge(
     bounds = fault_allowance.raise_limits(
         _measure(prepared, played),
         came,
-        crossing_s=left_inside.crossing_s(prepared.rig.machine, came),
+        least=left_inside.find_least(prepared.rig.machine, came, settings.limits.cap_mm),
     )
     broken = {each.name for each in judged.breaches}
     excused = {each.name for each in judged.harm} - broken

@@ -26,6 +26,7 @@ from opensuction.oracle.harm import (
     Harm,
 )
 from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.simulation.injection.left_inside import LeastTimes
 from opensuction.twin.fault.fault import Fault
 
 
@@ -52,6 +53,8 @@ class OwnHarm(NamedTuple):
     reason: str
 
 
+NO_TIMES = LeastTimes()
+"""Of a drive that has its force."""
 MOST_MM = 100.0
 """A bound of more cannot be broken: no patient's airway is so long beyond it."""
 REROUTED_N = 0.25
@@ -261,6 +264,13 @@ def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection
     return max(more, default=0.0)
 
 
+def _find_more_s(one: Harm, least: LeastTimes) -> float:
+    """What the physics of a faulty drive adds to a bound of time, s."""
+    if one.name == CONTACT_TIME:
+        return max(least.crossing_s + TURNING_S - one.limit, 0.0)
+    return least.longer_s if one.name == AIRWAY_TIME else 0.0
+
+
 def _strengths_of(came: Iterable[Injection]) -> dict[Fault, float]:
     """The greatest strength of each fault."""
     strengths: dict[Fault, float] = {}
@@ -273,7 +283,7 @@ def raise_limits(
     found: Iterable[Harm],
     came: Iterable[Injection],
     strictly: Collection[str] = (),
-    crossing_s: float = 0.0,
+    least: LeastTimes = NO_TIMES,
 ) -> tuple[Harm, ...]:
     """The same bounds, each by so much higher as the faults make unavoidable.
 
@@ -283,8 +293,8 @@ def raise_limits(
     raised = []
     for one in found:
         more = _find_more(one.name, strengths, strictly)
-        if one.name == CONTACT_TIME and one.name not in strictly:
-            more = max(more, crossing_s + TURNING_S - one.limit)
+        if one.name not in strictly:
+            more = max(more, _find_more_s(one, least))
         raised.append(one._replace(limit=one.limit + (-more if one.name == SATURATION else more)))
     return tuple(raised)
 
@@ -293,17 +303,17 @@ def find_breaches(
     found: Iterable[Harm],
     came: Iterable[Injection],
     strictly: Collection[str] = (),
-    crossing_s: float = 0.0,
+    least: LeastTimes = NO_TIMES,
 ) -> tuple[Harm, ...]:
     """Harm that goes beyond what the faults make unavoidable; of two the one that adds most counts.
 
     came: the faults whose instant came. strictly: names of bounds to which nothing is added.
-    crossing_s: as long as all the force of the faulty drive needs for the gap, see
-    `left_inside.crossing_s`; a tip may be on the carina for that and `TURNING_S`, if it is more
-    than the bound.
+    least: what the faulty drive needs with all of its force. A tip may be on the carina for as
+    long as the gap takes, and `TURNING_S`, if that is more than the bound; a catheter in the airway
+    for as much longer as the way out.
     """
     found = tuple(found)
-    raised = raise_limits(found, came, strictly, crossing_s)
+    raised = raise_limits(found, came, strictly, least)
     return tuple(
         one
         for one, than in zip(found, raised, strict=True)

@@ -19,6 +19,7 @@ from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import MachineEffect
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.fault_time import BY_TURNS
+from opensuction.twin.machine.dc_axis import DcAxis
 from opensuction.twin.machine.machine import Machine
 
 GONE_S = 4.0
@@ -80,20 +81,40 @@ def _make_faulty(machine: Machine, came: Sequence[Injection]) -> Machine:
     return machine
 
 
-def crossing_s(machine: Machine, came: Sequence[Injection]) -> float:
-    """Least time in which the drive takes its head across the conduit's gap, from rest.
-
-    A tip on the carina stays there for so long, whatever commands its drive. With all the force
-    that is left, ``t = sqrt(2 d / a)``; infinite where it overcomes no friction. Arguments as of
-    `find_unavoidable`.
-    """
-    faulty = _make_faulty(machine, came)
-    axis, conduit = faulty.insertion_axis, faulty.transmission
+def _least_s(axis: DcAxis, way_mm: float) -> float:
+    """Least time for a way from rest, with all of a drive's force up to its fastest speed."""
     spare_v = axis.force_v - axis.friction_v
     if spare_v <= 0.0:
         return math.inf
+    gained = axis.speed_per_v * spare_v / axis.time_constant_s
+    fastest = axis.speed_per_v * (axis.voltage_limit_v - axis.friction_v)
+    gaining_mm = min(0.5 * fastest * fastest / gained, way_mm)
+    return math.sqrt(2.0 * gaining_mm / gained) + (way_mm - gaining_mm) / fastest
+
+
+class LeastTimes(NamedTuple):
+    """What a faulty drive needs with all of its force, whatever commands it; infinite for never."""
+
+    crossing_s: float = 0.0
+    """For the conduit's gap: a tip on the carina stays there for so long."""
+    longer_s: float = 0.0
+    """More than a sound drive for the whole way out."""
+
+
+def find_least(machine: Machine, came: Sequence[Injection], cap_mm: float) -> LeastTimes:
+    """Times below which no drive could be with these faults.
+
+    cap_mm: deepest planned position of the tip. Other arguments as of `find_unavoidable`.
+    """
+    faulty = _make_faulty(machine, came)
+    conduit = faulty.transmission
     gap_mm = float(np.mean(conduit.widths_mm)) + conduit.stretch_mm
-    return math.sqrt(2.0 * gap_mm * axis.time_constant_s / (axis.speed_per_v * spare_v))
+    way_mm = max(cap_mm, 0.0) + machine.patient.tube_length_mm + gap_mm
+    out_s = _least_s(faulty.insertion_axis, way_mm)
+    return LeastTimes(
+        crossing_s=_least_s(faulty.insertion_axis, gap_mm),
+        longer_s=max(out_s - _least_s(machine.insertion_axis, way_mm), 0.0),
+    )
 
 
 def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable | None:

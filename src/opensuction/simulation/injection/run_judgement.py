@@ -119,8 +119,8 @@ def judge(
     found = harm.find(machine, borne, cap_mm)
     told = tuple(annunciation.told(columns))
     faults = [one.injection for one in came]
-    crossing_s = left_inside.crossing_s(machine, faults)
-    breaches = fault_allowance.find_breaches(found, faults, strictly, crossing_s)
+    least = left_inside.find_least(machine, faults, cap_mm)
+    breaches = fault_allowance.find_breaches(found, faults, strictly, least)
     left = None
     if borne.inside_at_end or borne.piece_mm > 0.0:
         left = _judge_left_inside(machine, told, came, told_within_s)
