@@ -16,7 +16,7 @@ from opensuction.safety.patient_limit import (
     SAGGING_CMH2O,
     SAGGING_S,
 )
-from opensuction.safety.watch.patient_watch import DEEP_SAG_CMH2O
+from opensuction.safety.watch.patient_watch import DEEP_SAG_CMH2O, SAG_CMH2O
 from opensuction.session.choice import CycleChoice, DayChoice, RigChoice
 from opensuction.session.cycle import cycle_run, resolution
 from opensuction.session.day import day_run
@@ -68,8 +68,18 @@ def test_expirations_add_up_in_a_lung_that_collapses_below_its_peep() -> None:
     """In the second breath; of a fall that goes on it is not known before that it is suction's."""
     effort_s = AGE_LIMITS[ADULT].effort_s
     assert SAGS_S < SAGGING_S < SAGS_S + effort_s
-    found_s = told_s(COLLAPSING_CMH2O, SAGGING_CMH2O + 0.05)
+    found_s = told_s(COLLAPSING_CMH2O, SAGGING_CMH2O + SAG_CMH2O + 0.05)
     assert found_s == pytest.approx(PERIOD_S + INSPIRED_S + effort_s, abs=2.0 * DT_S)
+
+
+@pytest.mark.parametrize("below_cmh2o", [0.3, 0.6, 1.0])
+def test_shallow_expirations_are_told_of_as_soon_as_they_are_deep_in_all(
+    below_cmh2o: float,
+) -> None:
+    falls, left_s = divmod(SAG_CMH2O * SAGGING_S / below_cmh2o, SAGS_S)
+    expected_s = falls * PERIOD_S + INSPIRED_S + max(left_s, AGE_LIMITS[ADULT].effort_s)
+    found_s = told_s(COLLAPSING_CMH2O, SAGGING_CMH2O + below_cmh2o, 30.0)
+    assert found_s == pytest.approx(expected_s, abs=5.0 * DT_S)
 
 
 @pytest.mark.parametrize("below_cmh2o", [1.4, 1.6, 2.6])

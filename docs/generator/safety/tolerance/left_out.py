@@ -39,6 +39,7 @@ LEFT_OUT: dict[str, dict[str, tuple[str, ...]]] = {
             "RISEN_CMH2O",
             "FILLED_S",
             "DEEP_SAG_CMH2O",
+            "SAG_CMH2O",
         ),
         "safety.watch.bus_watch": ("RESTLESS_SHARE", "RESTLESS_S"),
     },
