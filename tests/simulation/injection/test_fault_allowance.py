@@ -95,6 +95,21 @@ def test_a_drive_that_is_slow_all_the_way_out_adds_what_it_is_slower_by() -> Non
         assert (slow == (found,)) == breach
 
 
+def test_a_valve_adds_the_more_way_the_less_it_is_open() -> None:
+    by_itself = [one.fault for one in ALLOWANCES if one.at_full_strength]
+    assert by_itself == [Fault.VALVE_STUCK_OPEN]
+    for opening, way_mm, breach in (
+        (1.0, 7.4, False),
+        (1.0, 7.6, True),
+        (0.2, 35.4, False),
+        (0.2, 35.6, True),
+        (0.1, 70.4, False),
+    ):
+        open_by = came(Fault.VALVE_STUCK_OPEN, strength=opening)
+        found = Harm(ADVANCE, way_mm, 0.5, "mm")
+        assert (fault_allowance.find_breaches([found], open_by) == (found,)) == breach
+
+
 def test_a_slit_of_a_valve_adds_a_small_patients_way_in_to_suction_and_a_wide_one_nothing() -> None:
     timed = [one.fault for one in ALLOWANCES if one.bound == harm.SUCTION_TIME]
     assert timed == [Fault.VALVE_STUCK_OPEN]

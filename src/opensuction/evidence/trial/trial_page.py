@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from opensuction.evidence.trial import cohort, trial_summary
 from opensuction.evidence.trial.draw import FAULTS, Trial
 from opensuction.session.plain import Json
-from opensuction.simulation.injection.fault_allowance import ALLOWANCES, OWN_HARM
+from opensuction.simulation.injection.fault_allowance import ALLOWANCES, OWN_HARM, Allowance
 
 KINDS_SHOWN = 40
 """Kinds of violations that are listed, the most frequent first."""
@@ -256,6 +256,14 @@ def _endpoints(data: Json) -> list[str]:
     ]
 
 
+def _say_more(one: Allowance) -> str:
+    """How much an allowance is."""
+    if one.at_full_strength:
+        return f"{one.more:g} / its strength"
+    more = "its strength" if one.for_strength else f"{one.more:g}"
+    return more if math.isinf(one.up_to) else f"{more}, up to strength {one.up_to:g}"
+
+
 def _allowances(data: Json) -> list[str]:
     if data["trial"]["faults"] == "none":
         return []
@@ -263,8 +271,7 @@ def _allowances(data: Json) -> list[str]:
         (
             f"`{one.fault.title}`",
             one.bound,
-            f"{'its strength' if one.for_strength else f'{one.more:g}'}"
-            f"{'' if math.isinf(one.up_to) else f', up to strength {one.up_to:g}'}",
+            _say_more(one),
             one.reason,
         )
         for one in ALLOWANCES

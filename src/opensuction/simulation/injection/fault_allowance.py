@@ -43,6 +43,8 @@ class Allowance(NamedTuple):
     """As much again as the fault's own strength, which is in the bound's unit."""
     up_to: float = math.inf
     """Strength beyond which the fault adds nothing: it is told in time."""
+    at_full_strength: bool = False
+    """``more`` is for a strength of 1: a weaker fault shows as much later, and adds more."""
 
 
 class OwnHarm(NamedTuple):
@@ -85,10 +87,11 @@ alone: 1.7 mm in all with detection after 1 mm [in-silico]; it is 0.3 mm now."""
 UNDETECTED_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
-UNNOTICED_WAY_MM = 60.0
-"""An adult's tip makes 60 mm in the 2 s until the line shows it, at 30 mm/s in the tube; a small
-patient's whole way is 42 mm of tube and 16 mm to the carina [computed]. Under no more than the 15
-mmHg that the line has on the way in."""
+UNNOTICED_WAY_MM = 7.0
+"""A slide that is wholly open shows within 5.2 mm of way under 15 mmHg, in an adult before the tip
+moves. One that is open by less takes the line's vacuum so much more slowly, and draws with so much
+less: 29 mm under 3 mmHg at a fifth, a child's whole 61 mm under 1.6 at a tenth (5 to 100 % open,
+eight machines of each kind [in-silico])."""
 SLIT_SHARE = 0.2
 """Opening of a slide up to which a thin catheter draws less than a resting line may lose: 6 % give
 5 mmHg at a neonate's tip [in-silico]."""
@@ -167,9 +170,10 @@ ALLOWANCES: tuple[Allowance, ...] = (
         Fault.VALVE_STUCK_OPEN,
         ADVANCE,
         UNNOTICED_WAY_MM,
-        "a slide that leaves its seat by itself shows in the vacuum of the resting line within a "
-        "second or two; through a thin catheter, open by less than a fifth, or where mucus blocks "
-        "it, not before the next pre-use test, and the insertion goes on",
+        "a slide that leaves its seat by itself shows in the vacuum of the resting line, the later "
+        "the less it is open; through a thin catheter, open by less than a tenth, not before the "
+        "next pre-use test, and the insertion goes on under 2 mmHg",
+        at_full_strength=True,
     ),
     Allowance(
         Fault.VALVE_STUCK_OPEN,
@@ -257,11 +261,18 @@ def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection
     if name in strictly:
         return 0.0
     more = [
-        one.more + (strengths[one.fault] if one.for_strength else 0.0)
+        _of_strength(one, strengths[one.fault])
         for one in ALLOWANCES
         if one.bound == name and one.fault in strengths and strengths[one.fault] <= one.up_to
     ]
     return max(more, default=0.0)
+
+
+def _of_strength(one: Allowance, strength: float) -> float:
+    """What a fault of a strength adds."""
+    if one.at_full_strength:
+        return one.more / strength
+    return one.more + (strength if one.for_strength else 0.0)
 
 
 def _find_more_s(one: Harm, least: LeastTimes) -> float:
