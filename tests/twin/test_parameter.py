@@ -74,6 +74,27 @@ def test_draws_have_their_spread() -> None:
     assert deviation == pytest.approx(0.98 * entry.spread, rel=4.0 / (2.0 * len(draws)) ** 0.5)
 
 
+@pytest.mark.parametrize("spread", [0.0, 0.5, 2.0, 3.0])
+def test_a_wider_draw_is_as_much_further_from_nominal_up_to_three_deviations(
+    spread: float,
+) -> None:
+    at_limit = 0
+    for seed in range(20):
+        usual, wide = parameter.draw(CLINICAL, seed), parameter.draw(CLINICAL, seed, spread)
+        for name, entry in CLINICAL.items():
+            off = (usual[name] - entry.value) * spread
+            far = parameter.FAR_LIMIT * entry.spread
+            expected = entry.value + min(max(off, -far), far)
+            if spread > 1.0:
+                expected = min(max(expected, entry.low), entry.high)
+            # One that is cut as usual is cut no sooner here.
+            if abs(usual[name] - entry.value) < 2.49 * entry.spread:
+                assert wide[name] == pytest.approx(expected, abs=1e-12)
+            at_limit += abs(abs(wide[name] - entry.value) - far) < 1e-12 < entry.spread
+    assert (at_limit > 0) == (spread > 1.0)
+    assert parameter.draw(CLINICAL, 1, 1.0) == parameter.draw(CLINICAL, 1)
+
+
 def test_neither_a_new_parameter_nor_a_new_spread_changes_other_draws() -> None:
     before = parameter.draw(BENCH, 7)
     grown: dict[str, Parameter] = {

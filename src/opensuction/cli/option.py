@@ -127,6 +127,14 @@ OPTIONS: dict[str, Any] = {
         metavar="N",
         show_default=False,
     ),
+    "spread": typer.Option(
+        help="How many times as far from the nominal ones as usual machine and patient are drawn, "
+        "up to 3 standard deviations; 0 to 3. Default: 1.",
+        min=0.0,
+        max=3.0,
+        metavar="X",
+        show_default=False,
+    ),
     "seeds": typer.Option(
         help="How many machines and patients are drawn, 1 to 100; each is a seed of its own.",
         min=1,

@@ -25,6 +25,8 @@ class RigChoice(NamedTuple):
     """None: the standard one, or the machine file's."""
     seed: int = 1
     """Draws both, and the noise of every measurement."""
+    spread: float = 1.0
+    """How many times as far from the nominal ones as usual both are drawn."""
 
 
 class CycleChoice(NamedTuple):

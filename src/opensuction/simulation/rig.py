@@ -105,10 +105,19 @@ def rig(name: str, seed: int, nominal: bool = False, patient: str = DEFAULT_PATI
     return rig_of(kind, person, seed, nominal)
 
 
-def rig_of(kind: MachineKind, patient: PatientKind | None, seed: int, nominal: bool = False) -> Rig:
-    """One machine of a kind, with a patient of a kind or (the bench) nobody; as `rig`."""
-    values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed)
-    person = None if patient is None else patient_kind.draw(patient, seed, nominal)
+def rig_of(
+    kind: MachineKind,
+    patient: PatientKind | None,
+    seed: int,
+    nominal: bool = False,
+    spread: float = 1.0,
+) -> Rig:
+    """One machine of a kind, with a patient of a kind or (the bench) nobody; as `rig`.
+
+    spread: how many times as far from the nominal ones as usual both are drawn.
+    """
+    values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed, spread)
+    person = None if patient is None else patient_kind.draw(patient, seed, nominal, spread)
     machine = preset.machine(values, person, kind.catheter, kind.conduit, kind.transmission)
     site = BENCH_SITE._replace(catheter_mm=kind.catheter.outer_mm)
     if person is not None:

@@ -18,6 +18,8 @@ MACHINE_PURPOSE = 1
 """Stream of random numbers that draws machines."""
 SPREAD_LIMIT = 2.5
 """Draws are cut off at this many standard deviations."""
+FAR_LIMIT = 3.0
+"""The same of draws that are spread wider than usual."""
 
 ParameterValues = dict[str, float]
 """A value for each parameter by name: those of one machine or patient."""
@@ -269,8 +271,13 @@ def nominal(table: dict[str, Parameter]) -> ParameterValues:
     return {name: parameter.value for name, parameter in table.items()}
 
 
-def draw(table: dict[str, Parameter], seed: int) -> ParameterValues:
-    """One machine: every parameter drawn from its spread. seed: any integer below 2**32."""
+def draw(table: dict[str, Parameter], seed: int, spread: float = 1.0) -> ParameterValues:
+    """One machine: every parameter drawn from its spread.
+
+    seed: any integer below 2**32. spread: every deviation is so many times as large, up to
+    `FAR_LIMIT` and to what a file may set; 0 to 3.
+    """
+    reach = SPREAD_LIMIT if spread <= 1.0 else FAR_LIMIT
     values: ParameterValues = {}
     for name, parameter in table.items():
         # A block of random numbers named by the parameter: neither a new parameter nor a new
@@ -278,6 +285,8 @@ def draw(table: dict[str, Parameter], seed: int) -> ParameterValues:
         block = zlib.crc32(name.encode())
         source = random_stream.stream(seed, MACHINE_PURPOSE)._replace(counter=block)
         draw, _, _ = random_stream.normal_pair(source)
-        cut = min(max(draw, -SPREAD_LIMIT), SPREAD_LIMIT)
+        cut = min(max(spread * draw, -reach), reach)
         values[name] = parameter.value + parameter.spread * cut
+        if spread > 1.0:
+            values[name] = min(max(values[name], parameter.low), parameter.high)
     return values

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from opensuction.evidence.safety_case import hazard
-from opensuction.evidence.safety_case.harm_search import EDGE_MS, STEP_MS, Play, search
+from opensuction.evidence.safety_case.harm_search import EDGE_MS, STEP_MS, Play, beds_of, search
 from opensuction.evidence.safety_case.hazard_claim import Hazard
 from opensuction.evidence.safety_case.searched_run import Bed, Place, SearchedRun
 from opensuction.oracle.harm import ADVANCE, Harm
@@ -77,6 +77,17 @@ def test_a_search_is_the_same_again_and_its_worst_run_too(tmp_path: Path) -> Non
     assert first.broken == ()
     assert 0.0 < first.worst.share < 1.0
     assert first.worst.injection.fault == Fault.PUMP_RUNAWAY
+
+
+def test_every_second_machine_is_drawn_twice_as_far(tmp_path: Path) -> None:
+    beds = beds_of(one_hazard(tmp_path), (1, 2, 3))
+    assert {(one.seed, one.spread) for one in beds} == {(1, 1.0), (2, 2.0), (3, 1.0)}
+    found = search(one_hazard(tmp_path), 8, (1, 2))
+    assert found.worst is not None
+    wide = found.worst._replace(bed=found.worst.bed._replace(seed=2, spread=2.0))
+    assert wide.title.endswith(", seed 2, spread 2")
+    usual = found.worst._replace(bed=found.worst.bed._replace(seed=1, spread=1.0))
+    assert usual.title.endswith(", seed 1")
 
 
 def test_a_fault_of_the_set_up_is_searched_by_strength_and_bed(tmp_path: Path) -> None:

@@ -58,7 +58,9 @@ def _next_command(rig: RigChoice, data: Json) -> str:
     for name in ("machine", "patient", "catheter", "conduit"):
         given = getattr(rig, name)
         words += [] if given is None else [f"--{name} {given}"]
-    return " ".join((*words, f"--seed {rig.seed} --compensation {data['parameter_file']}"))
+    words += [f"--seed {rig.seed}"]
+    words += [] if rig.spread == 1.0 else [f"--spread {rig.spread:g}"]
+    return " ".join((*words, f"--compensation {data['parameter_file']}"))
 
 
 def _summarise(console: "Console", data: Json, folder: Path, next_command: str) -> None:

@@ -6,6 +6,7 @@ strategy: a first part of the runs is spread over all of it, each of the others 
 two of one of the worst so far. Faults of the set-up have strength, machine and patient alone.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
@@ -20,6 +21,9 @@ from opensuction.twin.fault.fault_table import ROWS
 EDGE_MS, STEP_MS = 100, 5
 """How far about the begin of a phase instants are asked for, and in which steps."""
 OFFSETS_MS = tuple(range(-EDGE_MS, EDGE_MS + 1, STEP_MS))
+SPREADS = (1.0, 2.0)
+"""How far from nominal machines and patients are drawn by turns: as usual, and twice as far, where
+one value in eight lies at three standard deviations."""
 SPREAD_SHARE = 0.4
 """Of the runs: spread over everything before anything is followed."""
 ENDS = (1.0, 0.0)
@@ -68,14 +72,18 @@ Play = Callable[[Hazard, Place, Sequence[Bed]], SearchedRun | None]
 
 
 def beds_of(hazard: Hazard, seeds: Sequence[int]) -> list[Bed]:
-    """Every patient by every approach that any fault of a hazard is claimed for."""
+    """Every patient by every approach that any fault of a hazard is claimed for.
+
+    Of each kind the first seed draws as usual, the second as far as `SPREADS` says, and so on.
+    """
     kinds = {
         Kind(patient, approach): None
         for claim in hazard.claims
         for patient in claim.patients
         for approach in claim.approaches
     }
-    return [Bed(kind, seed) for seed in seeds for kind in kinds]
+    drawn = zip(seeds, itertools.cycle(SPREADS), strict=False)
+    return [Bed(kind, seed, spread) for seed, spread in drawn for kind in kinds]
 
 
 class _Chance:
@@ -107,7 +115,7 @@ class _Space:
         self._faults = [ROWS[one.fault] for one in hazard.claims]
         self._beds: dict[tuple[int, str], list[int]] = {}
         for claim, one in enumerate(hazard.claims):
-            for bed, (kind, _) in enumerate(beds):
+            for bed, kind in enumerate(each.kind for each in beds):
                 if kind.patient not in one.patients or kind.approach not in one.approaches:
                     continue
                 phases = (SET_UP,) if ROWS[one.fault].is_setup else PHASES[kind.approach]

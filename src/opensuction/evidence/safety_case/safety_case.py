@@ -186,6 +186,7 @@ def _searched_run(run: SearchedRun) -> dict[str, Any]:
         "approach": run.bed.kind.approach,
         "patient": run.bed.kind.patient,
         "seed": run.bed.seed,
+        "spread": run.bed.spread,
         "bound": bound.name,
         "worst": _finite(bound.worst),
         "limit": _finite(bound.limit),

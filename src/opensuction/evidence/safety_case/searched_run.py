@@ -32,6 +32,8 @@ class Bed(NamedTuple):
 
     kind: Kind
     seed: int
+    spread: float = 1.0
+    """How many times as far from the nominal ones as usual."""
 
 
 class Place(NamedTuple):
@@ -70,7 +72,8 @@ class SearchedRun(NamedTuple):
         strength = "" if ROWS[one.fault].strength is None else f"={one.strength:g}"
         at = "" if ROWS[one.fault].is_setup else one.at.title
         fault = f"{one.fault.title}{at}{strength}"
-        return f"{fault}, {kind.patient} by {kind.approach}, seed {self.bed.seed}"
+        spread = "" if self.bed.spread == 1.0 else f", spread {self.bed.spread:g}"
+        return f"{fault}, {kind.patient} by {kind.approach}, seed {self.bed.seed}{spread}"
 
 
 class Sound(NamedTuple):
@@ -91,7 +94,7 @@ def _sound(bed: Bed) -> Sound | None:
     """The cycle without a fault; None where the machine cannot do it."""
     try:
         machine = sound_machine.play(
-            sound_machine.prepare(bed.kind, bed.seed, COMPENSATION), _room()
+            sound_machine.prepare(bed.kind, bed.seed, COMPENSATION, spread=bed.spread), _room()
         )
     except InputError:
         return None
@@ -130,7 +133,9 @@ def _run_planned(bed: Bed, sound: Sound, one: Injection) -> SearchedRun | None:
     """Play a cycle that is planned with its fault; None where it is refused."""
     faults = (hazard_case.write(one.fault, one.strength),)
     try:
-        prepared = sound_machine.prepare(bed.kind, bed.seed, COMPENSATION, faults=faults)
+        prepared = sound_machine.prepare(
+            bed.kind, bed.seed, COMPENSATION, faults=faults, spread=bed.spread
+        )
     except InputError:
         return None
     played = judged_cycle.play_sound(prepared, _room())

@@ -48,13 +48,15 @@ def prepare(
     compensation: str,
     oxygen: str | None = None,
     faults: tuple[str, ...] = (),
+    spread: float = 1.0,
 ) -> Prepared:
     """A machine and a patient of a kind, ready for a cycle.
 
     oxygen: what a person answers; None: nobody is asked and nothing is given. faults: that are
-    there before the cycle is planned. Raises InputError where the machine cannot do its protocol.
+    there before the cycle is planned. spread: how many times as far as usual both are drawn.
+    Raises InputError where the machine cannot do its protocol.
     """
-    rig = RigChoice(patient=kind.patient, seed=seed)
+    rig = RigChoice(patient=kind.patient, seed=seed, spread=spread)
     choice = CycleChoice(rig, approach=kind.approach, compensation=compensation, faults=faults)
     return oxygenate(cycle_run.prepare(resolution.resolve(choice)), oxygen)
 

@@ -208,6 +208,7 @@ def _asked(prepared: Prepared) -> Json:
         "catheter": machine_summary.catheter_name(kind.catheter),
         "conduit": machine_summary.conduit_name(kind.catheter, kind.conduit),
         "seed": equipment.seed,
+        "spread": equipment.spread,
         "gap_scale": choice.gap_scale,
         "tip_shift_mm": choice.tip_shift_mm,
         "taught_mm": prepared.taught_mm,

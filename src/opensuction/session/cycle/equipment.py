@@ -19,6 +19,8 @@ from opensuction.twin.patient.patient_kind import PatientKind
 from opensuction.twin.patient.patient_parameter import PATIENT_TABLES
 
 BENCH = "bench"
+MOST_SPREAD = 3.0
+"""How many times as far as usual a machine is drawn at most: a third of them lies at the limit."""
 
 
 class Equipment(NamedTuple):
@@ -30,6 +32,8 @@ class Equipment(NamedTuple):
     patient: PatientKind | None
     """None: nobody, on the bench."""
     seed: int
+    spread: float = 1.0
+    """How many times as far from the nominal one as usual it is drawn."""
 
     @property
     def on_bench(self) -> bool:
@@ -38,7 +42,7 @@ class Equipment(NamedTuple):
 
     def draw(self) -> Rig:
         """The one machine, with its patient, that the seed draws."""
-        return rigs.rig_of(self.machine, self.patient, self.seed)
+        return rigs.rig_of(self.machine, self.patient, self.seed, spread=self.spread)
 
 
 def is_file(name: str) -> bool:
@@ -48,6 +52,8 @@ def is_file(name: str) -> bool:
 
 def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
     """What was chosen; raises InputError for unknown names, bad files and what does not fit."""
+    if not 0.0 <= choice.spread <= MOST_SPREAD:
+        raise InputError(f"--spread is {choice.spread:g}, and 0 to {MOST_SPREAD:g} are possible")
     name = default_machine if choice.machine is None else choice.machine
     if is_file(name):
         machine = machine_file.load(name)
@@ -55,7 +61,8 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
             if given is not None:
                 raise InputError(f"{option} is the machine file's to say: change it in {name}")
         person_name = _patient_name(choice, machine.preset)
-        return Equipment(name, machine, person_name, _patient(person_name), choice.seed)
+        person = _patient(person_name)
+        return Equipment(name, machine, person_name, person, choice.seed, choice.spread)
     known = dict.fromkeys(preset.MACHINE_TABLES, transmission_class.PLAYS.name) | MACHINES
     chosen = choose(name, known, "machine", LISTED)
     base = BENCH if name in MACHINES else name
@@ -70,7 +77,7 @@ def resolve(choice: RigChoice, default_machine: str = "clinical") -> Equipment:
     route = "standard" if choice.conduit is None else choice.conduit
     choose(route, ROUTES, "conduit")
     machine = machine_kind.equipped(machine, catheter, lay(route, catheter))
-    return Equipment(name, machine, person_name, person, choice.seed)
+    return Equipment(name, machine, person_name, person, choice.seed, choice.spread)
 
 
 def _patient_name(choice: RigChoice, machine_preset: str) -> str | None:

@@ -54,7 +54,8 @@ class ResolvedCycle(NamedTuple):
             who, reason = "", " (the bench's)"
         if choice.protocol is not None:
             reason = ""
-        changed = f", gaps x {choice.gap_scale:g}" if choice.gap_scale != 1.0 else ""
+        changed = f", spread x {used.spread:g}" if used.spread != 1.0 else ""
+        changed += f", gaps x {choice.gap_scale:g}" if choice.gap_scale != 1.0 else ""
         if choice.tip_shift_mm != 0.0:
             changed += f", tip {choice.tip_shift_mm:+g} mm"
         return (

@@ -77,12 +77,12 @@ def check(kind: PatientKind) -> None:
     _check_behaviour(kind)
 
 
-def draw(kind: PatientKind, seed: int, nominal: bool = False) -> Patient:
-    """A patient drawn by the seed, or exactly nominal and quiet.
+def draw(kind: PatientKind, seed: int, nominal: bool = False, spread: float = 1.0) -> Patient:
+    """A patient drawn by the seed, or exactly nominal and quiet. spread: see `parameter.draw`.
 
     Raises InputError where the spread draws values that do not fit together.
     """
-    values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed)
+    values = parameter.nominal(kind.table) if nominal else parameter.draw(kind.table, seed, spread)
     try:
         _check_body(values, kind.age)
     except InputError as refused:
