@@ -74,7 +74,8 @@ def force_n(state: TipForce) -> float:
 @compiled
 def _follow(load: Load, drive_n: float, steady_s: float, pressed: bool, dt_s: float) -> Load:
     """A load after another tick at one speed; what is pressed with is none of the friction's."""
-    now_n = load.now_n + (drive_n - load.now_n) * (dt_s / (min(steady_s, FORCE_S) + dt_s))
+    share = dt_s / (min(max(steady_s, 0.0), FORCE_S) + dt_s)
+    now_n = load.now_n + (drive_n - load.now_n) * share
     if steady_s < SETTLING_S:
         return Load(now_n, now_n)
     if pressed:
