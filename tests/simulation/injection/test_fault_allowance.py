@@ -96,14 +96,14 @@ def test_a_drive_that_is_slow_all_the_way_out_adds_what_it_is_slower_by() -> Non
 
 
 def test_a_valve_adds_the_more_way_the_less_it_is_open() -> None:
-    by_itself = [one.fault for one in ALLOWANCES if one.at_full_strength]
+    by_itself = [one.fault for one in ALLOWANCES if one.over_strength > 0.0]
     assert by_itself == [Fault.VALVE_STUCK_OPEN]
     for opening, way_mm, breach in (
-        (1.0, 7.4, False),
-        (1.0, 7.6, True),
-        (0.2, 35.4, False),
-        (0.2, 35.6, True),
-        (0.1, 70.4, False),
+        (1.0, 13.9, False),
+        (1.0, 14.1, True),
+        (0.2, 43.9, False),
+        (0.2, 44.1, True),
+        (0.1, 81.4, False),
     ):
         open_by = came(Fault.VALVE_STUCK_OPEN, strength=opening)
         found = Harm(ADVANCE, way_mm, 0.5, "mm")

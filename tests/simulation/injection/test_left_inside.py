@@ -16,11 +16,13 @@ from opensuction.simulation.injection.left_inside import (
     PARTED,
     POWERLESS,
     SLIPPED,
+    WIDENED,
     Unavoidable,
 )
+from opensuction.simulation.rig import CONNECTOR_MM
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_table import ROWS
-from opensuction.twin.machine import dc_axis
+from opensuction.twin.machine import dc_axis, transmission
 from opensuction.twin.machine.dc_axis import AxisMotion, DcAxis
 
 CAP_MM = 20.0
@@ -134,6 +136,17 @@ def test_a_drive_that_overcomes_nothing_never_crosses_the_gap() -> None:
     for fault, strength in ((Fault.CATHETER_JAMMED, 30.0), (Fault.MOTOR_LOST, 0.0)):
         found = left_inside.find_least(MACHINE, [Injection(fault, AT_START, strength)], CAP_MM)
         assert found == (math.inf, math.inf)
+
+
+def test_a_gap_that_has_grown_by_more_than_twice_the_connector_leaves_the_tip_in_the_tube() -> None:
+    """The tip lies half the gap further in than its head; the connector is what it is parked in."""
+    conduit = transmission.widen(MACHINE.transmission, 1.3)
+    wide = MACHINE._replace(transmission=conduit)
+    limit = 1.0 + 2.0 * CONNECTOR_MM / (float(np.mean(conduit.widths_mm)) + conduit.stretch_mm)
+    assert 2.0 < limit < 2.9
+    for strength, reason in ((limit - 0.01, None), (limit + 0.01, WIDENED)):
+        laid = Injection(Fault.CONDUIT_REROUTED, AT_START, strength)
+        assert left_inside.find_unavoidable(wide, [laid]) == reason
 
 
 def test_a_motor_that_is_gone_for_as_long_as_a_withdrawal_takes_is_lost() -> None:

@@ -258,8 +258,8 @@ def _endpoints(data: Json) -> list[str]:
 
 def _say_more(one: Allowance) -> str:
     """How much an allowance is."""
-    if one.at_full_strength:
-        return f"{one.more:g} / its strength"
+    if one.over_strength > 0.0:
+        return f"{one.more:g} and {one.over_strength:g} / its strength"
     more = "its strength" if one.for_strength else f"{one.more:g}"
     return more if math.isinf(one.up_to) else f"{more}, up to strength {one.up_to:g}"
 

@@ -43,8 +43,8 @@ class Allowance(NamedTuple):
     """As much again as the fault's own strength, which is in the bound's unit."""
     up_to: float = math.inf
     """Strength beyond which the fault adds nothing: it is told in time."""
-    at_full_strength: bool = False
-    """``more`` is for a strength of 1: a weaker fault shows as much later, and adds more."""
+    over_strength: float = 0.0
+    """And so much at a strength of 1, and the more the weaker the fault is: it shows later."""
 
 
 class OwnHarm(NamedTuple):
@@ -87,11 +87,12 @@ alone: 1.7 mm in all with detection after 1 mm [in-silico]; it is 0.3 mm now."""
 UNDETECTED_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
-UNNOTICED_WAY_MM = 7.0
-"""A slide that is wholly open shows within 5.2 mm of way under 15 mmHg, in an adult before the tip
-moves. One that is open by less takes the line's vacuum so much more slowly, and draws with so much
-less: 29 mm under 3 mmHg at a fifth, a child's whole 61 mm under 1.6 at a tenth (5 to 100 % open,
-eight machines of each kind [in-silico])."""
+UNNOTICED_WAY_MM = 6.0
+SLIT_WAY_MM = 7.5
+"""A slide that is wholly open shows within 12.3 mm of a small patient's way under 15 mmHg. One that
+is open by less takes the line's vacuum more slowly, and draws with less: 27 mm under 4.5 mmHg at
+.3, 41 under 3 at a fifth, a child's whole 61 mm under 1.6 at a tenth (six to eight machines of each
+kind, from before the insertion to its end [in-silico])."""
 SLIT_SHARE = 0.2
 """Opening of a slide up to which a thin catheter draws less than a resting line may lose: 6 % give
 5 mmHg at a neonate's tip [in-silico]."""
@@ -173,7 +174,7 @@ ALLOWANCES: tuple[Allowance, ...] = (
         "a slide that leaves its seat by itself shows in the vacuum of the resting line, the later "
         "the less it is open; through a thin catheter, open by less than a tenth, not before the "
         "next pre-use test, and the insertion goes on under 2 mmHg",
-        at_full_strength=True,
+        over_strength=SLIT_WAY_MM,
     ),
     Allowance(
         Fault.VALVE_STUCK_OPEN,
@@ -270,9 +271,8 @@ def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection
 
 def _of_strength(one: Allowance, strength: float) -> float:
     """What a fault of a strength adds."""
-    if one.at_full_strength:
-        return one.more / strength
-    return one.more + (strength if one.for_strength else 0.0)
+    slower = one.over_strength / strength if one.over_strength > 0.0 else 0.0
+    return one.more + slower + (strength if one.for_strength else 0.0)
 
 
 def _find_more_s(one: Harm, least: LeastTimes) -> float:

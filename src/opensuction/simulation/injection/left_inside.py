@@ -15,6 +15,7 @@ import numpy as np
 from opensuction.safety.priority import Priority
 from opensuction.simulation.annunciation import Told
 from opensuction.simulation.injection.fault_instant import Injection
+from opensuction.simulation.rig import CONNECTOR_MM
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import MachineEffect
 from opensuction.twin.fault.fault_table import ROWS
@@ -56,14 +57,27 @@ SLIPPED = Unavoidable(
     "the clamp slips: with its head at home the catheter has not come out as far as it went in",
     "Draw the catheter out by hand, beyond the clamp; do not use this clamp again.",
 )
+WIDENED = Unavoidable(
+    "the conduit's gap has become so wide that the head at home leaves the tip in the tube",
+    "Draw the catheter out by hand, or straighten its conduit; then lay that anew.",
+)
 LOOSE = Unavoidable(
     "the tip has parted from the catheter: nothing of the machine reaches it",
     "Call for a bronchoscopy: the tip lies in the airway and must be taken out with forceps.",
 )
 
 
-def _find_of_machine(machine: Machine) -> Unavoidable | None:
+def _find_gap_mm(machine: Machine) -> float:
+    """Mean width of the conduit's gap."""
+    return float(np.mean(machine.transmission.widths_mm)) + machine.transmission.stretch_mm
+
+
+def _find_of_machine(built: Machine, machine: Machine) -> Unavoidable | None:
+    """By the parameters of a faulty machine, and of the same as it was built."""
     axis = machine.insertion_axis
+    # Behind a head at home the tip lies half the gap further in, on either side of what it was.
+    if 0.5 * (_find_gap_mm(machine) - _find_gap_mm(built)) >= CONNECTOR_MM:
+        return WIDENED
     if (1.0 - SPARE_SHARE) * axis.force_v <= axis.friction_v:
         return HELD
     if machine.gear_backlash_mm > PARTED_MM:
@@ -107,8 +121,7 @@ def find_least(machine: Machine, came: Sequence[Injection], cap_mm: float) -> Le
     cap_mm: deepest planned position of the tip. Other arguments as of `find_unavoidable`.
     """
     faulty = _make_faulty(machine, came)
-    conduit = faulty.transmission
-    gap_mm = float(np.mean(conduit.widths_mm)) + conduit.stretch_mm
+    gap_mm = _find_gap_mm(faulty)
     way_mm = max(cap_mm, 0.0) + machine.patient.tube_length_mm + gap_mm
     out_s = _least_s(faulty.insertion_axis, way_mm)
     return LeastTimes(
@@ -127,7 +140,7 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
             return POWERLESS
         if one.fault == Fault.TIP_LEFT_BEHIND:
             return LOOSE
-    return _find_of_machine(_make_faulty(machine, came))
+    return _find_of_machine(machine, _make_faulty(machine, came))
 
 
 def told_s(told: Sequence[Told], from_s: float) -> float:
