@@ -15,12 +15,7 @@ from opensuction.kernel.errors import InputError
 from opensuction.oracle import exposure, harm
 from opensuction.oracle.harm import LEFT_INSIDE, Harm
 from opensuction.session.cycle.cycle_run import Prepared
-from opensuction.simulation.injection import (
-    fault_allowance,
-    invariant,
-    left_inside,
-    run_judgement,
-)
+from opensuction.simulation.injection import fault_allowance, invariant, run_judgement
 from opensuction.simulation.injection.fault_instant import AT_START, FaultInstant, Injection
 from opensuction.simulation.injection.injection import Injected
 from opensuction.simulation.injection.room import Room
@@ -157,11 +152,7 @@ def _judge(
         alone=played.alone,
     )
     came = [each.injection for each in found.faults if not math.isnan(each.at_s)]
-    bounds = fault_allowance.raise_limits(
-        _measure(prepared, played),
-        came,
-        least=left_inside.find_least(prepared.rig.machine, came, settings.limits.cap_mm),
-    )
+    bounds = fault_allowance.raise_limits(_measure(prepared, played), came)
     broken = {each.name for each in judged.breaches}
     excused = {each.name for each in judged.harm} - broken
     commands = invariant.command_side(found.sent, settings)

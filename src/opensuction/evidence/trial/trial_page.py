@@ -258,8 +258,9 @@ def _endpoints(data: Json) -> list[str]:
 
 def _say_more(one: Allowance) -> str:
     """How much an allowance is."""
-    if one.over_strength > 0.0:
-        return f"{one.more:g} and {one.over_strength:g} / its strength"
+    if math.isfinite(one.over_strength):
+        less = f"{one.least:g} and {one.over_strength:g} / its strength"
+        return f"{less}, {one.more:g} at most"
     more = "its strength" if one.for_strength else f"{one.more:g}"
     return more if math.isinf(one.up_to) else f"{more}, up to strength {one.up_to:g}"
 

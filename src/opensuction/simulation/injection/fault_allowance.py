@@ -26,7 +26,6 @@ from opensuction.oracle.harm import (
     Harm,
 )
 from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.simulation.injection.left_inside import LeastTimes
 from opensuction.twin.fault.fault import Fault
 
 
@@ -43,8 +42,9 @@ class Allowance(NamedTuple):
     """As much again as the fault's own strength, which is in the bound's unit."""
     up_to: float = math.inf
     """Strength beyond which the fault adds nothing: it is told in time."""
-    over_strength: float = 0.0
-    """And so much at a strength of 1, and the more the weaker the fault is: it shows later."""
+    over_strength: float = math.inf
+    """No more than ``least`` and so much over the strength: a stronger fault shows sooner."""
+    least: float = 0.0
 
 
 class OwnHarm(NamedTuple):
@@ -55,8 +55,6 @@ class OwnHarm(NamedTuple):
     reason: str
 
 
-NO_TIMES = LeastTimes()
-"""Of a drive that has its force."""
 MOST_MM = 100.0
 """A bound of more cannot be broken: no patient's airway is so long beyond it."""
 REROUTED_N = 0.25
@@ -78,21 +76,22 @@ REROUTED_MM = 9.0
 most, narrowed to 0.3 of it [computed]."""
 CAP_MARGIN_MM = 5.0
 """The cap is at least so far beyond where a cycle stops [design]."""
-TURNING_S = 0.3
-"""A head that goes in at the speed of the search is told of a jam and turned within that
-[in-silico]; what else it needs to cross the gap is physics, and computed for each machine."""
 COAST_MM = 1.2
 """A drive that pushes the wrong way is detected by its travel, and then coasts against friction
 alone: 1.7 mm in all with detection after 1 mm [in-silico]; it is 0.3 mm now."""
 UNDETECTED_JUMP_MM = 1.0
 """A jump of the reading shows as speed, averaged over 10 ms: one of 0.85 mm or less stays below
 1.25 times the fastest 62 mm/s, and the servo follows it [computed]; its overshoot on top."""
-UNNOTICED_WAY_MM = 6.0
+UNNOTICED_WAY_MM = 60.0
+"""An adult's tip makes 60 mm in the 2 s until the line shows it, at 30 mm/s in the tube; a small
+patient's whole way is 42 mm of tube and 16 mm to the carina [computed]. Under no more than the 15
+mmHg that the line has on the way in."""
+OPEN_WAY_MM = 6.0
 SLIT_WAY_MM = 7.5
 """A slide that is wholly open shows within 12.3 mm of a small patient's way under 15 mmHg. One that
 is open by less takes the line's vacuum more slowly, and draws with less: 27 mm under 4.5 mmHg at
-.3, 41 under 3 at a fifth, a child's whole 61 mm under 1.6 at a tenth (six to eight machines of each
-kind, from before the insertion to its end [in-silico])."""
+.3, 41 under 3 at a fifth (six to eight machines of each kind, from before the insertion to its end
+[in-silico])."""
 SLIT_SHARE = 0.2
 """Opening of a slide up to which a thin catheter draws less than a resting line may lose: 6 % give
 5 mmHg at a neonate's tip [in-silico]."""
@@ -171,10 +170,11 @@ ALLOWANCES: tuple[Allowance, ...] = (
         Fault.VALVE_STUCK_OPEN,
         ADVANCE,
         UNNOTICED_WAY_MM,
-        "a slide that leaves its seat by itself shows in the vacuum of the resting line, the later "
-        "the less it is open; through a thin catheter, open by less than a tenth, not before the "
-        "next pre-use test, and the insertion goes on under 2 mmHg",
+        "a slide that leaves its seat by itself shows in the vacuum of the resting line within a "
+        "second or two; through a thin catheter, open by less than a fifth, or where mucus blocks "
+        "it, not before the next pre-use test, and the insertion goes on",
         over_strength=SLIT_WAY_MM,
+        least=OPEN_WAY_MM,
     ),
     Allowance(
         Fault.VALVE_STUCK_OPEN,
@@ -271,15 +271,9 @@ def _find_more(name: str, strengths: Mapping[Fault, float], strictly: Collection
 
 def _of_strength(one: Allowance, strength: float) -> float:
     """What a fault of a strength adds."""
-    slower = one.over_strength / strength if one.over_strength > 0.0 else 0.0
-    return one.more + slower + (strength if one.for_strength else 0.0)
-
-
-def _find_more_s(one: Harm, least: LeastTimes) -> float:
-    """What the physics of a faulty drive adds to a bound of time, s."""
-    if one.name == CONTACT_TIME:
-        return max(least.crossing_s + TURNING_S - one.limit, 0.0)
-    return least.longer_s if one.name == AIRWAY_TIME else 0.0
+    if math.isfinite(one.over_strength):
+        return min(one.more, one.least + one.over_strength / strength)
+    return one.more + (strength if one.for_strength else 0.0)
 
 
 def _strengths_of(came: Iterable[Injection]) -> dict[Fault, float]:
@@ -291,10 +285,7 @@ def _strengths_of(came: Iterable[Injection]) -> dict[Fault, float]:
 
 
 def raise_limits(
-    found: Iterable[Harm],
-    came: Iterable[Injection],
-    strictly: Collection[str] = (),
-    least: LeastTimes = NO_TIMES,
+    found: Iterable[Harm], came: Iterable[Injection], strictly: Collection[str] = ()
 ) -> tuple[Harm, ...]:
     """The same bounds, each by so much higher as the faults make unavoidable.
 
@@ -304,29 +295,20 @@ def raise_limits(
     raised = []
     for one in found:
         more = _find_more(one.name, strengths, strictly)
-        if one.name not in strictly:
-            more = max(more, _find_more_s(one, least))
         raised.append(one._replace(limit=one.limit + (-more if one.name == SATURATION else more)))
     return tuple(raised)
 
 
 def find_breaches(
-    found: Iterable[Harm],
-    came: Iterable[Injection],
-    strictly: Collection[str] = (),
-    least: LeastTimes = NO_TIMES,
+    found: Iterable[Harm], came: Iterable[Injection], strictly: Collection[str] = ()
 ) -> tuple[Harm, ...]:
     """Harm that goes beyond what the faults make unavoidable; of two the one that adds most counts.
 
     came: the faults whose instant came. strictly: names of bounds to which nothing is added.
-    least: what the faulty drive needs with all of its force. A tip may be on the carina for as
-    long as the gap takes, and `TURNING_S`, if that is more than the bound; a catheter in the airway
-    for as much longer as the way out.
     """
-    found = tuple(found)
-    raised = raise_limits(found, came, strictly, least)
+    strengths = _strengths_of(came)
     return tuple(
         one
-        for one, than in zip(found, raised, strict=True)
-        if abs(one.worst - one.limit) > abs(than.limit - one.limit)
+        for one in found
+        if abs(one.worst - one.limit) > _find_more(one.name, strengths, strictly)
     )

@@ -16,7 +16,6 @@ from opensuction.kernel.phase import Phase
 from opensuction.oracle.exposure import trace_advance_mm
 from opensuction.safety import condition_mask
 from opensuction.safety.governor.limiter import ADVANCE_MM
-from opensuction.safety.invalid_ticks import INVALID_TICKS
 from opensuction.safety.watch import valve_axis, watch
 from opensuction.simulation.closed_loop import COLUMNS, DT_S
 from opensuction.simulation.injection.first_sign import SIGNS
@@ -96,20 +95,13 @@ def _head_speed(columns: Columns, settings: Settings) -> Breach | None:
     return _above("head command within its speed", columns, speed, limit)
 
 
-def _find_last(valid: Ticks) -> npt.NDArray[np.int64]:
-    """Tick of the last valid reading: fewer missing ones than are a fault are ridden out."""
-    ticks = np.arange(valid.size)
-    last = np.maximum.accumulate(np.where(valid, ticks, -1))
-    return np.where(ticks - last < INVALID_TICKS, last, -1)
-
-
 def _is_parked_closed(columns: Columns, settings: Settings) -> Ticks:
     """Pre-use test with the valve read closed and the head parked: the relief valve's own test."""
-    cam, last = columns["readings.cam_rad"], _find_last(columns["readings.head_valid"] > 0.0)
-    off_mm = np.abs(columns["readings.head_mm"][last] - settings.limits.park_head_mm)
+    cam, off_mm = columns["readings.cam_rad"], columns["readings.head_mm"]
+    off_mm = np.abs(off_mm - settings.limits.park_head_mm)
     closed = (cam >= -valve_axis.BEHIND_RAD) & (cam <= valve_axis.CLOSED_RAD)
     closed &= columns["readings.cam_valid"] > 0.0
-    parked = (off_mm <= watch.PARKED_MM) & (last >= 0)
+    parked = (off_mm <= watch.PARKED_MM) & (columns["readings.head_valid"] > 0.0)
     found: Ticks = closed & parked & (columns["phase"] == Phase.CHECKING)
     return found
 

@@ -6,21 +6,16 @@ do what no drive can. Whether a drive is taken is a matter of physics: of the fa
 parameters, not of a list of names.
 """
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
-
-import numpy as np
 
 from opensuction.safety.priority import Priority
 from opensuction.simulation.annunciation import Told
 from opensuction.simulation.injection.fault_instant import Injection
-from opensuction.simulation.rig import CONNECTOR_MM
 from opensuction.twin.fault.fault import Fault
 from opensuction.twin.fault.fault_row import MachineEffect
 from opensuction.twin.fault.fault_table import ROWS
 from opensuction.twin.fault.fault_time import BY_TURNS
-from opensuction.twin.machine.dc_axis import DcAxis
 from opensuction.twin.machine.machine import Machine
 
 GONE_S = 4.0
@@ -57,77 +52,19 @@ SLIPPED = Unavoidable(
     "the clamp slips: with its head at home the catheter has not come out as far as it went in",
     "Draw the catheter out by hand, beyond the clamp; do not use this clamp again.",
 )
-WIDENED = Unavoidable(
-    "the conduit's gap has become so wide that the head at home leaves the tip in the tube",
-    "Draw the catheter out by hand, or straighten its conduit; then lay that anew.",
-)
 LOOSE = Unavoidable(
     "the tip has parted from the catheter: nothing of the machine reaches it",
     "Call for a bronchoscopy: the tip lies in the airway and must be taken out with forceps.",
 )
 
 
-def _find_gap_mm(machine: Machine) -> float:
-    """Mean width of the conduit's gap."""
-    return float(np.mean(machine.transmission.widths_mm)) + machine.transmission.stretch_mm
-
-
-def _find_of_machine(built: Machine, machine: Machine) -> Unavoidable | None:
-    """By the parameters of a faulty machine, and of the same as it was built."""
+def _find_of_machine(machine: Machine) -> Unavoidable | None:
     axis = machine.insertion_axis
-    # Behind a head at home the tip lies half the gap further in, on either side of what it was.
-    if 0.5 * (_find_gap_mm(machine) - _find_gap_mm(built)) >= CONNECTOR_MM:
-        return WIDENED
     if (1.0 - SPARE_SHARE) * axis.force_v <= axis.friction_v:
         return HELD
     if machine.gear_backlash_mm > PARTED_MM:
         return PARTED
     return SLIPPED if machine.clamp_slip_ratio > 0.0 else None
-
-
-def _make_faulty(machine: Machine, came: Sequence[Injection]) -> Machine:
-    """The machine under those of its faults that stay, or last for long enough."""
-    for one in came:
-        row = ROWS[one.fault]
-        gone = row.course == BY_TURNS and one.strength >= GONE_S
-        if isinstance(row.effect, MachineEffect) and (row.course is None or gone):  # else it passes
-            machine = row.change_machine(machine, one.strength)
-    return machine
-
-
-def _least_s(axis: DcAxis, way_mm: float) -> float:
-    """Least time for a way from rest, with all of a drive's force up to its fastest speed."""
-    spare_v = axis.force_v - axis.friction_v
-    if spare_v <= 0.0:
-        return math.inf
-    gained = axis.speed_per_v * spare_v / axis.time_constant_s
-    fastest = axis.speed_per_v * (axis.voltage_limit_v - axis.friction_v)
-    gaining_mm = min(0.5 * fastest * fastest / gained, way_mm)
-    return math.sqrt(2.0 * gaining_mm / gained) + (way_mm - gaining_mm) / fastest
-
-
-class LeastTimes(NamedTuple):
-    """What a faulty drive needs with all of its force, whatever commands it; infinite for never."""
-
-    crossing_s: float = 0.0
-    """For the conduit's gap: a tip on the carina stays there for so long."""
-    longer_s: float = 0.0
-    """More than a sound drive for the whole way out."""
-
-
-def find_least(machine: Machine, came: Sequence[Injection], cap_mm: float) -> LeastTimes:
-    """Times below which no drive could be with these faults.
-
-    cap_mm: deepest planned position of the tip. Other arguments as of `find_unavoidable`.
-    """
-    faulty = _make_faulty(machine, came)
-    gap_mm = _find_gap_mm(faulty)
-    way_mm = max(cap_mm, 0.0) + machine.patient.tube_length_mm + gap_mm
-    out_s = _least_s(faulty.insertion_axis, way_mm)
-    return LeastTimes(
-        crossing_s=_least_s(faulty.insertion_axis, gap_mm),
-        longer_s=max(out_s - _least_s(machine.insertion_axis, way_mm), 0.0),
-    )
 
 
 def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable | None:
@@ -136,11 +73,15 @@ def find_unavoidable(machine: Machine, came: Sequence[Injection]) -> Unavoidable
     machine: as it was built, before any fault. came: the faults whose instant came.
     """
     for one in came:
+        row = ROWS[one.fault]
         if one.fault == Fault.POWER_LOST_WITHOUT_RESERVE:
             return POWERLESS
         if one.fault == Fault.TIP_LEFT_BEHIND:
             return LOOSE
-    return _find_of_machine(machine, _make_faulty(machine, came))
+        gone = row.course == BY_TURNS and one.strength >= GONE_S
+        if isinstance(row.effect, MachineEffect) and (row.course is None or gone):  # else it passes
+            machine = row.change_machine(machine, one.strength)
+    return _find_of_machine(machine)
 
 
 def told_s(told: Sequence[Told], from_s: float) -> float:

@@ -118,9 +118,7 @@ def judge(
     borne = alone.add_to(exposure.measure(machine, columns))
     found = harm.find(machine, borne, cap_mm)
     told = tuple(annunciation.told(columns))
-    faults = [one.injection for one in came]
-    least = left_inside.find_least(machine, faults, cap_mm)
-    breaches = fault_allowance.find_breaches(found, faults, strictly, least)
+    breaches = fault_allowance.find_breaches(found, [one.injection for one in came], strictly)
     left = None
     if borne.inside_at_end or borne.piece_mm > 0.0:
         left = _judge_left_inside(machine, told, came, told_within_s)
