@@ -191,6 +191,15 @@ class Ward(Room):
         if self.holder(LOCKS[name]) not in (None, pid):
             self.replaced_s = now_s
 
+    def wait_for_the_successor(self) -> None:
+        """Until what hung was replaced, or has to be: a cycle at its end is settled before that."""
+        if self.hung is None:
+            return
+        bound_s = BOUNDS_S[self.hung[0]] + REPLACED_S
+        while self.replaced_s == math.inf and time.monotonic() < self.hung_s + bound_s:
+            self.meanwhile()
+            time.sleep(0.05)
+
     def replacement_s(self) -> float:
         """How long what hung was in its place; 0 where nothing did."""
         return 0.0 if self.hung is None else self.replaced_s - self.hung_s
@@ -250,6 +259,7 @@ def one(ward: Ward, victim: str, at_s: float, hung: str | None = None) -> Fate:
             ward.meanwhile()
             time.sleep(0.05)
     cycle, recordings, wrong = looked.result()
+    ward.wait_for_the_successor()
     if not ward.is_settled():
         wrong.append(f"not at rest: {ward.phase().name}")
     if out_s > bound_s:

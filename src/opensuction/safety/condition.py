@@ -232,7 +232,7 @@ class Condition(IntEnum):
     # Without vacuum it serves nothing to stay.
     VACUUM_LOST = (
         24,
-        "there is no vacuum in the line",
+        "there is too little vacuum in the line",
         "Check pump and tubes; suction by hand when needed.",
         trip(DEATH, DELAYED, planned=True),
     )

@@ -220,6 +220,17 @@ def test_waiting_for_a_person_has_no_limit(phase: Phase) -> None:
     assert plan.limits_s[phase] == float("inf")
 
 
+@pytest.mark.parametrize(("pump_mmhg_per_s", "most_s"), [(285.0, None), (2.0, VACUUM_LIMIT_S)])
+def test_the_tip_waits_for_the_vacuum_half_as_long_again_as_the_pump_needs(
+    pump_mmhg_per_s: float, most_s: float | None
+) -> None:
+    abilities = BENCH._replace(pump_mmhg_per_s=pump_mmhg_per_s)
+    plan = planned(PAPER._replace(bench_only=False), abilities)
+    if most_s is None:
+        most_s = 1.5 * planner.build_s(abilities, WAY_IN_MMHG, PAPER.vacuum_mmhg) + 1.0
+    assert plan.build_most_s == most_s
+
+
 def test_only_a_bench_protocol_may_identify() -> None:
     assert planned(PAPER, BENCH).bench_only
     assert not planned(PAPER._replace(bench_only=False), BENCH).bench_only

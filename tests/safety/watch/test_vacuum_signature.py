@@ -166,7 +166,9 @@ def test_a_valve_that_opens_on_the_way_in_shows_within_a_second(
     """Through either catheter, from before the rest, while the line settles, and well into it."""
     fault = Line(stuck_open=True, bore=29.5 * share)
     found, first_s = watched(fault, set_mmhg, catheter_mm, cycle, at_s, rests=inserting)
-    assert found == {Condition.VALVE_STUCK_OPEN}
+    # A line that never had its vacuum may have a pump that stopped.
+    assert found - {Condition.VACUUM_LOST} == {Condition.VALVE_STUCK_OPEN}
+    assert Condition.VACUUM_LOST not in found or at_s < 1.0
     assert at_s + first_s < max(at_s, 1.0) + 1.0
 
 

@@ -206,7 +206,9 @@ def test_a_line_that_is_being_built_must_rise_as_long_as_it_is_pumped() -> None:
 def test_a_line_that_rises_no_more_is_named_by_what_it_has() -> None:
     stands = {"built": False, "pumping_s": 0.6, "closed_low_s": above(0.3)}
     least = 0.35 * SET
-    assert found(**stands, vacuum_mmhg=least) == [Condition.VALVE_STUCK_OPEN]
+    # A pump that stopped half-way leaves as much as pump and free catheter may agree on.
+    either = {Condition.VACUUM_LOST, Condition.VALVE_STUCK_OPEN}
+    assert set(found(**stands, vacuum_mmhg=least)) == either
     assert found(**stands, vacuum_mmhg=below(least)) == [Condition.VACUUM_LOST]
     assert found(**{**stands, "closed_low_s": 0.3}, vacuum_mmhg=least) == []
     # With the tip parked the pre-use test says so first, but not for ever.

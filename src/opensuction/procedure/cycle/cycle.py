@@ -190,7 +190,7 @@ def _is_building(phase: int, valve_open: bool) -> bool:
 def _extend_limit(plan: Plan, state: ProcedureState, dt_s: float) -> float:
     """Longest duration of a phase that builds the vacuum, which has its time on top.
 
-    As far as it has been needed, and as long as the pre-use test allows for it at most.
+    As far as it has been needed, and no longer than such a pump may take.
     """
     if state.phase_ticks * dt_s < plan.build_most_s:
         return state.limit_s + dt_s

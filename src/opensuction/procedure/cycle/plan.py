@@ -91,7 +91,8 @@ class Plan(NamedTuple):
     """By what mucus is seen to come."""
     vacuum_mmhg: float
     build_most_s: float
-    """Longest time that the vacuum of suction may take to build, as the pre-use test allows it."""
+    """Longest time that the vacuum of suction may take to build: half as long again as planned, and
+    time to settle; at most what the pre-use test allows."""
     way_in_mmhg: float
     """Vacuum of the line while the tip goes in: enough to tell a valve that lets gas through."""
     cam_open_rad: float

@@ -337,7 +337,7 @@ def plan(
         pace=pace_plan(protocol, abilities, by_contact),
         flow=UNSEEN,
         vacuum_mmhg=protocol.vacuum_mmhg,
-        build_most_s=VACUUM_LIMIT_S,
+        build_most_s=min(_overdue_s(times.build), VACUUM_LIMIT_S),
         way_in_mmhg=way_in_mmhg(protocol),
         cam_open_rad=abilities.cam_open_rad,
         pump_rests_open=False,

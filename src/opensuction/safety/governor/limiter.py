@@ -93,13 +93,15 @@ def _narrow_suction(
     """Whether the valve may be open, and the regulator's set point (mmHg).
 
     The valve is kept from opening on a head that advances, and on more vacuum than the patient's
-    limit: only behind a closed valve, with the tip parked, may the relief valve be tested.
+    limit: only behind a closed valve, with the tip parked, may the relief valve be tested, and only
+    in a tick whose readings say so.
     """
     advancing = seen.speed_mm_per_s > ADVANCING_MM_PER_S
     excessive = seen.line.vacuum_mmhg > limits.vacuum_mmhg
     valve_open = proposal.valve_open and not cut and (was_open or not (advancing or excessive))
     highest = limits.vacuum_mmhg
-    if seen.parked_closed and not valve_open:
+    read = seen.invalid.head == 0 and seen.invalid.cam == 0
+    if seen.parked_closed and read and not valve_open:
         highest = max(highest, limits.line.parked_closed_mmhg)
     return valve_open, 0.0 if cut else min(proposal.vacuum_mmhg, highest)
 

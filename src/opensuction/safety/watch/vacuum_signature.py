@@ -238,11 +238,13 @@ def _rate(state: LineWatch) -> float:
 def _judge_building(limits: LineLimits, state: LineWatch) -> int:
     """What a vacuum that rises no more short of its set point is a sign of.
 
-    Pump and free catheter agree on some, a pump that stands still gives none.
+    A pump that has stopped half-way leaves what it had built, and that may be what pump and free
+    catheter agree on: both are told then. Less than that is the pump's alone.
     """
+    lost = 1 << Condition.VACUUM_LOST
     if state.vacuum_mmhg >= limits.open_low_share * state.set_mmhg:
-        return 1 << Condition.VALVE_STUCK_OPEN
-    return 1 << Condition.VACUUM_LOST
+        return lost | 1 << Condition.VALVE_STUCK_OPEN
+    return lost
 
 
 @compiled
