@@ -29,11 +29,15 @@ def one_hazard(folder: Path, faults: str = FAULT + ON_ONE) -> Hazard:
     return hazard.load(table)[0]
 
 
-def weak_spot(phase: str, off_ms: int, width_ms: float) -> Play:
+PHASE_MS = 3000.0
+"""How long a phase takes."""
+
+
+def weak_spot(phase: str, at_ms: float, width_ms: float) -> Play:
     """A machine that is weak about one instant and at great strengths alone."""
 
     def play(_: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun:
-        off = (place.off_ms - off_ms) / width_ms
+        off = (PHASE_MS * place.within + place.off_ms - at_ms) / width_ms
         worst = math.exp(-0.5 * off * off) * place.strength * (place.phase == phase)
         one = Injection(Fault.PUMP_WEAK, FaultInstant(None, 1.0), place.strength)
         breaches = (ADVANCE,) if worst > 0.95 else ()
@@ -54,6 +58,14 @@ def test_a_window_of_some_ten_milliseconds_is_found(
     assert sum(bool(each.broken) for each in found) >= 9
 
 
+@pytest.mark.parametrize("at_ms", [400.0, 1500.0, 2900.0])
+def test_so_is_an_instant_in_the_middle_of_a_phase(tmp_path: Path, at_ms: float) -> None:
+    one = one_hazard(tmp_path, WITH_STRENGTH)
+    play = weak_spot("inserting", at_ms, 300.0)
+    found = [search(one, RUNS, (1, 2), seed, play) for seed in range(10)]
+    assert sum(bool(each.broken) for each in found) >= 9
+
+
 def test_it_goes_no_further_than_it_may(tmp_path: Path) -> None:
     places: list[Place] = []
     play = weak_spot("opening", EDGE_MS, 20.0)
@@ -66,12 +78,15 @@ def test_it_goes_no_further_than_it_may(tmp_path: Path) -> None:
     assert found.runs == len(places) == len(set(places)) <= RUNS
     assert all(abs(one.off_ms) <= EDGE_MS and one.off_ms % STEP_MS == 0 for one in places)
     assert all(0.0 <= one.strength <= 1.0 for one in places)
+    inside = [one for one in places if one.within > 0.0]
+    assert all(one.within < 1.0 and one.off_ms == 0 for one in inside)
+    assert len(inside) > 0.1 * len(places)
     assert {1.0, 0.0} <= {one.strength for one in places}
 
 
 def test_a_search_is_the_same_again_and_its_worst_run_too(tmp_path: Path) -> None:
     one = one_hazard(tmp_path)
-    first, second = (search(one, 8, (1,)) for _ in range(2))
+    first, second = (search(one, 40, (1,)) for _ in range(2))
     assert first == second
     assert first.worst is not None
     assert first.broken == ()

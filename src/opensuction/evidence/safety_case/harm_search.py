@@ -1,9 +1,11 @@
 """A search for harm: the instant, strength, machine and patient at which a hazard does most.
 
 The rows of the table ask at drawn instants. This asks where a detector may be blind: about the
-edges of phases, at the ends of a fault's strengths, and then near whatever was worst. An evolution
-strategy: a first part of the runs is spread over all of it, each of the others changes a value or
-two of one of the worst so far. Faults of the set-up have strength, machine and patient alone.
+edges of phases, at the ends of a fault's strengths, and then near whatever was worst. Half of
+the instants lie anywhere in a phase, for some harm grows with the way that the tip has gone. An
+evolution strategy: a first part of the runs is spread over all of it, each of the others changes a
+value or two of one of the worst so far. Faults of the set-up have strength, machine and patient
+alone.
 """
 
 import itertools
@@ -26,6 +28,8 @@ SPREADS = (1.0, 2.0)
 one value in eight lies at three standard deviations."""
 SPREAD_SHARE = 0.4
 """Of the runs: spread over everything before anything is followed."""
+WITHIN = 2
+"""One in so many of the spread runs has its instant anywhere in the phase, not at its edge."""
 ENDS = (1.0, 0.0)
 """Ends of a range of strengths; half of the spread runs have one."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -37,7 +41,12 @@ FOLLOWED_MS = (-20, -10, -5, 5, 10, 20)
 TRIES = 5
 """How often another place is looked for where one was tried before."""
 NEAR = 0.1
-"""Standard deviation of a step of the strength, as a share of its range."""
+"""Standard deviation of a step of the strength, as a share of its range, and of an instant within a
+phase, as a share of that."""
+ON_FROM_EDGE = 0.25
+"""How often a step of an instant about an edge leads into the phase."""
+LAST = 0.999
+"""Latest instant within a phase, as a share of it."""
 CHANGED_TWICE = 0.3
 """How often a second value is changed, too."""
 PURPOSE = 73
@@ -131,8 +140,12 @@ class _Space:
         share = (self._from[turn] + GOLDEN * again) % 1.0
         strength = ENDS[again // 2 % 2] if again % 2 else self._chance.uniform()
         bed = self._chance.one_of(self._beds[claim, phase])
-        off_ms = 0 if phase == SET_UP else OFFSETS_MS[int(share * len(OFFSETS_MS))]
-        return Place(claim, bed, phase, off_ms, self._strength(claim, strength))
+        within, off_ms = 0.0, 0
+        if phase != SET_UP and (again + turn) % WITHIN == 0:
+            within = LAST * share
+        elif phase != SET_UP:
+            off_ms = OFFSETS_MS[int(share * len(OFFSETS_MS))]
+        return Place(claim, bed, phase, within, off_ms, self._strength(claim, strength))
 
     def follow(self, worst: Sequence[Place]) -> Place:
         """One near one of the worst: the first is taken twice as often as the second, and so on."""
@@ -150,6 +163,10 @@ class _Space:
         what += [] if self._faults[place.claim].strength is None else ["strength"]
         what += [] if place.phase == SET_UP else ["instant", "instant", "phase"]
         chosen = self._chance.one_of(what)
+        if chosen == "instant" and (place.within > 0.0 or self._chance.uniform() < ON_FROM_EDGE):
+            # Far and near steps: what is worst may last for a tenth of the phase.
+            within = place.within + NEAR * self._chance.uniform() * self._chance.normal()
+            return place._replace(within=min(max(within, 1.0 - LAST), LAST), off_ms=0)
         if chosen == "instant":
             off_ms = place.off_ms + self._chance.one_of(FOLLOWED_MS)
             return place._replace(off_ms=min(max(off_ms, -EDGE_MS), EDGE_MS))

@@ -39,8 +39,10 @@ class Place(NamedTuple):
     bed: int
     phase: str
     """Or before the start."""
+    within: float
+    """Share of the phase's duration in the sound cycle, 0 to less than 1."""
     off_ms: int
-    """From the phase's begin."""
+    """From there."""
     strength: float
     """Share of the fault's range, 0 to 1."""
 
@@ -116,7 +118,9 @@ def run(hazard: Hazard, place: Place, beds: Sequence[Bed]) -> SearchedRun | None
         spans = sound.machine.healthy.spans
         if place.phase not in spans:
             return None
-        at_s = round(spans[place.phase][0] + 0.001 * place.off_ms, 3)
+        begin_s, end_s = spans[place.phase]
+        at_s = begin_s + place.within * (end_s - begin_s) + 0.001 * place.off_ms
+        at_s = round(at_s, 3)
         if at_s <= 0.0:
             return None
         one = one._replace(at=FaultInstant(None, at_s))
