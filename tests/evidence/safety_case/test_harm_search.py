@@ -86,7 +86,7 @@ def test_it_goes_no_further_than_it_may(tmp_path: Path) -> None:
 
 def test_a_search_is_the_same_again_and_its_worst_run_too(tmp_path: Path) -> None:
     one = one_hazard(tmp_path)
-    first, second = (search(one, 40, (1,)) for _ in range(2))
+    first, second = (search(one, 80, (1,)) for _ in range(2))
     assert first == second
     assert first.worst is not None
     assert first.broken == ()
