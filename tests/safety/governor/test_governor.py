@@ -28,6 +28,7 @@ from opensuction.safety.watch.line_filter import LineFilter
 from opensuction.safety.watch.patient_watch import Breath, PatientWatch, Sag
 from opensuction.safety.watch.vacuum_signature import LineWatch
 from opensuction.safety.watch.valve_axis import ValveAxis
+from opensuction.safety.watch.watch import PARKED_MM
 from opensuction.safety.watch.watch_state import Durations, Watch
 from tests.safety.watchdog import DT_S, HEAD_CAP_MM, LIMITS, PARK_MM, follows, run, staying
 
@@ -242,6 +243,7 @@ def test_suction_is_never_more_than_proposed_nor_than_its_limit_and_none_when_cu
     assert case.proposal.pump_on or not case.allowed.pump_on
     sealed = case.seen.parked_closed and not case.allowed.valve_open
     sealed = sealed and case.seen.invalid.head == 0 and case.seen.invalid.cam == 0
+    sealed = sealed and abs(case.seen.vote.encoder_mm - LIMITS.park_head_mm) <= PARKED_MM
     highest = LIMITS.line.parked_closed_mmhg if sealed else LIMITS.vacuum_mmhg
     assert 0.0 <= case.allowed.vacuum_mmhg <= highest
     wanted = case.proposal.vacuum_mmhg

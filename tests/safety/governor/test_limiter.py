@@ -240,8 +240,17 @@ def test_the_set_point_ends_at_the_patients_limit_or_the_sealed_lines() -> None:
     strong = HERE._replace(vacuum_mmhg=200.0)
     assert narrowed(strong)[0].vacuum_mmhg == 150.0
     assert narrowed(strong)[1] == Reaction.CAP
-    sealed = seeing(parked_closed=True)
+    park_mm = LIMITS.park_head_mm
+    sealed = changed(SEEN, {"parked_closed": True, "vote.encoder_mm": park_mm})
     assert narrowed(strong, sealed)[0].vacuum_mmhg == 190.0
+    # What the vote rides out, a missing reading or one that leapt, is not parked in its tick.
+    for place, unread in (
+        ("invalid.head", 1),
+        ("invalid.cam", 1),
+        ("vote.encoder_mm", park_mm + above(3.0)),
+        ("vote.encoder_mm", park_mm - above(3.0)),
+    ):
+        assert narrowed(strong, changed(sealed, {place: unread}))[0].vacuum_mmhg == 150.0
     assert narrowed(strong._replace(valve_open=True), sealed)[0].vacuum_mmhg == 150.0
     for limit, seen in ((150.0, SEEN), (190.0, sealed)):
         assert narrowed(HERE._replace(vacuum_mmhg=limit), seen)[1] == Reaction.PASS

@@ -9,6 +9,7 @@ from opensuction.safety import condition_mask, tip_bound
 from opensuction.safety.condition import Condition
 from opensuction.safety.handling import Reaction
 from opensuction.safety.limits import Limits
+from opensuction.safety.watch.watch import PARKED_MM
 from opensuction.safety.watch.watch_state import Watch
 
 LEAD_SHARE = 0.5
@@ -94,13 +95,14 @@ def _narrow_suction(
 
     The valve is kept from opening on a head that advances, and on more vacuum than the patient's
     limit: only behind a closed valve, with the tip parked, may the relief valve be tested, and only
-    in a tick whose readings say so.
+    in a tick whose own readings say so: a number that the vote rides out is none.
     """
     advancing = seen.speed_mm_per_s > ADVANCING_MM_PER_S
     excessive = seen.line.vacuum_mmhg > limits.vacuum_mmhg
     valve_open = proposal.valve_open and not cut and (was_open or not (advancing or excessive))
     highest = limits.vacuum_mmhg
-    read = seen.invalid.head == 0 and seen.invalid.cam == 0
+    off_mm = abs(seen.vote.encoder_mm - limits.park_head_mm)
+    read = seen.invalid.head == 0 and seen.invalid.cam == 0 and off_mm <= PARKED_MM
     if seen.parked_closed and read and not valve_open:
         highest = max(highest, limits.line.parked_closed_mmhg)
     return valve_open, 0.0 if cut else min(proposal.vacuum_mmhg, highest)
