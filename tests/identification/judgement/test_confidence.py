@@ -17,17 +17,28 @@ TRUE = np.array([*PUBLISHED, 2.0])
 LENGTH_S = 30.0
 
 
-def coverage(rate_hz: float, correlation_s: float, recordings: int, seed: int) -> list[float]:
-    """Share of recordings whose interval holds the truth, for each of the five parameters."""
+def coverage(
+    rate_hz: float, correlation_s: float, recordings: int, seed: int, white_mm: float = 0.0
+) -> list[float]:
+    """Share of recordings whose interval holds the truth, for each of the five parameters.
+
+    white_mm: of white noise beside the slow one of .3 mm.
+    """
     samples = int(LENGTH_S * rate_hz)
     head_mm = cosine(samples, cycles=3.0)
     tip_mm = simulate(PUBLISHED, head_mm, 2.0)
     correlation = math.exp(-1.0 / (rate_hz * correlation_s)) if correlation_s > 0.0 else 0.0
     # Every case draws its own noise: else one unlucky draw shows in all of them.
-    random = np.random.default_rng([seed, int(rate_hz), round(1000.0 * correlation_s)])
+    random = np.random.default_rng(
+        [seed, int(rate_hz), round(1000.0 * correlation_s), round(1000.0 * white_mm)]
+        if white_mm > 0.0
+        else [seed, int(rate_hz), round(1000.0 * correlation_s)]
+    )
     held = np.zeros(TRUE.size)
     for _ in range(recordings):
         measured = tip_mm + 0.3 * noise(random, samples, correlation)
+        if white_mm > 0.0:
+            measured = measured + white_mm * random.normal(size=samples)
         found = modified_dahl.fit(head_mm, measured)
         vector = np.array([*found.model, found.lag_mm])
         rows = jacobian(
@@ -47,6 +58,27 @@ def test_intervals_hold_the_truth_as_often_as_they_say(correlation_s: float) -> 
     # 120 recordings: a standard error of 2 %; the mean of five parameters a little less.
     assert min(shares) >= 0.88
     assert np.mean(shares) == pytest.approx(0.95, abs=0.04)
+
+
+@pytest.mark.parametrize(("correlation_s", "white_mm"), [(0.2, 0.3), (1.0, 0.09)])
+def test_white_noise_beside_the_slow_one_is_not_taken_for_its_end(
+    correlation_s: float, white_mm: float
+) -> None:
+    """As much of it as of the slow one, and a third: taken as slow alone they held .5 and .7."""
+    shares = coverage(100.0, correlation_s, 120, 8, white_mm)
+    assert min(shares) >= 0.88
+    assert np.mean(shares) == pytest.approx(0.95, abs=0.04)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("white_mm", [0.0, 0.09, 0.3, 0.9])
+@pytest.mark.parametrize("correlation", [0.9, 0.95, 0.99])
+def test_intervals_hold_with_slow_and_white_noise(correlation: float, white_mm: float) -> None:
+    correlation_s = -0.01 / math.log(correlation)
+    shares = coverage(100.0, correlation_s, 200, 3, white_mm)
+    # A share of 200 has a standard error of 1.5 %.
+    assert min(shares) >= 0.90
+    assert np.mean(shares) <= 0.98
 
 
 @pytest.mark.soak
@@ -73,6 +105,32 @@ def test_white_noise_gives_the_textbooks_interval() -> None:
     # The correlation found in white noise is 0 within 1/sqrt(2000), which moves the result by 4 %.
     assert found.half_widths == pytest.approx(textbook, rel=0.08)
     assert found.correlation == pytest.approx(0.0, abs=0.05)
+
+
+def test_both_noises_are_told_apart() -> None:
+    """Of slow noise with rho .95 and half as much white: shares of the variance, and rho."""
+    random = np.random.default_rng(5)
+    columns = np.stack([np.ones(3000), np.linspace(-1.0, 1.0, 3000)])
+    shares, correlations = [], []
+    for _ in range(40):
+        rest = noise(random, 3000, 0.95) + 0.5 * random.normal(size=3000)
+        rest = rest - np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
+        found = estimate_spread(columns, rest)
+        shares.append(found.white_share)
+        correlations.append(found.correlation)
+    assert np.mean(shares) == pytest.approx(0.2, abs=0.02)
+    assert np.mean(correlations) == pytest.approx(0.8 * 0.95, abs=0.02)
+
+
+def test_white_noise_alone_has_no_slow_one_beside_it() -> None:
+    random = np.random.default_rng(6)
+    columns = np.stack([np.ones(1000), np.linspace(-1.0, 1.0, 1000)])
+    shares = []
+    for _ in range(60):
+        rest = random.normal(size=1000)
+        rest = rest - np.linalg.lstsq(columns.T, rest, rcond=None)[0] @ columns
+        shares.append(estimate_spread(columns, rest).white_share)
+    assert shares == [0.0] * 60
 
 
 def test_the_correlation_is_not_biased_by_the_fit() -> None:

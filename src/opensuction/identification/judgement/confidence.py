@@ -6,11 +6,18 @@ of a least-squares fit have the covariance ``B J S J' B`` with ``B = (J J')^-1``
 own covariance (the sandwich). The rho of residuals is too small, since the fit has taken its share
 of the noise: the rho used is the one whose *expected* residuals have the ratio observed.
 
+An encoder or a laser adds noise that is white. Neighbours are less alike then than the slow part
+is, and a rho from neighbours says that its sum dies out sooner than it does. Where the restricted
+likelihood, that of the residuals alone, is surely greater for slow and white noise together, both
+are taken from where it is greatest.
+
 Those variances are themselves estimates, and rho is their weak part: most parameters feel the
 slow share of the noise, which goes with ``1/(1 - rho)^2``. Their scatter, by the delta method from
-those of rho and of the innovations' variance, gives each parameter its own degrees of freedom.
+those of rho and of the innovations' variance, gives each parameter its own degrees of freedom; with
+white noise beside it, from the curvature of the restricted likelihood.
 Source: [Seber-1989] ch. 6; [White-1980] for the sandwich; [Satterthwaite-1946] and
-[Giesbrecht-1985] for the degrees of freedom; [Box-1976] sec. 7.2 for the scatter of rho.
+[Giesbrecht-1985] for the degrees of freedom; [Box-1976] sec. 7.2 for the scatter of rho;
+[Harville-1977] for the restricted likelihood.
 """
 
 import math
@@ -20,6 +27,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import stdtrit
 
+from opensuction.kernel.compiled import compiled
 from opensuction.kernel.record import Array
 
 CONFIDENCE = 0.95
@@ -34,6 +42,30 @@ LEAST_FREEDOM = 2.0
 """Fewest degrees of freedom: with less, Student's distribution has no useful quantile."""
 
 
+SURELY = 10.8
+"""Twice the logarithm of the likelihoods' ratio from which white noise is taken to be there: 1 in
+2,000 recordings of slow noise alone reaches it, half of a chi-square with one degree of freedom."""
+
+LONGEST_SHARE = 0.2
+"""Longest time over which slow noise beside white is alike, as a share of the recording: what lasts
+longer cannot be told from what a parameter does."""
+
+FLATTEST = 1e-6
+"""Least white variance that is looked for, as a share of the slow one's."""
+
+STEP = 0.02
+"""Step of the noise's parameters, logarithms all, for the curvature of the likelihood."""
+
+
+class Noise(NamedTuple):
+    """Slow noise, first-order autoregressive, and white noise beside it."""
+
+    correlation: float
+    """rho of neighbouring samples of the slow one."""
+    white: float
+    """Variance of the white one over that of the slow one."""
+
+
 class Spread(NamedTuple):
     """How uncertain the parameters of a fit are."""
 
@@ -45,6 +77,8 @@ class Spread(NamedTuple):
     """rho of neighbouring noise samples."""
     freedom: Array
     """Degrees of freedom that each parameter's variance is worth, shape (p,)."""
+    white_share: float = 0.0
+    """Of the noise's variance; 0 where none is surely there."""
 
 
 def estimate_spread(jacobian: Array, rest: Array) -> Spread:
@@ -68,16 +102,24 @@ def estimate_spread(jacobian: Array, rest: Array) -> Spread:
         least = np.full(count, LEAST_FREEDOM)
         return Spread(covariance, np.sqrt(np.diag(covariance)), 0.0, least)
     correlation = _correlation(basis, rest)
-    spoken_for = basis.T @ _noise_product(basis, correlation)
-    variance = power / max(samples - float(np.trace(spoken_for)), 1.0)
     back = np.linalg.inv(triangle)
-    shape = back @ spoken_for @ back.T
+    mixed = _Mixed.find(basis, rest, correlation)
+    if mixed is None:
+        spoken_for = basis.T @ _noise_product(basis, correlation)
+        variance = power / max(samples - float(np.trace(spoken_for)), 1.0)
+        shape = back @ spoken_for @ back.T
+        bend = np.diag(back @ (basis.T @ _noise_slope(basis, correlation)) @ back.T)
+        freedom = _freedom(samples - count, correlation, bend / np.diag(shape))
+        white_share = 0.0
+    else:
+        correlation = mixed.noise.correlation / (1.0 + mixed.noise.white)
+        white_share = mixed.noise.white / (1.0 + mixed.noise.white)
+        variance, shape = mixed.variance, mixed.shape(mixed.noise, back)
+        freedom = mixed.freedom(back)
     covariance = variance * shape / np.outer(lengths, lengths)
-    bend = np.diag(back @ (basis.T @ _noise_slope(basis, correlation)) @ back.T)
-    freedom = _freedom(samples - count, correlation, bend / np.diag(shape))
     quantiles = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)
     half_widths = quantiles * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return Spread(covariance, half_widths, correlation, freedom)
+    return Spread(covariance, half_widths, correlation, freedom, white_share)
 
 
 def _freedom(spare: int, correlation: float, slopes: Array) -> Array:
@@ -141,3 +183,152 @@ def _correlation(basis: Array, rest: Array) -> float:
     if excess(-STRONGEST) >= 0.0:
         return -STRONGEST
     return float(brentq(excess, -STRONGEST, STRONGEST, xtol=1e-7))
+
+
+@compiled
+def _whiten(columns: Array, correlation: float, white: float) -> tuple[float, Array]:
+    """Logarithm of the noise's determinant, and ``C' V^-1 C`` of the columns, shape (q, q).
+
+    columns: shape (n, q). V is the covariance of both noises, the slow one's variance being 1. One
+    pass: what the past tells of a sample is taken from it (a Kalman filter of one state).
+    """
+    samples, count = columns.shape
+    gram = np.zeros((count, count))
+    expected, news = np.zeros(count), np.zeros(count)
+    spread, log_determinant = 1.0, 0.0
+    for sample in range(samples):
+        whole = spread + white
+        log_determinant += math.log(whole)
+        for column in range(count):
+            news[column] = columns[sample, column] - expected[column]
+            for other in range(column + 1):
+                gram[column, other] += news[column] * news[other] / whole
+        gain = spread / whole
+        for column in range(count):
+            expected[column] = correlation * (expected[column] + gain * news[column])
+        rest = correlation * correlation * spread * (1.0 - gain)
+        spread = rest + 1.0 - correlation * correlation
+    for column in range(count):
+        for other in range(column):
+            gram[other, column] = gram[column, other]
+    return log_determinant, gram
+
+
+class _Mixed(NamedTuple):
+    """Slow and white noise, as the residuals of a fit tell them."""
+
+    basis: Array
+    columns: Array
+    """The basis and the residuals, shape (n, p + 1)."""
+    noise: Noise
+    variance: float
+    """Of the slow one."""
+
+    @classmethod
+    def find(cls, basis: Array, rest: Array, alone: float) -> "_Mixed | None":
+        """Where the restricted likelihood is greatest; None where slow noise alone is as likely.
+
+        alone: rho of the residuals taken as slow noise alone.
+        """
+        from scipy.optimize import minimize, minimize_scalar
+
+        columns = np.column_stack((basis, rest))
+        strongest = math.exp(-1.0 / (LONGEST_SHARE * rest.size))
+        unmixed = minimize_scalar(
+            lambda at: cls._unlikeliness(columns, _noise_at(at, -math.inf))[0],
+            bounds=(_logit(-STRONGEST), _logit(STRONGEST)),
+            method="bounded",
+        )
+
+        def unlikeliness(at: Array) -> float:
+            return cls._unlikeliness(columns, _noise_at(at[0], at[1], 0.0, strongest))[0]
+
+        found = min(
+            (
+                minimize(
+                    lambda at: cls._unlikeliness(columns, _noise_at(at[0], at[1], 0.0, strongest))[
+                        0
+                    ],
+                    start,
+                    method="Nelder-Mead",
+                    options={"xatol": 1e-2, "fatol": 1e-3},
+                )
+                for start in ([_logit(max(alone, 0.5)), -3.0], [4.0, 0.0])
+            ),
+            key=lambda one: float(one.fun),
+        )
+        if not float(unmixed.fun) - float(found.fun) > SURELY:
+            return None
+        noise = _noise_at(found.x[0], found.x[1], 0.0, strongest)
+        variance = cls._unlikeliness(columns, noise)[1]
+        return cls(basis, columns, noise, variance)
+
+    @staticmethod
+    def _unlikeliness(columns: Array, noise: Noise) -> tuple[float, float]:
+        """Minus twice the logarithm of the restricted likelihood, and the slow one's variance.
+
+        That variance is the most likely one; what is the same for all noises is left out.
+        """
+        log_determinant, gram = _whiten(columns, noise.correlation, noise.white)
+        count = gram.shape[0] - 1
+        spare = columns.shape[0] - count
+        inner, beside = gram[:count, :count], gram[:count, count]
+        power = float(gram[count, count] - beside @ np.linalg.solve(inner, beside))
+        variance = max(power, 1e-300) / spare
+        sign, log_inner = np.linalg.slogdet(inner)
+        if not sign > 0.0:
+            return math.inf, variance
+        return log_determinant + float(log_inner) + spare * math.log(variance), variance
+
+    def shape(self, noise: Noise, back: Array) -> Array:
+        """Covariance of the scaled parameters for slow noise of variance 1, shape (p, p)."""
+        product = _noise_product(self.basis, noise.correlation) + noise.white * self.basis
+        return np.asarray(back @ (self.basis.T @ product) @ back.T)
+
+    def freedom(self, back: Array) -> Array:
+        """Degrees of freedom of each parameter's variance, shape (p,)."""
+        spare = self.columns.shape[0] - back.shape[0]
+        at = np.array([_logit(self.noise.correlation), math.log(self.noise.white)])
+        steps = [np.zeros(2), STEP * np.eye(2)[0], STEP * np.eye(2)[1]]
+
+        def twice(moved: Array) -> float:
+            return self._unlikeliness(self.columns, _noise_at(*(at + moved).tolist()))[0]
+
+        def diagonal(moved: Array) -> Array:
+            noise = _noise_at(*(at + moved).tolist())
+            variance = self._unlikeliness(self.columns, noise)[1]
+            logarithms: Array = np.log(variance * np.diag(self.shape(noise, back)))
+            return logarithms
+
+        # The variance is where the likelihood is greatest for each rho and share: what is left are
+        # two, and its own scatter.
+        curve = np.empty((2, 2))
+        middle = twice(steps[0])
+        for one, first in enumerate(steps[1:]):
+            for two, second in enumerate(steps[1:]):
+                if one == two:
+                    curve[one, two] = twice(first) - 2.0 * middle + twice(-first)
+                else:
+                    ends = twice(first + second) + twice(-first - second)
+                    curve[one, two] = (ends - twice(first - second) - twice(second - first)) / 4.0
+        curve /= 2.0 * STEP * STEP
+        slopes = np.stack([(diagonal(step) - diagonal(-step)) / (2.0 * STEP) for step in steps[1:]])
+        values, vectors = np.linalg.eigh(curve)
+        if not values[0] > 0.0:
+            return np.full(back.shape[0], LEAST_FREEDOM)
+        turned = vectors.T @ slopes
+        scatter = 2.0 / spare + np.sum(turned * turned / values[:, None], axis=0)
+        freedom: Array = np.maximum(2.0 / scatter, LEAST_FREEDOM)
+        return freedom
+
+
+def _logit(correlation: float) -> float:
+    return math.log((1.0 + correlation) / max(1.0 - correlation, 1.0 - STRONGEST))
+
+
+def _noise_at(
+    place: float, log_white: float, least: float = -STRONGEST, most: float = STRONGEST
+) -> Noise:
+    """Noise by logarithms that may take any value."""
+    correlation = min(max(math.tanh(0.5 * place), least), most)
+    return Noise(correlation, math.exp(min(max(log_white, math.log(FLATTEST)), 14.0)))
