@@ -21,6 +21,7 @@ Source: [Seber-1989] ch. 6; [White-1980] for the sandwich; [Satterthwaite-1946] 
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,10 @@ SURELY = 10.8
 LONGEST_SHARE = 0.2
 """Longest time over which slow noise beside white is alike, as a share of the recording: what lasts
 longer cannot be told from what a parameter does."""
+
+PLACES = ((2.9, 0.0), (4.0, -2.0), (4.0, 1.0), (5.3, 0.0), (5.3, -4.0))
+"""Logarithms of slow noise and white beside it, as `_noise_at` takes them: where the likeliest is,
+the search begins. rho of .9 to .99."""
 
 FLATTEST = 1e-6
 """Least white variance that is looked for, as a share of the slow one's."""
@@ -240,22 +245,12 @@ class _Mixed(NamedTuple):
             method="bounded",
         )
 
-        def unlikeliness(at: Array) -> float:
+        def unlikeliness(at: Sequence[float]) -> float:
             return cls._unlikeliness(columns, _noise_at(at[0], at[1], 0.0, strongest))[0]
 
-        found = min(
-            (
-                minimize(
-                    lambda at: cls._unlikeliness(columns, _noise_at(at[0], at[1], 0.0, strongest))[
-                        0
-                    ],
-                    start,
-                    method="Nelder-Mead",
-                    options={"xatol": 1e-2, "fatol": 1e-3},
-                )
-                for start in ([_logit(max(alone, 0.5)), -3.0], [4.0, 0.0])
-            ),
-            key=lambda one: float(one.fun),
+        begin = min(([_logit(max(alone, 0.5)), -3.0], *PLACES), key=unlikeliness)
+        found = minimize(
+            unlikeliness, begin, method="Nelder-Mead", options={"xatol": 1e-2, "fatol": 1e-2}
         )
         if not float(unmixed.fun) - float(found.fun) > SURELY:
             return None
