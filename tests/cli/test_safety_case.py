@@ -29,7 +29,7 @@ KEYS = {
 
 def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(ROW + FAULT + ON_ONE)
-    arguments = ("safety-case", "--table", "mine.toml", "--json", "--out", "s", "--search", "6")
+    arguments = ("safety-case", "--table", "mine.toml", "--json", "--out", "s", "--search", "80")
     done = opensuction(*arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)
@@ -44,9 +44,11 @@ def test_a_table_of_ones_own_gives_json_and_a_page(tmp_path: Path) -> None:
     assert "1 of 1 hazards answered within their bounds" in page
     assert "pump-runaway@inserting" in page
     searched = entry["searched"]
-    assert (searched["runs"], searched["broken"]) == (6, 0)
+    # No place is played twice, and this hazard has few.
+    assert 60 < searched["runs"] <= 80
+    assert searched["broken"] == 0
     assert 0.0 < searched["worst"]["share"] < 1.0
-    assert "Worst of 6 searched runs: pump-runaway@" in page
+    assert f"Worst of {searched['runs']} searched runs: pump-runaway@" in page
 
 
 @pytest.mark.sweep

@@ -42,6 +42,17 @@ def text(summary: Summary, *path: str) -> str | None:
     return None if found is None else str(found)
 
 
+def write_seed(summary: Summary) -> str | None:
+    """Seed by which machine and patient were drawn, and how far where that was not as usual.
+
+    None where nothing was drawn.
+    """
+    seed, spread = text(summary, "seed"), number(summary, "spread")
+    if seed is None or spread is None or spread == 1.0:
+        return seed
+    return f"{seed}, spread x {spread:g}"
+
+
 def rows(summary: Summary, key: str) -> list[Mapping[str, Any]]:
     """List of objects at a key (phases, trips, alarms); empty where it is missing."""
     found = value(summary, key)

@@ -16,7 +16,7 @@ from opensuction.report.depth_bar import depth_bar, glyphs
 from opensuction.report.figure import FigureVerdict
 from opensuction.report.moment import Moment
 from opensuction.report.notice import notices
-from opensuction.report.summary import Summary, text, warnings
+from opensuction.report.summary import Summary, text, warnings, write_seed
 from opensuction.report.wording import DISCLAIMER, REST, phase_words, quantity
 
 PLANNED: Final = [phase.name.lower() for phase in CYCLE if phase != Phase.BACKING_OFF]
@@ -181,7 +181,7 @@ def print_summary(console: Console, summary: Summary, files: Iterable[object] = 
     mark = kinds.get(first.verdict, marks.failed)
     ran = [text(summary, key) for key in RAN]
     what = ", ".join(name for name in ran if name)
-    seed = text(summary, "seed")
+    seed = write_seed(summary)
     console.print()
     console.print(
         Text(f"{mark} {first.text}", style=HEADLINE_STYLES[first.verdict]),

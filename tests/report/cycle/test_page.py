@@ -26,6 +26,11 @@ def test_page_says_what_it_is_and_what_happened() -> None:
     assert "negative pressure lasts 21 s" in html
 
 
+def test_page_says_how_far_machine_and_patient_were_drawn_where_not_as_usual() -> None:
+    assert "2, spread x 2" in page.render(example.summary(seed=2, spread=2.0), example.trace())
+    assert "spread" not in page.render(example.summary(seed=2, spread=1.0), example.trace())
+
+
 def test_a_completed_cycle_with_the_catheter_inside_is_not_green() -> None:
     tip = example.summary()["tip"] | {"end_mm": 48.6, "inside_at_end": True}
     html = page.render(example.summary(tip=tip), example.trace())

@@ -50,8 +50,10 @@ def _compute(options: SafetyCaseOptions, progress: "ProgressTeller", _: Path) ->
         progress.tell(f"{done} of {total} hazards searched")
 
     hazards = hazard.pick(hazard.load(options.table), options.hazard)
+    many = "" if len(hazards) == 1 else "s"
+    drawn = "seed 1" if options.seeds == 1 else f"seeds 1 to {options.seeds}"
     progress.tell(
-        f"{len(hazards)} hazards on the digital twin, seeds 1 to {options.seeds}: each fault "
+        f"{len(hazards)} hazard{many} on the digital twin, {drawn}: each fault "
         "at its instants and strengths"
     )
     seeds = safety_case.seeds_of(options.seeds)

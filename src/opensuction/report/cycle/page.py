@@ -6,7 +6,16 @@ from typing import Any, NamedTuple
 from opensuction.report import figures, headline, html, narrative, notice, series, wording
 from opensuction.report.cycle import anatomy, instant, requirement
 from opensuction.report.series import Trace
-from opensuction.report.summary import Summary, flatten, is_inside, number, rows, text, value
+from opensuction.report.summary import (
+    Summary,
+    flatten,
+    is_inside,
+    number,
+    rows,
+    text,
+    value,
+    write_seed,
+)
 from opensuction.report.summary import warnings as warnings_of
 
 Sections = Mapping[str, Mapping[str, Any]]
@@ -57,7 +66,8 @@ def bands(summary: Summary) -> list[PhaseBand]:
 
 def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple[str, Any]]]:
     """Tables at the end of the page by title: what ran, what was set, what it ran on."""
-    tables = {"This run": [(key, value(summary, key)) for key in RUN]}
+    drawn = {"seed": write_seed(summary)}
+    tables = {"This run": [(key, drawn.get(key, value(summary, key))) for key in RUN]}
     identification = value(summary, "identification")
     if isinstance(identification, Mapping):
         tables["Identification of the transmission"] = flatten(identification)
@@ -65,6 +75,12 @@ def _tables(summary: Summary, sections: Sections | None) -> dict[str, list[tuple
         tables[title] = flatten(section)
     tables["Software"] = [(key, value(summary, key)) for key in SOFTWARE]
     return tables
+
+
+def _ran(summary: Summary) -> list[tuple[str, str]]:
+    """What ran, as the head of the page says it."""
+    words = {key: text(summary, key) for key in RUN} | {"seed": write_seed(summary)}
+    return [(key, word) for key, word in words.items() if word is not None]
 
 
 def _plots(
@@ -123,7 +139,7 @@ def render(
         "drawing": anatomy.drawing(summary),
         "trips": rows(summary, "trips"),
         "alarms": notice.notices(summary),
-        "run": [(key, text(summary, key)) for key in RUN if text(summary, key) is not None],
+        "run": _ran(summary),
         "tables": _tables(summary, sections),
         "plots": _plots(summary, trace, phases, is_one_of_many),
     }

@@ -9,7 +9,7 @@ from opensuction.kernel.constant import HOUR_S
 from opensuction.report.day import day_verdict
 from opensuction.report.notice import notices
 from opensuction.report.sheet import Cell, Curve, Plot, Rounded, Section, Sheet, Table, Values
-from opensuction.report.summary import Summary
+from opensuction.report.summary import Summary, write_seed
 
 COLUMNS = {
     "at, h": ("start_h", 2),
@@ -60,7 +60,7 @@ def page(data: Summary, samples: Mapping[str, Values]) -> Sheet:
             ("protocol", data["protocol"]),
             ("approach", data["approach"]),
             ("every", f"{day['every_min']:g} min"),
-            ("seed", str(data["seed"])),
+            ("seed", write_seed(data) or ""),
             ("version", data["version"]),
         ),
         sections=(
