@@ -132,6 +132,9 @@ def test_a_phase_that_takes_too_long_says_what_did_not_move() -> None:
     # Behind the closed valve it was the vacuum that did not come; a bench waits for none.
     assert found(*opening, at_patient=True) == STOPPED | {C.VACUUM_LOST}
     assert found(*opening) == STOPPED | {C.VALVE_STUCK_CLOSED}
+    # With the vacuum there it waited for what the tip touches to go away.
+    touching = built._replace(contact_closed=True)
+    assert found(*opening, seen=touching, at_patient=True) == STOPPED | {C.CONTACT_TIME}
     preloading = (Phase.PRELOADING, Phase.ABORTING, late)
     assert found(*preloading, at_patient=True) == STOPPED | {C.VACUUM_LOST}
     assert found(*preloading) == STOPPED | {C.HEAD_NOT_FOLLOWING}

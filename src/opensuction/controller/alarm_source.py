@@ -80,6 +80,8 @@ def _overdue(plan: Plan, phase: int, readings: Readings) -> int:
         return VACUUM_LOST
     if phase == Phase.OPENING and closed and not progress.is_built(plan, readings):
         return VACUUM_LOST
+    if phase == Phase.OPENING and closed and not progress.is_free(plan, readings):
+        return 1 << Condition.CONTACT_TIME
     if phase in (Phase.PRELOADING, Phase.INSERTING, Phase.BACKING_OFF):
         return 1 << Condition.HEAD_NOT_FOLLOWING  # it was kept from getting where it was sent
     if phase == Phase.OPENING:

@@ -118,6 +118,24 @@ def test_the_valve_waits_for_the_vacuum_of_suction_and_the_dwell_for_the_valve()
     assert asked.valve_open
 
 
+@pytest.mark.requirement("OS-R03")
+def test_the_valve_does_not_open_on_what_the_tip_touches() -> None:
+    """A carina that has come to the tip would be drawn in; where a protocol wants that, it may."""
+    state = cycle.begin(PLAN, Phase.OPENING)._replace(phase_ticks=1)
+    ready = AT_HOME._replace(line_vacuum_mmhg=PLAN.check.ready_mmhg)
+    touching = ready._replace(contact_valid=True, contact_closed=True)
+    for _ in range(200):
+        state, asked = followed(state, touching)
+        assert not asked.valve_open
+    assert followed(state, ready)[1].valve_open
+    opened, _ = followed(state, ready)
+    assert followed(opened, touching)[1].valve_open, "one that is open is another's affair"
+    where_it_stops = PLAN.contact._replace(enabled=True, backoff_mm=0.0)
+    for plan in (AT_BENCH, PLAN._replace(contact=where_it_stops)):
+        meant = cycle.begin(plan, Phase.OPENING)._replace(phase_ticks=1)
+        assert cycle.step(plan, meant, touching, NO_REQUESTS, QUIET, DT_S)[1].valve_open
+
+
 def test_a_vacuum_that_never_comes_keeps_the_tip_no_longer_than_a_weak_pump_may_need() -> None:
     state, ticks = cycle.begin(PLAN, Phase.OPENING)._replace(phase_ticks=1), 0
     while state.phase == Phase.OPENING and ticks < 20000:

@@ -148,14 +148,14 @@ def _follow_switch(plan: Plan, state: ProcedureState, readings: Readings) -> Pro
 
 
 @compiled
-def _valve_wanted(phase: int, was_open: bool, home: bool, built: bool) -> bool:
+def _valve_wanted(phase: int, was_open: bool, home: bool, ready: bool) -> bool:
     """The valve rule: open from A to C; an abort keeps it open on the way out if it was open.
 
-    built: the line has the vacuum of suction; the valve waits for that. The pre-use test strokes it
-    too: see `check.is_stroking`.
+    ready: the line has the vacuum of suction, and the tip touches nothing that it would draw in;
+    the valve waits for that. The pre-use test strokes it too: see `check.is_stroking`.
     """
     if phase == Phase.OPENING:
-        return was_open or built
+        return was_open or ready
     if phase == Phase.ABORTING:
         return was_open and not home
     return phase in (Phase.SUCTIONING, Phase.WITHDRAWING)
@@ -304,8 +304,9 @@ def step(
         state = _follow_switch(plan, state, readings)
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, _way_time_s(plan, state, dt_s))
-    home, built = progress.is_home(plan.motion, readings), progress.is_built(plan, readings)
-    valve_open = _valve_wanted(phase, state.valve_open, home, built)
+    home = progress.is_home(plan.motion, readings)
+    ready = progress.is_built(plan, readings) and progress.is_free(plan, readings)
+    valve_open = _valve_wanted(phase, state.valve_open, home, ready)
     if phase == Phase.CHECKING:
         valve_open = check.is_stroking(checked.item)
     line_ready = _is_ready(plan, phase, line_ready, readings, time_s)

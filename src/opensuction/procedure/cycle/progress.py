@@ -121,6 +121,16 @@ def is_contact(readings: Readings) -> bool:
 
 
 @compiled
+def is_free(plan: Plan, readings: Readings) -> bool:
+    """Whether the tip may suck where it stands: it touches nothing, or shall suck what it touches.
+
+    So it does on a bench, and by contact where a protocol draws nothing back.
+    """
+    meant = plan.bench_only or (plan.contact.enabled and plan.contact.backoff_mm == 0.0)
+    return meant or not is_contact(readings)
+
+
+@compiled
 def is_off(search: ContactSearch, state: ProcedureState) -> bool:
     """Whether a back-off is as far as it was to go, and far enough from where the switch opened."""
     least_mm = plans.LEAST_OFF_SHARE * search.backoff_mm
