@@ -246,6 +246,18 @@ def test_bad_option_is_one_plain_line(
     assert_refused(opensuction(*arguments, "--json", cwd=tmp_path), named, tmp_path, left=1)
 
 
+def test_an_output_that_does_not_follow_is_not_said_to_fall(tmp_path: Path) -> None:
+    """Noise whose slope is below 0 by chance: its columns are the question, not its sign."""
+    random = np.random.default_rng(0)
+    head_mm = 50.0 - 50.0 * np.cos(np.linspace(0.0, 12.0, 1000))
+    noise_mm = random.normal(size=1000) - 1e-4 * head_mm
+    rows = "".join(f"{x},{y}\n" for x, y in zip(head_mm, noise_mm, strict=True))
+    (tmp_path / "noise.csv").write_text("head_mm,tip_mm\n" + rows)
+    done = opensuction("identify", "noise.csv", *COLUMNS, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "'tip_mm' does not follow 'head_mm' (correlation -0.0" in done.stderr
+
+
 ROWS = [f"{0.1 * i:.1f},{abs(i % 20 - 10)},{abs((i + 3) % 20 - 10)}" for i in range(60)]
 
 BAD_RECORDINGS = {

@@ -26,6 +26,13 @@ def test_what_was_not_computed_is_not_said() -> None:
     assert "apart" not in text  # the gap is of the modified Dahl model
 
 
+@pytest.mark.parametrize("ends", [None, [-0.1, 1.7]])
+def test_a_gap_that_is_not_determined_has_no_figure(ends: list[float] | None) -> None:
+    parameters = example.identified()["parameters"]
+    gain = parameters["velocity_gain"] | {"ci95": ends}
+    assert "apart" not in said(parameters=parameters | {"velocity_gain": gain})
+
+
 def test_a_comparison_names_the_recommended_model() -> None:
     models = [
         example.model(name, place, recommended=place == 1)

@@ -28,6 +28,17 @@ CLIPPED_TRAVEL = 0.02
 UNEVEN_SHARE = 0.1
 """Deviation of a sampling interval, as a share of the usual one, that gives a warning."""
 
+JUMP_SHARE = 0.05
+"""Least leap of both quantities between two samples, as a share of their ranges, that parts two
+recordings."""
+
+JUMP_FACTOR = 10.0
+"""How much larger than nearly all other steps, 99 of 100, such a leap is."""
+
+LEADING_SHARE = 0.02
+"""Area of the loop, as a share of both ranges' product for each stroke, from which an output that
+turns before its input is told of."""
+
 REVERSED_CORRELATION = -0.2
 """Correlation of input and output below which the sign is taken to be wrong."""
 
@@ -115,6 +126,9 @@ def judge_recording(
             f"resolution ({step:.3g} {labels.input_unit}), {FEWEST_STEPS} or more are needed."
         )
     said.extend(_find_clipping(input_, output, labels))
+    said.extend(_find_joint(input_, output, time_s, labels))
+    if labels.input_unit == labels.output_unit:
+        said.extend(_find_lead(input_, output, reversals, labels))
     if time_s is not None:
         intervals = np.diff(time_s)
         usual = float(np.median(intervals))
@@ -156,6 +170,43 @@ def _find_clipping(input_: Array, output: Array, labels: Labels) -> list[str]:
                 "sensor may be at its end."
             )
     return said
+
+
+def _find_joint(input_: Array, output: Array, time_s: Array | None, labels: Labels) -> list[str]:
+    """Where two recordings may have been joined: both quantities leap at once."""
+    leaps = np.ones(input_.size - 1, dtype=bool)
+    for values in (input_, output):
+        steps = np.abs(np.diff(values))
+        usual = float(np.quantile(steps, 0.99))
+        leaps &= steps > max(JUMP_SHARE * float(np.ptp(values)), JUMP_FACTOR * usual)
+    places = np.flatnonzero(leaps)
+    if not places.size:
+        return []
+    first = int(places[0]) + 1
+    place = f"sample {first}" if time_s is None else f"{time_s[first]:g} s (sample {first})"
+    more = "" if places.size == 1 else f" and {places.size - 1} more"
+    return [
+        f"Recordings joined? {labels.input_name} leaps from {input_[first - 1]:.4g} to "
+        f"{input_[first]:.4g} {labels.input_unit}, and {labels.output_name} with it, at {place}"
+        f"{more}. No model follows that; identify each part by itself."
+    ]
+
+
+def _find_lead(input_: Array, output: Array, reversals: int, labels: Labels) -> list[str]:
+    """Whether the output turns before the input: of two positions, the one that is driven.
+
+    A loop that lags is passed the other way round than one that leads; the sign of its area tells.
+    """
+    area = float(np.sum(0.5 * (output[1:] + output[:-1]) * np.diff(input_)))
+    area += 0.5 * float((output[0] + output[-1]) * (input_[0] - input_[-1]))
+    whole = float(np.ptp(input_) * np.ptp(output)) * max(reversals, 1)
+    if area <= LEADING_SHARE * whole:
+        return []
+    return [
+        f"Columns swapped? {labels.output_name} turns before {labels.input_name}, as what drives "
+        "does and what follows behind a gap cannot. Try it with input and output exchanged; of a "
+        "force that a displacement makes it is as it should be."
+    ]
 
 
 def autocorrelation(rest: Array) -> Array:

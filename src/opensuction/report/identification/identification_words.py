@@ -5,6 +5,7 @@ the object of ``identify`` itself.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from opensuction.report.figure import Figure, FigureVerdict
@@ -129,10 +130,16 @@ def _coupling(model: Summary) -> list[str]:
 
 
 def _gap(model: Summary) -> list[str]:
-    """How far apart the two ways are, of the one model where it is a simple quotient."""
+    """How far apart the two ways are, of the one model where it is a simple quotient.
+
+    Nothing of parameters that are not determined: at a bound, or 0 for all that is known.
+    """
     gain = number(model, "parameters", "velocity_gain", "value")
     decay = number(model, "parameters", "decay", "value")
     if text(model, "model") != "modified-dahl" or gain is None or not decay:
+        return []
+    ends = [value(model, "parameters", name, "ci95") for name in ("velocity_gain", "decay")]
+    if any(not isinstance(each, Sequence) or not each[0] > 0.0 for each in ends):
         return []
     gap = amount(2.0 * gain / decay, text(model, "rmse_unit") or "")
     return [f"Over long travels the way there and the way back lie {gap} apart: the gap."]

@@ -12,7 +12,7 @@ import numpy as np
 from opensuction.identification import workbench
 from opensuction.identification.checked_recording import check_holdout
 from opensuction.identification.judgement.coupling import MOST_COLUMNS
-from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.judgement.diagnosis import REVERSED_CORRELATION, Labels
 from opensuction.identification.judgement.recommendation import PURPOSES, Aim
 from opensuction.identification.method import COUPLED, METHODS, MODELS
 from opensuction.identification.workbench import FittedModel, Progress
@@ -243,8 +243,15 @@ def time_fits(results: list[FittedModel]) -> dict[str, float]:
 def _check_direction(loaded: LoadedRecording) -> None:
     """Refuse an output that runs against its input, with the option that turns it round."""
     slope, _ = fit_line(loaded.pair)
+    choice = loaded.choice
     if slope < 0.0:
-        choice = loaded.choice
+        correlation = float(np.corrcoef(loaded.pair.driven, loaded.pair.answer)[0, 1])
+        if correlation > REVERSED_CORRELATION:
+            raise InputError(
+                f"{choice.file}: '{loaded.labels.output_name}' does not follow '{choice.input[0]}' "
+                f"(correlation {correlation:.2f}): see that these columns belong together; where "
+                "it should fall as the input rises, add or leave out --negate-output"
+            )
         remedy = "leave out" if choice.negate_output else "add"
         raise InputError(
             f"{choice.file}: '{loaded.labels.output_name}' falls where '{choice.input[0]}' rises, "
