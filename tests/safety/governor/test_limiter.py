@@ -175,6 +175,22 @@ def test_a_withdrawal_leaves_from_the_lower_of_head_and_command_and_stops_at_hom
     assert outside.head_mm == PARK_MM - 2.0
 
 
+def test_a_head_that_is_home_without_its_catheter_goes_five_millimetres_on() -> None:
+    """By the light barrier; then it is let go, for sensors may be adrift."""
+    adrift = LATE | 1 << Condition.HEAD_SENSORS_DISAGREE
+    for remaining_s, end_mm in ((0.0, PARK_MM), (DT_S, PARK_MM - 5.0)):
+        away = changed(SEEN, {"head_mm": PARK_MM + 0.6, "durations.remaining_s": remaining_s})
+        assert narrowed(told(PARK_MM + 0.6), away, told(PARK_MM + 0.6), adrift)[0].insertion_on
+        near = changed(SEEN, {"head_mm": end_mm + 0.1, "durations.remaining_s": remaining_s})
+        assert not narrowed(told(end_mm + 0.1), near, told(end_mm + 0.1), adrift)[0].insertion_on
+        driven = narrowed(told(end_mm + 0.1), near, told(end_mm + 0.1), LATE)[0]
+        assert driven.insertion_on
+        assert driven.head_mm == end_mm
+    # The barrier cleared on the way: nothing drives it in again.
+    clear = changed(SEEN, {"head_mm": PARK_MM - 3.0})
+    assert not narrowed(told(PARK_MM - 3.0), clear, told(PARK_MM - 3.0), adrift)[0].insertion_on
+
+
 def test_a_withdrawal_has_torque_whatever_was_proposed() -> None:
     limp = HERE._replace(insertion_on=False)
     allowed, reaction = narrowed(limp, trips=LATE)
