@@ -59,10 +59,12 @@ def test_a_catheter_that_is_not_at_the_mouth_where_it_must_be_may_have_lost_its_
 
 @pytest.mark.requirement("OS-R17")
 def test_a_catheter_at_the_mouth_with_its_head_home_is_told_and_nothing_holds_the_head() -> None:
-    ticks = seeing(False, PARK_MM, 0.4)
+    ticks = seeing(False, PARK_MM, 1.1)
     found = first(ticks, Condition.HEAD_SENSORS_DISAGREE)
     assert found.time_s == pytest.approx(0.2, abs=0.002)
     assert not found.allowed.pump_on
+    # It is drawn further back for a second, in which this head does not move.
+    assert ticks[400].verdict.insertion_on
     # By a reading that may be adrift it would be driven in again.
     assert not ticks[-1].verdict.insertion_on
     assert tripped(seeing(True, PARK_MM, 0.4)) == set()

@@ -178,7 +178,8 @@ def test_a_withdrawal_leaves_from_the_lower_of_head_and_command_and_stops_at_hom
 def test_a_head_that_is_home_without_its_catheter_goes_five_millimetres_on() -> None:
     """By the light barrier; then it is let go, for sensors may be adrift."""
     adrift = LATE | 1 << Condition.HEAD_SENSORS_DISAGREE
-    for remaining_s, end_mm in ((0.0, PARK_MM), (DT_S, PARK_MM - 5.0)):
+    # And no longer than a second, for readings may be frozen.
+    for remaining_s, end_mm in ((0.0, PARK_MM), (DT_S, PARK_MM - 5.0), (1.0, PARK_MM)):
         away = changed(SEEN, {"head_mm": PARK_MM + 0.6, "durations.remaining_s": remaining_s})
         assert narrowed(told(PARK_MM + 0.6), away, told(PARK_MM + 0.6), adrift)[0].insertion_on
         near = changed(SEEN, {"head_mm": end_mm + 0.1, "durations.remaining_s": remaining_s})

@@ -22,6 +22,9 @@ FURTHER_MM = 5.0
 """How much further than home the head is drawn where a catheter is still at the tube's mouth: half
 of what a rack has behind it [design]. A gap three times as wide as identified leaves the tip 1.1 mm
 short of where it is out [in-silico]."""
+FURTHER_S = 1.0
+"""For how long: it takes half a second, and by readings that are frozen it would pull for ever;
+assumed."""
 LOSING_S = 0.02
 """How long vacuum may be lost behind a closed valve before the head is stopped: a trip takes
 longer, a sensor's noise does not last."""
@@ -77,7 +80,7 @@ def _narrow_head(
 @compiled
 def _home_mm(limits: Limits, seen: Watch) -> float:
     """Where a withdrawal ends: further back where the head is home and its catheter is not."""
-    if seen.durations.remaining_s > 0.0:
+    if 0.0 < seen.durations.remaining_s < FURTHER_S:
         return limits.park_head_mm - FURTHER_MM
     return limits.park_head_mm
 
@@ -87,7 +90,8 @@ def _withdraw_head(
     limits: Limits, command_mm: float, before_mm_per_s: float, seen: Watch, dt_s: float
 ) -> tuple[float, float]:
     """Head command and velocity on the way out, from where the head is or was told to be."""
-    origin, home_mm = min(command_mm, seen.head_mm), _home_mm(limits, seen)
+    origin = min(command_mm, seen.head_mm)
+    home_mm = _home_mm(limits, seen)
     # Never further ahead than the servo needs: a head slower than its limit still follows.
     lowest = seen.head_mm - LEAD_SHARE * limits.following_mm
     wanted = min(max(home_mm, lowest), origin)
