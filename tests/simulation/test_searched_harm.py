@@ -1,0 +1,74 @@
+"""Runs in which the search for harm broke a bound, and none is broken any more."""
+
+import pytest
+
+from opensuction.evidence.safety_case.hazard_case import COMPENSATION
+from opensuction.evidence.trial import judged_cycle, sound_machine
+from opensuction.evidence.trial.cohort import Kind
+from opensuction.evidence.trial.judged_cycle import Played
+from opensuction.evidence.trial.sound_machine import SoundMachine
+from opensuction.oracle import exposure
+from opensuction.oracle.exposure import PatientExposure
+from opensuction.simulation.injection import invariant
+from opensuction.simulation.injection.fault_instant import FaultInstant, Injection
+from opensuction.twin.fault.fault import Fault
+
+
+def play(
+    kind: Kind, seed: int, spread: float, fault: Fault, at_s: float, strength: float
+) -> tuple[SoundMachine, Played, PatientExposure]:
+    """A fault at an instant of the cycle of a drawn machine and patient."""
+    room = judged_cycle.make_room()
+    prepared = sound_machine.prepare(kind, seed, COMPENSATION, spread=spread)
+    machine = sound_machine.play(prepared, room)
+    one = Injection(fault, FaultInstant(None, at_s), strength)
+    played = judged_cycle.play_faulty(machine, (one,), seed, room)
+    return machine, played, exposure.measure(prepared.rig.machine, played.run.columns)
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind", "seed", "at_s", "strength"),
+    [
+        (Fault.CONDUIT_REROUTED, Kind("adult-icu", "contact"), 6, 18.388, 3.0),
+        (Fault.CONDUIT_REROUTED, Kind("child-10kg", "contact"), 2, 10.617, 3.0),
+        (Fault.CONDUIT_REROUTED, Kind("neonate", "travel"), 6, 8.234, 3.0),
+        (Fault.HEAD_SENSORS_DRIFTING, Kind("adult-ards", "contact"), 6, 18.252, -2.81004),
+    ],
+    ids=str,
+)
+def test_no_tip_stays_where_the_barrier_sees_it_with_its_head_home(
+    fault: Fault, kind: Kind, seed: int, at_s: float, strength: float
+) -> None:
+    """Three times the gap, and two sensors that drift together: up to 1.1 mm short of out."""
+    machine, played, borne = play(kind, seed, 2.0, fault, at_s, strength)
+    assert borne.end_mm < borne.outside_mm - 1.0
+    # The rack ends ten millimetres behind home.
+    park_mm = machine.prepared.loop.controller.limits.park_head_mm
+    assert played.run.columns["truth.head_mm"].min() > park_mm - 7.0
+
+
+@pytest.mark.requirement("OS-R03")
+def test_the_valve_does_not_open_on_a_carina_that_was_lifted_to_the_tip() -> None:
+    """While the vacuum was built; it opened, and the tip followed the carina as that sank."""
+    kind = Kind("adult-ards", "travel")
+    _, played, borne = play(kind, 7, 1.0, Fault.TUBE_DISPLACED, 13.77, 25.5064)
+    assert borne.advance_mm == 0.0
+    lifted = played.run.columns["truth.contact_n"] > 0.0
+    assert lifted.any()
+    assert played.run.columns["truth.tip_vacuum_mmhg"][lifted].max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind", "seed", "spread", "at_s", "strength"),
+    [
+        (Fault.ENCODER_INTERMITTENT, Kind("child-10kg", "contact"), 3, 1.0, 0.08, 0.001),
+        (Fault.ENCODER_ALTERNATING, Kind("neonate", "travel"), 4, 2.0, 2.072, -17.8452),
+        (Fault.ENCODER_OFFSET, Kind("adult-ards", "travel"), 7, 1.0, 2.09, -50.0),
+    ],
+    ids=str,
+)
+def test_the_relief_valve_is_tested_in_no_tick_that_does_not_read_the_head_at_home(
+    fault: Fault, kind: Kind, seed: int, spread: float, at_s: float, strength: float
+) -> None:
+    machine, played, _ = play(kind, seed, spread, fault, at_s, strength)
+    assert not invariant.command_side(played.run.sent, machine.prepared.loop.controller)
