@@ -111,7 +111,8 @@ export class Live {
     const age_s = told_s === null ? null : told_s + silent_ms / 1000;
     if (silent_ms > SILENT_MS) return { kind: LOST, age_s };
     if (this.state === null) return { kind: CONNECTING, age_s };
-    if (!this.state.connected || age_s === null || age_s > STALE_S) return { kind: SILENT, age_s };
-    return { kind: GOOD, age_s };
+    if (!this.state.connected || told_s === null || told_s > STALE_S) return { kind: SILENT, age_s };
+    // Stale by the silence alone: the control was answering when the console was last heard.
+    return { kind: age_s > STALE_S ? LOST : GOOD, age_s };
   }
 }
