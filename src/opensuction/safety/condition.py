@@ -199,7 +199,7 @@ class Condition(IntEnum):
     )
     VALVE_STUCK_OPEN = (
         31,
-        "the suction valve does not close",
+        "the suction valve does not close, or the line holds no vacuum",
         f"{OUT_FIRST} Switch the pump off. Look for a leak. {SERVICE}",
         trip(DEATH, PROMPT),
     )

@@ -109,7 +109,7 @@ def test_what_must_be_done_stands_first_and_the_rest_in_a_list(bedside: Bedside)
     page.get_by_role("button", name="1 more").click()
     rows = page.locator(".alarm-rows li")
     expect(rows).to_have_count(2)
-    expect(rows.nth(0)).to_contain_text("suction valve does not close")
+    expect(rows.nth(0)).to_contain_text("suction valve does not close, or")
     expect(rows.nth(1)).to_contain_text("Acknowledged")
 
 
