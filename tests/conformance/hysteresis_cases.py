@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis import bouc_wen, generalised, modified_dahl
+from opensuction.hysteresis.bank.maxwell_slip import MaxwellSlip
 from opensuction.hysteresis.bank.play_readout import PlayReadout
 from opensuction.hysteresis.bank.residual_readout import ResidualReadout
 from opensuction.hysteresis.bouc_wen import BoucWen
@@ -40,11 +41,14 @@ class Case(NamedTuple):
     """Sense of its steady loops: -1 where the output lags the input, as backlash does, +1 where
     it leads, as a friction force does, 0 where parameters promise neither."""
     monotone: bool
+    knows_time: bool = False
+    """Whether a step is a sample, and what comes of it depends on how long a sample takes."""
 
     @property
     def refuses_inverse(self) -> bool:
         """Numerical inverses are refused where the root found would be one of several."""
-        return not self.monotone and self.name in {"bouc-wen", "generalised", "residual-readout"}
+        refusing = {"bouc-wen", "generalised", "residual-readout", "maxwell-slip"}
+        return not self.monotone and self.name in refusing
 
     @property
     def model(self) -> HysteresisModel:
@@ -99,6 +103,20 @@ def _residual(velocity_gain: float) -> ResidualReadout:
         decays_mm=np.array([2.0, 14.0]),
         gains=np.array([0.05 * np.cos(1.1 * corner), 0.02 + 0.02 * np.sin(corner)]),
         fades_mm=np.array([5.0, 80.0]),
+    )
+
+
+def _slip(drags_mm: list[float]) -> MaxwellSlip:
+    """Lines that fall where an element slips forward, by more than the slope makes good."""
+    return MaxwellSlip(
+        slope=0.5,
+        reaches_mm=np.array([3.0, 12.0]),
+        gains=np.array([[0.2, 0.1, 0.4, -0.3], [0.05, 0.3, 0.2, -0.35]]),
+        speeds_mm_s=np.array([1.0, 5.0][: len(drags_mm)]),
+        drags_mm=np.array(drags_mm),
+        lag_s=4.0,
+        period_s=1.0,
+        offset_mm=-2.0,
     )
 
 
@@ -170,4 +188,8 @@ CASES: dict[str, Case] = {
         "generalised", _generalised([8.0], [], [0.6], [40.0, 48.0]), 200.0, False, -1, False
     ),
     "residual readout": Case("residual-readout", _residual(0.6), 400.0, False, -1, False),
+    "maxwell slip": Case("maxwell-slip", _slip([]), 24.0, True, 0, False),
+    "maxwell slip, with drag": Case(
+        "maxwell-slip", _slip([0.5, 0.05]), 24.0, False, 0, False, knows_time=True
+    ),
 }

@@ -31,6 +31,9 @@ from tests.conformance.plain import run_plain
 Array = NDArray[np.float64]
 
 every_case = pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+timeless_cases = pytest.mark.parametrize(
+    "case", [case for case in CASES.values() if not case.knows_time], ids=lambda case: case.name
+)
 vector_forms = pytest.mark.parametrize(
     ("model", "form"),
     [
@@ -87,7 +90,7 @@ def test_a_whole_record_equals_its_steps(case: Case, path_mm: Array, memory: flo
     assert outputs(case, path_mm, memory) == pytest.approx(tips, abs=ROUNDING_MM)
 
 
-@every_case
+@timeless_cases
 @given(path_mm=paths, memory=memories, parts=st.integers(2, 9))
 def test_a_move_in_pieces_is_the_same_move(
     case: Case, path_mm: Array, memory: float, parts: int
@@ -98,7 +101,7 @@ def test_a_move_in_pieces_is_the_same_move(
     )
 
 
-@every_case
+@timeless_cases
 @given(path_mm=paths, memory=memories, pace=st.lists(st.integers(1, 5), min_size=10, max_size=10))
 def test_speed_and_waiting_do_not_matter(
     case: Case, path_mm: Array, memory: float, pace: list[int]
@@ -113,7 +116,21 @@ def test_speed_and_waiting_do_not_matter(
     assert warped == pytest.approx(outputs(case, path_mm, memory)[1:], abs=ROUNDING_MM)
 
 
-@every_case
+@pytest.mark.parametrize(
+    "case", [case for case in CASES.values() if case.knows_time], ids=lambda case: case.name
+)
+def test_a_model_that_knows_time_tells_fast_from_slow_and_comes_to_rest(case: Case) -> None:
+    path_mm = np.array([10.0, 80.0])
+    fast, slow = outputs(case, path_mm, 0.0), outputs(case, finely(path_mm, 200), 0.0)
+    assert abs(fast[-1] - slow[-1]) > 0.1
+    rests = [
+        outputs(case, np.append(path, [80.0] * 400), 0.0)[-1]
+        for path in (path_mm, finely(path_mm, 200))
+    ]
+    assert rests[0] == pytest.approx(rests[1], abs=ROUNDING_MM)
+
+
+@timeless_cases
 @given(path_mm=paths, memory=memories)
 def test_no_move_changes_nothing_and_a_step_keeps_the_old_state(
     case: Case, path_mm: Array, memory: float
@@ -145,7 +162,7 @@ def test_a_long_stroke_forgets_the_past(case: Case, path_mm: Array, memory: floa
     assert last[0] == pytest.approx(last[1], abs=2e-9)
 
 
-@every_case
+@timeless_cases
 def test_a_past_of_one_is_a_long_stroke(case: Case) -> None:
     """What `memory` promises: +1 after a long advance, -1 after a long retract."""
     for memory in (-1.0, 1.0):

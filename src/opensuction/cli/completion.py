@@ -45,6 +45,7 @@ MODELS = (
     "play-readout",
     "generalised",
     "residual-readout",
+    "maxwell-slip",
 )
 PURPOSES = ("predict", "compensate", "transfer")
 METHODS = (

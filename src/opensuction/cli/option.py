@@ -214,7 +214,8 @@ OPTIONS: dict[str, Any] = {
     "model": _take_name(
         "Model of the hysteresis: modified-dahl (the paper's), prandtl-ishlinskii, preisach or "
         "play-readout (of one or several inputs), which a cycle can be compensated with; dahl, "
-        "bouc-wen, generalised or residual-readout, which drive no head. Default: modified-dahl.",
+        "bouc-wen, generalised, residual-readout or maxwell-slip, which drive no head. Default: "
+        "modified-dahl.",
         completion.MODELS,
     ),
     "purpose": _take_name(

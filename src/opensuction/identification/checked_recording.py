@@ -32,6 +32,8 @@ class CheckedRecording(NamedTuple):
     warnings: tuple[str, ...]
     folds: Folds
     """Of the fitted samples."""
+    period_s: float | None
+    """Between samples, where all are as far apart but for a jitter; 1 where no time is known."""
 
 
 def check(
@@ -73,7 +75,10 @@ def check(
     for name, values in zip(names, inputs[1:], strict=True):
         if not np.ptp(values[:fitted_samples]) > 0.0:
             raise InputError(f"{name}: constant at {values[0]:g}, should move; leave it out")
-    return CheckedRecording(np.array(inputs), answer, fitted_samples, labels, warnings, folds)
+    period_s = 1.0 if time is None else diagnosis.find_period(time)
+    return CheckedRecording(
+        np.array(inputs), answer, fitted_samples, labels, warnings, folds, period_s
+    )
 
 
 def _split_inputs(input_: ArrayLike) -> Sequence[ArrayLike]:

@@ -165,7 +165,9 @@ def _search(
             return judge_superposition(found)._replace(driven=drives)
 
         return (
-            lambda: superposition.fit(model, input_, output, folds, rising, fading),
+            lambda: superposition.fit(
+                model, input_, output, folds, rising, fading, recording.period_s
+            ),
             judge_sum,
         )
     pair = input_, output

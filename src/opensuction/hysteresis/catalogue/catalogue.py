@@ -11,6 +11,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import HysteresisModel
 from opensuction.hysteresis.catalogue.play_family import PLAY, PRANDTL_ISHLINSKII, PREISACH
 from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
 from opensuction.hysteresis.catalogue.residual_model import RESIDUAL_READOUT
+from opensuction.hysteresis.catalogue.slip_model import MAXWELL_SLIP
 
 CATALOGUE: dict[str, HysteresisModel] = {
     model.name: model
@@ -24,6 +25,7 @@ CATALOGUE: dict[str, HysteresisModel] = {
         PLAY_READOUT,
         GENERALISED,
         RESIDUAL_READOUT,
+        MAXWELL_SLIP,
     )
 }
 """Models by the name a person types."""

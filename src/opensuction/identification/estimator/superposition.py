@@ -21,7 +21,7 @@ from opensuction.hysteresis.catalogue.hysteresis_model import (
 )
 from opensuction.hysteresis.catalogue.readout_model import PLAY_READOUT
 from opensuction.identification import fold
-from opensuction.identification.bank import preisach_fit, readout_fit, residual_fit
+from opensuction.identification.bank import preisach_fit, readout_fit, residual_fit, slip_fit
 from opensuction.identification.bank.bank_trial import PASTS
 from opensuction.identification.estimator import linear, modified_dahl
 from opensuction.identification.estimator.linear import Design
@@ -65,13 +65,14 @@ def fit(
     folds: Folds | None = None,
     rising: bool = False,
     fading: bool = True,
+    period_s: float | None = None,
 ) -> Superposition:
     """Fit a model that is linear in its factors; cross-validation decides how fine it is.
 
     input_, output: shape (n,), of any recording of unknown past. folds: of the recording; None:
     cut here. A compensator's plays come from a known excitation by `prandtl_ishlinskii.fit`, which
     says why there are two. rising: leave out of a play readout what could move its output the
-    wrong way. fading: as `residual_fit.fit` takes it.
+    wrong way. fading: as `residual_fit.fit` takes it. period_s: as `slip_fit.fit` takes it.
     Raises InputError where the factors cannot be found, TypeError for a model that is not linear.
     """
     form = model.form
@@ -94,6 +95,14 @@ def fit(
             factors = np.append(weights[_in_triangle(weights)], relays.record.offset_mm)
             record, past, scores = relays.record, relays.past, relays.scores
             freedom, nonnegative = relays.freedom, True
+        case "maxwell-slip":
+            slip = slip_fit.fit(input_, output, cut, period_s)
+            rubbing = slip.record
+            factors = np.concatenate(
+                [[rubbing.slope], rubbing.gains.ravel(), rubbing.drags_mm, [rubbing.offset_mm]]
+            )
+            record, past, scores = rubbing, slip.past, slip.scores
+            freedom, nonnegative = slip.freedom, False
         case _:
             record, past, factors, scores = _fit_columns(model, form, input_, output, cut)
             freedom, nonnegative = float(np.count_nonzero(factors)), form.nonnegative

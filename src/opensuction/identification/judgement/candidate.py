@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from opensuction.hysteresis.bank.play_readout import PlayReadout, is_rising
-from opensuction.hysteresis.bank.residual_readout import ResidualReadout
 from opensuction.hysteresis.catalogue.hysteresis_model import (
     HysteresisModel,
     Record,
@@ -101,14 +100,14 @@ def judge_superposition(found: Superposition) -> Candidate:
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
-        warnings=() if well_posed else (_refuse(found.record, found.nonnegative),),
+        warnings=() if well_posed else (_refuse(found.model, found.record, found.nonnegative),),
         superposed=(Superposed(found.record, found.memory_ratio, found.elements),),
     )
 
 
-def _refuse(record: Record, nonnegative: bool) -> str:
+def _refuse(model: HysteresisModel, record: Record, nonnegative: bool) -> str:
     """Why a superposition has no continuous inverse."""
-    if isinstance(record, ResidualReadout):
+    if not model.has_inverse:
         return PREDICTS
     if not nonnegative:
         return NOT_INVERTIBLE
@@ -142,7 +141,7 @@ def judge_readout(found: ReadoutFit, names: Sequence[str]) -> Candidate:
         scores=found.scores,
         freedom=found.freedom,
         well_posed=well_posed,
-        warnings=() if well_posed else (_refuse(found.records[0], found.bounded),),
+        warnings=() if well_posed else (_refuse(PLAY_READOUT, found.records[0], found.bounded),),
         parts=parts,
         superposed=tuple(map(Superposed, found.records, found.pasts)),
     )
