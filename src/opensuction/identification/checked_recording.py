@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike
 
 from opensuction.identification import fold
 from opensuction.identification.fold import Folds
-from opensuction.identification.judgement import diagnosis
+from opensuction.identification.judgement import diagnosis, fitted_range
 from opensuction.identification.judgement.diagnosis import Labels
+from opensuction.identification.judgement.fitted_range import FittedRange
 from opensuction.identification.record import read_pair, read_samples
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
@@ -34,6 +35,9 @@ class CheckedRecording(NamedTuple):
     """Of the fitted samples."""
     period_s: float | None
     """Between samples, where all are as far apart but for a jitter; 1 where no time is known."""
+    fitted_range: FittedRange
+    leaves_range: bool
+    """Whether what is held out goes beyond it; a warning says how."""
 
 
 def check(
@@ -68,16 +72,26 @@ def check(
         diagnosis.check_time(time, labels.time_name)
     begin_in, begin_out = driven[:fitted_samples], answer[:fitted_samples]
     diagnosis.check_recording(begin_in, begin_out, labels)
-    warnings = diagnosis.judge_recording(
-        begin_in, begin_out, None if time is None else time[:fitted_samples], labels
-    )
-    folds = fold.cut(begin_in, None if time is None else time[:fitted_samples])
+    begin_time = None if time is None else time[:fitted_samples]
+    warnings = diagnosis.judge_recording(begin_in, begin_out, begin_time, labels)
+    folds = fold.cut(begin_in, begin_time)
+    fitted = fitted_range.measure(begin_in, begin_time)
+    rest_time = None if time is None else time[fitted_samples:]
+    beyond = fitted_range.judge_beyond(fitted, driven[fitted_samples:], rest_time, labels)
     for name, values in zip(names, inputs[1:], strict=True):
         if not np.ptp(values[:fitted_samples]) > 0.0:
             raise InputError(f"{name}: constant at {values[0]:g}, should move; leave it out")
     period_s = 1.0 if time is None else diagnosis.find_period(time)
     return CheckedRecording(
-        np.array(inputs), answer, fitted_samples, labels, warnings, folds, period_s
+        inputs=np.array(inputs),
+        output=answer,
+        fitted_samples=fitted_samples,
+        labels=labels,
+        warnings=(*warnings, *beyond),
+        folds=folds,
+        period_s=period_s,
+        fitted_range=fitted,
+        leaves_range=bool(beyond),
     )
 
 

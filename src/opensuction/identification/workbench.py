@@ -39,6 +39,7 @@ from opensuction.identification.judgement.candidate import (
 )
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.judgement.driven import Driven
+from opensuction.identification.judgement.fitted_range import FittedRange
 from opensuction.identification.judgement.recommendation import (
     Aim,
     Rated,
@@ -81,6 +82,8 @@ class FittedModel(NamedTuple):
     """How many samples the recording has, those held out included."""
     fitted_samples: int
     """How many of them, from the first, the parameters were fitted to."""
+    fitted_range: FittedRange
+    """Inputs and speeds of those samples."""
     fitted: Array
     """The model's output for the whole recording, shape (samples,)."""
     autocorrelation: Array
@@ -203,7 +206,9 @@ def _describe(
     rest = output - fitted
     range_ = float(np.ptp(output))
     correlations = diagnosis.autocorrelation(rest[:count])
-    said = diagnosis.judge_residuals(output[:count], rest[:count], rest[count:], correlations)
+    said = diagnosis.judge_residuals(
+        output[:count], rest[:count], rest[count:], correlations, recording.leaves_range
+    )
     rmse = _rms(rest[:count])
     return FittedModel(
         model=model,
@@ -222,6 +227,7 @@ def _describe(
         warnings=(*recording.warnings, *found.warnings, *said),
         samples=output.size,
         fitted_samples=count,
+        fitted_range=recording.fitted_range,
         fitted=fitted,
         autocorrelation=correlations,
         output_unit=labels.output_unit,

@@ -229,11 +229,16 @@ def autocorrelation(rest: Array) -> Array:
 
 
 def judge_residuals(
-    output: Array, rest: Array, held_out: Array, correlations: Array
+    output: Array,
+    rest: Array,
+    held_out: Array,
+    correlations: Array,
+    leaves_range: bool = False,
 ) -> tuple[str, ...]:
     """What the residuals say about the model, a sentence each.
 
     output, rest: of the fitted samples. held_out: residuals of the samples held out, maybe none.
+    leaves_range: whether these go beyond what was fitted.
     """
     said = []
     explained = 1.0 - float(rest.var()) / float(output.var())
@@ -253,10 +258,13 @@ def judge_residuals(
         )
     if held_out.size:
         fitted, predicted = math.sqrt(np.mean(rest**2)), math.sqrt(np.mean(held_out**2))
+        why = "the plant changed, or the model follows noise"
+        if leaves_range:
+            why = "it leaves what was fitted"
         if predicted > PREDICTED_FACTOR * fitted and not rounding:
             said.append(
                 f"The held-out part is predicted {predicted / max(fitted, 1e-300):.1f} times worse "
-                "than the fitted part: the plant changed, or the model follows noise."
+                f"than the fitted part: {why}."
             )
     return tuple(said)
 

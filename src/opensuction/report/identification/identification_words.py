@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from opensuction.identification.judgement.fitted_range import FittedRange
 from opensuction.report.figure import Figure, FigureVerdict
 from opensuction.report.summary import Summary, number, rows, text, value
 from opensuction.report.wording import amount
@@ -111,6 +112,7 @@ def sentences(summary: Summary) -> list[str]:
             + ("." if validated is None else f"; this one: {percent(validated)} where left out."),
         )
         said[:0] = value(found, "reasons") or []
+    said.extend(_fitted_range(found, named["input"], text(summary, "recording", "input", "unit")))
     held = number(found, "holdout_rmse_percent_of_range")
     if held is not None:
         samples = int((number(found, "samples") or 0) - (number(found, "fitted_samples") or 0))
@@ -118,6 +120,17 @@ def sentences(summary: Summary) -> list[str]:
     said.extend(_gap(found))
     said.extend(_coupling(found))
     return said
+
+
+def _fitted_range(model: Summary, input_: str, unit: str | None) -> list[str]:
+    """Over which inputs and speeds it was fitted."""
+    ends = [number(model, "fitted_range", end) for end in FittedRange._fields]
+    lowest, highest, slowest, fastest = (None if end is None else f"{end:.4g}" for end in ends)
+    if lowest is None or highest is None:
+        return []
+    measure = f" {unit}" if unit else ""
+    strokes = f", in strokes of {slowest} to {fastest}{measure} a second" if slowest else ""
+    return [f"It was fitted over {input_} from {lowest} to {highest}{measure}{strokes}."]
 
 
 def _coupling(model: Summary) -> list[str]:

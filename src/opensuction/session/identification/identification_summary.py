@@ -63,6 +63,7 @@ def _figures(result: FittedModel, fit_seconds: float) -> Json:
         "warnings": list(result.warnings),
         "samples": result.samples,
         "fitted_samples": result.fitted_samples,
+        "fitted_range": result.fitted_range._asdict(),
         "fit_seconds": fit_seconds,
         "inverse": MODELS[result.model].inverse,
         "compensator": _compensator(result),
