@@ -251,8 +251,8 @@ MISTAKES: dict[str, tuple[Callable[..., Any], str, str, Callable[[], None]]] = {
     ),
     "the valve is open on the way in": (
         cycle._valve_wanted,
-        "(Phase.SUCTIONING,",
-        "(Phase.INSERTING, Phase.SUCTIONING,",
+        "return phase == Phase.SUCTIONING",
+        "return phase in (Phase.INSERTING, Phase.SUCTIONING)",
         lambda: test_transition.test_the_valve_is_asked_for_in_these_phases_only(
             test_transition.step_cycle(AbstractDoubles())
         ),

@@ -72,3 +72,21 @@ def test_the_relief_valve_is_tested_in_no_tick_that_does_not_read_the_head_at_ho
 ) -> None:
     machine, played, _ = play(kind, seed, spread, fault, at_s, strength)
     assert not invariant.command_side(played.run.sent, machine.prepared.loop.controller)
+
+
+@pytest.mark.requirement("OS-R03")
+@pytest.mark.parametrize(
+    ("at_s", "strength"), [(20.275, 29.222), (20.577, 26.4), (19.322, 47.4), (19.397, 37.31)]
+)
+def test_the_valve_closes_on_a_carina_that_is_lifted_to_the_tip(
+    at_s: float, strength: float
+) -> None:
+    """The tip followed it by .51 to .56 mm under vacuum, in the dwell and on the way out."""
+    kind = Kind("adult-icu", "contact")
+    _, played, borne = play(kind, 8, 2.0, Fault.TUBE_DISPLACED, at_s, strength)
+    assert borne.advance_mm < 0.49
+    columns = played.run.columns
+    touched_s = columns["time_s"][(columns["truth.contact_n"] > 0.0) & (columns["time_s"] > at_s)]
+    assert touched_s[0] - at_s < 0.01
+    late = columns["time_s"] > touched_s[0] + 0.8
+    assert columns["truth.tip_vacuum_mmhg"][late].max() == 0.0

@@ -34,6 +34,8 @@ VENTED_S = 0.1
 then, and the reading, 20 ms behind, has forgotten it but for 1 mmHg [computed]."""
 SUCKING = (Phase.OPENING, Phase.SUCTIONING, Phase.WITHDRAWING)
 """Phases with the valve open."""
+FELT = (Phase.SUCTIONING, Phase.WITHDRAWING, Phase.ABORTING)
+"""Phases in which an open valve closes on what touches the tip."""
 
 _phase_limit_s: Callable[[tuple[float, ...], int], float] = straight_line.chooser(len(Phase))
 
@@ -148,17 +150,21 @@ def _follow_switch(plan: Plan, state: ProcedureState, readings: Readings) -> Pro
 
 
 @compiled
-def _valve_wanted(phase: int, was_open: bool, home: bool, ready: bool) -> bool:
+def _valve_wanted(phase: int, was_open: bool, home: bool, ready: bool, lifted: bool) -> bool:
     """The valve rule: open from A to C; an abort keeps it open on the way out if it was open.
 
     ready: the line has the vacuum of suction, and the tip touches nothing that it would draw in;
-    the valve waits for that. The pre-use test strokes it too: see `check.is_stroking`.
+    the valve waits for that. lifted: a carina has come to the tip; the valve closes as long as it
+    stays there, and on the way out for good. The pre-use test strokes it too: see
+    `check.is_stroking`.
     """
     if phase == Phase.OPENING:
         return was_open or ready
     if phase == Phase.ABORTING:
-        return was_open and not home
-    return phase in (Phase.SUCTIONING, Phase.WITHDRAWING)
+        return was_open and not (home or lifted)
+    if phase == Phase.WITHDRAWING:
+        return was_open and not lifted
+    return phase == Phase.SUCTIONING and not lifted
 
 
 @compiled
@@ -248,14 +254,15 @@ def _see_flow(
 
 @compiled
 def _keep_pace(
-    plan: Plan, now: Pace, phase: int, seen: FlowSeen, dwell_left_s: float, dt_s: float
+    plan: Plan, now: Pace, phase: int, seen: FlowSeen, free: bool, dwell_left_s: float, dt_s: float
 ) -> Pace:
-    """How suction goes on after another tick in a phase."""
+    """How suction goes on after another tick in a phase. free: the tip touches nothing."""
     if phase == Phase.SUCTIONING:
         now = pace.listen(plan.pace, now, line_flow.is_nothing_coming(seen, dt_s))
         return pace.turn(plan.pace, now, pace.left_s(plan.pace, now, dwell_left_s, dt_s))
     if phase == Phase.WITHDRAWING:
-        return pace.go_on(plan.pace, now, line_flow.is_coming(seen, dt_s), dt_s)
+        comes = free and line_flow.is_coming(seen, dt_s)
+        return pace.go_on(plan.pace, now, comes, dt_s)
     return now
 
 
@@ -265,6 +272,30 @@ def _is_there(plan: Plan, phase: int, reference_mm: float) -> bool:
     if phase == Phase.INSERTING:
         return reference_mm == plan.motion.target_mm
     return phase in (Phase.OPENING, Phase.SUCTIONING)
+
+
+@compiled
+def _ask_valve(
+    plan: Plan,
+    state: ProcedureState,
+    phase: int,
+    readings: Readings,
+    checked: CheckState,
+    free: bool,
+    dt_s: float,
+) -> tuple[ProcedureState, bool]:
+    """State with its contact counted, and whether the valve shall be open.
+
+    free: the tip touches nothing.
+    """
+    if phase == Phase.CHECKING:
+        return state, check.is_stroking(checked.item)
+    if phase in FELT:
+        state = progress.feel(state, free)
+    home = progress.is_home(plan.motion, readings)
+    ready = free and progress.is_built(plan, readings)
+    lifted = progress.is_lifted(state, dt_s)
+    return state, _valve_wanted(phase, state.valve_open, home, ready, lifted)
 
 
 @compiled
@@ -297,18 +328,16 @@ def step(
         if phase == Phase.BACKING_OFF:
             nearer = not progress.is_expected(plan.contact, feedback.tip_mm)
             state = state._replace(nearer=nearer)
-    state = state._replace(pace=_keep_pace(plan, state.pace, phase, seen, dwell_left_s, dt_s))
+    free = progress.is_free(plan, readings)
+    now_pace = _keep_pace(plan, state.pace, phase, seen, free, dwell_left_s, dt_s)
+    state = state._replace(pace=now_pace)
     if phase == Phase.INSERTING:
         state = progress.hold(plan.contact, state, feedback.tip_mm, readings)
     if phase == Phase.BACKING_OFF:
         state = _follow_switch(plan, state, readings)
     time_s = state.phase_ticks * dt_s
     reference, velocity = _reference(plan, state, _way_time_s(plan, state, dt_s))
-    home = progress.is_home(plan.motion, readings)
-    ready = progress.is_built(plan, readings) and progress.is_free(plan, readings)
-    valve_open = _valve_wanted(phase, state.valve_open, home, ready)
-    if phase == Phase.CHECKING:
-        valve_open = check.is_stroking(checked.item)
+    state, valve_open = _ask_valve(plan, state, phase, readings, checked, free, dt_s)
     line_ready = _is_ready(plan, phase, line_ready, readings, time_s)
     kept = phase == Phase.PRELOADING and line_ready and progress.is_kept(plan, readings)
     building = _is_building(phase, valve_open)

@@ -43,6 +43,10 @@ HELD_S = 0.55
 """How long contact may last where the carina is not expected: a cough that moves the trachea
 presses on the tip for less. The governor holds the head meanwhile, and counts for itself."""
 
+LIFTED_S = 0.05
+"""Contact without a break under suction from which the valve closes: a wrong reading is shorter,
+and a tip that is drawn back is .5 mm off what stays where it is after less [design]."""
+
 
 class ProcedureState(NamedTuple):
     """Phase of the cycle, how long it has lasted, and what it asks for."""
@@ -68,7 +72,8 @@ class ProcedureState(NamedTuple):
     open_ticks: int
     """Since the switch was last closed on the way in."""
     held_ticks: int
-    """Ticks of contact where the carina is not expected; those without take their number off."""
+    """Ticks of contact where the carina is not expected; those without take their number off.
+    Under suction and on the way out, those of contact without a break."""
     nearer: bool
     """Back-off: from a contact before the window, which the switch must show to be one."""
     valve_open: bool
@@ -128,6 +133,18 @@ def is_free(plan: Plan, readings: Readings) -> bool:
     """
     meant = plan.bench_only or (plan.contact.enabled and plan.contact.backoff_mm == 0.0)
     return meant or not is_contact(readings)
+
+
+@compiled
+def feel(state: ProcedureState, free: bool) -> ProcedureState:
+    """Count ticks of contact without a break. free: the tip touches nothing."""
+    return state._replace(held_ticks=0 if free else state.held_ticks + 1)
+
+
+@compiled
+def is_lifted(state: ProcedureState, dt_s: float) -> bool:
+    """Whether a carina has come to the tip, which would draw it in."""
+    return state.held_ticks * dt_s >= LIFTED_S
 
 
 @compiled
