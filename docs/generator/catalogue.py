@@ -22,7 +22,7 @@ from docs.generator.safety.tolerance import page as tolerance_page
 from opensuction.cli.app import app
 
 DOCS = Path(__file__).resolve().parents[1]
-BENCHMARK = DOCS / "evidence" / "2026-11-25-benchmark.json"
+BENCHMARK = DOCS / "evidence" / "2026-11-27-benchmark.json"
 """What `opensuction benchmark --json` gave."""
 
 
