@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.browser.console.fake_machine import FakeMachine
-from tests.browser.console.hidden_tab import EARLY, HiddenTab, open_tab
+from tests.browser.console.hidden_tab import EARLY, FREEZES, HiddenTab, open_tab
 from tests.conftest import Component
 
 if TYPE_CHECKING:
@@ -48,6 +48,15 @@ def seen(tab: HiddenTab) -> dict[str, Any]:
     return found
 
 
+def prove_frozen(tab: HiddenTab, url: str) -> None:
+    """Wait until this browser has halted a page that is hidden for no longer."""
+    other = tab.open_another(f"{url}icon.svg")
+    wait(other, "document.readyState === 'complete'", 30.0)
+    other.evaluate("addEventListener('freeze', () => { window.isFrozen = true; }, true)")
+    other.hide()
+    wait(other, "window.isFrozen === true", A_MINUTE_S)
+
+
 def lose(
     chromium: "Browser",
     component: Component,
@@ -65,6 +74,8 @@ def lose(
         tab.evaluate(WATCH)
         tab.hide()
         wait(tab, "document.visibilityState === 'hidden'", 5.0)
+        if FREEZES in more:
+            prove_frozen(tab, url)
         time.sleep(hidden_s)
         beats = seen(tab)["beats"]
         time.sleep(5.0)
@@ -107,3 +118,14 @@ def test_a_loss_is_told_within_two_seconds_after_seven_minutes_behind_another_ta
 ) -> None:
     machine, url = fake
     check(lose(chromium, component, url, machine, hidden_s=LONG_S, way=way))
+
+
+@pytest.mark.parametrize(
+    "way",
+    [pytest.param("mute", marks=pytest.mark.sweep), pytest.param("down", marks=pytest.mark.soak)],
+)
+def test_a_loss_is_told_within_two_seconds_by_a_browser_that_halts_hidden_pages(
+    chromium: "Browser", component: Component, fake: tuple[FakeMachine, str], way: str
+) -> None:
+    machine, url = fake
+    check(lose(chromium, component, url, machine, FREEZES, hidden_s=SHORT_S, way=way))

@@ -1,6 +1,9 @@
 // Timers that go on in a hidden tab. There a browser lets the page's own act once a second, and once a
 // minute after five minutes; a worker's it leaves alone. Whichever comes first acts: without a worker
-// the page's own do.
+// the page's own do. One that saves energy halts a hidden page with its workers, unless it holds a lock
+// [Chrome-Freezing]: shared, so that each of several pages holds it.
+
+navigator.locks?.request("watch", { mode: "shared" }, () => new Promise(() => {})).catch(() => {});
 
 const waiting = new Map(); // number -> {fn, own}
 const worker = begin();
