@@ -38,9 +38,14 @@ class Served(NamedTuple):
     """By role."""
 
     @property
+    def host(self) -> str:
+        """As a request says it."""
+        return f"{self.site.origin.host}:{self.site.origin.port}"
+
+    @property
     def url(self) -> str:
         """Where it believes to be."""
-        return f"http://{self.site.origin.host}:{self.site.origin.port}"
+        return f"http://{self.host}"
 
     def headers(self, role: str | None) -> dict[str, str]:
         """What a page sends along that somebody of this role has signed in to."""
@@ -54,11 +59,20 @@ class Served(NamedTuple):
         if role is None:
             return {}
         found = self.signed_in[role]
-        folder = self.site.folder
         return {
-            session_cookie(folder): found.session_token,
-            device_cookie(folder): found.device_token,
+            self.session_cookie: found.session_token,
+            self.device_cookie: found.device_token,
         }
+
+    @property
+    def session_cookie(self) -> str:
+        """Name of the cookie that holds a session."""
+        return session_cookie(self.site.folder, self.host)
+
+    @property
+    def device_cookie(self) -> str:
+        """Name of the one by which a browser is known."""
+        return device_cookie(self.site.folder, self.host)
 
     def client(self, role: str | None = None, port: int = 50000) -> TestClient:
         """The application without a network, as somebody of this role; None: nobody.

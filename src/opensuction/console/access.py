@@ -70,7 +70,8 @@ OutOfTurn = Annotated[None, Depends(leave_turn)]
 def session_token(connection: HTTPConnection) -> str | None:
     """What a browser shows; None where nobody has signed in."""
     site: Site = connection.app.state.site
-    return connection.cookies.get(session_cookie(site.folder)) or None
+    name = session_cookie(site.folder, connection.headers.get("host"))
+    return connection.cookies.get(name) or None
 
 
 def _bearer_token(connection: HTTPConnection) -> str | None:

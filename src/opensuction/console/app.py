@@ -2,6 +2,7 @@
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,7 @@ def create_app(site: Site, limits: Limits = USUAL) -> FastAPI:
         limits=limits,
         rates=rates,
         hosts=origin.hosts_of(*site.origin),
-        cookie=session_cookie(site.folder),
+        cookie=partial(session_cookie, site.folder),
     )
     return app
 

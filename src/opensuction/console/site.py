@@ -1,6 +1,7 @@
 """What a console is made of: whose machine, which records, who may ask, where it listens."""
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -9,6 +10,9 @@ from opensuction.accounts.accounts import Accounts
 from opensuction.console.live.hub import Hub
 from opensuction.records.records import Records
 from opensuction.runtime.about import About
+
+PORT = re.compile(r":(\d{1,5})$", re.ASCII)
+"""At the end of a Host header; none where it is the usual one."""
 
 
 class Origin(NamedTuple):
@@ -33,15 +37,22 @@ class Site(NamedTuple):
     origin: Origin
 
 
-def session_cookie(folder: Path) -> str:
-    """Name of the cookie that holds a session. folder: the machine's.
+def session_cookie(folder: Path, host: str | None) -> str:
+    """Name of the cookie that holds a session. folder: the machine's. host: as a request says it.
 
-    A browser sends a computer's cookies to each of its ports: machines beside each other, also of
-    several users, have their own.
+    A browser sends the cookies of a name to each port of it: machines beside each other, also of
+    several users, have their own. So have two of the same name on two computers, whose ports are
+    forwarded to one: they differ by the port that the browser asks at.
     """
-    return f"opensuction_session_{os.geteuid()}_{folder.name}"
+    return f"opensuction_session_{_place(folder, host)}"
 
 
-def device_cookie(folder: Path) -> str:
+def device_cookie(folder: Path, host: str | None) -> str:
     """Name of the cookie by which a browser is known where somebody has signed in before."""
-    return f"opensuction_device_{os.geteuid()}_{folder.name}"
+    return f"opensuction_device_{_place(folder, host)}"
+
+
+def _place(folder: Path, host: str | None) -> str:
+    port = PORT.search(host or "")
+    own = f"{os.geteuid()}_{folder.name}"
+    return own if port is None else f"{own}_{port[1]}"

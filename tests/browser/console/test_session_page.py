@@ -151,10 +151,16 @@ def sign_in(page: "Page", served: Served, role: str) -> None:
     page.get_by_role("button", name=f"{PEOPLE[role]}, ").wait_for()
 
 
-@pytest.mark.sweep
 @pytest.mark.real_time
+@pytest.mark.parametrize(
+    ("left_name", "right_name"),
+    [
+        pytest.param("bed-1", "bed-2", marks=pytest.mark.sweep),
+        pytest.param("room", "room", id="forwarded-from-two-computers"),
+    ],
+)
 def test_two_machines_of_one_computer_sign_nobody_out_of_each_other(
-    chromium: "Browser", tmp_path: Path
+    chromium: "Browser", tmp_path: Path, left_name: str, right_name: str
 ) -> None:
     folders = {name: tmp_path / name for name in ("left", "right")}
     for folder in folders.values():
@@ -162,8 +168,8 @@ def test_two_machines_of_one_computer_sign_nobody_out_of_each_other(
     context = chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
     try:
         with (
-            listening(folders["left"], name="bed-1") as left,
-            listening(folders["right"], name="bed-2") as right,
+            listening(folders["left"], name=left_name) as left,
+            listening(folders["right"], name=right_name) as right,
         ):
             first, second = context.new_page(), context.new_page()
             sign_in(first, left, "clinician")

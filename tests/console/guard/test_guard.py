@@ -248,6 +248,10 @@ async def send(_message: Message) -> None:
     """Nobody looks."""
 
 
+def _cookie(_host: str | None) -> str:
+    return "session"
+
+
 def test_a_first_press_waits_for_nobody_who_presses_often() -> None:
     """Four of the flood are answered at a time, the others wait."""
     came: list[int] = []
@@ -258,7 +262,7 @@ def test_a_first_press_waits_for_nobody_who_presses_often() -> None:
 
     async def test() -> None:
         rates = Rates(USUAL)
-        guard = Guard(machine, USUAL._replace(more_s=0.0), rates, None, "session")
+        guard = Guard(machine, USUAL._replace(more_s=0.0), rates, None, _cookie)
         flooding = range(1, 41)
         for port in list(flooding) * int(USUAL.first_presses.most):
             assert rates.is_a_first_press("127.0.0.1", port, OLD_S)
@@ -293,7 +297,7 @@ def test_who_asked_too_often_is_told_so_later_and_keeps_nobody_up() -> None:
 
     async def test() -> None:
         few = USUAL._replace(presses=Rate(0.001, 1.0), refused_s=3600.0)
-        guard = Guard(machine, few, Rates(few), None, "session")
+        guard = Guard(machine, few, Rates(few), None, _cookie)
         await guard(press_scope(1), receive, send)
         often = asyncio.ensure_future(guard(press_scope(1), receive, send))
         await guard(press_scope(2), receive, send)

@@ -38,13 +38,17 @@ class ConsoleMachine(NamedTuple):
 
     def cookie(self, role: str) -> str:
         """As a header has it."""
-        return f"{session_cookie(self.room.folder)}={self.signed_in[role].session_token}"
+        return f"{self.cookie_name}={self.signed_in[role].session_token}"
+
+    @property
+    def cookie_name(self) -> str:
+        """Of a session."""
+        return session_cookie(self.room.folder, f"{HOST}:{self.port}")
 
     def browser_cookies(self, role: str) -> list[dict[str, str]]:
         """As Playwright takes them."""
         token = self.signed_in[role].session_token
-        name = session_cookie(self.room.folder)
-        return [{"name": name, "value": token, "url": self.url}]
+        return [{"name": self.cookie_name, "value": token, "url": self.url}]
 
 
 def _answers(url: str) -> bool:

@@ -1,5 +1,8 @@
 """Signing in at the page: cookies, what is said to whom, and what ends with it."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 from starlette.testclient import TestClient
 
@@ -38,15 +41,57 @@ def test_signing_in_gives_cookies_that_no_script_and_no_other_page_gets(console:
     )
     assert "start" in told["rights"]
     cookies = set_cookies(answer)
-    assert set(cookies) == {session_cookie(console.site.folder), device_cookie(console.site.folder)}
+    assert set(cookies) == {console.session_cookie, console.device_cookie}
     for one in cookies.values():
         assert "HttpOnly" in one
         assert "SameSite=strict" in one
         assert "Path=/" in one
         assert "Secure" not in one  # no certificate here
-    session = cookies[session_cookie(console.site.folder)].split(";")[0].partition("=")[2]
+    session = cookies[console.session_cookie].split(";")[0].partition("=")[2]
     assert session not in answer.text
     assert client.get(SESSION).json()["name"] == "anna"
+
+
+@pytest.mark.parametrize("cookie", [session_cookie, device_cookie])
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (("bed-1", "localhost:8700"), ("bed-2", "localhost:8701")),
+        (("bed-1", "localhost:8700"), ("bed-1", "localhost:8701")),  # forwarded from two computers
+        (("bed-1", "[::1]:8700"), ("bed-1", "[::1]:8701")),
+        (("bed-1", "ward.example"), ("bed-1", "ward.example:8443")),  # of 443
+        (("bed-1", "ward.example"), ("bed-2", "ward.example")),  # behind one proxy
+    ],
+)
+def test_machines_that_a_browser_reaches_by_one_name_have_cookies_of_their_own(
+    cookie: Callable[[Path, str | None], str], one: tuple[str, str], other: tuple[str, str]
+) -> None:
+    names = [cookie(Path("/dev/shm/opensuction-1000") / name, host) for name, host in (one, other)]
+    assert names[0] != names[1]
+    assert all(name.replace("-", "").replace("_", "").isalnum() for name in names)
+
+
+@pytest.mark.parametrize("host", [None, "", "[::1]", "host:", "host:99999999", "host:80; Path=x"])
+def test_whatever_a_host_says_its_cookie_has_a_name(host: str | None) -> None:
+    name = session_cookie(Path("/dev/shm/opensuction-1000/bed-1"), host)
+    assert name.endswith("_bed-1")
+
+
+def test_one_browser_is_signed_in_at_two_forwarded_machines_of_one_name(console: Served) -> None:
+    origin = console.site.origin._replace(host="0.0.0.0", has_tls=True)  # any Host header
+    app = create_app(console.site._replace(origin=origin))
+    client = TestClient(app, client=("127.0.0.1", 5))
+    left, right = "https://localhost:8443", "https://localhost:8444"
+    for url, name in ((left, "anna"), (right, "bert")):
+        body = {"name": name, "password": PASSWORDS[name]}
+        told = client.post(f"{url}{SESSION}", json=body, headers={"Origin": url})
+        assert told.json()["name"] == name
+    assert client.get(f"{left}{SESSION}").json()["name"] == "anna"
+    csrf = client.get(f"{right}{SESSION}").json()["csrf"]
+    headers = {"Origin": right, "X-CSRF-Token": csrf}
+    assert client.delete(f"{right}{SESSION}", headers=headers).status_code == 204
+    assert client.get(f"{right}{SESSION}").json()["name"] is None
+    assert client.get(f"{left}{SESSION}").json()["name"] == "anna"
 
 
 def test_with_a_certificate_cookies_go_nowhere_without_one(console: Served) -> None:
@@ -106,7 +151,7 @@ def test_who_signs_in_after_another_leaves_nothing_of_that_session(console: Serv
 
 def test_a_made_up_session_is_nobodys(console: Served) -> None:
     client = console.client()
-    client.cookies.set(session_cookie(console.site.folder), "made-up")
+    client.cookies.set(console.session_cookie, "made-up")
     answer = client.get(SESSION)
     assert answer.json()["name"] is None
     assert set_cookies(answer) == {}  # it may be late, after somebody has signed in

@@ -9,7 +9,7 @@ import logging
 import math
 import time
 from collections import Counter
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from http.cookies import CookieError, SimpleCookie
 
@@ -44,9 +44,9 @@ class Guard:
         limits: Limits,
         rates: Rates,
         hosts: frozenset[str] | None,
-        cookie: str,
+        cookie: Callable[[str | None], str],
     ) -> None:
-        """hosts: see `origin.hosts_of`. cookie: name of the session's."""
+        """hosts: see `origin.hosts_of`. cookie: name of the session's, by the Host."""
         self.app, self._limits, self._rates = app, limits, rates
         self._hosts, self._cookie = hosts, cookie
         self._turns = Turns(limits)
@@ -147,7 +147,7 @@ class Guard:
     def _session(self, headers: Headers) -> str | None:
         """What is shown as a session; it is not looked at here."""
         try:
-            found = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
+            found = SimpleCookie(headers.get("cookie", "")).get(self._cookie(headers.get("host")))
         except CookieError:
             return None
         return None if found is None else found.value

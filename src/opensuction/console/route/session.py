@@ -82,9 +82,9 @@ def _set_cookie(response: Response, site: Site, name: str, value: str, lasts_s: 
     )
 
 
-def _drop_cookie(response: Response, site: Site) -> None:
+def _drop_cookie(response: Response, site: Site, host: str | None) -> None:
     response.delete_cookie(
-        session_cookie(site.folder),
+        session_cookie(site.folder, host),
         path="/",
         secure=site.origin.has_tls,
         httponly=True,
@@ -115,7 +115,8 @@ def sign_in(request: Request, response: Response, site: Here, _: OutOfTurn, aske
     Whoever comes waits for nothing that whoever sat here before has asked for.
     """
     origin = "unknown" if request.client is None else request.client.host
-    device = request.cookies.get(device_cookie(site.folder)) or None
+    host = request.headers.get("host")
+    device = request.cookies.get(device_cookie(site.folder, host)) or None
     before = access.session_token(request)
     found = site.accounts.sign_in(asked.name, asked.password, origin, device)
     if before is not None:
@@ -123,9 +124,9 @@ def sign_in(request: Request, response: Response, site: Here, _: OutOfTurn, aske
         request.app.state.names.forget(before)
     request.app.state.names.keep(found.session_token, found.session.account)
     lasts_s = lifetime.ABSOLUTE.total_seconds()
-    _set_cookie(response, site, session_cookie(site.folder), found.session_token, lasts_s)
+    _set_cookie(response, site, session_cookie(site.folder, host), found.session_token, lasts_s)
     lasts_s = lifetime.DEVICE.total_seconds()
-    _set_cookie(response, site, device_cookie(site.folder), found.device_token, lasts_s)
+    _set_cookie(response, site, device_cookie(site.folder, host), found.device_token, lasts_s)
     return _describe(found.session, found.csrf_token)
 
 
@@ -141,7 +142,7 @@ def sign_out(
     if token is not None:
         site.accounts.sign_out(token)
         request.app.state.names.forget(token)
-    _drop_cookie(response, site)
+    _drop_cookie(response, site, request.headers.get("host"))
 
 
 @router.put("/session/password", responses=documented(401, 403, 409, 503))
