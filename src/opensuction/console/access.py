@@ -24,6 +24,8 @@ from opensuction.kernel.errors import InputError
 CSRF_HEADER = "X-CSRF-Token"
 UNATTENDED_HEADER = "X-Unattended"
 """A page looks by itself, again and again: a session does not go on for that."""
+UNATTENDED = "unattended"
+"""The same in an address: a page gives its sockets no header."""
 BEARER = "bearer"
 NAMES_KEPT = 1000
 GIVEN_LATER = "in the body"
@@ -113,7 +115,8 @@ def find_session(site: Site, connection: HTTPConnection, token: str) -> Session:
 
     Raises NotSignedInError for one that is over.
     """
-    accounts, is_unattended = site.accounts, UNATTENDED_HEADER in connection.headers
+    accounts = site.accounts
+    is_unattended = UNATTENDED_HEADER in connection.headers or UNATTENDED in connection.query_params
     find = accounts.check_session if is_unattended else accounts.find_session
     try:
         holder = find(token)

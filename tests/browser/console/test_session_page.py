@@ -1,6 +1,7 @@
 """What a page believes of its session: that may be ended, or another's, from elsewhere."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ from tests.console.listening import listening
 from tests.console.served import PEOPLE, Served
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Route
+    from playwright.sync_api import Browser, Route, WebSocketRoute
 
 pytestmark = pytest.mark.browser
 
@@ -140,6 +141,13 @@ def test_who_could_not_be_signed_out_is_still_named(bedside: Bedside) -> None:
     expect(page.get_by_role("button", name="kim, clinician")).to_be_visible()
 
 
+RUNNING = {
+    "audit": {"state": "running", "entries": 7, "head": "0" * 64},
+    "trends": {"pending": 2, "days": [], "without_recording": 0, "cycles": 2, "cut": False},
+}
+"""What is asked for again until it is done."""
+
+
 def sign_in(page: "Page", served: Served, role: str) -> None:
     page.goto(served.url)
     page.get_by_text("Live", exact=True).wait_for()
@@ -149,6 +157,59 @@ def sign_in(page: "Page", served: Served, role: str) -> None:
     dialog.get_by_label("Password").fill(served.password(role))
     page.keyboard.press("Enter")
     page.get_by_role("button", name=f"{PEOPLE[role]}, ").wait_for()
+
+
+def to_choose_a_password(bedside: Bedside) -> None:
+    bedside.page.get_by_role("button", name="kim, ").click()
+
+
+def to_add_an_account(bedside: Bedside) -> None:
+    bedside.page.get_by_role("link", name="People").click()
+    bedside.page.get_by_role("button", name="Add an account").click()
+
+
+def to_revoke_a_token(bedside: Bedside) -> None:
+    bedside.page.get_by_role("link", name="People").click()
+    bedside.page.get_by_role("button", name="Revoke").click()
+
+
+DIALOGS = [
+    to_choose_a_password,
+    pytest.param(to_add_an_account, marks=pytest.mark.sweep),
+    pytest.param(to_revoke_a_token, marks=pytest.mark.sweep),
+]
+
+
+@pytest.mark.parametrize("opened", DIALOGS)
+def test_a_session_that_ends_behind_a_dialog_is_said_and_takes_the_dialog_away(
+    bedside: Bedside, opened: Callable[[Bedside], None]
+) -> None:
+    bedside.machine.sign_in(Role.ENGINEER, administrator=True)
+    page = bedside.page
+    page.reload()
+    page.get_by_role("button", name="kim, ").wait_for()
+    opened(bedside)
+    page.get_by_role("dialog").wait_for()
+    bedside.machine.person = None
+    by_its_focus(bedside)
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_have_accessible_name("Sign in")
+    expect(dialog).to_contain_text("Your session has ended")
+    bedside.machine.sign_in(Role.CLINICIAN, name="robin")
+    dialog.get_by_role("button", name="Close").click()
+    by_its_focus(bedside)
+    expect(page.get_by_role("button", name="robin, ")).to_be_visible()
+    expect(dialog).to_be_hidden()
+
+
+@pytest.mark.sweep
+def test_who_signs_out_leaves_no_dialog_behind(bedside: Bedside) -> None:
+    page = enter(bedside)
+    page.get_by_role("button", name="kim, ").click()
+    page.get_by_role("dialog").get_by_label("Present password").fill("of kim alone")
+    page.get_by_role("button", name="Sign out").click()
+    expect(page.get_by_role("button", name="Sign in").first).to_be_visible()
+    expect(page.get_by_role("dialog")).to_be_hidden()
 
 
 @pytest.mark.real_time
@@ -202,3 +263,71 @@ def test_a_second_tab_of_one_browser_tells_the_first_whose_it_is(
             expect(first.get_by_role("button", name=f"{PEOPLE['clinician']}, ")).to_be_hidden()
     finally:
         context.close()
+
+
+@pytest.fixture(scope="module")
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with listening(tmp_path_factory.mktemp("console")) as served:
+        yield served
+
+
+@pytest.fixture
+def engineer(chromium: "Browser", console: Served) -> Iterator[Page]:
+    """An engineer's page, whose timers wait for the test."""
+    context = chromium.new_context(viewport=TABLET)  # type: ignore[arg-type]
+    page = context.new_page()
+    page.clock.install()
+    sign_in(page, console, "engineer")
+    yield page
+    context.close()
+
+
+@pytest.mark.sweep
+@pytest.mark.real_time
+@pytest.mark.parametrize("part", RUNNING)
+def test_what_a_page_of_history_asks_for_again_keeps_no_session_alive(
+    engineer: Page, part: str
+) -> None:
+    asked: list[bool] = []
+
+    def answer(route: "Route") -> None:
+        asked.append("x-unattended" in route.request.headers)
+        route.fulfill(json=RUNNING[part])
+
+    engineer.route(re.compile(f"/api/v1/{part}"), answer)
+    engineer.get_by_role("link", name="History").click()
+    engineer.locator(f"a[href='#/history/{part}']").click()
+    for number in (1, 2, 3):
+        until(engineer, lambda number=number: len(asked) >= number)  # type: ignore[misc]
+        engineer.clock.fast_forward(LOOKS_MS)
+    assert asked[:3] == [False, True, True]
+
+
+@pytest.mark.sweep
+@pytest.mark.real_time
+def test_a_stream_of_signals_comes_back_as_one_that_nobody_asked_for(engineer: Page) -> None:
+    asked: list[str] = []
+
+    def cut(socket: "WebSocketRoute") -> None:
+        asked.append(socket.url)
+        socket.close(code=1011)
+
+    engineer.route_web_socket("**/api/v1/signals*", cut)
+    engineer.get_by_role("link", name="Signals").click()
+    until(engineer, lambda: len(asked) > 2)
+    assert ["unattended" in url for url in asked[:3]] == [False, True, True]
+
+
+@pytest.mark.sweep
+@pytest.mark.real_time
+def test_a_stream_that_is_refused_has_the_page_look_at_its_session(
+    engineer: Page, console: Served
+) -> None:
+    def refuse(socket: "WebSocketRoute") -> None:
+        kept = {one["name"]: one["value"] for one in engineer.context.cookies()}
+        console.site.accounts.sign_out(kept[console.session_cookie])
+        socket.close(code=1008, reason="sign in first")
+
+    engineer.route_web_socket("**/api/v1/signals*", refuse)
+    engineer.get_by_role("link", name="Signals").click()
+    expect(engineer.get_by_role("dialog", name="Sign in")).to_contain_text("Your session has ended")

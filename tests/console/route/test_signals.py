@@ -9,9 +9,13 @@ import pytest
 from starlette.testclient import TestClient, WebSocketDenialResponse, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
+from opensuction.accounts.accounts import Accounts
+from opensuction.console.app import create_app
 from opensuction.console.route import signals
 from opensuction.console.signals.frame import decode
+from opensuction.records.database import utc_time
 from opensuction.runtime.loop import ROW_COLUMNS
+from tests.accounts.example import CHEAP, PASSWORDS, Clock
 from tests.console.served import Served
 
 LIST = "/api/v1/signals/channels"
@@ -141,6 +145,25 @@ def test_the_stream_ends_with_the_session(
         gone = last_word(socket)
         assert gone.code == signals.VIOLATED
         assert "sign in" in gone.reason
+
+
+def test_a_stream_that_comes_back_by_itself_keeps_no_session_alive(console: Served) -> None:
+    clock = Clock()
+    clock.at = utc_time.now()
+    accounts = Accounts(console.site.records.database, clock, CHEAP)
+    app = create_app(console.site._replace(accounts=accounts))
+    with TestClient(app, console.url, headers={"Origin": console.url}) as client:
+        anna = {"name": "anna", "password": PASSWORDS["anna"]}
+        assert client.post("/api/v1/session", json=anna).status_code == 200
+        clock.go_on(minutes=20.0)
+        with listen(console, client) as socket:  # a person's
+            socket.receive_text()
+        for minutes in (15.0, 10.0):
+            clock.go_on(minutes=minutes)
+            with listen(console, client, f"{HEAD}&unattended=1") as socket:
+                socket.receive_text()
+        clock.go_on(minutes=10.0)
+        assert refused(console, client, f"{HEAD}&unattended=1")["status"] == 401
 
 
 def test_what_happens_comes_beside_the_rows(console: Served, client: TestClient) -> None:

@@ -164,7 +164,7 @@ class Shell {
       mark(this.you, "title", text.account.password.open);
     }
     say(this.sign, isKnown ? words.signOut : words.signIn);
-    if (this.person !== null && isKnown && session.name !== this.person) closeDialog(); // it was another person's
+    if (this.person !== null && session.name !== this.person) closeDialog(); // it was that person's
     this.person = session.name;
     if (session.must_change_password && !isOpen()) openPassword(session);
     if (session.hasEnded && !isOpen()) openSignIn(session);

@@ -39,7 +39,7 @@ class Trail {
 
   async look() {
     try {
-      this.show(await this.api.get("/audit"));
+      this.show(await this.api.watch("/audit"));
     } catch {
       if (this.isWanted) this.timer = setTimeout(() => this.look(), 3 * AGAIN_MS);
     }

@@ -25,7 +25,7 @@ export class Replay {
   }
 
   async look() {
-    await this.take(() => this.api.get(this.path));
+    await this.take(() => this.api.watch(this.path));
   }
 
   async take(ask) {

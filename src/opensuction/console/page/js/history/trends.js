@@ -33,9 +33,10 @@ class Trends {
     this.begin();
   }
 
-  ask() {
+  /** ask: with a person's request (get), or again by itself (watch). */
+  ask(ask = "get") {
     const query = new URLSearchParams({ from: since(Number(this.range.input.value)).toISOString(), ahead_min: String(-new Date().getTimezoneOffset()) });
-    return this.api.get(`/trends?${query}`);
+    return this.api[ask](`/trends?${query}`);
   }
 
   begin() {
@@ -53,7 +54,7 @@ class Trends {
 
   async look() {
     try {
-      const found = await this.ask();
+      const found = await this.ask("watch");
       if (this.isWanted) this.show(found);
     } catch {
       if (this.isWanted) this.timer = setTimeout(() => this.look(), 3 * AGAIN_MS);

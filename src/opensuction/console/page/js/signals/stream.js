@@ -30,12 +30,14 @@ export class Stream {
     return (performance.now() - this.heard_ms) / 1000;
   }
 
-  connect(past_s) {
+  /** more: of the address. */
+  connect(past_s, more = {}) {
     clearTimeout(this.retry);
     const url = new URL("api/v1/signals", document.baseURI);
     url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
     url.searchParams.set("channels", this.names.join(","));
     url.searchParams.set("past_s", past_s.toFixed(1));
+    for (const [name, value] of Object.entries(more)) url.searchParams.set(name, value);
     const socket = new WebSocket(url);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
@@ -71,7 +73,8 @@ export class Stream {
     const wait_ms = BACK_OFF_MS[Math.min(this.tries, BACK_OFF_MS.length - 1)];
     this.tries += 1;
     // What was missed meanwhile is asked for again, as far as the machine's ring has it.
-    this.retry = setTimeout(() => this.connect(PAST_S), wait_ms);
+    // Nobody has asked for it: a session does not go on for that.
+    this.retry = setTimeout(() => this.connect(PAST_S, { unattended: "1" }), wait_ms);
   }
 
   close() {

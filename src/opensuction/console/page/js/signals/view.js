@@ -45,7 +45,7 @@ class Signals {
   }
 
   get offset() {
-    return this.facts?.utc_offset_s ?? (Date.now() - performance.now()) / 1000;
+    return this.facts?.utc_offset_s ?? ((machineNow() ?? Date.now()) - performance.now()) / 1000;
   }
 
   build(root) {
@@ -109,7 +109,10 @@ class Signals {
       frame: (frame) => this.take(frame),
       source: (facts) => this.follow(facts),
       event: (event) => this.marks.add(event),
-      ended: (reason) => { this.reason = reason; },
+      ended: (reason) => {
+        this.reason = reason;
+        this.context.session.look();
+      },
     });
     this.showTools();
   }
