@@ -213,8 +213,17 @@ def test_real_recordings_are_identified_as_they_are(tmp_path: Path, run: str, er
 
 BAD_OPTIONS = [
     (("identify",), "FILE"),
-    (("identify", "bench.csv"), "--input"),
-    (("identify", "bench.csv", "--input", "head_mm"), "--output"),
+    (
+        ("identify", "bench.csv"),
+        "bench.csv: name what drives by --input and what follows by --output; its columns: "
+        "time_s, head_mm, tip_mm",
+    ),
+    (
+        ("compare", "bench.csv", "--input", "head_mm"),
+        "bench.csv: name what follows by --output; its columns: time_s, head_mm, tip_mm",
+    ),
+    (("identify", "bench.csv", "--output", "tip_mm"), "name what drives by --input; its columns"),
+    (("identify", "none.csv"), "no such file"),
     (("identify", "none.csv", *COLUMNS), "no such file"),
     (("identify", ".", *COLUMNS), "is a folder"),
     (
@@ -279,6 +288,83 @@ def test_bad_recording_is_one_plain_line(case: str, tmp_path: Path) -> None:
     ran = opensuction("identify", "bad.csv", *COLUMNS, "--time", "time_s", "--json", cwd=tmp_path)
     assert_refused(ran, named, tmp_path, left=1)
     assert "bad.csv" in ran.stderr.splitlines()[-1]
+
+
+def rows_of_bench(folder: Path) -> list[str]:
+    """Rows of the recording of the published model, without their header."""
+    return recording(folder).read_text().splitlines()[1:]
+
+
+def test_rows_with_a_missing_number_are_left_out_if_asked(tmp_path: Path) -> None:
+    rows = rows_of_bench(tmp_path)
+    for place in (0, 7, 500):
+        time_s, head, _ = rows[place].split(",")
+        rows[place] = f"{time_s},{head},"
+    (tmp_path / "gaps.csv").write_text("\n".join(["time_s,head_mm,tip_mm", *rows]))
+    arguments = ("identify", "gaps.csv", *COLUMNS, "--time", "time_s", "--json")
+    refused = opensuction(*arguments, cwd=tmp_path)
+    assert_refused(refused, "(in 3 of 800 rows)", tmp_path, left=2)
+    assert "line 2, column 'tip_mm': an empty cell" in refused.stderr
+    assert "--skip-missing" in refused.stderr
+    ran = opensuction(*arguments, "--skip-missing", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert "gaps.csv: rows left out, for a number is missing: 3" in ran.stderr
+    data = json.loads(ran.stdout)
+    assert (data["samples"], data["recording"]["skipped_rows"]) == (797, 3)
+    assert data["parameters"]["slope"]["value"] == pytest.approx(PUBLISHED.slope, rel=1e-3)
+
+
+def test_units_of_a_row_below_the_header_are_used(tmp_path: Path) -> None:
+    """Time in ms: were it taken for seconds, --from would cut nothing off."""
+    rows = [row.split(",") for row in rows_of_bench(tmp_path)]
+    lines = [f"{1e3 * float(time_s)!r},{head},{tip}" for time_s, head, tip in rows]
+    (tmp_path / "units.csv").write_text("\n".join(["Time,Head,Tip", "ms,mm,deg", *lines]))
+    arguments = ("identify", "units.csv", "--input", "Head", "--output", "Tip (deg)", "--json")
+    ran = opensuction(*arguments, "--time", "Time", "--from", "10", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    data = json.loads(ran.stdout)
+    assert data["parameters"]["slope"]["unit"] == "deg/mm"
+    assert data["recording"]["from_s"] == pytest.approx(10.0)
+    assert data["recording"]["input"]["column"] == "Head (mm)"
+
+
+def test_columns_without_a_header_are_taken_by_number(tmp_path: Path) -> None:
+    (tmp_path / "bare.csv").write_text("\n".join(rows_of_bench(tmp_path)))
+    ran = opensuction("identify", "bare.csv", cwd=tmp_path)
+    assert_refused(ran, "called by their number, 1 to 3): 1, 2, 3", tmp_path, left=2)
+    ran = opensuction("identify", "bare.csv", *COLUMNS, cwd=tmp_path)
+    assert_refused(ran, "no header, so its columns are called by their number", tmp_path, left=2)
+    arguments = ("--input", "2", "--output", "3", "--time", "1", "--json")
+    ran = opensuction("identify", "bare.csv", *arguments, cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert "bare.csv: no header" in ran.stderr
+    assert json.loads(ran.stdout)["samples"] == 800
+
+
+STRANGERS = MEASURED.parent / "strangers"
+FIRST_TRIES = {
+    "boucwen.csv": ((), "its columns: x, v, a, E, f"),
+    "column_spc1.csv": ((), "Lead Actuator Force (kN), Lead Actuator Displacment (mm)"),
+    "friction_damper.csv": (
+        ("--input", "displacement", "--output", "friction_force"),
+        "add --negate-output",
+    ),
+    "mr_ensaio1.mat": (("--input", "x_F", "--output", "f"), "save each column under a name"),
+    "servo_comp2.csv": (
+        ("--input", "target pos (1)", "--output", "pos (1)"),
+        "(in 1 of 402 rows); fill it in, or leave such rows out with --skip-missing",
+    ),
+    "servo_single.csv": (("--input", "target pos (5)"), "name what follows by --output"),
+    "wall_ts1.csv": ((), "no header, so its columns are called by their number, 1 to 2): 1, 2"),
+}
+
+
+@pytest.mark.skipif(not STRANGERS.is_dir(), reason="no recordings beside the project")
+@pytest.mark.parametrize("name", FIRST_TRIES)
+def test_a_first_try_on_files_of_others_leads_on(name: str, tmp_path: Path) -> None:
+    arguments, words = FIRST_TRIES[name]
+    ran = opensuction("identify", str(STRANGERS / name), *arguments, cwd=tmp_path)
+    assert_refused(ran, words, tmp_path)
 
 
 def test_folder_with_something_in_it_needs_force(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def test_without_h5py_one_line_says_what_to_install(
 
 def test_missing_numbers_are_refused_with_their_row(file: Path) -> None:
     savemat(file, {"a": [1.0, np.nan]})
-    assert "row 2, column 'a': nan" in refusal(file, "a")
+    assert "row 2, column 'a': missing" in refusal(file, "a")
 
 
 @pytest.mark.parametrize("version", ["5", "7.3"])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from opensuction.recording import npz_table
+from opensuction.recording import npz_table, table
 from tests.recording.test_table import read, refusal
 
 
@@ -31,6 +31,17 @@ def test_dates_become_seconds(file: Path) -> None:
     assert read(file, "at") == {"at": [0.0, 0.25]}
 
 
+@pytest.mark.parametrize("kind", ["datetime64[ms]", "timedelta64[us]"])
+def test_a_date_that_is_missing_first_counts_itself_alone(file: Path, kind: str) -> None:
+    at = np.array(["NaT", 1_000_000, 2_000_000], dtype=kind)
+    np.savez(file, at=at, a=np.arange(3.0))
+    assert "row 1, column 'at': missing, should be a number (in 1 of 3 rows)" in refusal(file, "at")
+    columns, left_out = table.read_columns(table.open_table(file), ["at", "a"], skip_missing=True)
+    second = 1000.0 if kind == "datetime64[ms]" else 1.0
+    assert columns["at"].tolist() == [0.0, second]
+    assert (columns["a"].tolist(), left_out) == ([1.0, 2.0], 1)
+
+
 class Code:
     """Runs something where it is unpickled."""
 
@@ -43,7 +54,7 @@ BAD = {
     "matrix": (np.zeros((3, 4)), "is 3 x 4, should be one row or column"),
     "text": (np.array(["a", "b"]), "holds <U1, should hold numbers"),
     "complex": (np.array([1j]), "holds complex128, should hold numbers"),
-    "missing": (np.array([1.0, np.nan, np.nan]), "row 2, column 'a': nan"),
+    "missing": (np.array([1.0, np.nan, np.nan]), "row 2, column 'a': missing"),
     "nothing": (np.array([]), "has no samples"),
 }
 

@@ -20,7 +20,7 @@ def written(path: Path, **columns: Any) -> Path:
 
 
 def read(path: Path, *names: str) -> dict[str, list[float]]:
-    columns = table.read_columns(table.open_table(path), names)
+    columns, _ = table.read_columns(table.open_table(path), names)
     return {name: values.tolist() for name, values in columns.items()}
 
 
@@ -70,6 +70,27 @@ def test_missing_values_are_refused_with_their_row(file: Path) -> None:
     written(file, a=[1.0, None, 3.0], b=[1.0, 2.0, float("inf")])
     assert "row 2, column 'a': missing" in refusal(file, "a")
     assert "row 3, column 'b': inf" in refusal(file, "b")
+
+
+@pytest.mark.parametrize("missing", [[0], [0, 1], [0, 3], [2]])
+def test_a_time_that_is_missing_first_counts_itself_alone(file: Path, missing: list[int]) -> None:
+    start = datetime(2026, 1, 2, tzinfo=UTC)
+    at = [None if i in missing else start + timedelta(seconds=i) for i in range(4)]
+    since = pa.array([None if i in missing else 1000 * i for i in range(4)], pa.duration("ms"))
+    written(file, at=at, since=since, a=[0.0, 1.0, 2.0, 3.0])
+    for name in ("at", "since"):
+        words = f"row {missing[0] + 1}, column {name!r}: missing, should be a number "
+        assert f"{words}(in {len(missing)} of 4 rows)" in refusal(file, name)
+    columns, left_out = table.read_columns(table.open_table(file), ["at", "a"], skip_missing=True)
+    kept = [float(i) for i in range(4) if i not in missing]
+    assert columns["a"].tolist() == kept
+    assert (columns["at"] - columns["at"][0]).tolist() == [i - kept[0] for i in kept]
+    assert left_out == len(missing)
+
+
+def test_a_time_that_is_missing_everywhere_is_refused(file: Path) -> None:
+    written(file, at=pa.array([None, None], pa.timestamp("ms")))
+    assert "(in 2 of 2 rows)" in refusal(file, "at")
 
 
 def test_text_is_refused(file: Path) -> None:

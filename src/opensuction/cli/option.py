@@ -202,11 +202,13 @@ OPTIONS: dict[str, Any] = {
     ),
     "input": typer.Option(
         metavar="COL",
-        help="Column of what drives: the head. Given again: what drives too, such as another "
-        "joint; play-readout follows several.",
+        help="Column of what drives: the head; leave it out to be told which columns FILE has. "
+        "Given again: what drives too, such as another joint; play-readout follows several.",
         show_default=False,
     ),
-    "output": typer.Option(metavar="COL", help="Column of what follows: the tip."),
+    "output": typer.Option(
+        metavar="COL", help="Column of what follows: the tip.", show_default=False
+    ),
     "time": typer.Option(metavar="COL", help="Column of time. Default: samples evenly spaced."),
     "negate_output": typer.Option(
         "--negate-output", help="Turn the output's sign round, where it falls as the input rises."
@@ -241,6 +243,10 @@ OPTIONS: dict[str, Any] = {
     "to_s": typer.Option("--to", metavar="S", help="Leave out what lies after this time, in s."),
     "input_unit": typer.Option(metavar="UNIT", help="Unit of the input, if its name has none."),
     "output_unit": typer.Option(metavar="UNIT", help="Unit of the output, if its name has none."),
+    "skip_missing": typer.Option(
+        "--skip-missing",
+        help="Leave out the rows in which a named column has no number, instead of refusing them.",
+    ),
     "recording": typer.Argument(
         metavar="FILE", help="A recording (.mcap) that opensuction wrote.", show_default=False
     ),

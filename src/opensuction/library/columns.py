@@ -16,7 +16,7 @@ import numpy as np
 from opensuction.identification.record import read_samples
 from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
-from opensuction.recording.array_column import SECOND
+from opensuction.recording.array_column import count_seconds
 from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
@@ -62,7 +62,7 @@ def _to_row(name: str, values: Values) -> Array:
     if isinstance(values, np.ma.MaskedArray):
         row = np.ma.filled(values.astype(np.float64), np.nan)  # masked: missing
     if row.dtype.kind in "Mm" and row.ndim == 1 and row.size:
-        row = (row - row[0]) / SECOND
+        row = count_seconds(row)
     if row.dtype.kind in "cSUV":
         raise InputError(f"{name}: not a row of numbers but of {row.dtype}")
     if row.ndim == 2 and 1 in row.shape:
@@ -191,7 +191,7 @@ def load(
         table=RecordedTable(
             path=SOURCE,
             names=tuple(columns),
-            read=lambda _, wanted: {name: columns[name] for name in wanted},
+            read=lambda _, wanted, __: {name: columns[name] for name in wanted},
             size_bytes=sum(row.nbytes for row in columns.values()),
             sha256=digest.hexdigest(),
         ),

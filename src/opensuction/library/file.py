@@ -4,6 +4,7 @@ from os import PathLike
 from pathlib import Path
 
 from opensuction.kernel.record import Array
+from opensuction.library.columns import in_python
 from opensuction.recording import table
 from opensuction.settings.choice import choose
 
@@ -16,14 +17,17 @@ class Table(dict[str, Array]):
         return f"Table({samples} samples of {', '.join(self)})"
 
 
-def read(path: str | PathLike[str], *names: str) -> Table:
+def read(path: str | PathLike[str], *names: str, skip_missing: bool = False) -> Table:
     """Columns of a recording by name: of CSV, Parquet, NumPy's ``.npz`` or MATLAB's ``.mat``.
 
-    names: of the columns that are wanted; none: all of them. Raises InputError for what is no such
-    file, a column that it lacks, and cells that are no numbers.
+    names: of the columns that are wanted; none: all of them. skip_missing: rows in which one of
+    them has no number are left out instead of refused. Raises InputError for what is no such file,
+    a column that it lacks, and cells that are no numbers.
     """
-    found = table.open_table(Path(path))
-    wanted = names or found.names
-    for name in wanted:
-        choose(name, dict.fromkeys(found.names), f"column in {path}:")
-    return Table(table.read_columns(found, wanted))
+    with in_python():
+        found = table.open_table(Path(path))
+        wanted = {name: table.find_name(found, name) for name in names or found.names}
+        for name in wanted.values():
+            choose(name, dict.fromkeys(found.names), f"column in {path}:")
+        columns, _ = table.read_columns(found, [*wanted.values()], skip_missing)
+    return Table({name: columns[full] for name, full in wanted.items()})

@@ -1,12 +1,13 @@
 """A column of a recording from an array, as files of arrays hold it: one row of finite numbers."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.bound import MOST_SAMPLES, describe_excess
+from opensuction.recording.bound import MOST_SAMPLES, describe_excess, describe_missing
 
 SECOND = np.timedelta64(1, "s")
 
@@ -35,22 +36,44 @@ def check_shape(path: Path, name: str, shape: tuple[int, ...]) -> None:
         raise InputError(f"{path}: {name!r} has no samples in it")
 
 
-def read_numbers(path: Path, name: str, values: NDArray[np.generic]) -> NDArray[np.float64]:
-    """One array as a row of finite doubles; dates and durations become seconds from the first.
+def count_seconds(instants: NDArray[Any]) -> NDArray[np.float64]:
+    """Dates or durations as seconds from the first that is there; NaN for those that are not."""
+    there = np.flatnonzero(~np.isnat(instants))
+    first = instants[there[0]] if there.size else instants[:1]
+    seconds: NDArray[np.float64] = (instants - first) / SECOND
+    return seconds
 
-    Raises InputError for another shape, and for what are no finite numbers.
+
+def check_finite(path: Path, name: str, numbers: NDArray[np.float64], allow_missing: bool) -> None:
+    """Refuse what are no finite numbers; raises InputError with the first row and the remedy."""
+    missing = np.isnan(numbers)
+    bad = np.flatnonzero(np.isinf(numbers) if allow_missing else ~np.isfinite(numbers))
+    if not bad.size:
+        return
+    where = f"{path}: row {bad[0] + 1}, column {name!r}"
+    if missing[bad[0]]:
+        lack = describe_missing(int(missing.sum()), numbers.size)
+        raise InputError(f"{where}: missing, should be a number {lack}")
+    raise InputError(
+        f"{where}: {numbers[bad[0]]} is not finite ({bad.size} such in {numbers.size}); correct or "
+        "remove them"
+    )
+
+
+def read_numbers(
+    path: Path, name: str, values: NDArray[np.generic], allow_missing: bool = False
+) -> NDArray[np.float64]:
+    """One array as a row of doubles; dates and durations become seconds from the first.
+
+    Raises InputError for another shape, and for what are no finite numbers; missing ones are NaN
+    where they are allowed.
     """
     check_shape(path, name, values.shape)
     row = values.reshape(-1)
     if row.dtype.kind in "Mm":
-        row = (row - row[0]) / SECOND
+        row = count_seconds(row)
     elif row.dtype.kind not in "biuf":
         raise InputError(f"{path}: {name!r} holds {row.dtype}, should hold numbers")
     numbers: NDArray[np.float64] = np.ascontiguousarray(row, dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        raise InputError(
-            f"{path}: row {bad[0] + 1}, column {name!r}: {numbers[bad[0]]}, should be a number "
-            f"({bad.size} such in {numbers.size}); fill or remove them"
-        )
+    check_finite(path, name, numbers, allow_missing)
     return numbers

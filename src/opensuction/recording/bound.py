@@ -1,4 +1,4 @@
-"""How large a recording may be."""
+"""Bounds of a recording: how large it may be, and how much of it may be missing."""
 
 MOST_SAMPLES = 2_000_000
 """Samples of a recording: an hour at 500 Hz. Three columns of it take 48 MB, and the slowest
@@ -19,3 +19,8 @@ def describe_excess(samples: int) -> str:
         f"has {samples} rows or more, above the limit of {MOST_SAMPLES}; keep every "
         f"{-(-samples // MOST_SAMPLES)}th row or fewer cycles"
     )
+
+
+def describe_missing(rows: int, of: int) -> str:
+    """What to say of rows that lack a number, and what can be done."""
+    return f"(in {rows} of {of} rows); fill it in, or leave such rows out with --skip-missing"

@@ -90,7 +90,9 @@ def read_names(path: Path) -> tuple[str, ...]:
     return _names(path, _variables_5(path))
 
 
-def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns(
+    path: Path, wanted: Sequence[str], allow_missing: bool = False
+) -> dict[str, NDArray[np.float64]]:
     """Numbers of the columns that are wanted; see `table.read_columns`."""
     from scipy.io import loadmat
 
@@ -99,7 +101,7 @@ def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.floa
         _check(path, name, variables)
     with _whole(path):
         found = loadmat(path, variable_names=list(wanted))
-        return {name: read_numbers(path, name, found[name]) for name in wanted}
+        return {name: read_numbers(path, name, found[name], allow_missing) for name in wanted}
 
 
 @contextmanager
@@ -141,10 +143,12 @@ def read_names_73(path: Path) -> tuple[str, ...]:
         return _names(path, _variables_73(file))
 
 
-def read_columns_73(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns_73(
+    path: Path, wanted: Sequence[str], allow_missing: bool = False
+) -> dict[str, NDArray[np.float64]]:
     """As `read_columns`, of a file of version 7.3."""
     with _open_73(path) as file:
         variables = _variables_73(file)
         for name in wanted:
             _check(path, name, variables)
-        return {name: read_numbers(path, name, file[name][()]) for name in wanted}
+        return {name: read_numbers(path, name, file[name][()], allow_missing) for name in wanted}

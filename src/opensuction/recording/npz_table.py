@@ -39,24 +39,27 @@ def read_names(path: Path) -> tuple[str, ...]:
         return tuple(name.removesuffix(SUFFIX) for name in archive.namelist())
 
 
-def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns(
+    path: Path, wanted: Sequence[str], allow_missing: bool = False
+) -> dict[str, NDArray[np.float64]]:
     """Numbers of the columns that are wanted; see `table.read_columns`."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             sizes = {one.filename: one.file_size for one in archive.zip.infolist()}
-            return {name: _read(path, name, archive, sizes) for name in wanted}
+            values = {name: _read(path, name, archive, sizes) for name in wanted}
     except (*DAMAGED, MemoryError):  # an array that says it is larger than the memory
         raise InputError(f"{path}: is damaged or incomplete; save it again") from None
+    return {name: read_numbers(path, name, row, allow_missing) for name, row in values.items()}
 
 
 def _read(
     path: Path, name: str, archive: np.lib.npyio.NpzFile, sizes: dict[str, int]
-) -> NDArray[np.float64]:
+) -> NDArray[np.generic]:
     size_bytes = sizes.get(f"{name}{SUFFIX}", 0)
     if size_bytes > WIDEST_BYTES * MOST_SAMPLES + HEADING_BYTES:
         raise InputError(f"{path}: {name!r} {describe_excess(size_bytes // WIDEST_BYTES)}")
     try:
-        values = archive[name]
+        values: NDArray[np.generic] = archive[name]
     except ValueError as error:
         if "pickle" in str(error):
             raise InputError(
@@ -64,4 +67,4 @@ def _read(
                 "as an array of numbers"
             ) from None
         raise InputError(f"{path}: {name!r} is damaged; save it again") from None
-    return read_numbers(path, name, values)
+    return values

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
+from opensuction.recording.array_column import check_finite
 from opensuction.recording.bound import MOST_SAMPLES, describe_excess
 
 MAGIC = b"PAR1"
@@ -50,7 +51,9 @@ def read_names(path: Path) -> tuple[str, ...]:
         return tuple(file.schema_arrow.names)
 
 
-def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+def read_columns(
+    path: Path, wanted: Sequence[str], allow_missing: bool = False
+) -> dict[str, NDArray[np.float64]]:
     """Numbers of the columns that are wanted; see `table.read_columns`."""
     import pyarrow
 
@@ -59,11 +62,11 @@ def read_columns(path: Path, wanted: Sequence[str]) -> dict[str, NDArray[np.floa
             table = file.read(columns=list(wanted))
         except (pyarrow.ArrowException, OSError):
             raise InputError(f"{path}: is damaged or incomplete; save it again") from None
-    return {name: _read_numbers(path, name, table.column(name)) for name in wanted}
+    return {name: _read_numbers(path, name, table.column(name), allow_missing) for name in wanted}
 
 
-def _read_numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
-    """One column as finite doubles."""
+def _read_numbers(path: Path, name: str, column: Any, allow_missing: bool) -> NDArray[np.float64]:
+    """One column as finite doubles, missing ones NaN where they are allowed."""
     import pyarrow
     import pyarrow.compute
 
@@ -72,7 +75,8 @@ def _read_numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
     if pyarrow.types.is_timestamp(kind) or pyarrow.types.is_duration(kind):
         ticks = PER_SECOND[kind.unit]
         column = column.cast(pyarrow.int64())
-        column = pyarrow.compute.subtract(column, column[0])
+        if column.null_count < len(column):
+            column = pyarrow.compute.subtract(column, column.drop_null()[0])
     elif not (
         pyarrow.types.is_integer(kind)
         or pyarrow.types.is_floating(kind)
@@ -82,11 +86,5 @@ def _read_numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
     # Not safe, so that integers beyond 2**53 are rounded instead of refused.
     values = column.cast(pyarrow.float64(), safe=False).to_numpy(zero_copy_only=False)
     numbers: NDArray[np.float64] = np.ascontiguousarray(values, dtype=np.float64) / ticks
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        what = "missing" if column[int(bad[0])].as_py() is None else str(numbers[bad[0]])
-        raise InputError(
-            f"{path}: row {bad[0] + 1}, column {name!r}: {what}, should be a number ({bad.size} "
-            f"such in {numbers.size}); fill or remove them"
-        )
+    check_finite(path, name, numbers, allow_missing)
     return numbers

@@ -5,11 +5,13 @@ refused in one line. Only the columns asked for are kept in memory.
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from io import BufferedReader
 from pathlib import Path
 from stat import S_ISREG
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +43,33 @@ FOREIGN = {
 }
 """How files begin that people take for tables, and what to do with them."""
 
+FOREIGN_TEXT = tuple(
+    (re.compile(rb"(\xef\xbb\xbf)?\s*" + beginning, re.IGNORECASE), what)
+    for beginning, what in (
+        (
+            rb"version https://git-lfs",
+            "a Git LFS pointer that stands for the file; get the file "
+            "itself with 'git lfs pull', or download it from the page of the repository",
+        ),
+        (
+            rb"(/annex/objects/|(\.\./)*\.git/annex/)",
+            "a git-annex pointer that stands for the file; "
+            "get the file itself with 'git annex get'",
+        ),
+        (
+            rb"(\{|\[\s*[\[{\"])",
+            "JSON, no table; save its records as CSV, a column for each quantity",
+        ),
+        (
+            rb"<(!doctype html|html|head|body)",
+            "a web page; download the file that it shows, often called raw, and give that",
+        ),
+        (rb"<\?xml", "XML; export the columns as CSV"),
+        (rb"%PDF-", "a PDF document; export the table in it as CSV"),
+    )
+)
+"""How text begins that is no table, and what to do with it."""
+
 LOOKED_AT_BYTES = 65536
 """Beginning of a file by which text is recognised."""
 
@@ -49,7 +78,7 @@ class Reader(NamedTuple):
     """How a kind of file is read."""
 
     names: Callable[[Path], tuple[str, ...]]
-    columns: Callable[[Path, Sequence[str]], Columns]
+    columns: Callable[[Path, Sequence[str], bool], Columns]
 
 
 class RecordedTable(NamedTuple):
@@ -58,13 +87,15 @@ class RecordedTable(NamedTuple):
     path: Path
     names: tuple[str, ...]
     """Of the columns, in their order."""
-    read: Callable[[Path, Sequence[str]], Columns]
-    """Numbers of some columns; see `read_columns`."""
+    read: Callable[[Path, Sequence[str], bool], Columns]
+    """Numbers of some columns, NaN for missing ones where they are allowed; see `read_columns`."""
     size_bytes: int
     sha256: str
     """Of the whole file, in hexadecimal: identifies the recording under any name."""
     note: str = ""
     """What a person should know of how it was read."""
+    full_names: Mapping[str, str] = MappingProxyType({})
+    """Of columns whose header gives the name and, in a row below it, the unit: by the name."""
 
 
 def open_table(path: Path) -> RecordedTable:
@@ -106,7 +137,7 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
     if not head:
         raise InputError(f"{path}: is empty; give the path of {KINDS}")
     reader = next((one for start, one in BINARY.items() if head.startswith(start)), None)
-    note = ""
+    note, full_names = "", dict[str, str]()
     if head.startswith(npz_table.MAGIC) and npz_table.is_archive(path):
         reader = ARCHIVE
     if reader is None:
@@ -118,15 +149,19 @@ def _open(path: Path, file: BufferedReader, size_bytes: int) -> RecordedTable:
                 "cycles that matter, or save it as Parquet"
             )
         encoding = text_table.find_encoding(path)
-        note = text_table.NOTES.get(encoding, "")
+        layout = text_table.read_layout(path, encoding)
+        note = "; ".join(filter(None, (text_table.NOTES.get(encoding), layout.note)))
+        short = layout.short_names
+        pairs = zip(short, layout.names, strict=True)
+        full_names = {name: full for name, full in pairs if short.count(name) == 1}
         reader = Reader(
-            partial(text_table.read_names, encoding=encoding),
-            partial(text_table.read_columns, encoding=encoding),
+            lambda _: layout.names,
+            partial(text_table.read_columns, encoding=encoding, layout=layout),
         )
     names = reader.names(path)
     file.seek(0)
     digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return RecordedTable(path, names, reader.columns, size_bytes, digest, note)
+    return RecordedTable(path, names, reader.columns, size_bytes, digest, note, full_names)
 
 
 def _refuse_foreign(path: Path, head: bytes) -> None:
@@ -135,12 +170,29 @@ def _refuse_foreign(path: Path, head: bytes) -> None:
             raise InputError(f"{path}: is {what}")
     if b"\0" in head:
         raise InputError(f"{path}: is a binary file; give the path of {KINDS}")
+    for beginning, what in FOREIGN_TEXT:
+        if beginning.match(head):
+            raise InputError(f"{path}: is {what}")
 
 
-def read_columns(table: RecordedTable, wanted: Sequence[str]) -> Columns:
+def find_name(table: RecordedTable, name: str) -> str:
+    """The name of a column as the table has it, of one that a person typed; the same if none is."""
+    for typed in (name, " ".join(name.split())):
+        if typed in table.names:
+            return typed
+        if typed in table.full_names:
+            return table.full_names[typed]
+    return name
+
+
+def read_columns(
+    table: RecordedTable, wanted: Sequence[str], skip_missing: bool = False
+) -> tuple[Columns, int]:
     """The numbers of some columns by name, each of shape (samples,), all finite.
 
-    wanted: names that the table has, each once in it.
+    wanted: names that the table has, each once in it. skip_missing: rows in which one of them has
+    no number are left out instead of refused.
+    Returns the columns and how many rows were left out.
     Raises InputError for a cell that is empty, no number or not finite, with its line; for a name
     that two columns share; for more rows than the bound; for columns of different lengths.
     """
@@ -150,7 +202,7 @@ def read_columns(table: RecordedTable, wanted: Sequence[str]) -> Columns:
                 f"{table.path}: {table.names.count(name)} columns are called {name!r}; rename "
                 "all but one"
             )
-    found = table.read(table.path, tuple(dict.fromkeys(wanted)))
+    found = table.read(table.path, tuple(dict.fromkeys(wanted)), skip_missing)
     first, *others = found.items()
     for name, values in others:
         if values.size != first[1].size:
@@ -158,4 +210,13 @@ def read_columns(table: RecordedTable, wanted: Sequence[str]) -> Columns:
                 f"{table.path}: {first[0]!r} has {first[1].size} samples, {name!r} {values.size}; "
                 "they should be as many"
             )
-    return found
+    if not skip_missing:
+        return found, 0
+    whole = np.isfinite([*found.values()]).all(axis=0)
+    if not whole.any():
+        raise InputError(
+            f"{table.path}: none of its {whole.size} rows has a number in each of "
+            f"{', '.join(map(repr, found))}; choose columns that were recorded together"
+        )
+    kept = {name: values[whole] for name, values in found.items()}
+    return kept, whole.size - int(whole.sum())

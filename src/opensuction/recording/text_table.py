@@ -1,16 +1,15 @@
-"""CSV and its relatives: commas, semicolons or tabs, decimal commas, comments, quotes.
+"""CSV and its relatives: any usual separator, decimal commas, comments, quotes, missing cells.
 
-The separator is the one that gives the header and the row below it as many cells. A decimal comma
-is possible where the separator is not a comma. Lines that begin with ``#`` are comments. Text that
-is no UTF-8 is taken for Windows-1252, as spreadsheets of western languages still write it.
+How a text is cut into cells is found by `text_layout`. Decimal commas are told from points by the
+first number that has either. Text that is no UTF-8 is taken for Windows-1252, as spreadsheets of
+western languages still write it.
 """
 
 import codecs
-import csv
 import math
+import re
 from array import array
 from collections.abc import Iterator, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
@@ -18,28 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from opensuction.kernel.errors import InputError
-from opensuction.recording.bound import MOST_SAMPLES, describe_excess
+from opensuction.recording import text_layout
+from opensuction.recording.bound import MOST_SAMPLES, describe_excess, describe_missing
+from opensuction.recording.text_layout import COMMENTS, LONGEST_LINE, SHOWN, Layout
 
-SEPARATORS = (";", "\t", ",")
-"""Tried in this order: in text with decimal commas, commas would also cut."""
-COMMENT = "#"
 UTF8, WINDOWS = "utf-8-sig", "cp1252"
 NOTES = {WINDOWS: "is not UTF-8; read as Windows-1252 (cp1252)"}
 """What a person should know of an encoding."""
 CHUNK_BYTES = 1 << 20
-LONGEST_LINE = 1_000_000
-"""Characters of a line; a longer one belongs to another kind of file."""
-SHOWN = 40
-"""Characters of a cell that a message repeats."""
-MISSING = frozenset(("", "na", "n/a", "nan", "null", "none", "-nan", "+nan", "#n/a"))
-"""How a missing number is written, in lower case."""
-
-
-class _Layout(NamedTuple):
-    """How a file is cut into cells."""
-
-    separator: str
-    names: tuple[str, ...]
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+"""A number whose commas may stand between thousands."""
 
 
 def find_encoding(path: Path) -> str:
@@ -55,27 +42,36 @@ def find_encoding(path: Path) -> str:
     return UTF8
 
 
-def read_names(path: Path, encoding: str = UTF8) -> tuple[str, ...]:
-    """Names of the columns. Raises InputError for text that has no header or no rows."""
-    return _read_layout(path, encoding).names
+def read_layout(path: Path, encoding: str = UTF8) -> Layout:
+    """How the text is cut into cells. Raises InputError for text that is no table."""
+    with _text(path, encoding) as file:
+        return text_layout.find_layout(path, _lines(path, file))
 
 
 def read_columns(
-    path: Path, wanted: Sequence[str], encoding: str = UTF8
+    path: Path,
+    wanted: Sequence[str],
+    allow_missing: bool = False,
+    encoding: str = UTF8,
+    layout: Layout | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Numbers of the columns that are wanted; see `table.read_columns`."""
-    layout = _read_layout(path, encoding)
+    """Numbers of the columns that are wanted; see `table.read_columns`.
+
+    layout: as `read_layout` found it; None: found again.
+    """
+    layout = layout or read_layout(path, encoding)
     places = [layout.names.index(name) for name in wanted]
     kept = [array("d") for _ in wanted]
+    count = 0
     with _text(path, encoding) as file:
-        rows = _rows(path, file, layout)
-        next(rows)
         parse = _Parser(path, layout)
-        for count, (number, row) in enumerate(rows):
+        for number, row in _rows(path, file, layout):
             if count == MOST_SAMPLES:
                 raise InputError(f"{path}: {describe_excess(count + 1)}")
+            count += 1
             for place, column in zip(places, kept, strict=True):
                 column.append(parse(number, place, row[place]))
+    parse.check(count, allow_missing)
     return {
         name: np.frombuffer(column, dtype=np.float64)
         for name, column in zip(wanted, kept, strict=True)
@@ -95,7 +91,7 @@ def _lines(path: Path, file: TextIO) -> Iterator[tuple[int, str]]:
                 f"{path}: line {number} has more than {LONGEST_LINE} characters; this is no table "
                 "with one sample in each line"
             )
-        if line.isspace() or line.startswith(COMMENT):
+        if line.isspace():
             continue
         if not line.isascii() and any("\udc80" <= letter <= "\udcff" for letter in line):
             raise InputError(
@@ -105,104 +101,108 @@ def _lines(path: Path, file: TextIO) -> Iterator[tuple[int, str]]:
         yield number, line
 
 
-def _cells(path: Path, line: str, separator: str) -> list[str]:
-    try:
-        return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-    except csv.Error as error:
-        raise InputError(f"{path}: cannot be cut into cells: {error}") from None
-
-
-def _read_layout(path: Path, encoding: str) -> _Layout:
-    """How to cut a file, by its header and the row below."""
-    with _text(path, encoding) as file:
-        beginning = [line for _, line in islice(_lines(path, file), 2)]
-    if not beginning:
-        raise InputError(f"{path}: holds no line with values; give a table with a header line")
-    cut = {
-        separator: [_cells(path, line, separator) for line in beginning] for separator in SEPARATORS
-    }
-    fitting = [
-        separator
-        for separator, rows in cut.items()
-        if len(rows[0]) > 1 and len({len(row) for row in rows}) == 1
-    ]
-    most = max(SEPARATORS, key=lambda separator: len(cut[separator][0]))
-    separator = fitting[0] if fitting else most
-    header = tuple(name.strip() for name in cut[separator][0])
-    if all(_is_number(name) for name in header):
-        raise InputError(
-            f"{path}: the first line is {beginning[0].strip()[:SHOWN]!r}, numbers instead of names "
-            "of columns; add a header line such as time_s,head_mm,tip_mm"
-        )
-    if len(beginning) < 2:
-        raise InputError(f"{path}: has a header and no samples below it")
-    return _Layout(separator, header)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.replace(",", "."))
-    except ValueError:
-        return cell == ""
-    return True
-
-
-def _rows(path: Path, file: TextIO, layout: _Layout) -> Iterator[tuple[int, list[str]]]:
-    """Rows with the number of the line each ends in, the header first."""
-    number = 0
-
-    def feed() -> Iterator[str]:
-        """The lines, each counted as the reader takes it."""
-        nonlocal number
-        for at, line in _lines(path, file):
-            number = at
-            yield line
-
+def _rows(path: Path, file: TextIO, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Rows of samples with the number of the line each ends in."""
+    lines = (
+        (number, line)
+        for number, line in _lines(path, file)
+        if number >= layout.first_line and not line.startswith(COMMENTS)
+    )
     width = len(layout.names)
-    reader = csv.reader(feed(), delimiter=layout.separator, skipinitialspace=True)
-    try:
-        for row in reader:
-            if len(row) != width:
-                raise InputError(
-                    f"{path}: line {number}: {len(row)} cells, the header has {width}; complete or "
-                    "remove the line"
-                )
+    for begin, number, row in text_layout.cut(path, lines, layout.separator):
+        if len(row) == width or not "".join(row[width:] or "?").strip():
             yield number, row
-    except csv.Error as error:
-        raise InputError(f"{path}: line {number}: cannot be cut into cells: {error}") from None
+        elif number > begin:
+            raise InputError(f"{path}: line {begin}: {text_layout.UNCLOSED}")
+        else:
+            raise InputError(
+                f"{path}: line {number}: {len(row)} cells, the header has {width}; complete or "
+                "remove the line"
+            )
+
+
+class _Missing(NamedTuple):
+    """The first cell without a number."""
+
+    number: int
+    place: int
+    cell: str
 
 
 class _Parser:
     """Turns cells into numbers. The first decimal mark that is met is the file's."""
 
-    def __init__(self, path: Path, layout: _Layout) -> None:
+    def __init__(self, path: Path, layout: Layout) -> None:
         self._path = path
         self._layout = layout
-        self._decimal_comma: bool | None = False if layout.separator == "," else None
+        self._decimal_comma: bool | None = None
+        self._grouped: str = ""
+        """A cell whose comma may stand between thousands: between commas nothing but quotes tells
+        a decimal comma from one of those."""
+        self._is_decimal_sure = layout.separator != ","
+        self._missing: _Missing | None = None
+        self._missing_rows, self._missing_line = 0, 0
 
     def __call__(self, number: int, place: int, cell: str) -> float:
-        """Finite number in a cell; InputError with line and column where there is none."""
-        if self._decimal_comma is None and ("," in cell or "." in cell):
-            self._decimal_comma = "," in cell
+        """Finite number in a cell, NaN for one that is missing; InputError for anything else."""
         text = cell
-        if self._decimal_comma:
-            text = "?" if "." in cell else cell.replace(",", ".")
+        if self._decimal_comma is not False or "," in cell:
+            text = self._with_point(cell)
         try:
             value = float(text)
         except ValueError:
             value = math.nan
         if math.isfinite(value) and "_" not in cell:
             return value
-        where = f"{self._path}: line {number}, column {self._layout.names[place]!r}"
-        if cell.strip().lower() in MISSING:
-            what = f"{cell.strip()!r} is" if cell.strip() else "an empty cell is"
-            raise InputError(f"{where}: {what} no number; fill it or remove the line")
+        if text_layout.is_missing(cell):
+            self._missing = self._missing or _Missing(number, place, cell.strip())
+            self._missing_rows += number != self._missing_line
+            self._missing_line = number
+            return math.nan
+        where, shown = self._where(number, place), cell.strip()
         if math.isinf(value):
-            raise InputError(f"{where}: {cell.strip()!r} is not finite; correct or remove the line")
-        raise InputError(f"{where}: {cell.strip()[:SHOWN]!r} is not a number{self._mark(cell)}")
+            raise InputError(f"{where}: {shown!r} is not finite; correct or remove the line")
+        raise InputError(f"{where}: {shown[:SHOWN]!r} is not a number{self._advise(shown)}")
 
-    def _mark(self, cell: str) -> str:
+    def _where(self, number: int, place: int) -> str:
+        return f"{self._path}: line {number}, column {self._layout.names[place]!r}"
+
+    def _with_point(self, cell: str) -> str:
+        """The cell with a decimal point; "?" where it has another mark than those before."""
+        has_comma, has_point = "," in cell, "." in cell
+        if has_comma == has_point:
+            return "?" if has_comma else cell
+        if self._decimal_comma is None:
+            self._decimal_comma = has_comma
+        if self._decimal_comma != has_comma:
+            return "?"
+        if has_comma and not self._is_decimal_sure:
+            if _GROUPED.fullmatch(cell.strip()):
+                self._grouped = self._grouped or cell.strip()
+            else:
+                self._is_decimal_sure = True
+        return cell.replace(",", ".")
+
+    def check(self, rows: int, allow_missing: bool) -> None:
+        """Refuse what only all rows together show; raises InputError."""
+        if self._grouped and not self._is_decimal_sure:
+            raise InputError(
+                f"{self._path}: {self._grouped!r} may be a number with a decimal comma or with a "
+                "comma between thousands; write the numbers with decimal points and without commas"
+            )
+        if self._missing and not allow_missing:
+            number, place, cell = self._missing
+            what = f"{cell!r} is" if cell else "an empty cell is"
+            raise InputError(
+                f"{self._where(number, place)}: {what} no number "
+                f"{describe_missing(self._missing_rows, rows)}"
+            )
+
+    def _advise(self, cell: str) -> str:
         """A hint where the decimal mark may be what is wrong."""
+        is_grouped = "," in cell and ("." in cell or cell.count(",") > 1)
+        if is_grouped or ("." in cell and self._decimal_comma and not self._is_decimal_sure):
+            return "; write numbers without marks between thousands"
         if self._decimal_comma and "." in cell:
             return "; this file has decimal commas, so no points"
         if self._decimal_comma is False and "," in cell:

@@ -82,9 +82,10 @@ class RecordingChoice(NamedTuple):
     """A recording, its columns, and the part of it that is used."""
 
     file: Path
-    input: tuple[str, ...]
-    """Columns of what drives, the one that a machine moves first; at least one."""
-    output: str
+    input: tuple[str, ...] = ()
+    """Columns of what drives, the one that a machine moves first; none: not said."""
+    output: str = ""
+    """Column of what follows; "": not said."""
     time: str | None = None
     """Column of time; None: samples are evenly spaced."""
     negate_output: bool = False
@@ -95,3 +96,5 @@ class RecordingChoice(NamedTuple):
     input_unit: str | None = None
     """None: the one in the column's name."""
     output_unit: str | None = None
+    skip_missing: bool = False
+    """Rows in which a named column has no number are left out instead of refused."""

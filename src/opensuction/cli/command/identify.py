@@ -51,15 +51,18 @@ def _compute(
     def tell(model: str, done: int, models: int) -> None:
         progress.tell(f"Identifying {model} ({done + 1} of {models})")
 
-    sign = "-" if recording.negate_output else ""
     source = standard_input.NAME if recording.file == standard_input.DASH else recording.file
-    progress.tell(
-        f"Identifying {model or 'every model'} on {source}: "
-        f"{', '.join(recording.input)} to {sign}{recording.output}"
-    )
+    if recording.input and recording.output:
+        sign = "-" if recording.negate_output else ""
+        progress.tell(
+            f"Identifying {model or 'every model'} on {source}: "
+            f"{', '.join(recording.input)} to {sign}{recording.output}"
+        )
     loaded = identification_run.load(recording, model, method)
     if loaded.table.note:
         progress.tell(f"{source}: {loaded.table.note}")
+    if loaded.skipped_rows:
+        progress.tell(f"{source}: rows left out, for a number is missing: {loaded.skipped_rows}")
     began_s = time.perf_counter()
     found = identification_run.fit(loaded, tell, purpose)
     return _write_up(loaded, found, folder, time.perf_counter() - began_s)
@@ -127,10 +130,12 @@ Examples:
   unzip -p bench.zip bench.csv \\
       | opensuction identify - --input head_mm --output tip_mm
 
-A recording is a table with a header line: CSV with commas, semicolons or tabs, decimal commas
-allowed; or Parquet (pip install 'opensuction[parquet]'), named arrays of NumPy (.npz) or MATLAB
-(.mat; of version 7.3: pip install 'opensuction[matlab]'). Units are read from the columns' names
-(head_mm, "Head (mm)"), or given by --input-unit and --output-unit.
+Without --input and --output the columns of the file are listed. A recording is a table with a
+header line: CSV with commas, semicolons, tabs or blanks between, decimal commas allowed; or Parquet
+(pip install 'opensuction[parquet]'), named arrays of NumPy (.npz) or MATLAB (.mat; of version 7.3:
+pip install 'opensuction[matlab]'). Without a header columns are called by their number: --input 1.
+Units are read from the columns' names (head_mm, "Head (mm)") or from a row below the header, or
+given by --input-unit and --output-unit.
 
 In the JSON, seconds is the whole command once the recording is read, by the clock; fit_seconds is
 the processor time of the fit alone with its choice of complexity, done again in the same process:

@@ -25,13 +25,19 @@ from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
 from opensuction.settings.unit import unit_of_column
-from opensuction.settings.wording import name_source
+from opensuction.settings.wording import name_source, refuse
 
 SECONDS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 """Units of time that a column's name may carry; without one it is in seconds."""
 
 MOST_FITS, REPEATED_S, TIMED_S = 20, 0.1, 0.25
 """How often and how long one fit is timed, and how long all of them: `time_fits`."""
+
+MOST_LISTED = 60
+"""Columns of a file that a message names."""
+
+UNSAID = {"input": "what drives by --input", "output": "what follows by --output"}
+"""What a message asks for where a column was not named."""
 
 UNKNOWN_UNITS = ("input", "output")
 """What units are called where a column's name has none: a slope is then in output/input."""
@@ -51,6 +57,8 @@ class LoadedRecording(NamedTuple):
     """Names and units, ``input`` and ``output`` for units that are not known."""
     beside: dict[str, Array]
     """Columns of the file that were not named, as far as they are numbers."""
+    skipped_rows: int = 0
+    """Left out, for one of the columns has no number there."""
 
 
 def check(choice: RecordingChoice, model: str | None, method: str | None) -> None:
@@ -61,18 +69,23 @@ def check(choice: RecordingChoice, model: str | None, method: str | None) -> Non
         choose(method, METHODS, "method")
     check_holdout(choice.holdout, "--holdout")
     _check_span(choice)
-    for name in choice.input:
-        if choice.input.count(name) > 1:
-            raise InputError(f"--input '{name}' is given twice; name each column once")
-    if choice.output in choice.input:
-        raise InputError(
-            f"--input and --output are both '{choice.output}'; name the column that drives and the "
-            "one that follows"
-        )
+    _check_names(choice)
     if len(choice.input) > 1 and model is not None and model != COUPLED:
         raise InputError(
             f"model '{model}' follows one --input, not {len(choice.input)}: add --model "
             f"{COUPLED}, or leave out the others"
+        )
+
+
+def _check_names(choice: RecordingChoice) -> None:
+    """Refuse a column that is named twice; raises InputError."""
+    for name in choice.input:
+        if choice.input.count(name) > 1:
+            raise InputError(f"--input '{name}' is given twice; name each column once")
+    if choice.output and choice.output in choice.input:
+        raise InputError(
+            f"--input and --output are both '{choice.output}'; name the column that drives and the "
+            "one that follows"
         )
 
 
@@ -107,13 +120,11 @@ def load(choice: RecordingChoice, model: str | None, method: str | None) -> Load
 
 def _load(choice: RecordingChoice, model: str | None, method: str | None) -> LoadedRecording:
     found = table.open_table(choice.file)
-    known = dict.fromkeys(found.names)
+    choice = _find_columns(choice, found)
     wanted = [*choice.input, choice.output]
     if choice.time is not None:
         wanted.append(choice.time)
-    for name in wanted:
-        choose(name, known, f"column in {choice.file}:")
-    columns = table.read_columns(found, wanted)
+    columns, skipped = table.read_columns(found, wanted, choice.skip_missing)
     return arrange(
         LoadedRecording(
             choice=choice,
@@ -123,10 +134,39 @@ def _load(choice: RecordingChoice, model: str | None, method: str | None) -> Loa
             pair=Pair(columns[choice.input[0]], columns[choice.output], None),
             labels=name_columns(choice),
             beside={},
+            skipped_rows=skipped,
         ),
         columns,
-        lambda: _read_beside(found, wanted, columns[choice.output].size),
+        lambda: _read_beside(found, wanted, columns[choice.output].size, choice.skip_missing),
     )
+
+
+def _find_columns(choice: RecordingChoice, found: RecordedTable) -> RecordingChoice:
+    """The choice with its columns as the file calls them.
+
+    Raises InputError for those that it lacks, and where none was named, with those that it has.
+    """
+    note = f" ({found.note})" if found.note else ""
+    unsaid = [words for name, words in UNSAID.items() if not getattr(choice, name)]
+    if unsaid:
+        listed = ", ".join(found.names[:MOST_LISTED])
+        more = len(found.names) - MOST_LISTED
+        rest = f" and {more} more" if more > 0 else ""
+        raise refuse(choice.file, f"name {' and '.join(unsaid)}; its columns{note}: {listed}{rest}")
+    known = dict.fromkeys(found.names)
+
+    def find(name: str) -> str:
+        name = table.find_name(found, name)
+        choose(name, known, f"column in {choice.file}{note}:")
+        return name
+
+    choice = choice._replace(
+        input=tuple(map(find, choice.input)),
+        output=find(choice.output),
+        time=None if choice.time is None else find(choice.time),
+    )
+    _check_names(choice)
+    return choice
 
 
 def arrange(
@@ -156,14 +196,18 @@ def arrange(
     return loaded._replace(pair=pair, beside=rest)
 
 
-def _read_beside(found: RecordedTable, wanted: list[str], samples: int) -> dict[str, Array]:
+def _read_beside(
+    found: RecordedTable, wanted: list[str], samples: int, skip_missing: bool
+) -> dict[str, Array]:
     """The other columns of the file, those left out that are not as many numbers."""
     columns: dict[str, Array] = {}
+    # Rows that are left out are known by the columns that were named.
+    same_rows = wanted if skip_missing else []
     for name in found.names:
         if name not in wanted and len(columns) < MOST_COLUMNS:
             with suppress(InputError):
-                read = table.read_columns(found, [name])
-                columns |= {key: values for key, values in read.items() if values.size == samples}
+                read, _ = table.read_columns(found, [*same_rows, name], skip_missing)
+                columns |= {name: read[name]} if read[name].size == samples else {}
     return columns
 
 

@@ -82,6 +82,7 @@ def _provenance(loaded: LoadedRecording, now: datetime, seconds: float) -> Json:
             "sha256": loaded.table.sha256,
             "size_bytes": loaded.table.size_bytes,
             "samples": int(pair.driven.size),
+            "skipped_rows": loaded.skipped_rows,
             "from_s": None if pair.time_s is None else float(pair.time_s[0]),
             "to_s": None if pair.time_s is None else float(pair.time_s[-1]),
             "input": _quantity(loaded, output=False)._asdict(),

@@ -1,0 +1,237 @@
+"""Layouts of text tables as people have them: read where they are clear, or refused with a remedy.
+
+Each case is a kind of file that was once refused with a sentence that was false or did not help.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from opensuction.kernel.errors import InputError
+from opensuction.recording import table
+from tests.recording.test_table import EXPECTED, LAYOUTS, read, refusal
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "recording.csv"
+
+
+CLEAR = {
+    "header behind #": "# t_s,head_mm\n0,1.5\n0.5,-2\n",
+    "header behind #, below prose": "# bench 3, run 2\n#t_s,head_mm\n0,1.5\n0.5,-2\n",
+    "header behind # with blanks, rows with commas": "# t_s head_mm\n0,1.5\n0.5,-2\n",
+    "NumPy's savetxt": "# t_s head_mm\n0.0e+00 1.5e+00\n5.0e-01 -2.0e+00\n",
+    "header behind %": "% Model: bench\n% t_s  head_mm\n0  1.5\n0.5  -2\n",
+    "% comments above a header": "% bench 3\nt_s,head_mm\n0,1.5\n% turned\n0.5,-2\n",
+    "quoted decimal commas": 't_s,head_mm\n"0","1,5"\n"0,5","-2"\n',
+    "quoted decimal commas of three digits": 't_s,head_mm\n"0,000","1,500"\n"0,500","-2,000"\n',
+    "a separator at the end of every line": "t_s,head_mm,\n0,1.5,\n0.5,-2,\n",
+    "a separator at the end of the rows": "t_s;head_mm\n0;1,5;\n0,5;-2;\n",
+    "a separator at the end of the header": "t_s\thead_mm\t\n0\t1.5\n0.5\t-2\n",
+    "empty columns behind": "t_s,head_mm,,,\n0,1.5,,,\n0.5,-2,,,\n",
+    "sep=;": "sep=;\nt_s;head_mm\n0;1,5\n0,5;-2\n",
+    "sep=, in quotes": '"sep=,"\r\nt_s,head_mm\r\n0,1.5\r\n0.5,-2\r\n',
+    "SEP=|": "SEP=|\nt_s|head_mm\n0|1.5\n0.5|-2\n",
+    "preamble": "Bench 3\nDate: 2026-01-02\n\nt_s,head_mm\n0,1.5\n0.5,-2\n",
+    "preamble of a spreadsheet": "Bench 3,\n,\nt_s,head_mm\n0,1.5\n0.5,-2\n",
+    "preamble of names and values": "Operator;Smith\nRate;100\nt_s;head_mm\n0;1,5\n0,5;-2\n",
+    "blanks": "t_s head_mm\n0 1.5\n0.5 -2\n",
+    "blanks in columns": "   t_s   head_mm\n   0.0       1.5\n   0.5      -2.0\n",
+    "blanks and decimal commas": "t_s head_mm\n0 1,5\n0,5 -2\n",
+    "blanks and quotes": '"t_s" "head_mm"\n0 1.5\n0.5 -2\n',
+    "a cell of 200 kB": f"t_s,note,head_mm\n0,{'a' * 200_000},1.5\n0.5,b,-2\n",
+}
+
+
+@pytest.mark.parametrize("case", CLEAR)
+def test_clear_layouts_are_read_at_the_first_try(file: Path, case: str) -> None:
+    file.write_text(CLEAR[case], newline="")
+    assert read(file, *EXPECTED) == EXPECTED
+
+
+@pytest.mark.parametrize("case", LAYOUTS)
+def test_without_a_header_columns_are_called_by_number(file: Path, case: str) -> None:
+    lines = LAYOUTS[case].replace("\r\n", "\n").replace("\r", "\n").splitlines()
+    rows = [line for line in lines if line and not line.startswith("#")][1:]
+    file.write_text("\n".join(rows))
+    opened = table.open_table(file)
+    assert opened.note == "no header, so its columns are called by their number, 1 to 2"
+    assert read(file) == {"1": EXPECTED["t_s"], "2": EXPECTED["head_mm"]}
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (",head,tip\n0,1,2\n", {"1": [0.0], "head": [1.0], "tip": [2.0]}),
+        ("head;;tip\n0,5;1;2\n", {"head": [0.5], "2": [1.0], "tip": [2.0]}),
+        ("head,tip,\n1,2,3\n", {"head": [1.0], "tip": [2.0], "3": [3.0]}),
+        ("1.5\n2.5\n", {"1": [1.5, 2.5]}),
+    ],
+)
+def test_a_column_without_a_name_is_called_by_its_number(
+    file: Path, content: str, expected: dict[str, list[float]]
+) -> None:
+    file.write_text(content)
+    assert read(file) == expected
+
+
+@pytest.mark.parametrize(
+    "header",
+    ['"Head\n(mm)","Tip\n(mm)"', '"Head\r\n(mm)","Tip (mm)"', "\"Head\n\n(mm)\",'Tip (mm)'"],
+)
+def test_a_line_break_in_a_quoted_name_is_a_blank(file: Path, header: str) -> None:
+    file.write_text(f"{header}\n1,2\n3,4\n", newline="")
+    names = table.open_table(file).names
+    assert names[0] == "Head (mm)"
+    assert names[1].strip("'") == "Tip (mm)"
+    assert [*read(file).values()] == [[1.0, 3.0], [2.0, 4.0]]
+
+
+UNITS = {
+    "plain": ("Force ,Disp \nkN,mm\n", {"Force": "Force (kN)", "Disp": "Disp (mm)"}),
+    "brackets": ("Force,Disp\n[N],(mm)\n", {"Force": "Force (N)", "Disp": "Disp (mm)"}),
+    "some without": ("n,Disp\n-,mm\n", {"n": "n", "Disp": "Disp (mm)"}),
+    "compound": ("v,a\nmm/s,m/s^2\n", {"v": "v (mm/s)", "a": "a (m/s^2)"}),
+    "twice": ("Force (N),disp_mm\nN,mm\n", {"Force (N)": "Force (N)", "disp_mm": "disp_mm"}),
+    "below a preamble": ("Bench\nt,Head\nms,mm\n", {"t": "t (ms)", "Head": "Head (mm)"}),
+}
+
+
+@pytest.mark.parametrize("case", UNITS)
+def test_a_row_of_units_below_the_header_is_no_sample(file: Path, case: str) -> None:
+    header, names = UNITS[case]
+    file.write_text(f"{header}1,2\n3,4\n")
+    opened = table.open_table(file)
+    assert {name: table.find_name(opened, name) for name in names} == names
+    assert read(file) == dict(zip(names.values(), ([1.0, 3.0], [2.0, 4.0]), strict=True))
+
+
+UNCLEAR = {
+    "commas of thousands": (
+        't_s,n\n"1,000","2,500"\n"2,000","3,500"\n',
+        "'1,000' may be a number with a decimal comma or with a comma between thousands",
+    ),
+    "commas of thousands and points": ('a;b\n0.5;"1,250.5"\n', "without marks between thousands"),
+    "points of thousands": ("a;b\n0,5;1.250,5\n", "without marks between thousands"),
+    "commas of thousands, then points": (
+        'a,b\n"1,000",2\n"1,500",0.5\n',
+        "without marks between thousands",
+    ),
+    "two headers": ("Force,Disp\nload cell,laser\n1,2\n", "lines 1 and 2 may both be the header"),
+    "title as wide as the table": (
+        "Bench 3,run 2\nhead,tip\n1,2\n",
+        "lines 1 and 2 may both be the header of the numbers from line 3 on; remove one",
+    ),
+    "words and values": (
+        "Rate,100\nOperator,Smith\nhead,tip\n1,2\n",
+        "lines 2 and 3 may both be the header of the numbers from line 4 on; remove one",
+    ),
+    "preamble without a header": (
+        "Test 3\nOperator X\n0,1\n1,2\n",
+        "line 3 begins the numbers, 2 in a row, and the line above, 'Operator X', is no header",
+    ),
+    "names with blanks between blanks": (
+        "Head mm Tip mm\n0.0 1.0\n1.0 2.0\n",
+        "line 2: 2 cells, the header has 4; give each column one name without blanks",
+    ),
+    "decimal commas between commas": (
+        "a,b\n1,5,2,5\n3,5,4,5\n",
+        "line 2: 4 cells, the header has 2; numbers with decimal commas need another separator",
+    ),
+    "names of rows": (
+        'head,tip\n"1",0.1,0.2\n"2",0.1,0.2\n',
+        "line 2: 3 cells, the header has 2; give each column one name",
+    ),
+    "names without columns": (
+        "t\thead\tComment\n0\t1\n1\t2\n",
+        "line 2: 2 cells, the header has 3; remove the names that have no column",
+    ),
+    "open quote": ('a,b\n1,2\n"3,4\n5,6\n', "line 3: a quote begins that is not closed"),
+    "open quote in the header": ('"a,b\n1,2\n3,4\n', "line 1: a quote begins that is not closed"),
+    "a named cell of 200 kB": (f"a,b\n1,{'x' * 200_000}\n", "line 2, column 'b': 'xxxx"),
+    "nothing measured at first": (
+        "a,b\nNA,NA\n,\n1,2\n",
+        "line 2, column 'a': 'NA' is no number (in 2 of 3 rows)",
+    ),
+    "text between rows": ("a,b\n1,2\nfoo,bar\n3,4\n", "line 3, column 'a': 'foo' is not a number"),
+}
+
+
+@pytest.mark.parametrize("case", UNCLEAR)
+def test_unclear_layouts_are_refused_with_a_remedy(file: Path, case: str) -> None:
+    content, words = UNCLEAR[case]
+    file.write_text(content)
+    message = refusal(file)
+    assert words in message
+    assert len(message) < 300
+
+
+def test_a_cut_off_line_is_not_put_down_to_the_header(file: Path) -> None:
+    for last in ("2,3", "2", "2,up,3,4"):
+        file.write_text(f"t,note,h\n0,up,1\n1,down,2\n{last}\n")
+        cells = last.count(",") + 1
+        expected = f"line 4: {cells} cells, the header has 3; complete or remove the line"
+        assert refusal(file, "t", "h") == expected
+
+
+FOREIGN = {
+    "Git LFS": (
+        "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
+        "is a Git LFS pointer that stands for the file; get the file itself with 'git lfs pull'",
+    ),
+    "git-annex": ("/annex/objects/SHA256E-s9--4d7a.csv\n", "'git annex get'"),
+    "JSON records": ('[{"t": 0, "x": 1},\n {"t": 1, "x": 2}]', "is JSON, no table"),
+    "JSON lines": ('{"t": 0, "x": 1}\n{"t": 1, "x": 2}\n', "save its records as CSV"),
+    "JSON rows": ("\ufeff[\n  [0, 1],\n  [1, 2]\n]", "is JSON, no table"),
+    "web page": ("\n<!DOCTYPE html>\n<html><body>", "is a web page; download the file"),
+    "XML": ('<?xml version="1.0"?>\n<data/>', "is XML; export the columns as CSV"),
+    "PDF": ("%PDF-1.7\n1 0 obj\n", "is a PDF document"),
+}
+
+
+@pytest.mark.parametrize("case", FOREIGN)
+def test_text_that_is_no_table_is_named(file: Path, case: str) -> None:
+    content, words = FOREIGN[case]
+    file.write_text(content)
+    assert words in refusal(file)
+
+
+MISSING = {
+    "text": "t_s,head_mm\n0,\n0.25,nan\n0.5,1\n0.75,2\n",
+    "decimal commas": "t_s;head_mm\n0;\n0,25;NA\n0,5;1\n0,75;2,0\n",
+    "blanks and quotes": 't_s head_mm\n0 ""\n0.25 null\n0.5 1\n0.75 2\n',
+}
+
+
+@pytest.mark.parametrize("case", MISSING)
+def test_rows_without_a_number_are_counted_and_left_out_if_asked(file: Path, case: str) -> None:
+    file.write_text(MISSING[case])
+    assert refusal(file) == (
+        "line 2, column 'head_mm': an empty cell is no number (in 2 of 4 rows); fill it in, or "
+        "leave such rows out with --skip-missing"
+    )
+    opened = table.open_table(file)
+    columns, left_out = table.read_columns(opened, opened.names, skip_missing=True)
+    assert left_out == 2
+    assert {name: values.tolist() for name, values in columns.items()} == {
+        "t_s": [0.5, 0.75],
+        "head_mm": [1.0, 2.0],
+    }
+
+
+def test_devices_that_take_turns_share_no_row(file: Path) -> None:
+    file.write_text("t_s,a,b\n0,1,\n1,,2\n2,3,\n3,,4\n")
+    opened = table.open_table(file)
+    with pytest.raises(InputError, match="none of its 4 rows has a number in each of 'a', 'b'"):
+        table.read_columns(opened, ["a", "b"], skip_missing=True)
+    columns, left_out = table.read_columns(opened, ["t_s", "b"], skip_missing=True)
+    assert (columns["t_s"].tolist(), columns["b"].tolist(), left_out) == ([1.0, 3.0], [2.0, 4.0], 2)
+
+
+def test_what_is_not_finite_or_no_number_is_never_left_out(file: Path) -> None:
+    for cell, words in (("inf", "not finite"), ("3mm", "not a number"), ("1_0", "not a number")):
+        file.write_text(f"a,b\n1,2\n3,{cell}\n")
+        opened = table.open_table(file)
+        with pytest.raises(InputError, match=words):
+            table.read_columns(opened, opened.names, skip_missing=True)
