@@ -1,15 +1,21 @@
 """However a command is ended, it ends in one line and leaves nothing half-written."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import NoReturn
+from unittest import mock
 
 import pytest
 
 from opensuction.cli import interruption, output_folder
+from opensuction.cli.command import run
 from opensuction.cli.interruption import Stopped
+from opensuction.runtime import supervisor
+from opensuction.session.running import run as running
 from tests.cli.command import PROGRAM, begun, opensuction_process, wait_for
 from tests.evidence.safety_case.hazard_example import FAULT, ROW
 
@@ -148,6 +154,26 @@ def test_the_folder_is_put_in_place_whole_before_a_signal_is_heard(tmp_path: Pat
     assert done == ["whole"]
     assert list(tmp_path.iterdir()) == []
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize(
+    ("recorded", "left"), [(True, "the recordings are in out"), (False, "nothing was recorded")]
+)
+def test_a_machine_that_ends_says_whether_there_are_recordings(
+    recorded: bool, left: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object) -> NoReturn:
+        if recorded:
+            (tmp_path / "out" / "1.mcap").touch()
+        raise Stopped(signal.SIGTERM)
+
+    (tmp_path / "out").mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(supervisor, "Supervisor", lambda *_: contextlib.nullcontext())
+    monkeypatch.setattr(running, "supervise", stop)
+    with pytest.raises(Stopped) as stopped:
+        run.supervise(mock.Mock(), Path("out"), None, mock.Mock())
+    assert stopped.value.__notes__ == [left]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 import opensuction as osn
+from opensuction.kernel.errors import InputError
+from opensuction.session.cycle import trace_file
 from tests.cli.command import PROGRAM, Ran, opensuction
 
 CYCLE = ("cycle", "--machine", "bench", "--compensation", "none", "--no-recording", "--json")
@@ -72,3 +74,33 @@ def test_a_full_disk_leaves_nothing_half_written(tmp_path: Path) -> None:
     assert line == "opensuction: ticks.csv: file too large; nothing was written"
     assert [one.name for one in tmp_path.iterdir()] == ["ticks.csv"]
     assert (tmp_path / "ticks.csv").read_text() == "old"
+
+
+def test_a_file_is_taken_as_soon_as_it_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "ticks.csv"
+    with (
+        trace_file.reserve(file, force=False),
+        pytest.raises(InputError, match="is there already; name another one or add --force"),
+        trace_file.reserve(file, force=False),
+    ):
+        pytest.fail("two have it")
+    with pytest.raises(InputError, match="is there already"):
+        trace_file.check(file, force=False)
+
+
+@pytest.mark.parametrize(
+    ("before", "written", "after"),
+    [(None, None, None), (None, "new", "new"), ("old", None, "old"), ("", None, "")],
+)
+def test_a_cycle_that_fails_leaves_no_empty_trace(
+    before: str | None, written: str | None, after: str | None, tmp_path: Path
+) -> None:
+    file = tmp_path / "ticks.csv"
+    if before is not None:
+        file.write_text(before)
+    with pytest.raises(KeyboardInterrupt), trace_file.reserve(file, force=True):  # noqa: PT012
+        if written is not None:
+            with trace_file.place(file) as aside:
+                aside.write_text(written)
+        raise KeyboardInterrupt
+    assert (file.read_text() if file.exists() else None) == after

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import pytest
 
-from opensuction.cli import interruption
+from opensuction.cli import interruption, output_folder
 from opensuction.evidence import crew
 from opensuction.evidence.trial import draw, part, trial_log
 from opensuction.evidence.trial.part import Part, PlayedPart
@@ -191,6 +191,51 @@ def test_a_full_disk_is_one_line_and_keeps_what_is_done(
     done = opensuction("trial", "--resume", "--out", "t", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert names(tmp_path / "t") == WRITTEN
+
+
+@pytest.mark.parametrize("left", [1, 2])
+def test_who_goes_on_and_is_stopped_at_once_loses_nothing(
+    left: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While the core is compiled, or, where no cycle is left, while its page is written."""
+    invent(monkeypatch, case(1), case(2))
+    assert opensuction(*FEW, "--out", "t", cwd=tmp_path).returncode == 0
+    log = tmp_path / "t" / trial_log.NAME
+    kept = b"".join(log.read_bytes().splitlines(keepends=True)[: 1 + left])
+    log.write_bytes(kept)
+
+    def stop(*_: object) -> NoReturn:
+        raise interruption.Stopped(signal.SIGTERM)
+
+    def leave(status: int, line: str) -> NoReturn:
+        sys.stderr.write(f"opensuction: {line}\n")
+        raise SystemExit(status)
+
+    monkeypatch.setattr(part, "warm_up", stop)
+    monkeypatch.setattr(output_folder, "write", stop)
+    monkeypatch.setattr(interruption, "leave", leave)  # which would end the tests
+    done = opensuction("trial", "--resume", "--out", "t", cwd=tmp_path)
+    assert done.returncode == 143
+    assert f"terminated; {left} of 2 cycles are kept; go on with: " in done.stderr
+    assert log.read_bytes() == kept
+
+
+@pytest.mark.parametrize("arguments", [(*FEW, "--force"), ("trial", "--resume"), FEW])
+def test_two_commands_never_play_one_trial(
+    arguments: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    invent(monkeypatch, case(1), case(2))
+    said = []
+
+    def meanwhile(_: object) -> None:
+        said.append(opensuction(*arguments, "--out", "t", cwd=tmp_path))
+
+    monkeypatch.setattr(part, "warm_up", meanwhile)
+    assert opensuction(*FEW, "--out", "t", cwd=tmp_path).returncode == 0
+    (second,) = said
+    assert (second.returncode, second.stderr.count("\n")) == (2, 1)
+    assert "--out t: another command writes into it" in second.stderr
+    assert set(trial_log.read(tmp_path / "t").parts) == {0, 1}
 
 
 def test_processes_that_die_again_and_again_leave_what_is_done(

@@ -78,8 +78,10 @@ def deliver(
     from opensuction.cli.progress import ProgressTeller
 
     progress = ProgressTeller()
-    folder = output_folder.choose(output.out, name)
-    with output_folder.stage(folder, output.force) as staging:
+    with (
+        output_folder.reserve(output.out, name) as folder,
+        output_folder.stage(folder, output.force) as staging,
+    ):
         place = staging if writes else folder
         if doing is None:
             done = work(progress, place)

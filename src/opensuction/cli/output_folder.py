@@ -1,10 +1,15 @@
-"""The folder of one run: written aside and renamed into place when whole."""
+"""The folder of one run: reserved by making it, written aside, put in place when whole."""
 
+import contextlib
+import errno
+import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 
 from opensuction.cli.interruption import postpone
@@ -13,17 +18,8 @@ from opensuction.kernel.errors import InputError
 
 RUNS = Path("runs")
 """Where runs go when no folder is named."""
-
-
-def choose(out: Path | None, name: int | str) -> Path:
-    """The named folder, or ``runs/<time>-<name>`` in UTC; a cycle's name is its seed."""
-    if out is not None:
-        return out
-    base = RUNS / f"{datetime.now(tz=UTC):%Y%m%dT%H%M%SZ}-{name}"
-    folder, number = base, 2
-    while folder.exists():
-        folder, number = base.with_name(f"{base.name}-{number}"), number + 1
-    return folder
+TAKEN = (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR)
+"""Why a folder takes no other's place: that one holds something, or is no folder."""
 
 
 def check(folder: Path, force: bool) -> None:
@@ -39,18 +35,97 @@ def check(folder: Path, force: bool) -> None:
         )
 
 
-def make(folder: Path) -> None:
-    """Make a folder of recordings, which are written as things happen and for this user alone.
+@contextmanager
+def reserve(out: Path | None, name: int | str, private: bool = False) -> Iterator[Path]:
+    """The named folder, or ``runs/<time>-<name>`` in UTC; a cycle's name is its seed.
 
-    One that is there keeps its rights. Raises InputError where it cannot be.
+    It is made at once, so that no other command chooses it; what was made here and is empty goes
+    again on any exception. private: for recordings, which are written as things happen: the folder
+    is this user's alone, one that is there keeps its rights, and several machines may share it.
+    Raises InputError where it cannot be written, and where another command writes into it.
+    """
+    made = [one for one in (out or RUNS / "one").parents if not one.exists()]
+    try:
+        with postpone():
+            folder, is_new = _make_own(name, private) if out is None else _make(out, private)
+            if is_new:
+                made.insert(0, folder)
+        with contextlib.nullcontext() if private else _lock(folder):
+            yield folder
+    except BaseException:
+        with postpone():
+            for one in made:
+                with contextlib.suppress(OSError):  # it holds something
+                    one.rmdir()
+        raise
+
+
+def _make_own(name: int | str, private: bool) -> tuple[Path, bool]:
+    """A folder of this run alone, under `RUNS`."""
+    base = RUNS / f"{datetime.now(tz=UTC):%Y%m%dT%H%M%SZ}-{name}"
+    numbered = (base if k == 1 else base.with_name(f"{base.name}-{k}") for k in count(1))
+    return next(made for made in (_make(folder, private) for folder in numbered) if made[1])
+
+
+def _make(folder: Path, private: bool) -> tuple[Path, bool]:
+    """Make a folder, and those above it; returns it and whether it is new.
+
+    Raises InputError where it cannot be written.
     """
     check(folder, force=True)
     try:
-        private_file.make_folder(folder)
+        is_new = _make_new(folder, private)
+        if not is_new and not folder.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
         raise _unwritable(folder, error) from None
+    return folder, is_new
+
+
+def _make_new(folder: Path, private: bool) -> bool:
+    """Make a folder; returns False where something of its name is there. Raises OSError."""
+    while True:
+        if private:
+            private_file.make_folder(folder.parent)
+        else:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            private_file.make_new_folder(folder) if private else folder.mkdir()
+        except FileExistsError:
+            return False
+        except FileNotFoundError:
+            if folder.parent.is_dir():
+                raise
+            continue  # another command that failed has just removed the folder above it
+        return True
+
+
+@contextmanager
+def _lock(folder: Path) -> Iterator[None]:
+    """No other command writes into a folder in here; the lock goes with the process that has it.
+
+    Raises InputError where one does. A file system without locks has none.
+    """
+    handle = None
+    try:
+        if sys.platform != "win32":
+            import fcntl
+
+            with contextlib.suppress(OSError):
+                handle = os.open(folder, os.O_RDONLY)
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    raise InputError(
+                        f"--out {folder}: another command writes into it; name another folder, or "
+                        "wait until it has ended"
+                    ) from None
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
 
 
 def _unwritable(folder: Path, error: OSError) -> InputError:
@@ -60,34 +135,77 @@ def _unwritable(folder: Path, error: OSError) -> InputError:
     )
 
 
-def _staging(folder: Path) -> Path:
+def _is_fixed(folder: Path) -> bool:
+    """Whether no other can take its place: a disk is mounted there, or it is the current one."""
+    return folder.is_mount() or folder == Path.cwd()
+
+
+def _make_staging(folder: Path) -> Path:
+    """A folder beside one whose links are followed, or in it where it has to stay."""
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        if folder.is_dir():
-            # Renaming into it needs more than a writable parent.
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        return Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+        beside = folder if _is_fixed(folder) else folder.parent
+        return Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=beside))
     except OSError as error:
         raise _unwritable(folder, error) from None
 
 
-def _put_in_place(staging: Path, folder: Path) -> None:
+def _put_in_place(staging: Path, folder: Path, force: bool) -> None:
+    """Let what was staged take the place of a folder, or move it there file by file.
+
+    Raises InputError where something is in the way by now; the results are kept beside it then.
+    """
     private_file.share(staging)
-    if not folder.exists() or not any(folder.iterdir()):
-        staging.replace(folder)
-        return
+    if staging.parent != folder:
+        try:
+            staging.replace(folder)
+        except OSError as error:
+            if error.errno not in TAKEN:
+                raise
+        else:
+            return
+    if obstacle := _find_obstacle(staging, folder, force):
+        raise InputError(
+            f"--out {folder}: {obstacle}; nothing in it was changed, the results are in "
+            f"{_keep(staging, folder)}"
+        )
     for file in staging.iterdir():
         file.replace(folder / file.name)
     staging.rmdir()
 
 
+def _find_obstacle(staging: Path, folder: Path, force: bool) -> str | None:
+    """What keeps files from being moved into a folder; None where nothing does."""
+    if not folder.is_dir():
+        return "a file has taken its place meanwhile"
+    if not force and any(one != staging for one in folder.iterdir()):
+        return "something was written into the folder meanwhile"
+    for file in staging.iterdir():
+        if (folder / file.name).is_dir():
+            return f"its {file.name} is a folder, and a file is to go there"
+    return None
+
+
+def _keep(staging: Path, folder: Path) -> Path:
+    """Let staged results keep a folder of their own; returns it."""
+    for number in count(2):
+        kept = staging.with_name(f"{folder.name}-{number}")
+        with contextlib.suppress(FileExistsError):
+            kept.mkdir()
+            return staging.replace(kept)
+    raise AssertionError
+
+
 def write(staging: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write files, by name; raises OSError with the file's name where the disk does not take it."""
+    """Write files, by name; raises OSError with the file's name where the disk does not take it.
+
+    A letter that UTF-8 does not have, as half a letter of a file's name, becomes its escape.
+    """
     for name, content in files.items():
         file = staging / name
+        if isinstance(content, str):
+            content = content.encode("utf-8", "backslashreplace")  # noqa: PLW2901
         try:
-            file.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+            file.write_bytes(content)
         except OSError as error:
             # An error while writing has no name: it is about a file that was opened before.
             raise OSError(error.errno, error.strerror, name) from None
@@ -98,22 +216,22 @@ def stage(folder: Path, force: bool) -> Iterator[Path]:
     """A folder to write into; it becomes ``folder`` at the end, or vanishes on any exception.
 
     With ``force`` the files of a folder that is not empty are replaced one by one; others in it
-    stay. Raises InputError where the folder cannot be written, before anything is computed.
+    stay. Raises InputError where the folder cannot be written or holds something, before anything
+    is computed; and at the end where something came in between, with the results kept beside it.
     """
     check(folder, force)
-    parents = [parent for parent in folder.parents if not parent.exists()]
-    staging = None
+    staging, placed, final = None, False, folder.resolve()
     try:
         with postpone():
-            staging = _staging(folder)
+            staging = _make_staging(final)
         yield staging
         with postpone():
-            _put_in_place(staging, folder)
-    except BaseException:
+            _put_in_place(staging, final, force)
+            placed = True
+    except BaseException as ending:
+        if placed:
+            ending.add_note(f"the results are in {folder}")
         with postpone():
             if staging is not None:
                 shutil.rmtree(staging, ignore_errors=True)
-            for parent in parents:
-                if parent.is_dir() and not any(parent.iterdir()):
-                    parent.rmdir()
         raise

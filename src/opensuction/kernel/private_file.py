@@ -85,12 +85,16 @@ def make_folder(path: Path) -> None:
         return
     make_folder(path.parent)
     try:
-        path.mkdir(FOLDER_MODE)
+        make_new_folder(path)
     except FileExistsError:
         if not path.is_dir():
             raise
-    else:
-        _set_mode(path)
+
+
+def make_new_folder(path: Path) -> None:
+    """Make a folder that is not there. Raises OSError, FileExistsError where something is."""
+    path.mkdir(FOLDER_MODE)
+    _set_mode(path)
 
 
 def is_own_folder(path: Path) -> bool:

@@ -91,7 +91,8 @@ def test_a_recorder_s_folder_is_the_user_s_alone(tmp_path: Path) -> None:
 
     before = os.umask(0)
     try:
-        output_folder.make(tmp_path / "runs" / "kept")
+        with output_folder.reserve(tmp_path / "runs" / "kept", "twin", private=True):
+            pass
     finally:
         os.umask(before)
     for folder in (tmp_path / "runs", tmp_path / "runs" / "kept"):

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -62,10 +63,6 @@ def run(options: CycleOptions) -> int:
 
     console = PlainConsole(stderr=options.results.as_json)
     pace = _pace(options, console)
-    if options.trace is not None:
-        from opensuction.session.cycle import trace_file
-
-        trace_file.check(options.trace, options.results.force)
 
     def work(progress: "ProgressTeller", _: Path) -> CommandResult:
         prepared = progress.wait(lambda: _prepare(options, progress), "Preparing")
@@ -73,7 +70,17 @@ def run(options: CycleOptions) -> int:
             return _run_cycle(options, prepared, console, Pacer(pace), progress)
         return _run_day(options, prepared, console, progress)
 
-    return deliver(options.results, options.choice.rig.seed, work)
+    with _reserve_trace(options):
+        return deliver(options.results, options.choice.rig.seed, work)
+
+
+def _reserve_trace(options: CycleOptions) -> AbstractContextManager[None]:
+    """The file of the time series is this run's, where one was named; raises InputError."""
+    if options.trace is None:
+        return nullcontext()
+    from opensuction.session.cycle import trace_file
+
+    return trace_file.reserve(options.trace, options.results.force)
 
 
 def _pace(options: CycleOptions, console: "Console") -> float:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from opensuction.cli.progress import ProgressTeller
+    from opensuction.session.cycle.resolution import ResolvedCycle
     from opensuction.session.running.machine import Running
     from opensuction.session.running.rounds import Rounds
     from opensuction.session.running.run import Done
@@ -85,16 +86,30 @@ def run(options: RunOptions) -> int:
 def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "ProgressTeller"]]:
     """A machine that is played, with the folder of its recordings; it is gone afterwards."""
     from opensuction.cli.progress import ProgressTeller
-    from opensuction.runtime import room
-    from opensuction.session.cycle import cycle_run, resolution
+    from opensuction.session.cycle import resolution
     from opensuction.session.running import machine
 
     progress = ProgressTeller()
     resolved = resolution.resolve(options.choice)
     machine.check_free(options.name)
     shown = machine.check_records(options.database)
-    out = output_folder.choose(options.out, options.name)
-    output_folder.make(out)
+    with output_folder.reserve(options.out, options.name, private=True) as out:
+        running = _begin(options, resolved, progress)
+        progress.tell(f"Recordings: {out}; records: {shown}")
+        try:
+            yield running, out, progress
+        finally:
+            running.end()
+
+
+def _begin(
+    options: MachineOptions, resolved: "ResolvedCycle", progress: "ProgressTeller"
+) -> "Running":
+    """The machine, whose twin plays."""
+    from opensuction.runtime import room
+    from opensuction.session.cycle import cycle_run
+    from opensuction.session.running import machine
+
     prepared = progress.wait(
         lambda: cycle_run.prepare(resolved, progress.tell, "A machine in real time"), "Preparing"
     )
@@ -108,11 +123,7 @@ def machine_of(options: MachineOptions) -> Iterator[tuple["Running", Path, "Prog
         progress.tell(running.lost.succession)
     if elsewhere := room.passed_by(running.folder):
         progress.tell(elsewhere)
-    progress.tell(f"Recordings: {out}; records: {shown}")
-    try:
-        yield running, out, progress
-    finally:
-        running.end()
+    return running
 
 
 def supervise(
@@ -130,7 +141,8 @@ def supervise(
         with Supervisor(running.folder, out.absolute()) as supervisor:
             return run.supervise(running, supervisor, rounds, run.Watch(progress.tell, look=look))
     except Stopped as ending:
-        ending.add_note(f"the recordings are in {out}")
+        made = any(out.iterdir())
+        ending.add_note(f"the recordings are in {out}" if made else "nothing was recorded")
         raise
 
 

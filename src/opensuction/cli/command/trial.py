@@ -1,6 +1,5 @@
 """``trial``: many cycles over patients, machines and faults, each judged by the truth."""
 
-import contextlib
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -103,31 +102,18 @@ def _compute_one(trial: "Trial", number: int, progress: "ProgressTeller") -> Com
     def summarise(console: "Console", folder: Path) -> None:
         terminal.print_summary(console, data, [folder / name for name in files])
         for one in data["trial"]["violations"]:
-            console.print(trial_words.violation(one), soft_wrap=True, markup=False)
+            for line in trial_words.violation(one).splitlines():
+                console.print(line, soft_wrap=True)
 
     return CommandResult(data, files, summarise, is_good=is_good(data))
 
 
 def _run(options: TrialOptions) -> int:
     """Run a trial, or go on with one."""
-    from opensuction.cli.progress import ProgressTeller
-    from opensuction.evidence import crew
-
-    progress = ProgressTeller()
-    heading, folder, kept = _open(options)
-    workers = options.workers or crew.count_cores()
-    teller = _Teller(progress, heading.cycles)
-    try:
-        progress.tell(_say_what_runs(heading, len(kept), workers))
-        parts = progress.wait(
-            lambda: _play_all(folder, heading, kept, workers, teller), "Preparing"
-        )
-        result = _conclude(heading, parts, teller, workers)
-        with output_folder.stage(folder, force=True) as staging:
-            output_folder.write(staging, result.files)
-    except (InputError, OSError, Stopped, crew.WorkerLostError) as ending:
-        ending.add_note(_say_what_is_kept(folder, heading, teller.cycles))
-        raise
+    heading = _choose_heading(options)
+    with output_folder.reserve(options.results.out, "trial") as folder:
+        kept = _open(options, folder, heading)
+        result = _carry_out(options, folder, heading, kept)
     try:
         delivery.show(
             options.results.as_json,
@@ -140,11 +126,32 @@ def _run(options: TrialOptions) -> int:
     return exit_status.DONE if result.is_good else exit_status.FAILED
 
 
-def _open(options: TrialOptions) -> "tuple[Heading, Path, dict[int, PlayedPart]]":
-    """The trial, its folder with a log in it, and what is there already.
+def _carry_out(
+    options: TrialOptions, folder: Path, heading: "Heading", kept: "dict[int, PlayedPart]"
+) -> CommandResult:
+    """Play what is not there yet and write what the trial came to."""
+    from opensuction.cli.progress import ProgressTeller
+    from opensuction.evidence import crew
 
-    Raises InputError for what does not fit together, before anything slow.
-    """
+    progress = ProgressTeller()
+    workers = options.workers or crew.count_cores()
+    teller = _Teller(progress, heading.cycles, sum(len(one.cases) for one in kept.values()))
+    try:
+        progress.tell(_say_what_runs(heading, len(kept), workers))
+        parts = progress.wait(
+            lambda: _play_all(folder, heading, kept, workers, teller), "Preparing"
+        )
+        result = _conclude(heading, parts, teller, workers)
+        with output_folder.stage(folder, force=True) as staging:
+            output_folder.write(staging, result.files)
+    except (InputError, OSError, Stopped, crew.WorkerLostError) as ending:
+        ending.add_note(_say_what_is_kept(folder, heading, teller.cycles))
+        raise
+    return result
+
+
+def _choose_heading(options: TrialOptions) -> "Heading":
+    """The trial that is asked for, or that goes on; raises InputError for what does not fit."""
     from opensuction.evidence.trial import part, trial_log
     from opensuction.evidence.trial.draw import Trial
 
@@ -153,35 +160,33 @@ def _open(options: TrialOptions) -> "tuple[Heading, Path, dict[int, PlayedPart]]
         if out is None:
             raise InputError("--resume: say which trial goes on: --out and its folder")
         known = trial_log.read(out).heading
-        wanted = trial_log.make_heading(
-            _choose(options, known.trial), options.cycles or known.cycles
-        )
-        return wanted, out, trial_log.go_on(out, wanted)
+        return trial_log.make_heading(_choose(options, known.trial), options.cycles or known.cycles)
     if options.cycles is None:
         raise InputError("--cycles is missing: say how many, such as --cycles 1000")
     trial = _choose(options, Trial())
     part.check(trial)
-    folder = output_folder.choose(out, "trial")
-    _check_folder(folder, options.results.force)
-    heading = trial_log.make_heading(trial, options.cycles)
-    folder.mkdir(parents=True, exist_ok=True)
-    for stale in FILES:
-        (folder / stale).unlink(missing_ok=True)
-    trial_log.begin(folder, heading)
-    return heading, folder, {}
+    return trial_log.make_heading(trial, options.cycles)
 
 
-def _check_folder(folder: Path, force: bool) -> None:
-    """Refuse a folder that holds something, or cannot be written; raises InputError."""
+def _open(options: TrialOptions, folder: Path, heading: "Heading") -> "dict[int, PlayedPart]":
+    """A log in the trial's folder; returns what is there already.
+
+    Raises InputError where the folder holds another trial, or something else.
+    """
     from opensuction.evidence.trial import trial_log
 
-    if (folder / trial_log.NAME).exists() and not force:
+    if options.resume:
+        return trial_log.go_on(folder, heading)
+    if (folder / trial_log.NAME).exists() and not options.results.force:
         raise InputError(
             f"--out {folder}: the folder holds a trial; add --resume to go on with it, or --force "
             "to begin anew"
         )
-    with output_folder.stage(folder, force):
-        pass  # tried before hours of work
+    output_folder.check(folder, options.results.force)
+    for stale in FILES:
+        (folder / stale).unlink(missing_ok=True)
+    trial_log.begin(folder, heading)
+    return {}
 
 
 def _play_all(
@@ -212,8 +217,9 @@ def _play_all(
 class _Teller:
     """Tells how a trial goes on, and remembers how far it is."""
 
-    def __init__(self, progress: "ProgressTeller", cycles: int) -> None:
-        self.cycles = self.kept = 0
+    def __init__(self, progress: "ProgressTeller", cycles: int, kept: int) -> None:
+        """cycles: of the whole trial. kept: those that are there already."""
+        self.cycles = self.kept = kept
         self.elapsed_s = 0.0
         self.warn = progress.tell
         self._progress, self._whole = progress, cycles
@@ -248,13 +254,11 @@ def _say_what_runs(heading: "Heading", kept: int, workers: int) -> str:
 
 
 def _say_what_is_kept(folder: Path, heading: "Heading", cycles: int) -> str:
-    """What a trial that ended early leaves, and how to go on; a folder without a cycle goes."""
+    """What a trial that ended early leaves, and how to go on; one without a cycle goes."""
     from opensuction.evidence.trial import trial_log
 
     if not cycles:
         (folder / trial_log.NAME).unlink(missing_ok=True)
-        with contextlib.suppress(OSError):  # something else is in it
-            folder.rmdir()
         return "nothing was written"
     return (
         f"{cycles:,} of {heading.cycles:,} cycles are kept; go on with: opensuction trial --resume "

@@ -63,8 +63,9 @@ def summarise(console: "Console", data: Json, folder: Path) -> None:
             share = f"{one['upper_percent']:.2g} %"
             table.add_row(words, f"{one['cycles']:,}", f"{one['broken']:,}", share, style=style)
     console.print(table)
-    for line in _sentences(data):
-        console.print(line, soft_wrap=True, markup=False)
+    for sentence in _sentences(data):
+        for line in sentence.splitlines():
+            console.print(line, soft_wrap=True)
     console.print(f"Page: {folder / 'trial.md'}, figures: {folder / 'trial.json'}", soft_wrap=True)
 
 

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,30 @@ def check(file: Path, force: bool) -> None:
         raise InputError(f"--trace {file}: there is no folder {file.parent}; make it first")
     if file.exists() and not force:
         raise InputError(f"--trace {file}: is there already; name another one or add --force")
+
+
+@contextmanager
+def reserve(file: Path, force: bool) -> Iterator[None]:
+    """A file of this name is this run's from now on: made empty, or there and to be replaced.
+
+    One that was made here and is empty goes again on any exception. Raises InputError for a file
+    that cannot be meant; OSError where none can be written there.
+    """
+    check(file, force)
+    is_new = not file.exists()
+    if is_new:
+        try:
+            file.touch(exist_ok=False)
+        except FileExistsError:  # another command was faster
+            check(file, force)
+            is_new = False
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            if is_new and file.stat().st_size == 0:
+                file.unlink()
+        raise
 
 
 @contextmanager
