@@ -1,6 +1,7 @@
 """The ``opensuction`` command: every error one plain line, every result readable or JSON."""
 
 import errno
+import io
 import sys
 from typing import Annotated
 
@@ -135,12 +136,14 @@ def _refuse(message: str) -> int:
 
 
 def _end(message: str, status: int) -> int:
-    print(f"opensuction: {' '.join(message.split())}", file=sys.stderr)  # noqa: T201
+    line = wording.one_line(" ".join(message.split()))
+    print(f"opensuction: {line}", file=sys.stderr)  # noqa: T201
     return status
 
 
 def main() -> None:
     """Entry point of the console script; never ends in a traceback for what a person did."""
+    _let_streams_escape()
     try:
         with interruption.hear():
             code = _carry_out()
@@ -159,6 +162,13 @@ def main() -> None:
         line = f"{where}{(failed.strerror or str(failed)).lower()}; {_say_what_is_left(failed)}"
         interruption.leave(exit_status.NOT_WRITTEN, line)
     sys.exit(code)
+
+
+def _let_streams_escape() -> None:
+    """A letter that a terminal or a file does not have is no reason to end."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _say_what_is_left(ending: BaseException) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 import typer
 
 from opensuction.cli import exit_status
-from opensuction.cli.option import OPTIONS
+from opensuction.cli.option import OF_A_FILE, OPTIONS
 
 
 class Command(NamedTuple):
@@ -77,4 +77,15 @@ def _fill(record: Any, given: dict[str, Any]) -> Any:
             values[name] = _fill(kind, given)
         else:
             values[name] = tuple(given[name] or ()) if _is_repeated(kind) else given[name]
+        if name in OF_A_FILE:
+            values[name] = _decode(values[name])
     return record(**values)
+
+
+def _decode(given: Any) -> Any:
+    """Words as UTF-8 where the locale took their letters for single bytes, as "C" may."""
+    if isinstance(given, tuple):
+        return tuple(map(_decode, given))
+    if not isinstance(given, str):
+        return given
+    return given.encode("utf-8", "surrogateescape").decode("utf-8", "surrogateescape")

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import NoReturn
 
+from opensuction.settings import wording
+
 NATIVE_CALLERS = ("namedtuple_", "enum", "numba.core.serialize", "llvmlite.binding")
 """Beginnings of the names of modules whose functions native code calls: compiled code makes its
 records and enumerations anew for Python and takes no refusal, a callback loses what it raises."""
@@ -94,6 +96,6 @@ def describe(stopped: Stopped) -> str:
 def leave(status: int, line: str) -> NoReturn:
     """Say a line and exit at once: a compilation in the background knows no interruption."""
     with contextlib.suppress(OSError, AttributeError):  # nobody may be there to read it
-        sys.stderr.write(f"opensuction: {line}\n")
+        sys.stderr.write(f"opensuction: {wording.one_line(line)}\n")
         sys.stderr.flush()
     os._exit(status)

@@ -390,3 +390,5 @@ OPTIONS: dict[str, Any] = {
     "as_json": typer.Option("--json", help="One JSON object on stdout and nothing else."),
 }
 """By the name of the field that an option fills; the same one for every command that has it."""
+OF_A_FILE = ("input", "output", "time", "input_unit", "output_unit", "columns")
+"""Fields whose words stand in a file, not in the names of files."""

@@ -4,10 +4,15 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.console import Console
+from rich.padding import Padding
 from rich.status import Status
+from rich.table import Table
+from rich.text import Text
+
+from opensuction.settings import wording
 
 if TYPE_CHECKING:
     from opensuction.kernel.compiler.compilation import Compilation
@@ -25,12 +30,46 @@ Result = TypeVar("Result")
 class PlainConsole(Console):
     """A console that prints text as it is and lets a closed pipe be known.
 
-    Names of files, columns and hazards come from people: ``[/x]`` in one is no style to end, and
-    ``:x:`` no picture.
+    Names of files, columns and hazards come from people: ``[/x]`` in one is no style to end,
+    ``:x:`` no picture, and what would speak to the terminal, begin another line or has no letter
+    there is shown as an escape. Only cells of a table may have several lines.
     """
 
     def __init__(self, stderr: bool = False) -> None:
         super().__init__(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print objects as `Console.print` does, and none of their text raw."""
+        super().print(*(self._escape(one) for one in objects), **options)
+
+    def say(self, text: str) -> str:
+        """Text as this console shows it, in one line."""
+        return wording.one_line(text, self.encoding)
+
+    def _escape(self, shown: Any) -> Any:
+        if isinstance(shown, str):
+            return self.say(shown)
+        if isinstance(shown, Text):
+            escaped = shown.copy()
+            escaped.plain = self.say(shown.plain)
+            return escaped
+        if isinstance(shown, Padding):
+            around = (shown.top, shown.right, shown.bottom, shown.left)
+            return Padding(self._escape(shown.renderable), around, style=shown.style)
+        if isinstance(shown, Table):
+            return self._escape_table(shown)
+        return shown
+
+    def _escape_table(self, table: Table) -> Table:
+        """The same table, for it is printed once: what its cells say is measured escaped."""
+        for column in table.columns:
+            column.header, *column._cells = (
+                Text("\n").join(self._escape(Text(one)) for one in cell.split("\n"))
+                if isinstance(cell, str)
+                else self._escape(cell)
+                for cell in (column.header, *column._cells)
+            )
+        return table
 
     def on_broken_pipe(self) -> None:
         """Raise it once more: what rich does by itself is to leave without a word."""
@@ -99,7 +138,7 @@ class ProgressTeller:
 
     def show(self, standing: str) -> None:
         """How far the work is: beside the spinner, or in a line now and then; from any thread."""
-        self._standing = standing
+        self._standing = self._console.say(standing)
         if not self._console.is_terminal and self.elapsed_s - self._told_s >= NEWS_S:
             self._told_s = self.elapsed_s
             self.tell(standing)
@@ -152,4 +191,5 @@ class ProgressTeller:
                 due_s = NEWS_S * (1.0 + spent_s // NEWS_S)
             if spinner is not None:
                 slow = spent_s > SHORT_S and compilations.are_running
-                spinner.update(compilations.state if slow else self._standing or doing)
+                standing = compilations.state if slow else self._standing
+                spinner.update(Text(standing) if standing else doing)

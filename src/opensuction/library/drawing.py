@@ -37,7 +37,7 @@ class Drawing:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write it as an SVG file; raises OSError where that cannot be written."""
-        Path(path).write_text(self.svg, encoding="utf-8")
+        Path(path).write_text(self.svg, encoding="utf-8", errors="backslashreplace")
 
     def _repr_svg_(self) -> str:
         return self.svg

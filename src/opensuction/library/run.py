@@ -65,7 +65,7 @@ class Run:
         Raises OSError where it cannot be written.
         """
         html = page.render(self.summary, self.trace, machine_summary.sections(self.prepared))
-        Path(path).write_text(html, encoding="utf-8")
+        Path(path).write_text(html, encoding="utf-8", errors="backslashreplace")
 
     def save_trace(self, path: Name, force: bool = False) -> None:
         """Write the trace as ``.csv`` or ``.parquet``, as ``opensuction cycle --trace`` does.

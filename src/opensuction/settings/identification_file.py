@@ -69,6 +69,9 @@ HEAD: Final = """\
 _INTERVAL: Final = re.compile(r"^ci95 = \[\n +(\S+),\n +(\S+),\n\]$", re.MULTILINE)
 """An interval as the writer lays it out, over four lines; one is easier to read."""
 
+_SURROGATE: Final = re.compile("[\ud800-\udfff]")
+"""Stands in the name of a file for a byte that is no UTF-8."""
+
 _HASH: Final = re.compile(r"[0-9a-f]{64}")
 
 
@@ -151,7 +154,9 @@ def to_toml(identified: Identified) -> str:
         content["structure"] = structure
     sections = {"servo": servo, "modified_dahl": nominal, "driven": driven}
     content |= {name: section for name, section in sections.items() if section is not None}
-    return HEAD + _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(content | (measured or {})))
+    text = _INTERVAL.sub(r"ci95 = [\1, \2]", tomli_w.dumps(content | (measured or {})))
+    # A file's name may hold what no UTF-8 is; in a string of TOML a backslash is written twice.
+    return HEAD + _SURROGATE.sub(lambda found: rf"\\u{ord(found[0]):04x}", text)
 
 
 def load(path: Path | str) -> Identified:

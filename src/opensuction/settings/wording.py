@@ -27,12 +27,19 @@ LONGEST_LINE: Final = 160
 _BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def one_line(text: str) -> str:
-    """Text with line breaks and other invisible characters written as escapes."""
-    return "".join(
+def one_line(text: str, encoding: str = "utf-8") -> str:
+    r"""Text with line breaks and other invisible characters written as escapes.
+
+    encoding: of who reads it; letters that it lacks are escaped, too.
+
+    >>> print(one_line("a\x1b[31m\udcff\n"), one_line("5 µm", "ascii"))
+    a\x1b[31m\udcff\n 5 \xb5m
+    """
+    shown = "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode()
         for letter in text
     )
+    return shown.encode(encoding, "backslashreplace").decode(encoding)
 
 
 def refuse(where: object, problem: str) -> InputError:

@@ -61,7 +61,11 @@ def to_metadata(heading: Heading) -> Metadata:
         "settings_hash": heading.settings_hash,
         "fingerprint": heading.fingerprint,
         "began_utc": f"{heading.began_utc} ({heading.began_ns} ns)",
-        **heading.about,
+        # The name of a file may hold bytes that are no UTF-8.
+        **{
+            name: value.encode("utf-8", "backslashreplace").decode()
+            for name, value in heading.about.items()
+        },
     }
     about["checksum"] = _checksum(about, heading.settings)
     return {ABOUT: about, SETTINGS: {"json": heading.settings}}
