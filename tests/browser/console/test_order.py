@@ -100,3 +100,59 @@ def test_a_button_that_waits_too_long_is_not_sent_any_more(
     bedside.machine.held.clear()
     buttons[1].click()
     wait_arrived(bedside, "acknowledge", "audio-pause")
+
+
+@pytest.fixture
+def unknown(bedside: Bedside, buttons: tuple[Locator, Locator]) -> list[Route]:
+    """A page that does not know yet whose session it is; what tells it so is kept here."""
+    bedside.machine.held.clear()
+    waiting: list[Route] = []
+
+    def keep(one: Route) -> None:
+        waiting.append(one)
+
+    bedside.page.route("**/api/v1/session", keep)
+    bedside.page.reload()
+    buttons[0].wait_for()
+    return waiting
+
+
+def tell_who(bedside: Bedside, waiting: list[Route]) -> None:
+    for one in waiting:
+        one.continue_()
+    bedside.page.unroute("**/api/v1/session")
+
+
+def test_what_is_pressed_before_a_page_knows_its_session_is_sent_once_it_does(
+    bedside: Bedside, buttons: tuple[Locator, Locator], unknown: list[Route]
+) -> None:
+    """It was taken for a stranger's: the page asked for a name, and the press was lost."""
+    for one in buttons:
+        one.click()
+    assert bedside.page.locator(".dialog").count() == 0
+    assert bedside.machine.arrived == []
+    tell_who(bedside, unknown)
+    wait_arrived(bedside, "acknowledge", "audio-pause")
+    assert bedside.page.locator(".dialog").count() == 0
+
+
+def test_stop_drops_what_was_pressed_before_a_page_knows_its_session(
+    bedside: Bedside, buttons: tuple[Locator, Locator], unknown: list[Route]
+) -> None:
+    buttons[0].click()
+    bedside.page.locator("#stop").click()
+    wait_arrived(bedside, "abort")
+    expect(bedside.page.locator(".alarm-answer")).to_contain_text("Stop was pressed")
+    tell_who(bedside, unknown)
+    let_others_be_faster(bedside)
+    assert bedside.machine.arrived == ["abort"]
+
+
+def test_a_stranger_s_press_asks_who_it_is(
+    bedside: Bedside, buttons: tuple[Locator, Locator], unknown: list[Route]
+) -> None:
+    bedside.machine.person = None
+    buttons[0].click()
+    tell_who(bedside, unknown)
+    bedside.page.locator(".dialog").wait_for()
+    assert bedside.machine.arrived == []

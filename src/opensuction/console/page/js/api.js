@@ -73,6 +73,11 @@ export class Api {
     return this.order.take(() => this.send(method, path, body, patience_ms), refuse);
   }
 
+  /** Wait for what a change needs first, no longer than it waits for those before it. Raises Refused. */
+  until(former) {
+    return this.order.wait(former, (why) => new Refused(0, this.words.unsent[why]));
+  }
+
   /** Ask for something that changes nothing. Waits where too many others are under way. */
   async look(method, path, body, patience_ms, more = {}) {
     while (this.under_way >= MOST) await new Promise((done) => { this.waiting.push(done); });

@@ -20,6 +20,20 @@ export async function request(api, ask, reason) {
   }
 }
 
+/** The same of whoever has the right; null where it is nobody's who is signed in, who is asked then.
+    A page that has just been loaded waits until it knows whose session it is. */
+export async function requestAs(context, right, ask) {
+  const { api, session } = context;
+  try {
+    if (!session.may(right)) await api.until(session.firstLook);
+  } catch (error) {
+    return { refusal: fill(text.alarm.action.failed, { detail: error.detail }) };
+  }
+  if (session.may(right)) return request(api, ask);
+  context.askSignIn();
+  return null;
+}
+
 function words(refused) {
   if (typeof refused === "string") return refused;
   return [refused.sentence, refused.remedy].filter(Boolean).join(". ");

@@ -14,6 +14,7 @@ export class Session {
     this.changes = 0; // under way, from this page
     this.version = 0; // of what is known
     this.isLooking = false;
+    this.firstLook = new Promise((done) => { this.endFirstLook = done; }); // until then nobody is known
     this.take(NOBODY);
     api.ondenied = () => this.look();
     setInterval(() => this.look(), LOOK_MS);
@@ -57,6 +58,7 @@ export class Session {
       // The connection is shown elsewhere.
     } finally {
       this.isLooking = false;
+      this.endFirstLook();
     }
   }
 

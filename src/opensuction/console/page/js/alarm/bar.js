@@ -3,7 +3,7 @@
 
 import { make, mark, say, show } from "../dom.js";
 import { CONNECTING, GOOD, LOST } from "../live.js";
-import { request } from "../request.js";
+import { requestAs } from "../request.js";
 import { isLeftInside, isResting, leftInsideWords, waitsFor } from "../situation.js";
 import { fill, text } from "../text.js";
 import { age, capital, countdown } from "../words.js";
@@ -89,11 +89,9 @@ export class AlarmBar {
   }
 
   async press(ask) {
-    if (!this.context.session.may("attend-alarms")) {
-      this.context.askSignIn();
-      return;
-    }
-    const { refusal } = await request(this.context.api, ask);
+    const told = await requestAs(this.context, "attend-alarms", ask);
+    if (told === null) return;
+    const { refusal } = told;
     say(this.answer, refusal || "");
     if (refusal) setTimeout(() => say(this.answer, ""), 8000);
   }

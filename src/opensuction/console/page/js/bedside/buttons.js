@@ -3,7 +3,7 @@
 
 import { make, say, show } from "../dom.js";
 import { GOOD } from "../live.js";
-import { request } from "../request.js";
+import { requestAs } from "../request.js";
 import { fill, text } from "../text.js";
 
 const SAID_MS = 8000;
@@ -37,11 +37,9 @@ export class Buttons {
   }
 
   async press(ask, right) {
-    if (!this.context.session.may(right)) {
-      this.context.askSignIn();
-      return;
-    }
-    const { refusal } = await request(this.context.api, ask);
+    const told = await requestAs(this.context, right, ask);
+    if (told === null) return;
+    const { refusal } = told;
     const left_s = Math.ceil(this.context.live.state?.oxygen_left_s ?? 0) || 120;
     say(this.answer, refusal || fill(text.bedside.done[ask], { s: left_s }));
     clearTimeout(this.timer);
