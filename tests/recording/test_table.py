@@ -90,6 +90,13 @@ REFUSED = {
     "header only": ("a,b\n", "no samples below"),
     "only comments": ("# a\n\n", "no line with values"),
     "decimal commas between commas": ("a,b\n1,5,2,5\n", "4 cells, the header has 2"),
+    "thousands beside whole numbers": (
+        "a;b\n500;2\n1,234;4\n",
+        "'1,234' may be 1.234 or 1234: whole",
+    ),
+    "thousands seen too late": ("a;b\n1.234;2\n2.345,5;4\n", "line 2, column 'a': '1.234' may be"),
+    "a comma before points": ("a;b\n1,234;2\n12.5;4\n", "1234: line 3 has '12.5'"),
+    "groups of two": ("a;b\n1,23,456.0;2\n3;4\n", "'1,23,456.0' is not a number"),
     "comma in a file with points": ("a;b\n1.5;2\n3,5;4\n", "decimal points, so no commas"),
     "point in a file with commas": ("a;b\n1,5;2\n3.5;4\n", "decimal commas, so no points"),
     "digits apart": ("a,b\n1,2\n3,4_0\n", "'4_0' is not a number"),
@@ -219,3 +226,22 @@ def test_text_of_windows_is_read_and_said_so(file: Path) -> None:
     assert read(file) == {"Weg": [0.5, 1.5], "Größe µm": [1.0, 2.0]}
     file.write_text("Weg;Größe µm\n0,5;1\n1,5;2\n", encoding="utf-8")
     assert table.open_table(file).note == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("a;b\n900.5;1\n1,234.5;1\n2,000;1\n", [900.5, 1234.5, 2000.0]),
+        ("a;b\n900,5;1\n-1.234,5;1\n", [900.5, -1234.5]),
+        ("a\tb\n1.234.567\t1\n1.234\t1\n5,5\t1\n", [1234567.0, 1234.0, 5.5]),
+        ('a,b\n"1,234.5",1\n"1,234",1\n', [1234.5, 1234.0]),
+        ('b;a\n0.5;"1,250.5"\n', [1250.5]),
+        ("a;b\n1 234,5;1\n12,5;1\n", [1234.5, 12.5]),
+        ("a;b\n12,345;1\n9,871;1\n", [12.345, 9.871]),
+    ],
+)
+def test_thousands_separators_are_read_where_they_are_sure(
+    text: str, numbers: list[float], tmp_path: Path
+) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    assert read(tmp_path / "a.csv", "a")["a"] == numbers

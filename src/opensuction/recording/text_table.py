@@ -1,7 +1,7 @@
 """CSV and its relatives: any usual separator, decimal commas, comments, quotes, missing cells.
 
 How a text is cut into cells is found by `text_layout`. Decimal commas are told from points by the
-first number that has either. Text that is no UTF-8 is taken for Windows-1252, as spreadsheets of
+first number that has either; thousands separators are read where they cannot be decimal marks. Text that is no UTF-8 is taken for Windows-1252, as spreadsheets of
 western languages still write it.
 """
 
@@ -25,8 +25,10 @@ UTF8, WINDOWS = "utf-8-sig", "cp1252"
 NOTES = {WINDOWS: "is not UTF-8; read as Windows-1252 (cp1252)"}
 """What a person should know of an encoding."""
 CHUNK_BYTES = 1 << 20
-_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
-"""A number whose commas may stand between thousands."""
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([., '\u00a0\u202f\u2019])\d{3}(?:\1\d{3})*(?:([.,])\d*)?")
+"""A number with thousands separators, the first group; the second is its decimal mark."""
+_BLANKS = " '\u00a0\u202f\u2019"
+"""Thousands separators that are never decimal marks."""
 
 
 def find_encoding(path: Path) -> str:
@@ -130,28 +132,39 @@ class _Missing(NamedTuple):
 
 
 class _Parser:
-    """Turns cells into numbers. The first decimal mark that is met is the file's."""
+    """Turns cells into numbers. The first decimal mark that is met is the file's.
+
+    Thousands separators are read where they cannot be decimal marks (``1,234.5``, ``1.234.567``),
+    and where such a cell was seen before. ``1,234`` is a decimal by the first rule; where another
+    cell speaks against that, or the file has commas between its cells, it is refused.
+    """
 
     def __init__(self, path: Path, layout: Layout) -> None:
         self._path = path
         self._layout = layout
-        self._decimal_comma: bool | None = None
-        self._grouped: str = ""
-        """A cell whose comma may stand between thousands: between commas nothing but quotes tells
-        a decimal comma from one of those."""
-        self._is_decimal_sure = layout.separator != ","
+        self._decimal = ""
+        self._is_sure = False
+        """Whether a cell was met whose mark cannot separate thousands."""
+        self._thousands = ""
+        """The mark that separates them, once a cell has shown it."""
+        self._vague: dict[int, tuple[int, str]] = {}
+        """Line and cell of the first in each column whose mark may be either."""
+        self._whole: set[int] = set()
+        """Columns with whole numbers that have no mark."""
         self._missing: _Missing | None = None
         self._missing_rows, self._missing_line = 0, 0
 
     def __call__(self, number: int, place: int, cell: str) -> float:
         """Finite number in a cell, NaN for one that is missing; InputError for anything else."""
+        if not self._is_sure:
+            self._look(number, place, cell)
         text = cell
-        if self._decimal_comma is not False or "," in cell:
-            text = self._with_point(cell)
+        if self._decimal == ",":
+            text = "?" if "." in cell else cell.replace(",", ".")
         try:
             value = float(text)
         except ValueError:
-            value = math.nan
+            value = self._read_grouped(cell.strip())
         if math.isfinite(value) and "_" not in cell:
             return value
         if text_layout.is_missing(cell):
@@ -167,29 +180,59 @@ class _Parser:
     def _where(self, number: int, place: int) -> str:
         return f"{self._path}: line {number}, column {self._layout.names[place]!r}"
 
-    def _with_point(self, cell: str) -> str:
-        """The cell with a decimal point; "?" where it has another mark than those before."""
-        has_comma, has_point = "," in cell, "." in cell
-        if has_comma == has_point:
-            return "?" if has_comma else cell
-        if self._decimal_comma is None:
-            self._decimal_comma = has_comma
-        if self._decimal_comma != has_comma:
-            return "?"
-        if has_comma and not self._is_decimal_sure:
-            if _GROUPED.fullmatch(cell.strip()):
-                self._grouped = self._grouped or cell.strip()
-            else:
-                self._is_decimal_sure = True
-        return cell.replace(",", ".")
+    def _look(self, number: int, place: int, cell: str) -> None:
+        """Learn from a cell which mark is the decimal one."""
+        if "," not in cell and "." not in cell:
+            if not text_layout.is_missing(cell):
+                self._whole.add(place)
+            return
+        marks = [letter for letter in cell if letter in ",."]
+        grouped = _GROUPED.fullmatch(cell.strip())
+        separates = grouped is not None and grouped[1] in ",."
+        if separates and len(marks) == 1 and not (self._is_cut_at_commas and marks == ["."]):
+            self._vague.setdefault(place, (number, cell.strip()))
+            self._decimal = self._decimal or marks[0]
+            return
+        separates = separates and len(marks) > 1
+        decimal = {",": ".", ".": ","}[marks[0]] if separates else marks[-1]
+        if self._decimal not in ("", decimal):
+            shown = "thousands separators" if separates else repr(cell.strip()[:SHOWN])
+            self._refuse_vague(min(self._vague), f"line {number} has {shown}")
+        self._decimal, self._is_sure = decimal, True
+
+    @property
+    def _is_cut_at_commas(self) -> bool:
+        return self._layout.separator == ","
+
+    def _refuse_vague(self, place: int, why: str) -> None:
+        number, cell = self._vague[place]
+        one, other = re.sub("[.,]", ".", cell), re.sub("[.,]", "", cell)
+        raise InputError(
+            f"{self._where(number, place)}: {cell!r} may be {one} or {other}: {why}; write the "
+            "numbers with decimal points and without marks between thousands"
+        )
+
+    def _read_grouped(self, cell: str) -> float:
+        """A number with thousands separators that cannot be decimal marks, else not a number."""
+        found = _GROUPED.fullmatch(cell)
+        if found is None:
+            return math.nan
+        separator, mark = found[1], found[2] or ""
+        sure = bool(mark) or cell.count(separator) > 1 or separator in (*_BLANKS, self._thousands)
+        if separator in (mark, self._decimal) or mark not in ("", self._decimal) or not sure:
+            return math.nan
+        if separator not in _BLANKS:
+            self._thousands = separator
+        return float(cell.replace(separator, "").replace(",", "."))
 
     def check(self, rows: int, allow_missing: bool) -> None:
         """Refuse what only all rows together show; raises InputError."""
-        if self._grouped and not self._is_decimal_sure:
-            raise InputError(
-                f"{self._path}: {self._grouped!r} may be a number with a decimal comma or with a "
-                "comma between thousands; write the numbers with decimal points and without commas"
-            )
+        if self._vague and not self._is_sure:
+            whole = self._vague.keys() & self._whole
+            if whole:
+                self._refuse_vague(min(whole), "whole numbers stand beside it")
+            if self._is_cut_at_commas:
+                self._refuse_vague(min(self._vague), "no number shows which mark is the decimal")
         if self._missing and not allow_missing:
             number, place, cell = self._missing
             what = f"{cell!r} is" if cell else "an empty cell is"
@@ -200,11 +243,10 @@ class _Parser:
 
     def _advise(self, cell: str) -> str:
         """A hint where the decimal mark may be what is wrong."""
-        is_grouped = "," in cell and ("." in cell or cell.count(",") > 1)
-        if is_grouped or ("." in cell and self._decimal_comma and not self._is_decimal_sure):
+        if "," in cell and ("." in cell or cell.count(",") > 1):
             return "; write numbers without marks between thousands"
-        if self._decimal_comma and "." in cell:
+        if self._decimal == "," and "." in cell:
             return "; this file has decimal commas, so no points"
-        if self._decimal_comma is False and "," in cell:
+        if self._decimal == "." and "," in cell:
             return "; this file has decimal points, so no commas"
         return "; remove text and units from the columns that are read"
