@@ -6,6 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from opensuction.hysteresis.modified_dahl import PUBLISHED, ModifiedDahl, simulate
+from opensuction.identification.estimator import nonlinear
 from opensuction.identification.judgement.diagnosis import Labels
 from opensuction.identification.method import METHODS, MODELS, methods_of
 from opensuction.identification.workbench import compare, identify
@@ -241,3 +242,31 @@ def test_inputs_that_do_not_do_are_refused(others: list[Array], model: str, says
     with pytest.raises(InputError, match=says) as refused:
         identify([HEAD, *others], COUPLED, model=model, labels=NAMED)
     assert "\n" not in str(refused.value)
+
+
+def test_a_warning_about_the_fitted_part_alone_says_so() -> None:
+    assert not any("Too few" in said for said in identify(HEAD, TIP).warnings)
+    found = identify(HEAD, TIP, holdout_ratio=0.7)
+    (said,) = [each for each in found.warnings if "Too few reversals" in each]
+    assert said.endswith(
+        "That is of the fitted part, the first 360 of 1200 samples, not of the whole."
+    )
+    coarse = identify(np.round(HEAD, -1), TIP, holdout_ratio=0.5)
+    (said,) = [each for each in coarse.warnings if "Range too small" in each]
+    assert said.endswith("are needed.")  # the whole is as coarse
+
+
+def test_a_refusal_of_the_fitted_part_alone_says_so() -> None:
+    with pytest.raises(InputError, match=r"reverses by .* first 120 of 1200 .* lower --holdout"):
+        identify(HEAD, TIP, holdout_ratio=0.9)
+
+
+def test_a_model_that_is_left_out_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise InputError("tip_mm: turns against head_mm; negate one of them")
+
+    monkeypatch.setitem(nonlinear.FITS, "dahl", refuse)
+    best, *others = compare(HEAD[:300], TIP[:300] + NOISE[:300])
+    assert best.left_out == (("dahl", "tip_mm: turns against head_mm; negate one of them"),)
+    assert "dahl" not in {each.model for each in (best, *others)}
+    assert all(each.left_out == () for each in others)

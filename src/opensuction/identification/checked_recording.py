@@ -1,5 +1,6 @@
 """A recording as the workbench takes it: checked, cut into folds, its inputs named."""
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -70,10 +71,9 @@ def check(
         if time.size != driven.size:
             raise InputError(f"{labels.time_name} has {time.size} samples, not {driven.size}")
         diagnosis.check_time(time, labels.time_name)
-    begin_in, begin_out = driven[:fitted_samples], answer[:fitted_samples]
-    diagnosis.check_recording(begin_in, begin_out, labels)
+    begin_in = driven[:fitted_samples]
+    warnings = _judge_fitted(driven, answer, time, fitted_samples, labels)
     begin_time = None if time is None else time[:fitted_samples]
-    warnings = diagnosis.judge_recording(begin_in, begin_out, begin_time, labels)
     folds = fold.cut(begin_in, begin_time)
     fitted = fitted_range.measure(begin_in, begin_time)
     rest_time = None if time is None else time[fitted_samples:]
@@ -93,6 +93,36 @@ def check(
         fitted_range=fitted,
         leaves_range=bool(beyond),
     )
+
+
+def _judge_fitted(
+    input_: Array, output: Array, time_s: Array | None, fitted: int, labels: Labels
+) -> tuple[str, ...]:
+    """What is weak about the samples that are fitted; says so where the whole recording is not.
+
+    Raises InputError where they cannot be fitted.
+    """
+    begin = input_[:fitted], output[:fitted]
+    begin_time = None if time_s is None else time_s[:fitted]
+    if fitted == input_.size:
+        diagnosis.check_recording(*begin, labels)
+        return diagnosis.judge_recording(*begin, begin_time, labels)
+    part = f"the fitted part, the first {fitted} of {input_.size} samples"
+    try:
+        diagnosis.check_recording(*begin, labels)
+    except InputError as refused:
+        diagnosis.check_recording(input_, output, labels)
+        raise InputError(f"{refused}. That is of {part}: lower --holdout") from None
+    kinds = {_kind(said) for said in diagnosis.judge_recording(input_, output, time_s, labels)}
+    return tuple(
+        said if _kind(said) in kinds else f"{said} That is of {part}, not of the whole."
+        for said in diagnosis.judge_recording(*begin, begin_time, labels)
+    )
+
+
+def _kind(warning: str) -> str:
+    """The words that a warning begins with."""
+    return re.split("[:?]", warning, maxsplit=1)[0]
 
 
 def _split_inputs(input_: ArrayLike) -> Sequence[ArrayLike]:

@@ -109,6 +109,11 @@ class FittedModel(NamedTuple):
     warnings: for who has a clock."""
     driven: Driven = Driven()
     """How it drives a head, or why it does not."""
+    determined: bool = True
+    """Whether its parameters mean something: no other memory fits equally well, and most of the
+    output is explained."""
+    left_out: tuple[tuple[str, str], ...] = ()
+    """Of the recommended model: those that this recording does not identify, each with why not."""
 
 
 @single_threaded
@@ -239,6 +244,8 @@ def _describe(
         superposed=found.superposed,
         refit=lambda: None,
         driven=found.driven,
+        determined=found.determined
+        and diagnosis.measure_explained(output[:count], rest[:count]) >= diagnosis.EXPLAINED_SHARE,
     )
 
 
@@ -280,11 +287,13 @@ def compare(
     Arguments as `identify`; of several inputs, models of one take the first. progress is called
     before each model. aim: what the recommended model is for. The others follow by their error for
     it, on the fitted samples alone. A model that cannot be identified from this recording is left
-    out. Raises InputError where none can, and for a purpose that the recording cannot serve.
+    out (`FittedModel.left_out`). Raises InputError where none can, and for a purpose that the
+    recording cannot serve.
     """
     recording = check(input_, output, time_s, holdout_ratio, labels)
     check_purpose(aim.purpose, recording.folds)
-    results, rated, refusals = {}, [], []
+    results, rated = {}, []
+    refusals: dict[str, InputError] = {}
     for done, model in enumerate(MODELS.values()):
         if progress is not None:
             progress(model.name, done, len(MODELS))
@@ -293,11 +302,15 @@ def compare(
             results[model.name], judged = _fit(recording, model, method, aim.purpose)
             rated.append(judged)
         except InputError as refused:
-            refusals.append(refused)
+            refusals[model.name] = refused
     if not results:
-        raise refusals[0]
+        raise next(iter(refusals.values()))
     advice = recommend(rated, aim, recording.folds)
-    chosen = results.pop(advice.model)._replace(recommended=True, reasons=advice.reasons)
+    chosen = results.pop(advice.model)._replace(
+        recommended=True,
+        reasons=advice.reasons,
+        left_out=tuple((name, str(refused)) for name, refused in refusals.items()),
+    )
     rest = sorted(results.values(), key=lambda each: advice.errors[each.model])
     return [_warn_of_others(recording, chosen, beside), *rest]
 

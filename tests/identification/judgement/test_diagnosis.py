@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from opensuction.identification.judgement.diagnosis import Labels, judge_recording
+from opensuction.identification.judgement.diagnosis import (
+    Labels,
+    check_recording,
+    judge_recording,
+)
+from opensuction.kernel.errors import InputError
 from opensuction.kernel.record import Array
 from tests.identification.plant import cosine
 
@@ -61,3 +66,30 @@ def test_a_line_without_a_loop_is_neither() -> None:
     tip_mm = 0.9 * HEAD_MM + 0.3 * random.normal(size=HEAD_MM.size)
     assert warned(HEAD_MM, tip_mm, "swapped") == []
     assert warned(tip_mm, HEAD_MM, "swapped") == []
+
+
+@pytest.mark.parametrize("spring", [0.0, 0.01])
+def test_a_friction_force_in_the_same_unit_is_not_taken_for_a_position(spring: float) -> None:
+    force, state = np.empty_like(HEAD_MM), 0.0
+    for place, move_mm in enumerate(np.diff(HEAD_MM, prepend=HEAD_MM[0])):
+        state += 0.15 * move_mm * (1.0 - state * np.sign(move_mm))
+        force[place] = state
+    assert warned(HEAD_MM, 3.0 * force, "swapped") == []
+    sliding = 3.0 * np.sign(np.gradient(HEAD_MM)) + spring * HEAD_MM
+    assert warned(HEAD_MM, sliding, "swapped") == []
+
+
+@pytest.mark.parametrize("gap_mm", [5.0, 30.0, 50.0, 70.0])
+def test_columns_are_told_as_exchanged_behind_gaps_of_any_size(gap_mm: float) -> None:
+    assert len(warned(play(HEAD_MM, gap_mm), HEAD_MM, "swapped")) == 1
+
+
+def test_without_a_unit_no_sentence_has_one() -> None:
+    labels = Labels("x", "y", "input", "output")
+    for said in judge_recording(np.round(HEAD_MM, -1), TIP_MM, None, labels):
+        assert "0 input" not in said
+    (said,) = warned(np.round(HEAD_MM, -1), TIP_MM, "Range too small", labels)
+    assert "steps of its resolution (10)," in said
+    still = 50.0 + np.random.default_rng(3).normal(size=200)
+    with pytest.raises(InputError, match=r"x: trembles within \d\.\d+ but does not travel"):
+        check_recording(still, still, labels)

@@ -33,6 +33,33 @@ def test_a_gap_that_is_not_determined_has_no_figure(ends: list[float] | None) ->
     assert "apart" not in said(parameters=parameters | {"velocity_gain": gain})
 
 
+def test_what_is_not_determined_has_no_gap_whatever_its_intervals() -> None:
+    assert "apart" in said(determined=True)
+    assert "apart" not in said(determined=False)
+
+
+def test_a_column_without_a_unit_gives_figures_without_one() -> None:
+    recording = example.provenance()["recording"]
+    recording["output"] = {"column": "pos (5)", "unit": "", "negated": False}
+    text = said(recording=recording, rmse=24.79, rmse_unit="output")
+    assert "an error of 24.79 RMSE" in text
+    assert "lie 20 apart" in text
+    assert "output" not in text.replace("output's range", "")
+
+
+def test_warnings_are_said_to_be_of_the_fitted_part() -> None:
+    words_ = "Warnings are about what comes before, unless they say otherwise."
+    assert words_ in said()
+    assert words_ not in said(warnings=[])
+    assert words_ not in said(holdout_rmse_percent_of_range=None)
+
+
+def test_models_that_were_left_out_are_named_with_the_reason() -> None:
+    text = " ".join(words.sentences(example.compared(left_out={"dahl": "tip_mm: turns back"})))
+    assert "dahl is left out: tip_mm: turns back." in text
+    assert "left out:" not in " ".join(words.sentences(example.compared(left_out={})))
+
+
 def test_a_comparison_names_the_recommended_model() -> None:
     models = [
         example.model(name, place, recommended=place == 1)

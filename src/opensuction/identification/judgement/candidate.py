@@ -86,6 +86,8 @@ class Candidate(NamedTuple):
     superposed: tuple[Superposed, ...] = ()
     """One for each input; none for a model whose parameters say all."""
     driven: Driven = Driven()
+    determined: bool = True
+    """False where another memory fits equally well: parameters mean little."""
 
 
 def judge_superposition(found: Superposition) -> Candidate:
@@ -181,6 +183,7 @@ def judge_vector(
         freedom=float(vector.size),
         well_posed=well_posed,
         warnings=_warnings(parameters, rows, found.determined, well_posed),
+        determined=found.determined,
     )
 
 

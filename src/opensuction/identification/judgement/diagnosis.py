@@ -1,6 +1,7 @@
 """Weaknesses of a recording and of the residuals of a fit, a sentence each."""
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,13 @@ recordings."""
 JUMP_FACTOR = 10.0
 """How much larger than nearly all other steps, 99 of 100, such a leap is."""
 
+GOING_ALONG = 0.1
+"""[design] Least share of the output's range that it travels in the later half of a stroke to be a
+position, which goes along once the gap is crossed. A friction force has reached its height."""
+
+LATER_HALF = (0.5, 0.95)
+"""Shares of a stroke that have passed where that half begins and ends."""
+
 LEADING_SHARE = 0.02
 """Area of the loop, as a share of both ranges' product for each stroke, from which an output that
 turns before its input is told of."""
@@ -61,6 +69,10 @@ MOST_LAGS = 200
 """Lags of the autocorrelation that are kept for a plot."""
 
 
+UNKNOWN_UNITS = ("input", "output")
+"""What units are called where none is known: a slope is then in output/input."""
+
+
 class Labels(NamedTuple):
     """How the caller's quantities and their units are called."""
 
@@ -72,6 +84,11 @@ class Labels(NamedTuple):
     other_names: tuple[str, ...] = ()
     """Of further inputs; those without one are numbered."""
 
+    @property
+    def behind_input(self) -> str:
+        """What stands behind a number of the input: a space and its unit, nothing without one."""
+        return "" if self.input_unit in UNKNOWN_UNITS else f" {self.input_unit}".rstrip()
+
 
 def check_recording(input_: Array, output: Array, labels: Labels) -> None:
     """Refuse what can only be fitted with nonsense.
@@ -79,13 +96,13 @@ def check_recording(input_: Array, output: Array, labels: Labels) -> None:
     Raises InputError for a quantity that does not move, an input that never reverses or only
     trembles, and an output whose sign is against the input's.
     """
-    check_motion(labels[:2], input_, output, labels.input_unit)
+    check_motion(labels[:2], input_, output, labels.behind_input.strip())
     range_ = float(np.ptp(input_))
     moves = np.diff(input_)
     about = input_ - input_.mean()
     if float(moves @ moves) > TREMBLING * float(about @ about):
         raise InputError(
-            f"{labels.input_name}: trembles within {range_:.4g} {labels.input_unit} but does "
+            f"{labels.input_name}: trembles within {range_:.4g}{labels.behind_input} but does "
             "not travel; record a motion to and fro that is larger than the gap"
         )
     correlation = float(np.corrcoef(input_, output)[0, 1])
@@ -123,7 +140,7 @@ def judge_recording(
     if range_ < FEWEST_STEPS * step:
         said.append(
             f"Range too small: {labels.input_name} covers {range_ / step:.0f} steps of its "
-            f"resolution ({step:.3g} {labels.input_unit}), {FEWEST_STEPS} or more are needed."
+            f"resolution ({step:.3g}{labels.behind_input}), {FEWEST_STEPS} or more are needed."
         )
     said.extend(_find_clipping(input_, output, labels))
     said.extend(_find_joint(input_, output, time_s, labels))
@@ -172,7 +189,7 @@ def _find_clipping(input_: Array, output: Array, labels: Labels) -> list[str]:
         if enough and np.count_nonzero(both) > CLIPPED_SHARE * output.size:
             said.append(
                 f"Clipped: {labels.output_name} stays at its {word} value ({extreme:g}) while "
-                f"{labels.input_name} travels on by {travelled:.3g} {labels.input_unit}; the "
+                f"{labels.input_name} travels on by {travelled:.3g}{labels.behind_input}; the "
                 "sensor may be at its end."
             )
     return said
@@ -193,7 +210,7 @@ def _find_joint(input_: Array, output: Array, time_s: Array | None, labels: Labe
     more = "" if places.size == 1 else f" and {places.size - 1} more"
     return [
         f"Recordings joined? {labels.input_name} leaps from {input_[first - 1]:.4g} to "
-        f"{input_[first]:.4g} {labels.input_unit}, and {labels.output_name} with it, at {place}"
+        f"{input_[first]:.4g}{labels.behind_input}, and {labels.output_name} with it, at {place}"
         f"{more}. No model follows that; identify each part by itself."
     ]
 
@@ -206,13 +223,29 @@ def _find_lead(input_: Array, output: Array, reversals: int, labels: Labels) -> 
     area = float(np.sum(0.5 * (output[1:] + output[:-1]) * np.diff(input_)))
     area += 0.5 * float((output[0] + output[-1]) * (input_[0] - input_[-1]))
     whole = float(np.ptp(input_) * np.ptp(output)) * max(reversals, 1)
-    if area <= LEADING_SHARE * whole:
+    if area <= LEADING_SHARE * whole or _measure_going_along(input_, output) < GOING_ALONG:
         return []
     return [
         f"Columns swapped? {labels.output_name} turns before {labels.input_name}, as what drives "
         "does and what follows behind a gap cannot. Try it with input and output exchanged; of a "
         "force that a displacement makes it is as it should be."
     ]
+
+
+def _measure_going_along(input_: Array, output: Array) -> float:
+    """Share of its range that the output travels with the input in the later half of a stroke.
+
+    The median of strokes between turns of the input; 1 where there are none.
+    """
+    turns = find_turns(input_, REVERSAL_SHARE * float(np.ptp(input_))).tolist()
+    ways = []
+    for first, last in pairwise(turns):
+        way = float(input_[last] - input_[first])
+        passed = (input_[first : last + 1] - input_[first]) / way
+        # Not to the turn itself, where what follows behind a gap stands for long.
+        half, end = (first + int(np.argmax(passed >= share)) for share in LATER_HALF)
+        ways.append(math.copysign(1.0, way) * float(output[end] - output[half]))
+    return float(np.median(ways) / np.ptp(output)) if ways else 1.0
 
 
 def autocorrelation(rest: Array) -> Array:
@@ -228,6 +261,11 @@ def autocorrelation(rest: Array) -> Array:
     return np.asarray(products / power, dtype=np.float64)
 
 
+def measure_explained(output: Array, rest: Array) -> float:
+    """Share of the output's variance that a model explains. rest: what it leaves."""
+    return 1.0 - float(rest.var()) / float(output.var())
+
+
 def judge_residuals(
     output: Array,
     rest: Array,
@@ -241,7 +279,7 @@ def judge_residuals(
     leaves_range: whether these go beyond what was fitted.
     """
     said = []
-    explained = 1.0 - float(rest.var()) / float(output.var())
+    explained = measure_explained(output, rest)
     if explained < EXPLAINED_SHARE:
         said.append(
             f"The model explains {max(explained, 0.0):.0%} of the output's variance: its "

@@ -62,7 +62,7 @@ def judge_beyond(
     if input_.size == 0:
         return ()
     range_ = fitted.highest - fitted.lowest
-    said, unit = [], f" {labels.input_unit}".rstrip()
+    said, unit = [], labels.behind_input
     margin = BEYOND_SHARE * range_
     beyond = (input_ < fitted.lowest - margin) | (input_ > fitted.highest + margin)
     if beyond.any():

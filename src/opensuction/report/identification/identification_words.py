@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from opensuction.identification.judgement.fitted_range import FittedRange
 from opensuction.report.figure import Figure, FigureVerdict
-from opensuction.report.summary import Summary, number, rows, text, value
+from opensuction.report.summary import Summary, number, rows, text, value, warnings
 from opensuction.report.wording import amount
 
 DISCLAIMER = (
@@ -95,11 +95,12 @@ def sentences(summary: Summary) -> list[str]:
         key: text(summary, "recording", key, "column") or f"the {key}"
         for key in ("input", "output")
     }
+    unit = text(summary, "recording", "output", "unit") or ""
     words = text(found, "model_words")
     name = text(found, "model") if words is None else f"{text(found, 'model')}, {words},"
     said = [
         f"{name} follows {named['output']} from {named['input']} with an "
-        f"error of {amount(number(found, 'rmse'), text(found, 'rmse_unit') or '')} RMSE, "
+        f"error of {amount(number(found, 'rmse'), unit)} RMSE, "
         f"{percent(number(found, 'rmse_percent_of_range'))} of the output's range. A straight line "
         f"leaves {percent(number(summary, 'line_rmse_percent_of_range'))}."
     ]
@@ -111,13 +112,17 @@ def sentences(summary: Summary) -> list[str]:
             f"{count} model{'s' if count > 1 else ''} compared on the same samples"
             + ("." if validated is None else f"; this one: {percent(validated)} where left out."),
         )
+        left_out: dict[str, str] = value(summary, "left_out") or {}
+        said[1:1] = [f"{model} is left out: {why}." for model, why in left_out.items()]
         said[:0] = value(found, "reasons") or []
     said.extend(_fitted_range(found, named["input"], text(summary, "recording", "input", "unit")))
     held = number(found, "holdout_rmse_percent_of_range")
     if held is not None:
         samples = int((number(found, "samples") or 0) - (number(found, "fitted_samples") or 0))
         said.append(f"On the last {samples} samples, which it has not seen, it is {percent(held)}.")
-    said.extend(_gap(found))
+        if warnings(found):
+            said.append("Warnings are about what comes before, unless they say otherwise.")
+    said.extend(_gap(found, unit))
     said.extend(_coupling(found))
     return said
 
@@ -142,11 +147,13 @@ def _coupling(model: Summary) -> list[str]:
     return [f"Of the output's range the inputs add, RMS: {listed}."]
 
 
-def _gap(model: Summary) -> list[str]:
+def _gap(model: Summary, unit: str) -> list[str]:
     """How far apart the two ways are, of the one model where it is a simple quotient.
 
     Nothing of parameters that are not determined: at a bound, or 0 for all that is known.
     """
+    if value(model, "determined") is False:
+        return []
     gain = number(model, "parameters", "velocity_gain", "value")
     decay = number(model, "parameters", "decay", "value")
     if text(model, "model") != "modified-dahl" or gain is None or not decay:
@@ -154,7 +161,7 @@ def _gap(model: Summary) -> list[str]:
     ends = [value(model, "parameters", name, "ci95") for name in ("velocity_gain", "decay")]
     if any(not isinstance(each, Sequence) or not each[0] > 0.0 for each in ends):
         return []
-    gap = amount(2.0 * gain / decay, text(model, "rmse_unit") or "")
+    gap = amount(2.0 * gain / decay, unit)
     return [f"Over long travels the way there and the way back lie {gap} apart: the gap."]
 
 
