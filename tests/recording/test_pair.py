@@ -37,3 +37,15 @@ def test_constant_or_short_records_are_refused() -> None:
         pair.check(Pair(RAMP, still, None), "head_mm", "tip_mm")
     with pytest.raises(InputError, match="1 sample, at least 12"):
         pair.check(Pair(RAMP[:1], RAMP[:1], None), "head_mm", "tip_mm")
+
+
+def test_an_end_of_a_span_that_cuts_nothing_is_told() -> None:
+    epoch_s = 1764000000.0 + RAMP
+    assert pair.find_idle_ends(epoch_s, 5.0, None) == (
+        "--from 5 cuts nothing: the recording begins at 1764000000 s.",
+    )
+    assert pair.find_idle_ends(RAMP, 0.0, 30.0) == (
+        "--to 30 cuts nothing: the recording ends at 19 s.",
+    )
+    assert pair.find_idle_ends(RAMP, 0.0, 19.0) == ()
+    assert pair.find_idle_ends(RAMP, None, None) == ()

@@ -243,6 +243,9 @@ OPTIONS: dict[str, Any] = {
     "to_s": typer.Option("--to", metavar="S", help="Leave out what lies after this time, in s."),
     "input_unit": typer.Option(metavar="UNIT", help="Unit of the input, if its name has none."),
     "output_unit": typer.Option(metavar="UNIT", help="Unit of the output, if its name has none."),
+    "time_unit": typer.Option(
+        metavar="UNIT", help="Unit of the time, if its name has none: ns to d. Default: s."
+    ),
     "skip_missing": typer.Option(
         "--skip-missing",
         help="Leave out the rows in which a named column has no number, instead of refusing them.",

@@ -52,7 +52,8 @@ def in_python() -> Iterator[None]:
     try:
         yield
     except InputError as refused:
-        words = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(refused))
+        words = re.sub("--(input|output)-unit", "units", str(refused))
+        words = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), words)
         raise InputError(words) from None
 
 

@@ -141,7 +141,7 @@ def compare(
         found = identification_run.fit(loaded, purpose=purpose)
     now, seconds = datetime.now(tz=UTC), clock.perf_counter() - began_s
     summary = identification_summary.summarise(loaded, found, now, seconds)
-    shared = {key: value for key, value in summary.items() if key != "models"}
+    shared = {key: value for key, value in summary.items() if key not in ("models", "left_out")}
     fits = tuple(
         _to_fit(loaded, result, now, own | shared)
         for result, own in zip(found, summary["models"], strict=True)

@@ -54,11 +54,21 @@ def cut(pair: Pair, from_s: float | None, to_s: float | None) -> Pair:
     inside = (pair.time_s >= low) & (pair.time_s <= high)
     if not inside.any():
         raise InputError(
-            f"no sample is from {low:g} to {high:g} s; the recording is from "
-            f"{pair.time_s[0]:g} to {pair.time_s[-1]:g} s"
+            f"no sample is from {low:.10g} to {high:.10g} s; the recording is from "
+            f"{pair.time_s[0]:.10g} to {pair.time_s[-1]:.10g} s"
         )
     others = tuple(other[inside] for other in pair.others)
     return Pair(pair.driven[inside], pair.answer[inside], pair.time_s[inside], others)
+
+
+def find_idle_ends(time_s: Array, from_s: float | None, to_s: float | None) -> tuple[str, ...]:
+    """Ends of a span that cut nothing off, a sentence each: often another origin was meant."""
+    said, (first, last) = [], (float(time_s[0]), float(time_s[-1]))
+    if from_s is not None and from_s < first:
+        said.append(f"--from {from_s:.10g} cuts nothing: the recording begins at {first:.10g} s.")
+    if to_s is not None and to_s > last:
+        said.append(f"--to {to_s:.10g} cuts nothing: the recording ends at {last:.10g} s.")
+    return tuple(said)
 
 
 def check(pair: Pair, input_name: str, output_name: str, other_names: tuple[str, ...] = ()) -> None:

@@ -1,8 +1,9 @@
 """CSV and its relatives: any usual separator, decimal commas, comments, quotes, missing cells.
 
 How a text is cut into cells is found by `text_layout`. Decimal commas are told from points by the
-first number that has either; thousands separators are read where they cannot be decimal marks. Text that is no UTF-8 is taken for Windows-1252, as spreadsheets of
-western languages still write it.
+first number that has either; thousands separators are read where they cannot be decimal marks.
+Text that is no UTF-8 is taken for Windows-1252, as spreadsheets of western languages still write
+it.
 """
 
 import codecs

@@ -96,5 +96,7 @@ class RecordingChoice(NamedTuple):
     input_unit: str | None = None
     """None: the one in the column's name."""
     output_unit: str | None = None
+    time_unit: str | None = None
+    """None: the one in the column's name, seconds where it has none."""
     skip_missing: bool = False
     """Rows in which a named column has no number are left out instead of refused."""

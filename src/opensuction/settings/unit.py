@@ -42,19 +42,3 @@ def unit_of(name: str) -> str:
         return ""
     above, *below = re.split(r"_?per_", match[1])
     return "/".join([SYMBOLS.get(above, "1"), *(SYMBOLS[part] for part in below)])
-
-
-_BRACKETS = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$")
-"""A unit behind a name, as tables of measurements have it: ``Head (mm)``, ``tip [mm]``."""
-
-
-def unit_of_column(name: str) -> str:
-    """Symbol of the unit in the name of a recording's column, or "" where there is none.
-
-    >>> [unit_of_column(name) for name in ("tip_mm", "Head (mm)", "jaw angle [deg]", "Tip_MM", "x")]
-    ['mm', 'mm', 'deg', 'mm', '']
-    """
-    brackets = _BRACKETS.search(name)
-    if brackets is None:
-        return unit_of(name.lower())
-    return SYMBOLS.get(brackets[1].lower(), brackets[1])

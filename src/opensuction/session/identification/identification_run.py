@@ -3,7 +3,6 @@
 import math
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +11,11 @@ import numpy as np
 from opensuction.identification import workbench
 from opensuction.identification.checked_recording import check_holdout
 from opensuction.identification.judgement.coupling import MOST_COLUMNS
-from opensuction.identification.judgement.diagnosis import REVERSED_CORRELATION, Labels
+from opensuction.identification.judgement.diagnosis import (
+    REVERSED_CORRELATION,
+    UNKNOWN_UNITS,
+    Labels,
+)
 from opensuction.identification.judgement.recommendation import PURPOSES, Aim
 from opensuction.identification.method import COUPLED, METHODS, MODELS
 from opensuction.identification.workbench import FittedModel, Progress
@@ -24,11 +27,8 @@ from opensuction.recording.pair import Pair
 from opensuction.recording.table import RecordedTable
 from opensuction.session.choice import RecordingChoice
 from opensuction.settings.choice import choose
-from opensuction.settings.unit import unit_of_column
+from opensuction.settings.column_unit import find_unit, seconds_of_column, unit_of_column
 from opensuction.settings.wording import name_source, refuse
-
-SECONDS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-"""Units of time that a column's name may carry; without one it is in seconds."""
 
 MOST_FITS, REPEATED_S, TIMED_S = 20, 0.1, 0.25
 """How often and how long one fit is timed, and how long all of them: `time_fits`."""
@@ -38,9 +38,6 @@ MOST_LISTED = 60
 
 UNSAID = {"input": "what drives by --input", "output": "what follows by --output"}
 """What a message asks for where a column was not named."""
-
-UNKNOWN_UNITS = ("input", "output")
-"""What units are called where a column's name has none: a slope is then in output/input."""
 
 
 class LoadedRecording(NamedTuple):
@@ -59,6 +56,8 @@ class LoadedRecording(NamedTuple):
     """Columns of the file that were not named, as far as they are numbers."""
     skipped_rows: int = 0
     """Left out, for one of the columns has no number there."""
+    notes: tuple[str, ...] = ()
+    """What a person should know of the choice, a sentence each."""
 
 
 def check(choice: RecordingChoice, model: str | None, method: str | None) -> None:
@@ -95,6 +94,10 @@ def check_purpose(purpose: str) -> None:
 
 
 def _check_span(choice: RecordingChoice) -> None:
+    if choice.time_unit is not None:
+        if choice.time is None:
+            raise InputError("--time-unit needs the column of time: give --time")
+        seconds_of_column(choice.time, choice.time_unit)
     for option, end_s in (("--from", choice.from_s), ("--to", choice.to_s)):
         if end_s is None:
             continue
@@ -181,10 +184,12 @@ def arrange(
     the other.
     """
     choice, time_s = loaded.choice, None
+    notes: tuple[str, ...] = ()
     with name_source(choice.file):
         if choice.time is not None:
-            time_s = columns[choice.time] * SECONDS.get(unit_of_column(choice.time), 1.0)
+            time_s = columns[choice.time] * seconds_of_column(choice.time, choice.time_unit)
             recorded.check_time(choice.time, time_s)
+            notes = recorded.find_idle_ends(time_s, choice.from_s, choice.to_s)
         answer = -columns[choice.output] if choice.negate_output else columns[choice.output]
         driven, *others = (columns[name] for name in choice.input)
         beside = read_beside()
@@ -193,38 +198,83 @@ def arrange(
         rest = dict(zip(beside, pair.others[len(others) :], strict=True))
         pair = pair._replace(others=pair.others[: len(others)])
         recorded.check(pair, choice.input[0], choice.output, choice.input[1:])
-    return loaded._replace(pair=pair, beside=rest)
+    return loaded._replace(pair=pair, beside=rest, notes=notes)
 
 
 def _read_beside(
     found: RecordedTable, wanted: list[str], samples: int, skip_missing: bool
 ) -> dict[str, Array]:
     """The other columns of the file, those left out that are not as many numbers."""
-    columns: dict[str, Array] = {}
+    others = [name for name in found.names if name not in wanted and found.names.count(name) == 1]
     # Rows that are left out are known by the columns that were named.
-    same_rows = wanted if skip_missing else []
-    for name in found.names:
-        if name not in wanted and len(columns) < MOST_COLUMNS:
-            with suppress(InputError):
-                read, _ = table.read_columns(found, [*same_rows, name], skip_missing)
-                columns |= {name: read[name]} if read[name].size == samples else {}
+    same_rows = tuple(wanted) if skip_missing else ()
+    columns: dict[str, Array] = {}
+    while others and len(columns) < MOST_COLUMNS:
+        tried = tuple(others[: MOST_COLUMNS - len(columns)])
+        others = others[len(tried) :]
+        for name, values in _read_numbers(found, tried, same_rows).items():
+            if values.size == samples and np.isfinite(values).all():
+                columns[name] = values
     return columns
+
+
+def _read_numbers(
+    found: RecordedTable, names: tuple[str, ...], same_rows: tuple[str, ...]
+) -> dict[str, Array]:
+    """Those columns that hold no text, in one pass over the file if all are such, else by halves.
+
+    Without the rows in which one of ``same_rows`` has no number; NaN for other missing ones.
+    """
+    try:
+        read = found.read(found.path, (*same_rows, *names), True)
+    except InputError:
+        if len(names) == 1:
+            return {}
+        middle = len(names) // 2
+        halves = names[:middle], names[middle:]
+        return {
+            name: values
+            for half in halves
+            for name, values in _read_numbers(found, half, same_rows).items()
+        }
+    if not same_rows:
+        return read
+    whole = np.isfinite([read[name] for name in same_rows]).all(axis=0)
+    return {name: read[name][whole] for name in names if read[name].size == whole.size}
 
 
 def name_columns(choice: RecordingChoice) -> Labels:
     """Names and units of the columns, as estimators and reports call them."""
+    units = [
+        choose_unit(given, column, option)
+        for given, column, option in (
+            (choice.input_unit, choice.input[0], "--input-unit"),
+            (choice.output_unit, choice.output, "--output-unit"),
+        )
+    ]
     return Labels(
         input_name=choice.input[0],
         other_names=choice.input[1:],
         output_name=f"-{choice.output}" if choice.negate_output else choice.output,
-        input_unit=choose_unit(choice.input_unit, choice.input[0]) or UNKNOWN_UNITS[0],
-        output_unit=choose_unit(choice.output_unit, choice.output) or UNKNOWN_UNITS[1],
+        input_unit=units[0] or UNKNOWN_UNITS[0],
+        output_unit=units[1] or UNKNOWN_UNITS[1],
     )
 
 
-def choose_unit(given: str | None, column: str) -> str:
-    """The unit that was given, else the one in the column's name; "" where there is none."""
-    return unit_of_column(column) if given is None else given
+def choose_unit(given: str | None, column: str, option: str) -> str:
+    """The unit that was given, else the one in the column's name; "" where there is none.
+
+    Raises InputError, with the option that settles it, for brackets that hold no known unit.
+    """
+    if given is not None:
+        return find_unit(given) or given
+    unit = unit_of_column(column)
+    if unit is None:
+        raise InputError(
+            f"column '{column}': what stands in brackets is no known unit; give {option}, '' for "
+            "none"
+        )
+    return unit
 
 
 def fit(
@@ -243,7 +293,7 @@ def fit(
     recording = inputs, pair.answer, pair.time_s
     with name_source(choice.file):
         if loaded.model is None:
-            return workbench.compare(
+            found = workbench.compare(
                 *recording,
                 choice.holdout,
                 labels,
@@ -251,16 +301,18 @@ def fit(
                 loaded.beside,
                 Aim(purpose),
             )
-        return [
-            workbench.identify(
-                *recording,
-                loaded.model,
-                loaded.method,
-                choice.holdout,
-                labels,
-                loaded.beside,
-            )
-        ]
+        else:
+            found = [
+                workbench.identify(
+                    *recording,
+                    loaded.model,
+                    loaded.method,
+                    choice.holdout,
+                    labels,
+                    loaded.beside,
+                )
+            ]
+    return [each._replace(warnings=(*loaded.notes, *each.warnings)) for each in found]
 
 
 def time_fits(results: list[FittedModel]) -> dict[str, float]:

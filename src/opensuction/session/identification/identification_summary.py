@@ -11,6 +11,7 @@ import numpy as np
 from opensuction import __version__
 from opensuction.identification.estimator import modified_dahl
 from opensuction.identification.judgement.candidate import Estimate
+from opensuction.identification.judgement.diagnosis import UNKNOWN_UNITS
 from opensuction.identification.judgement.driven import Driven
 from opensuction.identification.method import METHODS, MODELS
 from opensuction.identification.workbench import FittedModel
@@ -55,6 +56,7 @@ def _figures(result: FittedModel, fit_seconds: float) -> Json:
         "holdout_rmse_percent_of_range": result.holdout_rmse_percent_of_range,
         "cross_validation_percent_of_range": result.cross_validation_percent_of_range,
         "well_posed": result.well_posed,
+        "determined": result.determined,
         "transfer_percent_of_range": result.transfer_percent_of_range,
         "effective_parameters": result.freedom,
         "recommended": result.recommended,
@@ -102,10 +104,11 @@ def _quantity(loaded: LoadedRecording, output: bool) -> Quantity:
     choice = loaded.choice
     values = loaded.pair.answer if output else loaded.pair.driven
     column = choice.output if output else choice.input[0]
-    given = choice.output_unit if output else choice.input_unit
+    labels = loaded.labels
+    unit = labels.output_unit if output else labels.input_unit
     return Quantity(
         column=column,
-        unit=identification_run.choose_unit(given, column),
+        unit="" if unit in UNKNOWN_UNITS else unit,
         negated=output and choice.negate_output,
         lowest=float(values.min()),
         highest=float(values.max()),
@@ -121,7 +124,9 @@ def summarise(
     """
     fit_seconds = identification_run.time_fits(results)
     models = [_figures(result, fit_seconds[result.model]) for result in results]
-    found = {"models": models} if loaded.model is None else models[0]
+    found = models[0]
+    if loaded.model is None:
+        found = {"models": models, "left_out": dict(results[0].left_out)}
     return without_nan(found | _provenance(loaded, now, seconds))
 
 
